@@ -1,0 +1,34 @@
+# Two commands: `make run` (the paper's three problems) and `make test` (lint, types, layers, tests).
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+
+.PHONY: run test slow clean
+
+run: $(READY)
+	$(BIN)/poinsot paper --out out
+
+test: $(READY)
+	@echo "== lint and format"
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	@echo "== types"
+	$(BIN)/mypy
+	@echo "== layers"
+	$(BIN)/lint-imports
+	@echo "== tests"
+	$(BIN)/python -m pytest
+
+slow: $(READY)
+	$(BIN)/python -m pytest -m slow
+
+$(READY): pyproject.toml
+	@echo "== setting up .venv (once)"
+	$(PYTHON) -c 'import sys; sys.exit("poinsot needs Python 3.11 or newer, but this is " + sys.version.split()[0] + ". Name another one: make PYTHON=python3.12") if sys.version_info < (3, 11) else 0'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable '.[all]' --group dev
+	@touch $(READY)
+
+clean:
+	rm -rf .venv out

@@ -1,0 +1,44 @@
+"""Rotation of rigid bodies: `propagate(System(body, *forces), state, times) -> Trajectory`."""
+
+from poinsot import functions
+from poinsot.errors import PropagationError
+from poinsot.forces.damping import LinearDamping
+from poinsot.forces.gravity import GravityGradient, UniformGravity
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.force import Potential, Torque
+from poinsot.mechanics.frame import Frame, RotatingFrame
+from poinsot.mechanics.parameters import Vector
+from poinsot.mechanics.sky import Orbit, Sky
+from poinsot.mechanics.state import State, project_to_tangent
+from poinsot.mechanics.system import System
+from poinsot.motion.propagate import propagate
+from poinsot.motion.trajectory import Trajectory
+from poinsot.orbits.fixed import FixedPoint
+from poinsot.orbits.kepler import KeplerOrbit
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Attitude",
+    "Body",
+    "FixedPoint",
+    "Frame",
+    "GravityGradient",
+    "KeplerOrbit",
+    "LinearDamping",
+    "Orbit",
+    "Potential",
+    "PropagationError",
+    "RotatingFrame",
+    "Sky",
+    "State",
+    "System",
+    "Torque",
+    "Trajectory",
+    "UniformGravity",
+    "Vector",
+    "functions",
+    "project_to_tangent",
+    "propagate",
+]

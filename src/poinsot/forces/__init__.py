@@ -1,0 +1,1 @@
+"""Physical effects, one class and one formula each."""

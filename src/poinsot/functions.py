@@ -1,0 +1,182 @@
+"""Functions for formulas: one name each for floats, arrays, heyoka, SymPy and mpmath.
+
+A formula receives scalars that may be any of these, and vectors that are three such scalars. It uses
+`+ - * / **` and the functions of this module; it has no `if` on their values, but `where`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import operator
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+__all__ = [
+    "Vector",
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "cos",
+    "cross",
+    "dot",
+    "eccentric_anomaly",
+    "exp",
+    "less",
+    "log",
+    "norm",
+    "sin",
+    "sqrt",
+    "tan",
+    "where",
+]
+
+Scalar = Any
+"""A float, an array of floats, a heyoka or SymPy expression, or an mpmath number."""
+
+
+class Vector(Sequence[Any]):
+    """The components of a vector in a formula, each a scalar of any kind; `+ - * /` work on each."""
+
+    __array_ufunc__ = None  # an array times a vector is the vector's business
+
+    def __init__(self, scalars: Iterable[Scalar]) -> None:
+        self._scalars = tuple(scalars)
+
+    def __len__(self) -> int:
+        return len(self._scalars)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._scalars[index]
+
+    def __repr__(self) -> str:
+        return f"Vector({self._scalars})"
+
+    def _each(self, operation: Callable[[Scalar, Scalar], Scalar], other: Any) -> Vector:
+        others = other if isinstance(other, Vector) else (other,) * len(self)
+        return Vector(operation(a, b) for a, b in zip(self, others, strict=True))
+
+    def __add__(self, other: Any) -> Vector:
+        return self._each(operator.add, other)
+
+    def __radd__(self, other: Any) -> Vector:
+        return self._each(operator.add, other)
+
+    def __sub__(self, other: Any) -> Vector:
+        return self._each(operator.sub, other)
+
+    def __rsub__(self, other: Any) -> Vector:
+        return (-self)._each(operator.add, other)
+
+    def __mul__(self, other: Any) -> Vector:
+        return self._each(operator.mul, other)
+
+    def __rmul__(self, other: Any) -> Vector:
+        return self._each(operator.mul, other)
+
+    def __truediv__(self, other: Any) -> Vector:
+        return self._each(operator.truediv, other)
+
+    def __neg__(self) -> Vector:
+        return Vector(-a for a in self)
+
+
+def _engine(*scalars: Scalar) -> Any:
+    for scalar in scalars:
+        name = type(scalar).__module__.partition(".")[0]
+        if name in ("heyoka", "sympy", "mpmath"):
+            return importlib.import_module(name)
+    return np
+
+
+def _elementary(name: str) -> Callable[..., Scalar]:
+    def function(*scalars: Scalar) -> Scalar:
+        return getattr(_engine(*scalars), name)(*scalars)
+
+    function.__name__ = name
+    function.__doc__ = f"Return `{name}` of a float, array, heyoka or SymPy expression, or mpmath number."
+    return function
+
+
+sqrt, exp, log = map(_elementary, ("sqrt", "exp", "log"))
+sin, cos, tan = map(_elementary, ("sin", "cos", "tan"))
+asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
+
+
+def less(a: Scalar, b: Scalar) -> Scalar:
+    """Return the condition a < b, for `where`."""
+    engine = _engine(a, b)
+    return engine.lt(a, b) if engine.__name__ == "heyoka" else a < b
+
+
+def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
+    """Return a where the condition holds and b elsewhere; both are evaluated."""
+    engine = _engine(condition, a, b)
+    if engine.__name__ == "heyoka":
+        return engine.select(condition, a, b)
+    if engine.__name__ == "sympy":
+        return engine.Piecewise((a, condition), (b, True))
+    if engine.__name__ == "mpmath":
+        return a if condition else b
+    return np.where(condition, a, b)
+
+
+def symbol_like(example: Scalar, name: str) -> Scalar:
+    """Return a new symbol of the engine that the example belongs to."""
+    engine = _engine(example)
+    return engine.expression(name) if engine.__name__ == "heyoka" else engine.Symbol(name, real=True)
+
+
+def derivative(expression: Scalar, symbol: Scalar) -> Scalar:
+    """Return the symbolic derivative of a heyoka or SymPy expression."""
+    return 0.0 if _engine(expression) is np else _engine(symbol).diff(expression, symbol)
+
+
+def substitute(expression: Scalar, known: dict[Scalar, Scalar]) -> Scalar:
+    """Return a heyoka or SymPy expression with symbols replaced."""
+    engine = _engine(expression)
+    if engine is np:
+        return expression
+    return engine.subs(expression, known) if engine.__name__ == "heyoka" else expression.xreplace(known)
+
+
+def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
+    """Return the sum of the products of the components."""
+    first, *others = (x * y for x, y in zip(a, b, strict=True))
+    return sum(others, start=first)
+
+
+def cross(a: Iterable[Scalar], b: Iterable[Scalar]) -> Vector:
+    """Return the vector product of two vectors of three scalars."""
+    (a1, a2, a3), (b1, b2, b3) = a, b
+    return Vector((a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1))
+
+
+def norm(a: Iterable[Scalar]) -> Scalar:
+    """Return the Euclidean length of a vector of scalars."""
+    a = tuple(a)
+    return sqrt(dot(a, a))
+
+
+def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
+    """Return E with E - e sin E = M (Kepler's equation), for 0 <= e < 1; angles in radians."""
+    engine = _engine(eccentricity, mean_anomaly)
+    if engine.__name__ == "heyoka":
+        return engine.kepE(eccentricity, mean_anomaly)
+    if engine.__name__ == "sympy":
+        raise TypeError("eccentric_anomaly must have numbers, but a SymPy expression came.")
+    full_turns = 2 * engine.pi * engine.floor(mean_anomaly / (2 * engine.pi) + 0.5)
+    reduced = mean_anomaly - full_turns
+    anomaly = reduced + 0.85 * eccentricity * engine.sign(engine.sin(reduced))
+    rounding = 4 * (np.finfo(float).eps if engine is np else engine.eps)
+    for _ in range(30):  # Halley's method from Danby's start; a handful of rounds, more only at e -> 1
+        slope = 1 - eccentricity * engine.cos(anomaly)
+        curvature = eccentricity * engine.sin(anomaly)
+        excess = anomaly - curvature - reduced
+        step = excess / (slope - excess * curvature / (2 * slope))
+        anomaly = anomaly - step
+        if np.all(abs(step) <= rounding):
+            break
+    return full_turns + anomaly

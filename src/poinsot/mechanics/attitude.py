@@ -1,0 +1,171 @@
+"""Attitudes: unit quaternions, rotation matrices, scipy rotations, and the rates between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot import functions
+from poinsot.errors import member_array
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.quaternion import Array, components
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = [
+    "Attitude",
+    "omega_body",
+    "omega_space",
+    "paper_matrix",
+    "quaternion_from_matrix",
+    "rotation_angle",
+    "rotation_matrix",
+    "unit_quaternion",
+]
+
+UNIT_SLACK = 1e-9
+"""How far |q| may be from 1 in what a user gives."""
+
+
+def rotation_matrix(q: ArrayLike) -> Array:
+    """Return the active matrix A, x_space = A x_body; shape (..., 4) -> (..., 3, 3).
+
+    Its columns are the body axes in space. For |q| = 1 it is a rotation, otherwise |q|^2 times one.
+    """
+    q0, q1, q2, q3 = components(q)
+    s0, s1, s2, s3 = q0 * q0, q1 * q1, q2 * q2, q3 * q3
+    rows = (
+        (s0 + s1 - s2 - s3, 2 * (q1 * q2 - q0 * q3), 2 * (q1 * q3 + q0 * q2)),
+        (2 * (q1 * q2 + q0 * q3), s0 - s1 + s2 - s3, 2 * (q2 * q3 - q0 * q1)),
+        (2 * (q1 * q3 - q0 * q2), 2 * (q2 * q3 + q0 * q1), s0 - s1 - s2 + s3),
+    )
+    if isinstance(q, functions.Vector):
+        return matrix_of(rows)
+    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
+
+
+def paper_matrix(q: ArrayLike) -> Array:
+    """Return the matrix R that the paper prints, x_body = R x_space: the transpose of the active one (E2)."""
+    return np.swapaxes(rotation_matrix(q), -1, -2)
+
+
+def quaternion_from_matrix(matrix: ArrayLike) -> NDArray[np.float64]:
+    """Return the unit quaternion of an active rotation matrix; shape (..., 3, 3) -> (..., 4).
+
+    The largest component is taken from the diagonal, and is positive; the others from the off-diagonal
+    sums and differences, so that no digits are lost at any angle (the paper's diagonal relations alone
+    leave the signs open, erratum E13).
+
+    Raises
+    ------
+    ValueError
+        If the matrix is not a rotation to 1e-9.
+    """
+    A = np.array(matrix, dtype=float)
+    if A.shape[-2:] != (3, 3):
+        raise ValueError(f"matrix must have shape (..., 3, 3), but shape {A.shape} came.")
+    defect = np.max(np.abs(A @ np.swapaxes(A, -1, -2) - np.eye(3)), initial=0.0)
+    if not defect <= UNIT_SLACK or np.any(np.linalg.det(A) < 0):
+        raise ValueError(
+            "matrix must be a rotation (orthogonal, determinant +1), but "
+            + (f"A A^T differs from 1 by {defect:.2g}." if not defect <= UNIT_SLACK else "its determinant is -1.")
+        )
+    d1, d2, d3 = A[..., 0, 0], A[..., 1, 1], A[..., 2, 2]
+    s1, s2, s3 = A[..., 2, 1] - A[..., 1, 2], A[..., 0, 2] - A[..., 2, 0], A[..., 1, 0] - A[..., 0, 1]
+    t1, t2, t3 = A[..., 2, 1] + A[..., 1, 2], A[..., 0, 2] + A[..., 2, 0], A[..., 1, 0] + A[..., 0, 1]
+    # Row k is 4 q_k (q0, q1, q2, q3): four ways to the same quaternion.
+    ways = np.stack(
+        [
+            np.stack([1 + d1 + d2 + d3, s1, s2, s3], axis=-1),
+            np.stack([s1, 1 + d1 - d2 - d3, t3, t2], axis=-1),
+            np.stack([s2, t3, 1 - d1 + d2 - d3, t1], axis=-1),
+            np.stack([s3, t2, t1, 1 - d1 - d2 + d3], axis=-1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(np.diagonal(ways, axis1=-2, axis2=-1), axis=-1)
+    best = np.take_along_axis(ways, largest[..., None, None], axis=-2)[..., 0, :]
+    return np.asarray(best / np.linalg.norm(best, axis=-1, keepdims=True))
+
+
+def unit_quaternion(attitude: Rotation | ArrayLike, name: str = "attitude") -> NDArray[np.float64]:
+    """Return the quaternion of a scipy `Rotation`, or the given unit quaternion, scalar first.
+
+    Raises
+    ------
+    ValueError
+        If a quaternion is off the unit sphere by more than 1e-9. It is never normalised.
+    """
+    if hasattr(attitude, "as_quat"):
+        return np.asarray(attitude.as_quat(scalar_first=True), dtype=float)
+    q = member_array(name, attitude, (4,))
+    norms = np.atleast_1d(np.linalg.norm(q, axis=-1))
+    worst = norms[np.argmax(np.abs(norms - 1))]
+    if abs(worst - 1) > UNIT_SLACK:
+        raise ValueError(f"{name} must have unit norm, but |q| = {worst:.10g}. Divide by the norm, or pass a Rotation.")
+    return q
+
+
+def rotation(q: ArrayLike) -> Rotation:
+    """Return the scipy `Rotation` body -> space of unit quaternions, shape (4,) or (n, 4)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(np.asarray(q), scalar_first=True)
+
+
+def rotation_angle(q: ArrayLike, other: ArrayLike) -> Scalar:
+    """Return the angle in [0, pi] of the rotation between two attitudes; q and -q are the same."""
+    difference = quat.product(quat.conjugate(q), other)
+    return 2 * np.arctan2(np.linalg.norm(difference[..., 1:], axis=-1), np.abs(difference[..., 0]))
+
+
+def omega_body(q: ArrayLike, q_dot: ArrayLike) -> Array:
+    """Return the angular velocity 2 q~ q' in body axes (Prop. 2, eq. (4)); radians per unit of time."""
+    return quat.imaginary(2 * quat.product(quat.conjugate(q), q_dot))
+
+
+def omega_space(q: ArrayLike, q_dot: ArrayLike) -> Array:
+    """Return the angular velocity 2 q' q~ in space axes (Prop. 1); radians per unit of time."""
+    return quat.imaginary(2 * quat.product(q_dot, quat.conjugate(q)))
+
+
+class Attitude:
+    """The attitude as a formula sees it: it turns vectors between space and body axes.
+
+    Parameters
+    ----------
+    matrix : array (3, 3) of scalars
+        The active matrix, x_space = A x_body.
+    """
+
+    def __init__(self, matrix: Array) -> None:
+        self.matrix = matrix
+
+    @classmethod
+    def from_quaternion(cls, q: Iterable[Scalar]) -> Attitude:
+        """Return the attitude of one quaternion of four scalars."""
+        return cls(rotation_matrix(functions.Vector(q)))
+
+    def to_body(self, vector: Iterable[Scalar]) -> Vector:
+        """Return the components along the body axes of a vector given in space."""
+        x = functions.Vector(vector)
+        return functions.Vector(functions.dot(self.matrix[:, i], x) for i in range(3))
+
+    def to_space(self, vector: Iterable[Scalar]) -> Vector:
+        """Return the components in space of a vector given along the body axes."""
+        x = functions.Vector(vector)
+        return functions.Vector(functions.dot(self.matrix[i], x) for i in range(3))
+
+
+def matrix_of(rows: Iterable[Iterable[Scalar]]) -> Array:
+    """Return rows of scalars as an object array of shape (3, 3), whatever the scalars are."""
+    out = np.empty((3, 3), dtype=object)
+    for i, row in enumerate(rows):
+        for j, scalar in enumerate(row):
+            out[i, j] = scalar
+    return out

@@ -1,0 +1,278 @@
+"""The rigid body: its moments of inertia, and what they make of an angular momentum."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot import functions
+from poinsot.errors import member_array, real_array
+from poinsot.functions import Scalar
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
+from poinsot.mechanics.parameters import Parametric, Vector
+from poinsot.mechanics.quaternion import assemble, components
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+    from poinsot.mechanics.frame import Frame
+    from poinsot.mechanics.state import State
+
+__all__ = ["Body"]
+
+TRIANGLE_SLACK = 8 * np.finfo(float).eps
+"""A flat plate has I1 + I2 = I3; its rounded moments may miss that by a few units in the last place."""
+
+
+class Body(Parametric):
+    """A rigid body, by its moments of inertia about the given axes.
+
+    Parameters
+    ----------
+    moments : array (3,) or (members, 3)
+        Principal moments of inertia, in any order, in the user's unit of mass times length squared. The
+        body axes are then the principal axes. Other axes: `Body.from_inertia`.
+
+    Raises
+    ------
+    ValueError
+        If a moment is not positive, or is larger than the sum of the other two.
+
+    Notes
+    -----
+    `omega` and `kinetic_energy` are the only places that know how momentum and rate are related.
+    """
+
+    moments: Vector
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_moments(np.asarray(self.moments))
+
+    # ------------------------------------------------------------------ momentum and rate
+
+    def omega(self, angular_momentum_body: ArrayLike) -> NDArray[Any]:
+        """Return the angular velocity in body axes, I^-1 g; shape (..., 3)."""
+        g = components(angular_momentum_body)
+        moments = components(self.moments)
+        return assemble([a / b for a, b in zip(g, moments, strict=True)], angular_momentum_body)
+
+    def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
+        """Return the angular momentum in body axes, I omega; shape (..., 3)."""
+        return quat.component_product(self.moments, omega_body)
+
+    def kinetic_energy(self, angular_momentum_body: ArrayLike) -> Scalar:
+        """Return g . omega / 2, eq. (9); shape (...)."""
+        return 0.5 * quat.dot(angular_momentum_body, self.omega(angular_momentum_body))
+
+    def moment_about(self, direction_body: ArrayLike) -> Scalar:
+        """Return the moment of inertia about a unit vector in body axes, J = u . I u; shape (...)."""
+        return quat.dot(direction_body, quat.component_product(self.moments, direction_body))
+
+    # ------------------------------------------------------------------ axes
+
+    @property
+    def principal_axes(self) -> Rotation:
+        """The rotation principal -> body axes, right-handed, the nearest one to the identity."""
+        return rotation(np.array([1.0, 0.0, 0.0, 0.0]))
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """The inertia tensor in the body axes, shape (..., 3, 3)."""
+        return np.asarray(np.eye(3) * np.asarray(self.moments)[..., None, :])
+
+    # ------------------------------------------------------------------ ways to a body
+
+    @staticmethod
+    def from_inertia(tensor: ArrayLike) -> Body:
+        """Return the body with an inertia tensor, shape (3, 3), about the user's axes.
+
+        The axes stay the user's: every vector of a state, force or result is along them.
+
+        Raises
+        ------
+        ValueError
+            If the tensor is not symmetric to 1e-12 of its largest entry, or no rigid body has it.
+        """
+        inertia = real_array("tensor", tensor, (3, 3))
+        if not np.allclose(inertia, inertia.T, rtol=0, atol=1e-12 * np.max(np.abs(inertia))):
+            raise ValueError(
+                f"tensor must be symmetric, but it differs from its transpose by "
+                f"{np.max(np.abs(inertia - inertia.T)):.3g}."
+            )
+        inertia = (inertia + inertia.T) / 2
+        if np.count_nonzero(inertia - np.diag(np.diag(inertia))) == 0:
+            return Body(np.diag(inertia))
+        moments, axes = _principal(inertia)
+        return ObliqueBody(moments, axes)
+
+    @staticmethod
+    def ellipsoid(mass: float, semiaxes: ArrayLike) -> Body:
+        """Return the homogeneous ellipsoid with semiaxes (a, b, c) along the body axes."""
+        a, b, c = _positive("semiaxes", semiaxes, (3,)) ** 2
+        return Body(_positive("mass", mass) / 5 * np.array([b + c, a + c, a + b]))
+
+    @staticmethod
+    def box(mass: float, sides: ArrayLike) -> Body:
+        """Return the homogeneous box with full side lengths (a, b, c) along the body axes."""
+        a, b, c = _positive("sides", sides, (3,)) ** 2
+        return Body(_positive("mass", mass) / 12 * np.array([b + c, a + c, a + b]))
+
+    @staticmethod
+    def cylinder(mass: float, radius: float, height: float) -> Body:
+        """Return the homogeneous circular cylinder, its axis the third body axis."""
+        across, along = _positive("radius", radius) ** 2, _positive("height", height) ** 2
+        side = across / 4 + along / 12
+        return Body(_positive("mass", mass) * np.array([side, side, across / 2]))
+
+    @staticmethod
+    def point_masses(masses: ArrayLike, positions: ArrayLike) -> Body:
+        """Return the body of point masses, shapes (n,) and (n, 3), about their centre of mass."""
+        m = _positive("masses", masses, (None,))
+        x = real_array("positions", positions, (m.size, 3))
+        x = x - m @ x / m.sum()
+        return Body.from_inertia(np.einsum("n,nk,nk->", m, x, x) * np.eye(3) - np.einsum("n,ni,nj->ij", m, x, x))
+
+    # ------------------------------------------------------------------ states
+
+    def state(
+        self,
+        attitude: Rotation | ArrayLike,
+        *,
+        omega_body: ArrayLike | None = None,
+        omega_space: ArrayLike | None = None,
+        angular_momentum_body: ArrayLike | None = None,
+        angular_momentum_space: ArrayLike | None = None,
+        time: ArrayLike = 0.0,
+        frame: Frame | None = None,
+    ) -> State:
+        """Return the state of this body with an attitude and exactly one of the four vectors.
+
+        Parameters
+        ----------
+        attitude : scipy Rotation or array (4,)
+            Body -> space; with a frame, body -> frame. A quaternion is scalar first.
+        omega_body, omega_space, angular_momentum_body, angular_momentum_space : array (3,)
+            Inertial rate or angular momentum, along the body or the space axes. With a frame, the rate
+            relative to it, along the body axes (`omega_body`) or the frame's axes (`omega_space`).
+        time : float
+            The time of the state.
+        frame : Frame, optional
+            Moving axes, such as `orbit.frame`.
+        """
+        from poinsot.mechanics.state import State
+
+        q = unit_quaternion(attitude)
+        given = {
+            "omega_body": omega_body,
+            "omega_space": omega_space,
+            "angular_momentum_body": angular_momentum_body,
+            "angular_momentum_space": angular_momentum_space,
+        }
+        name, value = _exactly_one(given, frame)
+        value = member_array(name, value, (3,))
+        along_body = quat.rotate(quat.conjugate(q), value) if name.endswith("_space") else value
+        if frame is not None:
+            q_frame = frame.quaternion(time)
+            q = quat.product(q_frame, q)
+            along_body = along_body + quat.rotate(quat.conjugate(q), frame.omega_space(time))
+        g = self.angular_momentum(along_body) if name.startswith("omega") else along_body
+        return State(q, 2 * quat.product(q, quat.pure(g)), time)
+
+
+class ObliqueBody(Body):
+    """A body whose axes are not its principal axes; made by `Body.from_inertia`.
+
+    `moments` are the principal moments and `axes` the columns of the principal axes in the body axes.
+    """
+
+    axes: Annotated[Any, (3, 3)]
+
+    def _in_principal_axes(self, vector: ArrayLike) -> NDArray[Any]:
+        return assemble([functions.dot(self.axes[:, i], components(vector)) for i in range(3)], vector)
+
+    def _in_body_axes(self, vector: ArrayLike) -> NDArray[Any]:
+        return assemble([functions.dot(self.axes[i], components(vector)) for i in range(3)], vector)
+
+    def omega(self, angular_momentum_body: ArrayLike) -> NDArray[Any]:
+        return self._in_body_axes(super().omega(self._in_principal_axes(angular_momentum_body)))
+
+    def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
+        return self._in_body_axes(super().angular_momentum(self._in_principal_axes(omega_body)))
+
+    def moment_about(self, direction_body: ArrayLike) -> Scalar:
+        return super().moment_about(self._in_principal_axes(direction_body))
+
+    @property
+    def principal_axes(self) -> Rotation:
+        return rotation(quaternion_from_matrix(self.axes))
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        axes = np.asarray(self.axes)
+        return np.asarray(axes * self.moments @ axes.T)
+
+
+def _check_moments(moments: NDArray[np.float64]) -> None:
+    if np.any(moments <= 0):
+        raise ValueError(f"moments must be positive, but {_first(moments, moments <= 0)} came.")
+    small, middle, large = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
+    broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
+    if np.any(broken):
+        i = np.argmax(np.atleast_1d(broken))
+        a, b, c = (np.atleast_1d(x)[i] for x in (large, small, middle))
+        raise ValueError(
+            f"moments must satisfy the triangle inequality, but {a:.17g} > {b:.17g} + {c:.17g}. "
+            "No rigid body has these moments."
+        )
+
+
+def _first(values: NDArray[Any], chosen: NDArray[np.bool_]) -> Any:
+    return values[chosen].flat[0]
+
+
+def _positive(name: str, value: ArrayLike, shape: tuple[int | None, ...] = ()) -> NDArray[np.float64]:
+    array = real_array(name, value, shape)
+    if np.any(array <= 0):
+        raise ValueError(
+            f"{name} must be positive, but {_first(np.atleast_1d(array), np.atleast_1d(array <= 0))} came."
+        )
+    return array
+
+
+def _principal(inertia: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return principal moments and axes (columns), right-handed, nearest to the given axes."""
+    moments, axes = np.linalg.eigh(inertia)
+    moments, axes = moments[::-1], axes[:, ::-1]
+    return min(
+        ((moments[order], turned) for order, turned in _right_handed(axes)),
+        key=lambda pair: -np.trace(pair[1]),
+    )
+
+
+@functools.cache
+def _signed_permutations() -> list[tuple[list[int], tuple[int, int, int]]]:
+    from itertools import permutations, product
+
+    return [(list(order), signs) for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]  # type: ignore[misc]
+
+
+def _right_handed(axes: NDArray[np.float64]) -> Any:
+    for order, signs in _signed_permutations():
+        turned = axes[:, order] * signs
+        if np.linalg.det(turned) > 0:
+            yield order, turned
+
+
+def _exactly_one(given: dict[str, Any], frame: Any) -> tuple[str, Any]:
+    chosen = [(name, value) for name, value in given.items() if value is not None]
+    if len(chosen) != 1:
+        came = " and ".join(name for name, _ in chosen) or "none"
+        raise ValueError(f"state must have exactly one of {', '.join(given)}, but {came} came.")
+    if frame is not None and not chosen[0][0].startswith("omega"):
+        raise ValueError(f"a rate relative to a frame must be omega_body or omega_space, but {chosen[0][0]} came.")
+    return chosen[0]

@@ -1,0 +1,158 @@
+"""Euler angles of the 12 sequences and their canonical momenta (paper, Secs. 4 and 5).
+
+A sequence such as "313" names the body axes of three successive rotations: q = r_i(a1) r_j(a2) r_k(a3),
+a1 about the space axis i, a2 about the line of nodes, a3 about the body axis k. The momentum of an angle is
+the projection of the angular momentum on its axis, so that P . da/dt = g . omega.
+
+Ranges: a1 in [0, 4 pi), a3 in [0, 2 pi), a2 in (0, pi) where the outer axes are equal ("313") and in
+(-pi/2, pi/2) where they differ ("123"). a1 and a1 + 2 pi are the same attitude, with opposite signs of q.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot import functions
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import matrix_of
+from poinsot.mechanics.quaternion import Array, assemble, components
+
+SEQUENCES = tuple("".join(s) for s in itertools.product("123", repeat=3) if s[0] != s[1] and s[1] != s[2])
+
+SINGULAR_SINE = 1e-6
+"""Below this |sin| of the angle between the outer axes, angles and momenta are not defined."""
+
+
+def axes_of(sequence: str) -> tuple[int, int, int]:
+    """Return the three axes as indices 0, 1, 2."""
+    if sequence not in SEQUENCES:
+        raise ValueError(f"sequence must be one of {', '.join(SEQUENCES)}, but {sequence!r} came.")
+    i, j, k = (int(digit) - 1 for digit in sequence)
+    return i, j, k
+
+
+def quaternion_from_angles(angles: ArrayLike, sequence: str = "313") -> Array:
+    """Return the quaternion r_i(a1) r_j(a2) r_k(a3); for "313" eq. (12). Shape (..., 3) -> (..., 4)."""
+    parts = [_about(axis, angle, angles) for axis, angle in zip(axes_of(sequence), components(angles), strict=True)]
+    return quat.product(quat.product(parts[0], parts[1]), parts[2])
+
+
+def angles_from_quaternion(q: ArrayLike, sequence: str = "313") -> NDArray[np.float64]:
+    """Return the angles of unit quaternions, in the ranges above; for "313" eq. (13). (..., 4) -> (..., 3).
+
+    Raises
+    ------
+    ValueError
+        At the singular angle, where only the sum or the difference of the outer angles is defined.
+    """
+    i, j, k = axes_of(sequence)
+    q = np.asarray(q, dtype=float)
+    symmetric = i == k
+    if symmetric:
+        k = 3 - i - j
+    else:  # r_k(a3) is r_i(-parity a3) seen from axes turned by 90 degrees about j
+        quarter = np.zeros(4)
+        quarter[[0, j + 1]] = 1.0
+        q = quat.product(q, quarter)
+    parity = _parity(i, j, k)
+    half_sum = np.arctan2(q[..., i + 1], q[..., 0])
+    half_difference = np.arctan2(parity * q[..., k + 1], q[..., j + 1])
+    near, far = np.hypot(q[..., 0], q[..., i + 1]), np.hypot(q[..., j + 1], q[..., k + 1])
+    _refuse_singular(2 * near * far / (near**2 + far**2), sequence)
+    middle = 2 * np.arctan2(far, near)
+    first, third = half_sum + half_difference, half_sum - half_difference
+    if not symmetric:
+        middle, third = middle - np.pi / 2, -parity * third
+    turns = np.floor(third / (2 * np.pi))
+    return np.stack([_within(first - 2 * np.pi * turns, 4 * np.pi), middle, _within(third, 2 * np.pi)], axis=-1)
+
+
+def rotation_matrix_from_angles(angles: Vector, sequence: str = "313") -> Array:
+    """Return the active matrix (3, 3) of three angles, scalars of any kind: its rows are s1, s2, s3 in body axes."""
+    (i, j, k), (a1, a2, a3) = axes_of(sequence), angles
+    rows = (_turn(k, -a3, _turn(j, -a2, _turn(i, -a1, unit))) for unit in np.eye(3))
+    return matrix_of(rows)
+
+
+def rotation_axes(angles: ArrayLike, sequence: str = "313") -> tuple[Array, Array, Array]:
+    """Return the three rotation axes along the body axes, each of shape (..., 3)."""
+    (i, j, k), (_, a2, a3) = axes_of(sequence), components(angles)
+    unit = np.eye(3)
+    first = _turn(k, -a3, _turn(j, -a2, unit[i]))
+    nodes = _turn(k, -a3, unit[j])
+    third = [0 * a3 + x for x in unit[k]]
+    return assemble(first, angles), assemble(nodes, angles), assemble(third, angles)
+
+
+def angular_momentum_from_momenta(angles: ArrayLike, momenta: ArrayLike, sequence: str = "313") -> Array:
+    """Return g in body axes from angles and momenta; for "313" eq. (8). Shapes (..., 3)."""
+    first, nodes, third = rotation_axes(angles, sequence)
+    p1, p2, p3 = components(momenta)
+    cosine, sine = outer_cosine_and_sine(components(angles)[1], sequence)
+    sine2 = sine * sine
+    along_first, along_third = (p1 - cosine * p3) / sine2, (p3 - cosine * p1) / sine2
+    return assemble(
+        [
+            along_first * a + p2 * b + along_third * c
+            for a, b, c in zip(components(first), components(nodes), components(third), strict=True)
+        ],
+        first,
+    )
+
+
+def momenta_from_angular_momentum(angles: ArrayLike, g_body: ArrayLike, sequence: str = "313") -> Array:
+    """Return the projections of g on the three axes; for "313" the exact lift of (15) (erratum E6)."""
+    axes = rotation_axes(angles, sequence)
+    return assemble([quat.dot(axis, g_body) for axis in axes], g_body)
+
+
+def outer_cosine_and_sine(middle: Scalar, sequence: str) -> tuple[Scalar, Scalar]:
+    """Return cosine and sine of the angle between the first and the third axis."""
+    i, j, k = axes_of(sequence)
+    cosine, sine = functions.cos(middle), functions.sin(middle)
+    return (cosine, sine) if i == k else (_parity(i, j, k) * sine, cosine)
+
+
+def refuse_singular_angles(angles: NDArray[np.float64], sequence: str) -> None:
+    """Raise a ValueError where the outer axes are parallel."""
+    _refuse_singular(np.abs(outer_cosine_and_sine(angles[..., 1], sequence)[1]), sequence)
+
+
+def _refuse_singular(sine: Any, sequence: str) -> None:
+    smallest = float(np.min(sine))
+    if smallest < SINGULAR_SINE:
+        i, _, k = axes_of(sequence)
+        raise ValueError(
+            f"the second angle of sequence {sequence} must stay away from its singularity, but "
+            f"|{'sin' if i == k else 'cos'}| = {smallest:.2g} there. Use another sequence."
+        )
+
+
+def _about(axis: int, angle: Scalar, source: ArrayLike) -> Array:
+    half = 0.5 * angle
+    parts = [functions.cos(half), 0 * half, 0 * half, 0 * half]
+    parts[axis + 1] = functions.sin(half)
+    return assemble(parts, source)
+
+
+def _turn(axis: int, angle: Scalar, vector: Any) -> list[Scalar]:
+    """Return the vector turned about a coordinate axis."""
+    c, s = functions.cos(angle), functions.sin(angle)
+    y, z = (axis + 1) % 3, (axis + 2) % 3
+    turned = list(vector)
+    turned[y], turned[z] = c * vector[y] - s * vector[z], s * vector[y] + c * vector[z]
+    return turned
+
+
+def _parity(i: int, j: int, k: int) -> int:
+    return (i - j) * (j - k) * (k - i) // 2
+
+
+def _within(angle: Any, period: float) -> Any:
+    reduced = np.mod(angle, period)
+    return np.where(reduced >= period, 0.0, reduced)

@@ -1,0 +1,140 @@
+"""Three sets of variables for one flow, each with its equations of motion.
+
+`lie_poisson` (q, g), `canonical` (q, Q) and `euler_angles` (angles and momenta of the sequence 3-1-3).
+The equations run on scalars of any kind; a state vector is a flat sequence in the order of `blocks`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics import euler
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.state import State
+
+__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "Formulation"]
+
+TorqueOf = Callable[[Attitude, Any], Vector]
+"""Attitude and omega_body -> torque along the body axes."""
+
+Phase = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+class Formulation(ABC):
+    """A set of variables and its equations of motion."""
+
+    name: str
+    blocks: Mapping[str, int]
+
+    @property
+    def size(self) -> int:
+        """The number of variables."""
+        return sum(self.blocks.values())
+
+    def split(self, variables: Any) -> list[Any]:
+        """Return the blocks of a flat sequence of scalars."""
+        ends = np.cumsum(list(self.blocks.values()))
+        return [functions.Vector(variables[end - n : end]) for end, n in zip(ends, self.blocks.values(), strict=True)]
+
+    @abstractmethod
+    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
+        """Return the time derivatives of the variables."""
+
+    @abstractmethod
+    def from_state(self, state: State) -> NDArray[np.float64]:
+        """Return the variables of a state, shape (..., size)."""
+
+    @abstractmethod
+    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
+        """Return q and Q, each of shape (..., 4)."""
+
+
+class LiePoisson(Formulation):
+    """q' = q (0, omega)/2, g' = g x omega + tau; Q = 2 q (0, g)."""
+
+    name = "lie_poisson"
+    blocks: Mapping[str, int] = {"attitude": 4, "momentum": 3}
+
+    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
+        q, g = self.split(variables)
+        omega = body.omega(g)
+        torque = torque_of(Attitude.from_quaternion(q), omega)
+        return [*(0.5 * quat.product(q, quat.pure(omega))), *(functions.cross(g, omega) + torque)]
+
+    def from_state(self, state: State) -> NDArray[np.float64]:
+        return np.concatenate([state.quaternion, state.angular_momentum_body], axis=-1)
+
+    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
+        q, g = variables[..., :4], variables[..., 4:]
+        return q, 2 * quat.product(q, quat.pure(g))
+
+
+class Canonical(Formulation):
+    """Equations (7) with a tangent force: q' = q (0, omega)/2, Q' = Q (0, omega)/2 + 2 q (0, tau).
+
+    The literal force -dU/dq of a polynomial U lets q . Q grow (erratum E7); this one keeps q . Q and |q|.
+    """
+
+    name = "canonical"
+    blocks: Mapping[str, int] = {"attitude": 4, "momentum": 4}
+
+    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
+        q, Q = self.split(variables)
+        omega = body.omega(0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q)))
+        torque = torque_of(Attitude.from_quaternion(q), omega)
+        turning = quat.pure(omega)
+        return [
+            *(0.5 * quat.product(q, turning)),
+            *(0.5 * quat.product(Q, turning) + 2 * quat.product(q, quat.pure(torque))),
+        ]
+
+    def from_state(self, state: State) -> NDArray[np.float64]:
+        return np.concatenate([state.quaternion, state.conjugate_momenta], axis=-1)
+
+    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
+        return variables[..., :4], variables[..., 4:]
+
+
+class EulerAngles(Formulation):
+    """Hamilton's equations of (10), corrected (erratum E4), for the sequence 3-1-3; singular at sin a2 = 0.
+
+    a' = dT/dP, P' = -dT/da + (the torque along each rotation axis), T(a, P) the kinetic energy of eq. (8).
+    """
+
+    name = "euler_angles"
+    blocks: Mapping[str, int] = {"angles": 3, "momenta": 3}
+    sequence = "313"
+
+    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
+        angles, momenta = self.split(variables)
+        g = euler.angular_momentum_from_momenta(angles, momenta, self.sequence)
+        kinetic_energy = body.kinetic_energy(g)
+        attitude = Attitude(euler.rotation_matrix_from_angles(angles, self.sequence))
+        torque = torque_of(attitude, body.omega(g))
+        pushes = [quat.dot(axis, torque) for axis in euler.rotation_axes(angles, self.sequence)]
+        return [
+            *(functions.derivative(kinetic_energy, momentum) for momentum in momenta),
+            *(push - functions.derivative(kinetic_energy, angle) for push, angle in zip(pushes, angles, strict=True)),
+        ]
+
+    def from_state(self, state: State) -> NDArray[np.float64]:
+        return np.concatenate(state.euler(self.sequence), axis=-1)
+
+    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
+        angles, momenta = variables[..., :3], variables[..., 3:]
+        q = euler.quaternion_from_angles(angles, self.sequence)
+        g = euler.angular_momentum_from_momenta(angles, momenta, self.sequence)
+        return q, 2 * quat.product(q, quat.pure(g))
+
+
+FORMULATIONS: Mapping[str, Formulation] = {f.name: f for f in (LiePoisson(), Canonical(), EulerAngles())}
+DEFAULT_FORMULATION = "lie_poisson"

@@ -1,0 +1,65 @@
+"""Moving axes: their attitude and their angular velocity at any time."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import rotation, unit_quaternion
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["Frame", "RotatingFrame"]
+
+
+class Frame(ABC):
+    """Axes that move in space; attitudes and rates relative to them go in and come out by name."""
+
+    @abstractmethod
+    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Return the unit quaternion frame -> space, x_space = q x_frame q~; shape (..., 4)."""
+
+    @abstractmethod
+    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Return the angular velocity of the frame, space axes; shape (..., 3)."""
+
+    def attitude(self, time: ArrayLike) -> Rotation:
+        """Return the scipy rotation frame -> space."""
+        return rotation(self.quaternion(time))
+
+
+class RotatingFrame(Frame):
+    """Axes that turn at a constant rate.
+
+    Parameters
+    ----------
+    attitude : scipy Rotation or array (4,)
+        Frame -> space at the epoch.
+    omega_space : array (3,)
+        Its constant angular velocity, space axes, radians per unit of time.
+    epoch : float
+        The time of `attitude`.
+    """
+
+    def __init__(self, attitude: Rotation | ArrayLike, omega_space: ArrayLike, epoch: float = 0.0) -> None:
+        self._start = unit_quaternion(attitude)
+        self._omega = real_array("omega_space", omega_space, (3,))
+        self._epoch = float(real_array("epoch", epoch, ()))
+
+    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
+        half = 0.5 * (np.asarray(time, dtype=float) - self._epoch)
+        rate = np.linalg.norm(self._omega)
+        turned: Any = np.stack(
+            np.broadcast_arrays(np.cos(rate * half), *(half * np.sinc(rate * half / np.pi) * w for w in self._omega)),
+            axis=-1,
+        )
+        return quat.product(turned, self._start)
+
+    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
+        return np.broadcast_to(self._omega, (*np.shape(time), 3))

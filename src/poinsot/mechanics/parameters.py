@@ -1,0 +1,129 @@
+"""Records whose annotated fields are physical parameters: what bodies, forces and orbits have in common.
+
+A field is declared by its annotation: `float` (a scalar), `Vector` (three components),
+`Annotated[Any, (5, 5)]` (any other shape), another record, or structure (`int`, `bool`, `str`), which
+selects a formula and is no number to vary. Every real number may carry a leading member axis.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import functools
+import itertools
+from collections.abc import Iterator
+from typing import Annotated, Any, Self, dataclass_transform, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.errors import member_array
+from poinsot.functions import Scalar
+
+__all__ = ["Parametric", "Vector", "came"]
+
+
+Vector = Annotated[Any, (3,)]
+"""Annotation of a parameter with three components; the field's docstring says in which axes."""
+
+
+@dataclass_transform(frozen_default=True, eq_default=False)
+class Parametric:
+    """Base of the frozen records: a subclass lists its fields and becomes a dataclass by itself."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        dataclasses.dataclass(frozen=True, eq=False)(cls)
+
+    def __post_init__(self) -> None:
+        for name, kind in _fields_of(self).items():
+            value = getattr(self, name)
+            if isinstance(kind, tuple):
+                object.__setattr__(self, name, member_array(name, value, kind))
+            elif not isinstance(value, kind):
+                raise TypeError(f"{name} must be {_article(kind)}, but {came(value)} came.")
+
+    @property
+    def prepared(self) -> Any:
+        """The record whose fields enter the equations: itself, unless derived constants serve better."""
+        return self
+
+    @property
+    def structure(self) -> tuple[Any, ...]:
+        """What selects the equations: the class and its structural fields, without any real number."""
+        return (type(self), *(_structure(getattr(self, name)) for name in _fields_of(self)))
+
+    @property
+    def numbers(self) -> Iterator[NDArray[np.float64]]:
+        """The real parameters in the order of their declaration, each of shape () or (members,)."""
+        for name, kind in _fields_of(self).items():
+            value = getattr(self, name)
+            if isinstance(value, Parametric):
+                yield from value.prepared.numbers
+            elif isinstance(kind, tuple):
+                yield from np.moveaxis(np.reshape(value, (*_members(value, kind), -1)), -1, 0)
+
+    def with_numbers(self, scalars: Iterator[Scalar]) -> Self:
+        """Return the same record with each real parameter replaced by the next scalar, of any kind."""
+        twin = copy.copy(self)
+        for name, kind in _fields_of(self).items():
+            value = getattr(self, name)
+            if isinstance(value, Parametric):
+                object.__setattr__(twin, name, value.prepared.with_numbers(scalars))
+            elif isinstance(kind, tuple):
+                object.__setattr__(twin, name, _take(scalars, kind))
+        return twin
+
+
+def _fields_of(record: Any) -> dict[str, Any]:
+    return _fields(record.__class__)
+
+
+@functools.cache
+def _fields(cls: Any) -> dict[str, Any]:
+    hints = get_type_hints(cls, include_extras=True)
+    return {field.name: _kind(cls, field.name, hints[field.name]) for field in dataclasses.fields(cls)}
+
+
+def _kind(cls: type, name: str, hint: Any) -> Any:
+    """Return the shape of a real parameter, or the class of anything else."""
+    if hint is float:
+        return ()
+    if get_origin(hint) is Annotated:
+        return get_args(hint)[1]
+    if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric)):
+        return hint
+    raise TypeError(
+        f"{cls.__name__}.{name} must be declared as float, Vector, Annotated[Any, shape], int, bool, str or Orbit, "
+        f"but its annotation is {hint!r}."
+    )
+
+
+def _structure(value: Any) -> Any:
+    if isinstance(value, Parametric):
+        return value.prepared.structure
+    return None if isinstance(value, np.ndarray) else value
+
+
+def _take(scalars: Iterator[Scalar], shape: tuple[int, ...]) -> Any:
+    """Return the next scalars as one scalar, a formula's vector, or an object array of a higher rank."""
+    if len(shape) < 2:
+        return functions.Vector(itertools.islice(scalars, shape[0])) if shape else next(scalars)
+    taken = np.empty(shape, dtype=object)
+    for index in np.ndindex(shape):
+        taken[index] = next(scalars)
+    return taken
+
+
+def _members(value: NDArray[Any], shape: tuple[int, ...]) -> tuple[int, ...]:
+    return value.shape[: value.ndim - len(shape)]
+
+
+def _article(kind: type) -> str:
+    return f"{'an' if kind.__name__[0] in 'AEIOaeio' else 'a'} {kind.__name__}"
+
+
+def came(value: Any) -> str:
+    """Return what a wrong argument was, for an error sentence."""
+    return f"the class {value.__name__}" if isinstance(value, type) else f"{type(value).__name__} {value!r}"[:60]

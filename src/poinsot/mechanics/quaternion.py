@@ -1,0 +1,99 @@
+"""Quaternion algebra (paper, Sec. 2): Hamilton product, scalar first, no switch.
+
+Every function takes arrays of shape (..., 4) (vectors: (..., 3)) of floats, of heyoka or SymPy expressions
+or of mpmath numbers, and, inside formulas, one quaternion of four such scalars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot import functions
+from poinsot.functions import Scalar
+
+__all__ = [
+    "component_product",
+    "conjugate",
+    "dot",
+    "imaginary",
+    "norm",
+    "product",
+    "pure",
+    "rotate",
+]
+
+Array = NDArray[Any]
+
+
+def components(array: ArrayLike) -> tuple[Scalar, ...]:
+    """Return the scalars along the last axis."""
+    if isinstance(array, functions.Vector):
+        return tuple(array)
+    array = np.asarray(array)
+    return tuple(array) if array.ndim == 1 else tuple(np.moveaxis(array, -1, 0))
+
+
+def assemble(scalars: Sequence[Scalar], *sources: ArrayLike) -> Array:
+    """Return the scalars as the last axis of an array, or as a formula's vector if a source is one."""
+    if any(isinstance(source, functions.Vector) for source in sources):
+        return cast(Array, functions.Vector(scalars))
+    return np.stack(np.broadcast_arrays(*scalars), axis=-1)
+
+
+def product(p: ArrayLike, q: ArrayLike) -> Array:
+    """Return the Hamilton product p q; shapes (..., 4) broadcast."""
+    (p0, p1, p2, p3), (q0, q1, q2, q3) = components(p), components(q)
+    return assemble(
+        (
+            p0 * q0 - p1 * q1 - p2 * q2 - p3 * q3,
+            p0 * q1 + q0 * p1 + p2 * q3 - p3 * q2,
+            p0 * q2 + q0 * p2 + p3 * q1 - p1 * q3,
+            p0 * q3 + q0 * p3 + p1 * q2 - p2 * q1,
+        ),
+        p,
+        q,
+    )
+
+
+def conjugate(q: ArrayLike) -> Array:
+    """Return the conjugate (q0, -q1, -q2, -q3)."""
+    q0, q1, q2, q3 = components(q)
+    return assemble((q0, -q1, -q2, -q3), q)
+
+
+def dot(p: ArrayLike, q: ArrayLike) -> Scalar:
+    """Return the Euclidean dot product, Re(p q~); shape (...). The paper prints Re(p q) (erratum E1)."""
+    return functions.dot(components(p), components(q))
+
+
+def norm(q: ArrayLike) -> Scalar:
+    """Return |q| = sqrt(q q~); shape (...)."""
+    return functions.norm(components(q))
+
+
+def component_product(p: ArrayLike, q: ArrayLike) -> Array:
+    """Return the product component by component, the paper's circled cross."""
+    return assemble([a * b for a, b in zip(components(p), components(q), strict=True)], p, q)
+
+
+def pure(vector: ArrayLike) -> Array:
+    """Return the quaternion (0, vector); shape (..., 3) -> (..., 4)."""
+    x, y, z = components(vector)
+    return assemble((0 * x, x, y, z), vector)
+
+
+def imaginary(q: ArrayLike) -> Array:
+    """Return the vector part of q; shape (..., 4) -> (..., 3)."""
+    return assemble(components(q)[1:], q)
+
+
+def rotate(q: ArrayLike, vector: ArrayLike) -> Array:
+    """Return the vector q x q~ (Theorem 1): for a unit quaternion, x_body -> x_space.
+
+    The inverse, x_space -> x_body, is `rotate(conjugate(q), x)`. A q off the unit sphere scales by |q|^2.
+    """
+    return imaginary(product(product(q, pure(vector)), conjugate(q)))

@@ -1,0 +1,83 @@
+"""The world around the body: where it is with respect to what attracts it, and the instant."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.parameters import Parametric
+
+if TYPE_CHECKING:
+    from poinsot.mechanics.frame import Frame
+
+__all__ = ["Orbit", "Sky"]
+
+
+class Orbit(Parametric, ABC):
+    """The position of the body relative to one attractor, space axes; it owns that attractor's `mu`.
+
+    Subclasses declare a field `mu` and give position and velocity as formulas of the time.
+    """
+
+    if TYPE_CHECKING:
+
+        @property
+        def mu(self) -> Any:
+            """Gravitational parameter of the attractor."""
+
+    @abstractmethod
+    def position_at(self, time: Scalar) -> Vector:
+        """Return the three components of the position of the body from the attractor."""
+
+    @abstractmethod
+    def velocity_at(self, time: Scalar) -> Vector:
+        """Return the three components of its velocity."""
+
+    def distance_at(self, time: Scalar) -> Scalar:
+        """Return the length of the position."""
+        return functions.norm(self.position_at(time))
+
+    @property
+    def uniform_rotation(self) -> NDArray[np.float64] | None:
+        """The angular velocity, space axes, about which the position turns unchanged; None if it does not."""
+        return None
+
+    @property
+    def directions(self) -> dict[str, NDArray[np.float64]]:
+        """Directions in space that the orbit singles out, by name: candidates for an integral."""
+        return {}
+
+    @property
+    def frame(self) -> Frame:
+        """The axes that follow this orbit."""
+        raise ValueError(f"orbit must move to have a frame, but {type(self).__name__} has no velocity.")
+
+
+class Sky:
+    """The world at one instant, as a formula sees it.
+
+    Parameters
+    ----------
+    time : scalar
+        The time.
+    """
+
+    def __init__(self, time: Any) -> None:
+        self.time = time
+
+    def position(self, orbit: Orbit) -> Vector:
+        """Return the position of the body from the attractor of that orbit, space axes."""
+        return orbit.position_at(self.time)
+
+    def velocity(self, orbit: Orbit) -> Vector:
+        """Return the velocity of the body relative to the attractor of that orbit, space axes."""
+        return orbit.velocity_at(self.time)
+
+    def distance(self, orbit: Orbit) -> Scalar:
+        """Return the distance of the body from the attractor of that orbit."""
+        return orbit.distance_at(self.time)

@@ -1,0 +1,119 @@
+"""The state of a rotating body: the attitude quaternion q and its conjugate momentum Q."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import member_array
+from poinsot.mechanics import euler
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import rotation, unit_quaternion
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["State", "project_to_tangent"]
+
+TANGENT_SLACK = 1e-9
+"""How large |q . Q| / |Q| may be in what a user gives."""
+
+
+class State:
+    """Attitude and momentum at one time, or arrays of them.
+
+    Parameters
+    ----------
+    quaternion : array (4,) or (n, 4)
+        Unit quaternion q, scalar first, x_space = q x_body q~.
+    conjugate_momenta : array (4,) or (n, 4)
+        Its conjugate momentum Q, tangent to the unit sphere: q . Q = 0. Unit of angular momentum.
+    time : float or array (n,)
+        The time, in the user's unit.
+
+    Raises
+    ------
+    ValueError
+        If |q| is off 1 by more than 1e-9, or |q . Q| is above 1e-9 |Q|. Nothing is normalised.
+
+    Notes
+    -----
+    A state knows no moments of inertia; rates come from `body.omega` or from a trajectory. The paper's
+    Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
+    """
+
+    def __init__(self, quaternion: ArrayLike, conjugate_momenta: ArrayLike, time: ArrayLike = 0.0) -> None:
+        self.quaternion = unit_quaternion(quaternion, "quaternion")
+        self.conjugate_momenta = member_array("conjugate_momenta", conjugate_momenta, (4,))
+        self.time = member_array("time", time, ())
+        self.quaternion, self.conjugate_momenta = np.broadcast_arrays(self.quaternion, self.conjugate_momenta)
+        _check_tangent(self.quaternion, self.conjugate_momenta)
+
+    @classmethod
+    def from_euler(cls, angles: ArrayLike, momenta: ArrayLike, sequence: str = "313", time: ArrayLike = 0.0) -> State:
+        """Return the state with Euler angles (radians) and their canonical momenta; shapes (3,) or (n, 3).
+
+        Any angles are accepted off the singularity; q changes its sign when the first grows by 2 pi.
+        Paper, eqs. (8), (12), (14).
+        """
+        angles, momenta = member_array("angles", angles, (3,)), member_array("momenta", momenta, (3,))
+        euler.axes_of(sequence)
+        euler.refuse_singular_angles(angles, sequence)
+        q = euler.quaternion_from_angles(angles, sequence)
+        g = euler.angular_momentum_from_momenta(angles, momenta, sequence)
+        return cls(q, 2 * quat.product(q, quat.pure(g)), time)
+
+    def euler(self, sequence: str = "313") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the Euler angles (radians) and their canonical momenta, each of shape (..., 3).
+
+        The first angle is in [0, 4 pi), which keeps the sign of q; the third in [0, 2 pi); the second in
+        (0, pi), or in (-pi/2, pi/2) for a sequence of three different axes. Paper, eqs. (13), (15) with
+        the exact lift of erratum E6.
+        """
+        angles = euler.angles_from_quaternion(self.quaternion, sequence)
+        return angles, euler.momenta_from_angular_momentum(angles, self.angular_momentum_body, sequence)
+
+    @property
+    def attitude(self) -> Rotation:
+        """The attitude as a scipy rotation, body -> space."""
+        return rotation(self.quaternion)
+
+    @property
+    def angular_momentum_body(self) -> NDArray[np.float64]:
+        """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3)."""
+        return 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.conjugate_momenta))
+
+    @property
+    def angular_momentum_space(self) -> NDArray[np.float64]:
+        """The angular momentum G = Im(Q q~)/2 in space axes; shape (..., 3)."""
+        return 0.5 * quat.imaginary(quat.product(self.conjugate_momenta, quat.conjugate(self.quaternion)))
+
+    def __repr__(self) -> str:
+        return (
+            f"State(quaternion={_listed(self.quaternion)}, conjugate_momenta={_listed(self.conjugate_momenta)}, "
+            f"time={_listed(self.time)})"
+        )
+
+
+def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
+    """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere; the angular momentum is kept."""
+    q, Q = np.asarray(quaternion, dtype=float), np.asarray(conjugate_momenta, dtype=float)
+    return np.asarray(Q - (quat.dot(q, Q) / quat.dot(q, q))[..., None] * q)
+
+
+def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:
+    defect, size = np.abs(np.sum(q * Q, axis=-1)), np.linalg.norm(Q, axis=-1)
+    if np.any(defect > TANGENT_SLACK * size):
+        i = np.argmax(np.atleast_1d(defect - TANGENT_SLACK * size))
+        ratio = np.atleast_1d(defect)[i] / np.atleast_1d(size)[i]
+        raise ValueError(
+            f"conjugate_momenta must be tangent to the unit sphere, but |q . Q| = {ratio:.3g} |Q|. "
+            "Pass project_to_tangent(quaternion, conjugate_momenta), which keeps the angular momentum."
+        )
+
+
+def _listed(array: Any) -> Any:
+    array = np.asarray(array)
+    return array.tolist() if array.size <= 8 else f"<array {array.shape}>"

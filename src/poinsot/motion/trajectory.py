@@ -1,0 +1,256 @@
+"""The motion of a body: what a propagation returns, and everything that is read from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import rotation
+from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+
+if TYPE_CHECKING:
+    import xarray
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["RelativeMotion", "Run", "Trajectory"]
+
+Array = NDArray[np.float64]
+Interpolant = Callable[[Array], tuple[Array, Array]]
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a trajectory was computed.
+
+    Attributes
+    ----------
+    method, formulation, precision : str
+    tolerance : float
+        Of the integrator, relative, per step.
+    order, steps : int
+        Of the Taylor expansion; steps taken in both directions together.
+    wall_time : float
+        Seconds, without the building of the integrator.
+    versions : mapping
+        Of the package and of what computed.
+    """
+
+    method: str
+    formulation: str
+    precision: str
+    tolerance: float
+    order: int
+    steps: int
+    wall_time: float
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+
+class Trajectory:
+    """A motion at the requested times, read by name; every property has the times as its first axis.
+
+    Attributes
+    ----------
+    system : System
+    initial : State
+        Where the motion started; drifts are measured from here.
+    times : array (n,)
+    quaternion : array (n, 4)
+        Euler parameters, scalar first, body -> space. Never normalised: their drift is a measurement.
+    conjugate_momenta : array (n, 4)
+        Q = 2 q (0, g).
+    run : Run
+        Method, order, steps, tolerance, versions.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        initial: State,
+        times: Array,
+        canonical: tuple[Array, Array],
+        run: Run,
+        interpolant: tuple[Interpolant, float, float] | None = None,
+    ) -> None:
+        self.system = system
+        self.initial = initial
+        self.times = times
+        self.quaternion, self.conjugate_momenta = canonical
+        self.run = run
+        self._interpolant = interpolant
+
+    # ------------------------------------------------------------------ reading
+
+    @property
+    def attitude(self) -> Rotation:
+        """The attitudes as a scipy rotation, body -> space."""
+        return rotation(self.quaternion)
+
+    @property
+    def angular_momentum_body(self) -> Array:
+        """G = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
+        return _computed_state(self).angular_momentum_body
+
+    @property
+    def angular_momentum_space(self) -> Array:
+        """G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
+        return _computed_state(self).angular_momentum_space
+
+    @property
+    def omega_body(self) -> Array:
+        """The inertial angular velocity along the body axes; shape (n, 3)."""
+        return self.system.body.omega(self.angular_momentum_body)
+
+    @property
+    def omega_space(self) -> Array:
+        """The inertial angular velocity along the space axes; shape (n, 3)."""
+        return quat.rotate(self.quaternion, self.omega_body)
+
+    @property
+    def kinetic_energy(self) -> Array:
+        """T, eq. (9); shape (n,)."""
+        return np.asarray(self.system.kinetic_energy(_computed_state(self)))
+
+    @property
+    def potential_energy(self) -> Array:
+        """The sum of the potentials; shape (n,)."""
+        return np.asarray(self.system.potential_energy(_computed_state(self)))
+
+    @property
+    def energy(self) -> Array:
+        """T + U; shape (n,)."""
+        return self.kinetic_energy + self.potential_energy
+
+    def euler(self, sequence: str = "313") -> tuple[Array, Array]:
+        """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does."""
+        return _computed_state(self).euler(sequence)
+
+    def relative_to(self, frame: Frame) -> RelativeMotion:
+        """Return attitude and rate relative to a moving frame, such as `orbit.frame`."""
+        if not isinstance(frame, Frame):
+            raise TypeError(f"frame must be a Frame, but {type(frame).__name__} came. An orbit has one: orbit.frame.")
+        frame_omega = quat.rotate(quat.conjugate(self.quaternion), frame.omega_space(self.times))
+        return RelativeMotion(
+            self.times,
+            quat.product(quat.conjugate(frame.quaternion(self.times)), self.quaternion),
+            self.omega_body - frame_omega,
+        )
+
+    def __call__(self, time: ArrayLike) -> State:
+        """Return the state at a time, or a batch of states at an array of times, from the dense output."""
+        if self._interpolant is None:
+            raise ValueError(
+                "a trajectory must have dense output to be called, but it has none. Propagate with dense=True."
+            )
+        interpolant, first, last = self._interpolant
+        t = real_array("time", time, (None,) * np.ndim(time))
+        if t.size and (t.min() < first or t.max() > last):
+            outside = t.min() if t.min() < first else t.max()
+            raise ValueError(f"time must lie within [{first:.10g}, {last:.10g}], but {outside:.10g} came.")
+        q, Q = interpolant(np.atleast_1d(t))
+        return computed_state(q.reshape(*t.shape, 4), Q.reshape(*t.shape, 4), t)
+
+    # ------------------------------------------------------------------ proof
+
+    @property
+    def norm_error(self) -> Array:
+        """|q| - 1; shape (n,)."""
+        return np.asarray(quat.norm(self.quaternion)) - 1
+
+    @property
+    def tangency_error(self) -> Array:
+        """Q . Q, zero for a momentum tangent to the unit sphere; shape (n,)."""
+        return np.asarray(quat.dot(self.quaternion, self.conjugate_momenta))
+
+    @property
+    def integrals(self) -> dict[str, Array]:
+        """The conserved quantities of the system along the motion, by name; empty where there is none."""
+        state = _computed_state(self)
+        return {integral.name: np.asarray(integral.value(state)) for integral in self.system.integrals}
+
+    @property
+    def drift(self) -> dict[str, Array]:
+        """The relative change of each integral since the start, each (n,).
+
+        Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
+        """
+        energy_scale = np.max(np.abs(self.kinetic_energy) + np.abs(self.potential_energy), initial=0.0)
+        momentum_scale = np.max(np.linalg.norm(self.angular_momentum_body, axis=-1), initial=0.0)
+        out = {}
+        for integral in self.system.integrals:
+            scale = energy_scale if integral.is_energy else momentum_scale
+            change = self.integrals[integral.name] - integral.value(self.initial)
+            out[integral.name] = change / scale if scale > 0 else change
+        return out
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """How the motion was computed and how far its invariants moved, as one flat record."""
+        largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
+        return {
+            **{key: value for key, value in asdict(self.run).items() if key != "versions"},
+            "norm_error": _largest(self.norm_error),
+            "tangency_error": _largest(self.tangency_error),
+            **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
+        }
+
+    def __repr__(self) -> str:
+        span = f"{self.times[0]:.10g} ... {self.times[-1]:.10g}" if self.times.size else "none"
+        lines = [f"Trajectory of {self.system!r}", f"  times: {self.times.size}, {span}"]
+        lines += [
+            f"  {key}: {value:.4g}" if isinstance(value, float) else f"  {key}: {value}"
+            for key, value in self.summary.items()
+        ]
+        return "\n".join(lines)
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The motion as an xarray Dataset with units, frames and provenance."""
+        from poinsot.motion.dataset import dataset_of
+
+        return dataset_of(self)
+
+
+@dataclass(frozen=True)
+class RelativeMotion:
+    """Attitude and rate of the body relative to a frame.
+
+    Attributes
+    ----------
+    times : array (n,)
+    quaternion : array (n, 4)
+        Body -> frame, scalar first.
+    omega_body : array (n, 3)
+        The rate relative to the frame, along the body axes.
+    """
+
+    times: Array
+    quaternion: Array
+    omega_body: Array
+
+    @property
+    def attitude(self) -> Rotation:
+        """The attitudes as a scipy rotation, body -> frame."""
+        return rotation(self.quaternion)
+
+
+def computed_state(q: Array, Q: Array, time: Array) -> State:
+    """Return a state of computed values, whose small defects are measurements and not mistakes."""
+    state = object.__new__(State)
+    state.quaternion, state.conjugate_momenta, state.time = q, Q, time
+    return state
+
+
+def _computed_state(motion: Trajectory) -> State:
+    return computed_state(motion.quaternion, motion.conjugate_momenta, motion.times)
+
+
+def _largest(values: Array) -> float:
+    return float(np.max(np.abs(values), initial=0.0))

@@ -1,0 +1,1 @@
+"""Where the body is with respect to what attracts it."""

@@ -1,0 +1,48 @@
+"""A body that stays where it is with respect to what attracts it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.functions import Scalar
+from poinsot.mechanics.parameters import Vector
+from poinsot.mechanics.sky import Orbit
+
+__all__ = ["FixedPoint"]
+
+
+class FixedPoint(Orbit):
+    """A body at rest relative to an attractor.
+
+    Parameters
+    ----------
+    position : array (3,)
+        The position of the body from the attractor, space axes.
+    mu : float
+        Gravitational parameter of the attractor, length cubed over time squared.
+
+    Raises
+    ------
+    ValueError
+        If the body is at the attractor.
+    """
+
+    position: Vector
+    mu: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
+            raise ValueError("position must not be zero, but the body is at the attractor.")
+
+    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: ARG002, D102
+        return functions.Vector(self.position)
+
+    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: ARG002, D102
+        return functions.Vector((0.0, 0.0, 0.0))
+
+    @property
+    def directions(self) -> dict[str, NDArray[np.float64]]:  # noqa: D102
+        return {"attractor": np.asarray(self.position)}
