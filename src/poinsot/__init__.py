@@ -2,6 +2,7 @@
 
 from poinsot import functions
 from poinsot.errors import PropagationError
+from poinsot.files.netcdf import save
 from poinsot.forces.damping import LinearDamping
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.mechanics.attitude import Attitude
@@ -16,6 +17,7 @@ from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.fixed import FixedPoint
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.pictures.quaternions import plot_quaternions
 
 __version__ = "0.1.0"
 
@@ -39,6 +41,8 @@ __all__ = [
     "UniformGravity",
     "Vector",
     "functions",
+    "plot_quaternions",
     "project_to_tangent",
     "propagate",
+    "save",
 ]

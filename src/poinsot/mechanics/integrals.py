@@ -45,6 +45,8 @@ class Integral:
     ----------
     name : str
         `energy`, `jacobi_energy`, `angular_momentum_space_3`, `angular_momentum_body_3`, ...
+    symbol : str
+        `H`, `H-n.G`, `G3`, `g3`, ...
     meaning : str
         One line for people.
     value : callable
@@ -54,6 +56,7 @@ class Integral:
     """
 
     name: str
+    symbol: str
     meaning: str
     value: Callable[[State], Any]
     is_energy: bool = False
@@ -68,13 +71,14 @@ def _energies(system: System) -> Iterator[Integral]:
     if any(isinstance(force, Torque) for force in system.forces):
         return
     if _invariant(system, later=1.0):
-        yield Integral("energy", "H = T + U", system.energy, is_energy=True)
+        yield Integral("energy", "H", "H = T + U", system.energy, is_energy=True)
         return
     for orbit in _orbits(system):
         rate = orbit.uniform_rotation
         if rate is not None and _invariant(system, later=1.0, about_space=rate):
             yield Integral(
                 "jacobi_energy",
+                "H-n.G",
                 "H - n . G on a circular orbit",
                 functools.partial(_jacobi, system, rate),
                 is_energy=True,
@@ -86,14 +90,14 @@ def _space_components(system: System) -> Iterator[Integral]:
     for name, axis in _space_axes(system):
         if _invariant(system, about_space=axis) and not _pushed(system, axis, "space"):
             value = functools.partial(_component, "space", axis)
-            yield Integral(f"angular_momentum_space_{name}", f"G along the axis {name} in space", value)
+            yield Integral(f"angular_momentum_space_{name}", f"G{name}", f"G along the axis {name} in space", value)
 
 
 def _body_components(system: System) -> Iterator[Integral]:
     for k, axis in enumerate(np.eye(3)):
         if _symmetric(system, axis) and _invariant(system, about_body=axis) and not _pushed(system, axis, "body"):
             value = functools.partial(_component, "body", axis)
-            yield Integral(f"angular_momentum_body_{k + 1}", "g along the body's symmetry axis", value)
+            yield Integral(f"angular_momentum_body_{k + 1}", f"g{k + 1}", "g along the body's symmetry axis", value)
 
 
 def _jacobi(system: System, rate: Array, state: State) -> Any:

@@ -86,7 +86,13 @@ def _build(system: System, kernel: Kernel) -> Any:
     symbolic = system.with_numbers(hy.par[i] for i in range(len(list(system.numbers))))
     formulation = FORMULATIONS[kernel.formulation]
     variables = [hy.expression(f"x{i}") for i in range(formulation.size)]
-    equations = symbolic.derivatives(kernel.formulation, variables, hy.time)
+    try:
+        equations = symbolic.derivatives(kernel.formulation, variables, hy.time)
+    except TypeError as error:
+        raise TypeError(
+            "the formulas of a system must use + - * / ** and poinsot.functions alone, but on symbols they gave: "
+            f"{error}. Replace functions of math and numpy by those of poinsot.functions."
+        ) from error
     kind: Any = PRECISIONS[kernel.precision]
     stops = {}
     if kernel.formulation == "euler_angles":

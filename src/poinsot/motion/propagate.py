@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import platform
 import time as clock
 from collections.abc import Callable
+from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -62,11 +65,10 @@ def propagate(
     _check_order(system, state)
     t = _checked_times(times)
     chosen = _checked_formulation(formulation)
-    tolerance = _checked_tolerance(tolerance, precision)
+    asked = _checked_tolerance(tolerance, precision)
     start, origin = chosen.from_state(state), float(state.time)
-    began = clock.perf_counter()
-    with kernels.integrator(system, chosen.name, precision, tolerance) as engine:
-        began, order = clock.perf_counter(), engine.order
+    with kernels.integrator(system, chosen.name, precision, asked) as engine:
+        began, order, tolerance = clock.perf_counter(), engine.order, float(engine.tol)
         rising = np.sort(t)
         middle = int(np.searchsorted(rising, origin))
         halves = [
@@ -245,18 +247,7 @@ def _checked_tolerance(tolerance: float | None, precision: str) -> float:
     return value
 
 
+@functools.cache
 def _versions() -> dict[str, str]:
-    import platform
-
-    import heyoka
-    import scipy
-
-    import poinsot
-
-    return {
-        "poinsot": poinsot.__version__,
-        "heyoka": heyoka.__version__,
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "python": platform.python_version(),
-    }
+    packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
+    return {**packages, "python": platform.python_version()}

@@ -1,0 +1,63 @@
+"""The command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    help="Rotation of rigid bodies, at machine precision.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+@app.callback()
+def main() -> None:
+    """Rotation of rigid bodies, at machine precision."""
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(help="Folder for figures, NetCDF files and the table.")] = Path("out"),
+) -> None:
+    """Integrate the three problems of Arribas, Elipe and Palacios (2006) and show how exact the result is.
+
+    Writes Figs. 1-3 (PNG, PDF), one NetCDF file for each case, and table.md. Files of these names are replaced.
+    """
+    import matplotlib as mpl
+    from rich.console import Console
+    from rich.progress import track
+
+    mpl.use("Agg")
+    from poinsot import paper as problems
+
+    console = Console()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise typer.BadParameter(f"out must be a folder that can be written, but {error}.") from None
+    rows: list[problems.Row] = []
+    for problem in track(problems.PROBLEMS, "The paper's problems", console=console, disable=not console.is_terminal):
+        motion, found = problems.solve(problem)
+        problems.write(motion, problem, out)
+        rows += found
+        (out / "table.md").write_text(problems.markdown_table(rows))
+        if not console.is_terminal:
+            console.print(f"done: {problem.title}")
+    console.print(_table(rows))
+    console.print(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {out}/fig1-torque-free.png")
+
+
+def _table(rows: list) -> object:  # type: ignore[type-arg]
+    from rich.table import Table
+
+    from poinsot.paper import HEADINGS
+
+    table = Table(*HEADINGS, header_style="bold")
+    for row in rows:
+        table.add_row(*vars(row).values(), end_section=row.formulation == "euler_angles")
+    return table
