@@ -1,7 +1,7 @@
 """Rotation of rigid bodies: `propagate(System(body, *forces), state, times) -> Trajectory`."""
 
 from poinsot import functions
-from poinsot.errors import PropagationError
+from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.netcdf import save
 from poinsot.forces.damping import LinearDamping
 from poinsot.forces.gravity import GravityGradient, UniformGravity
@@ -32,6 +32,7 @@ __all__ = [
     "Orbit",
     "Potential",
     "PropagationError",
+    "PropagationInterrupted",
     "RotatingFrame",
     "Sky",
     "State",

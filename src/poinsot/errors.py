@@ -7,10 +7,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PropagationError", "member_array", "real_array"]
+__all__ = [
+    "PropagationError",
+    "PropagationInterrupted",
+    "member_array",
+    "real_array",
+    "real_numbers",
+    "refuse_nonpositive",
+]
 
 
-class PropagationError(RuntimeError):
+class _Stopped(BaseException):
+    def __init__(self, message: str, time: float, trajectory: Any) -> None:
+        super().__init__(message)
+        self.time = time
+        self.trajectory = trajectory
+
+
+class PropagationError(_Stopped, RuntimeError):
     """A run stopped before its last time.
 
     Attributes
@@ -21,15 +35,14 @@ class PropagationError(RuntimeError):
         What was computed: every requested time that was reached before the run stopped.
     """
 
-    def __init__(self, message: str, time: float, trajectory: Any) -> None:
-        super().__init__(message)
-        self.time = time
-        self.trajectory = trajectory
+
+class PropagationInterrupted(_Stopped, KeyboardInterrupt):
+    """A run was stopped by Ctrl-C; it has the attributes of `PropagationError`."""
 
 
 def real_array(name: str, value: Any, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape; `None` in the shape is any length."""
-    array = _floats(name, value)
+    array = real_numbers(name, value)
     if len(array.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
         raise ValueError(f"{name} must have shape {_written(shape)}, but shape {array.shape} came.")
     return array
@@ -37,23 +50,34 @@ def real_array(name: str, value: Any, shape: tuple[int | None, ...]) -> NDArray[
 
 def member_array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape, or with one leading member axis more."""
-    array = _floats(name, value)
-    if array.shape[max(array.ndim - len(shape), 0) :] != shape or array.ndim > len(shape) + 1:
+    array = real_numbers(name, value)
+    if array.shape[max(array.ndim - len(shape), 0) :] != shape or array.ndim > len(shape) + 1 or 0 in array.shape:
         members = _written(("members", *shape))
-        raise ValueError(f"{name} must have shape {_written(shape)} or {members}, but {array.shape} came.")
+        raise ValueError(f"{name} must have shape {_written(shape)} or {members}, but shape {array.shape} came.")
     return array
 
 
-def _floats(name: str, value: Any) -> NDArray[np.float64]:
+def real_numbers(name: str, value: Any) -> NDArray[np.float64]:
+    """Return `value` as finite floats of any shape."""
     try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be real numbers, but {type(value).__name__} {_short(value)} came.") from None
+        array = np.array(value)
+    except ValueError:  # rows of unequal length
+        array = np.array(None)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be real numbers, but {type(value).__name__} {_short(value)} came.")
+    array = array.astype(float)
     if not np.all(np.isfinite(array)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         place = f"{name}[{', '.join(map(str, where))}]" if where else name
         raise ValueError(f"{name} must be finite, but {place} = {array[where]}.")
     return array
+
+
+def refuse_nonpositive(name: str, value: Any) -> None:
+    """Raise a ValueError that shows the first number that is not positive."""
+    wrong = np.atleast_1d(value)[np.atleast_1d(value) <= 0]
+    if wrong.size:
+        raise ValueError(f"{name} must be positive, but {wrong.flat[0]} came.")
 
 
 def _short(value: Any) -> str:

@@ -85,15 +85,25 @@ class Vector(Sequence[Any]):
 
 def _engine(*scalars: Scalar) -> Any:
     for scalar in scalars:
-        name = type(scalar).__module__.partition(".")[0]
-        if name in ("heyoka", "sympy", "mpmath"):
+        kind = type(scalar)
+        name = kind.__module__.partition(".")[0]
+        if name in ("sympy", "mpmath") or (name == "heyoka" and kind.__name__ == "expression"):
             return importlib.import_module(name)
     return np
 
 
+def _own(name: str, scalars: tuple[Scalar, ...]) -> tuple[Scalar] | None:
+    """Return, wrapped, what a scalar with rules of its own makes of a function; None if there is none."""
+    for scalar in scalars:
+        if hasattr(scalar, "apply"):
+            return (scalar.apply(name, scalars),)
+    return None
+
+
 def _elementary(name: str) -> Callable[..., Scalar]:
     def function(*scalars: Scalar) -> Scalar:
-        return getattr(_engine(*scalars), name)(*scalars)
+        own = _own(name, scalars)
+        return own[0] if own else getattr(_engine(*scalars), name)(*scalars)
 
     function.__name__ = name
     function.__doc__ = f"Return `{name}` of a float, array, heyoka or SymPy expression, or mpmath number."
@@ -107,12 +117,16 @@ asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
 
 def less(a: Scalar, b: Scalar) -> Scalar:
     """Return the condition a < b, for `where`."""
+    if own := _own("less", (a, b)):
+        return own[0]
     engine = _engine(a, b)
     return engine.lt(a, b) if engine.__name__ == "heyoka" else a < b
 
 
 def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
     """Return a where the condition holds and b elsewhere; both are evaluated."""
+    if own := _own("where", (condition, a, b)):
+        return own[0]
     engine = _engine(condition, a, b)
     if engine.__name__ == "heyoka":
         return engine.select(condition, a, b)
@@ -121,25 +135,6 @@ def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
     if engine.__name__ == "mpmath":
         return a if condition else b
     return np.where(condition, a, b)
-
-
-def symbol_like(example: Scalar, name: str) -> Scalar:
-    """Return a new symbol of the engine that the example belongs to."""
-    engine = _engine(example)
-    return engine.expression(name) if engine.__name__ == "heyoka" else engine.Symbol(name, real=True)
-
-
-def derivative(expression: Scalar, symbol: Scalar) -> Scalar:
-    """Return the symbolic derivative of a heyoka or SymPy expression."""
-    return 0.0 if _engine(expression) is np else _engine(symbol).diff(expression, symbol)
-
-
-def substitute(expression: Scalar, known: dict[Scalar, Scalar]) -> Scalar:
-    """Return a heyoka or SymPy expression with symbols replaced."""
-    engine = _engine(expression)
-    if engine is np:
-        return expression
-    return engine.subs(expression, known) if engine.__name__ == "heyoka" else expression.xreplace(known)
 
 
 def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
@@ -162,6 +157,8 @@ def norm(a: Iterable[Scalar]) -> Scalar:
 
 def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
     """Return E with E - e sin E = M (Kepler's equation), for 0 <= e < 1; angles in radians."""
+    if own := _own("eccentric_anomaly", (eccentricity, mean_anomaly)):
+        return own[0]
     engine = _engine(eccentricity, mean_anomaly)
     if engine.__name__ == "heyoka":
         return engine.kepE(eccentricity, mean_anomaly)

@@ -16,6 +16,7 @@ NAMES = [
     "Orbit",
     "Potential",
     "PropagationError",
+    "PropagationInterrupted",
     "RotatingFrame",
     "Sky",
     "State",

@@ -19,7 +19,7 @@ def test_snippets_of_a_page_run(page, tmp_path, monkeypatch):
     mpl.use("Agg")
     names = {"__name__": "snippet"}
     for number, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)):
-        exec(compile(code, f"{page.name}, snippet {number}", "exec", dont_inherit=True), names)  # noqa: S102
+        exec(compile(code, f"{page.name}, snippet {number}", "exec", dont_inherit=True), names)
     plt.close("all")
 
 

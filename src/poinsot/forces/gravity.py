@@ -60,6 +60,5 @@ class GravityGradient(Potential):
     orbit: Orbit
 
     def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: D102
-        r = sky.distance(self.orbit)
-        radial = attitude.to_body(sky.position(self.orbit) / r)
-        return 1.5 * self.orbit.mu / r**3 * body.moment_about(radial)
+        radial, inverse = attitude.to_body(sky.direction(self.orbit)), sky.inverse_distance(self.orbit)
+        return inverse * inverse * inverse * (1.5 * self.orbit.mu) * body.moment_about(radial)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import member_array
+from poinsot.errors import member_array, real_numbers
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.quaternion import Array, components
@@ -66,7 +66,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> NDArray[np.float64]:
     ValueError
         If the matrix is not a rotation to 1e-9.
     """
-    A = np.array(matrix, dtype=float)
+    A = real_numbers("matrix", matrix)
     if A.shape[-2:] != (3, 3):
         raise ValueError(f"matrix must have shape (..., 3, 3), but shape {A.shape} came.")
     defect = np.max(np.abs(A @ np.swapaxes(A, -1, -2) - np.eye(3)), initial=0.0)

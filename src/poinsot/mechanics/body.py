@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import functools
+import itertools
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot import functions
-from poinsot.errors import member_array, real_array
+from poinsot.errors import member_array, real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
+from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
 from poinsot.mechanics.parameters import Parametric, Vector
-from poinsot.mechanics.quaternion import assemble, components
+from poinsot.mechanics.quaternion import assemble
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from poinsot.mechanics.state import State
 
 __all__ = ["Body"]
+
+EQUAL_MOMENTS = 64 * np.finfo(float).eps
+"""Moments of a tensor that differ by less, relative to the largest, are equal: their axes are free."""
 
 TRIANGLE_SLACK = 8 * np.finfo(float).eps
 """A flat plate has I1 + I2 = I3; its rounded moments may miss that by a few units in the last place."""
@@ -44,7 +47,7 @@ class Body(Parametric):
 
     Notes
     -----
-    `omega` and `kinetic_energy` are the only places that know how momentum and rate are related.
+    `kinetics` is the only place that knows how momentum and rate are related.
     """
 
     moments: Vector
@@ -55,23 +58,25 @@ class Body(Parametric):
 
     # ------------------------------------------------------------------ momentum and rate
 
+    def kinetics(self, scale: Scalar = 1) -> Kinetics:
+        """Return what turns this body's momentum, times a scale, into its rate."""
+        return Kinetics.of(quat.component_product(self.moments, assemble([scale] * 3, self.moments)))
+
     def omega(self, angular_momentum_body: ArrayLike) -> NDArray[Any]:
         """Return the angular velocity in body axes, I^-1 g; shape (..., 3)."""
-        g = components(angular_momentum_body)
-        moments = components(self.moments)
-        return assemble([a / b for a, b in zip(g, moments, strict=True)], angular_momentum_body)
+        return self.kinetics().omega(angular_momentum_body)
+
+    def kinetic_energy(self, angular_momentum_body: ArrayLike) -> Scalar:
+        """Return g . omega / 2, eq. (9); shape (...)."""
+        return self.kinetics().kinetic_energy(angular_momentum_body)
 
     def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
         """Return the angular momentum in body axes, I omega; shape (..., 3)."""
         return quat.component_product(self.moments, omega_body)
 
-    def kinetic_energy(self, angular_momentum_body: ArrayLike) -> Scalar:
-        """Return g . omega / 2, eq. (9); shape (...)."""
-        return 0.5 * quat.dot(angular_momentum_body, self.omega(angular_momentum_body))
-
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
         """Return the moment of inertia about a unit vector in body axes, J = u . I u; shape (...)."""
-        return quat.dot(direction_body, quat.component_product(self.moments, direction_body))
+        return quat.dot(self.moments, quat.component_product(direction_body, direction_body))
 
     # ------------------------------------------------------------------ axes
 
@@ -133,6 +138,8 @@ class Body(Parametric):
     def point_masses(masses: ArrayLike, positions: ArrayLike) -> Body:
         """Return the body of point masses, shapes (n,) and (n, 3), about their centre of mass."""
         m = _positive("masses", masses, (None,))
+        if not m.size:
+            raise ValueError("masses must not be empty, but shape (0,) came.")
         x = real_array("positions", positions, (m.size, 3))
         x = x - m @ x / m.sum()
         return Body.from_inertia(np.einsum("n,nk,nk->", m, x, x) * np.eye(3) - np.einsum("n,ni,nj->ij", m, x, x))
@@ -164,6 +171,7 @@ class Body(Parametric):
         frame : Frame, optional
             Moving axes, such as `orbit.frame`.
         """
+        from poinsot.mechanics.frame import checked_frame
         from poinsot.mechanics.state import State
 
         q = unit_quaternion(attitude)
@@ -177,7 +185,7 @@ class Body(Parametric):
         value = member_array(name, value, (3,))
         along_body = quat.rotate(quat.conjugate(q), value) if name.endswith("_space") else value
         if frame is not None:
-            q_frame = frame.quaternion(time)
+            q_frame = checked_frame(frame).quaternion(time)
             q = quat.product(q_frame, q)
             along_body = along_body + quat.rotate(quat.conjugate(q), frame.omega_space(time))
         g = self.angular_momentum(along_body) if name.startswith("omega") else along_body
@@ -192,20 +200,14 @@ class ObliqueBody(Body):
 
     axes: Annotated[Any, (3, 3)]
 
-    def _in_principal_axes(self, vector: ArrayLike) -> NDArray[Any]:
-        return assemble([functions.dot(self.axes[:, i], components(vector)) for i in range(3)], vector)
-
-    def _in_body_axes(self, vector: ArrayLike) -> NDArray[Any]:
-        return assemble([functions.dot(self.axes[i], components(vector)) for i in range(3)], vector)
-
-    def omega(self, angular_momentum_body: ArrayLike) -> NDArray[Any]:
-        return self._in_body_axes(super().omega(self._in_principal_axes(angular_momentum_body)))
+    def kinetics(self, scale: Scalar = 1) -> Kinetics:
+        return ObliqueKinetics.unchecked(**vars(super().kinetics(scale)), axes=self.axes)
 
     def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
-        return self._in_body_axes(super().angular_momentum(self._in_principal_axes(omega_body)))
+        return turned(self.axes, super().angular_momentum(turned(self.axes.T, omega_body)))
 
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
-        return super().moment_about(self._in_principal_axes(direction_body))
+        return super().moment_about(turned(self.axes.T, direction_body))
 
     @property
     def principal_axes(self) -> Rotation:
@@ -218,54 +220,43 @@ class ObliqueBody(Body):
 
 
 def _check_moments(moments: NDArray[np.float64]) -> None:
-    if np.any(moments <= 0):
-        raise ValueError(f"moments must be positive, but {_first(moments, moments <= 0)} came.")
+    refuse_nonpositive("moments", moments)
     small, middle, large = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
     broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
     if np.any(broken):
         i = np.argmax(np.atleast_1d(broken))
-        a, b, c = (np.atleast_1d(x)[i] for x in (large, small, middle))
+        a, b, c = (float(np.atleast_1d(x)[i]) for x in (large, small, middle))
         raise ValueError(
-            f"moments must satisfy the triangle inequality, but {a:.17g} > {b:.17g} + {c:.17g}. "
-            "No rigid body has these moments."
+            f"moments must satisfy the triangle inequality, but {a} > {b} + {c}. No rigid body has these moments."
         )
-
-
-def _first(values: NDArray[Any], chosen: NDArray[np.bool_]) -> Any:
-    return values[chosen].flat[0]
 
 
 def _positive(name: str, value: ArrayLike, shape: tuple[int | None, ...] = ()) -> NDArray[np.float64]:
     array = real_array(name, value, shape)
-    if np.any(array <= 0):
-        raise ValueError(
-            f"{name} must be positive, but {_first(np.atleast_1d(array), np.atleast_1d(array <= 0))} came."
-        )
+    refuse_nonpositive(name, array)
     return array
 
 
 def _principal(inertia: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return principal moments and axes (columns), right-handed, nearest to the given axes."""
     moments, axes = np.linalg.eigh(inertia)
-    moments, axes = moments[::-1], axes[:, ::-1]
-    return min(
-        ((moments[order], turned) for order, turned in _right_handed(axes)),
-        key=lambda pair: -np.trace(pair[1]),
-    )
+    choices = [
+        (moments[list(order)], _settled(moments[list(order)], axes[:, order] * signs))
+        for order in itertools.permutations(range(3))
+        for signs in itertools.product((1, -1), repeat=3)
+    ]
+    return max((choice for choice in choices if np.linalg.det(choice[1]) > 0), key=lambda choice: np.trace(choice[1]))
 
 
-@functools.cache
-def _signed_permutations() -> list[tuple[list[int], tuple[int, int, int]]]:
-    from itertools import permutations, product
-
-    return [(list(order), signs) for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]  # type: ignore[misc]
-
-
-def _right_handed(axes: NDArray[np.float64]) -> Any:
-    for order, signs in _signed_permutations():
-        turned = axes[:, order] * signs
-        if np.linalg.det(turned) > 0:
-            yield order, turned
+def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the axes, those of equal moments turned among themselves to the nearest ones."""
+    equal = np.abs(moments[:, None] - moments) <= EQUAL_MOMENTS * np.max(moments)
+    out = axes.copy()
+    for i in range(3):
+        group = np.flatnonzero(equal[i])
+        left, _, right = np.linalg.svd(axes[:, group].T @ np.eye(3)[:, group])
+        out[:, group] = axes[:, group] @ left @ right
+    return out
 
 
 def _exactly_one(given: dict[str, Any], frame: Any) -> tuple[str, Any]:

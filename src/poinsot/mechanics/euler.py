@@ -68,8 +68,8 @@ def angles_from_quaternion(q: ArrayLike, sequence: str = "313") -> NDArray[np.fl
     first, third = half_sum + half_difference, half_sum - half_difference
     if not symmetric:
         middle, third = middle - np.pi / 2, -parity * third
-    turns = np.floor(third / (2 * np.pi))
-    return np.stack([_within(first - 2 * np.pi * turns, 4 * np.pi), middle, _within(third, 2 * np.pi)], axis=-1)
+    third, turns = _reduced(third, 2 * np.pi)
+    return np.stack([_reduced(first - 2 * np.pi * turns, 4 * np.pi)[0], middle, third], axis=-1)
 
 
 def rotation_matrix_from_angles(angles: Vector, sequence: str = "313") -> Array:
@@ -91,17 +91,14 @@ def rotation_axes(angles: ArrayLike, sequence: str = "313") -> tuple[Array, Arra
 
 def angular_momentum_from_momenta(angles: ArrayLike, momenta: ArrayLike, sequence: str = "313") -> Array:
     """Return g in body axes from angles and momenta; for "313" eq. (8). Shapes (..., 3)."""
-    first, nodes, third = rotation_axes(angles, sequence)
+    _, nodes, third = rotation_axes(angles, sequence)
     p1, p2, p3 = components(momenta)
     cosine, sine = outer_cosine_and_sine(components(angles)[1], sequence)
-    sine2 = sine * sine
-    along_first, along_third = (p1 - cosine * p3) / sine2, (p3 - cosine * p1) / sine2
+    across = functions.cross(components(third), components(nodes))  # first = cosine third + sine across
+    along = (p1 - cosine * p3) / sine
     return assemble(
-        [
-            along_first * a + p2 * b + along_third * c
-            for a, b, c in zip(components(first), components(nodes), components(third), strict=True)
-        ],
-        first,
+        [p3 * a + p2 * b + along * c for a, b, c in zip(components(third), components(nodes), across, strict=True)],
+        third,
     )
 
 
@@ -112,10 +109,10 @@ def momenta_from_angular_momentum(angles: ArrayLike, g_body: ArrayLike, sequence
 
 
 def outer_cosine_and_sine(middle: Scalar, sequence: str) -> tuple[Scalar, Scalar]:
-    """Return cosine and sine of the angle between the first and the third axis."""
+    """Return cosine and sine of the angle between the first and the third axis, the sine along third x nodes."""
     i, j, k = axes_of(sequence)
     cosine, sine = functions.cos(middle), functions.sin(middle)
-    return (cosine, sine) if i == k else (_parity(i, j, k) * sine, cosine)
+    return (cosine, sine) if i == k else (_parity(i, j, k) * sine, -_parity(i, j, k) * cosine)
 
 
 def refuse_singular_angles(angles: NDArray[np.float64], sequence: str) -> None:
@@ -153,6 +150,9 @@ def _parity(i: int, j: int, k: int) -> int:
     return (i - j) * (j - k) * (k - i) // 2
 
 
-def _within(angle: Any, period: float) -> Any:
-    reduced = np.mod(angle, period)
-    return np.where(reduced >= period, 0.0, reduced)
+def _reduced(angle: Any, period: float) -> tuple[Any, Any]:
+    """Return the angle in [0, period) and the number of periods taken away."""
+    turns = np.floor(angle / period)
+    reduced = angle - period * turns
+    over = reduced >= period  # an angle just below zero rounds up to a whole period
+    return np.where(over, 0.0, reduced), turns + over

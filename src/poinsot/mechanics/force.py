@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.dual import partial, seeded
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.sky import Sky
 
@@ -42,36 +43,31 @@ class Torque(Force):
 
 
 class _Recorder(Attitude):
-    """An attitude that answers every space vector with three new symbols, and remembers which."""
+    """An attitude that makes every vector it turns into body axes an independent variable."""
 
     def __init__(self, attitude: Attitude) -> None:
         super().__init__(attitude.matrix)
-        self.seen: list[tuple[Vector, Vector]] = []
+        self.seen: list[Vector] = []
 
     def to_body(self, vector: Any) -> Vector:
-        true = super().to_body(vector)
-        symbols = functions.Vector(
-            functions.symbol_like(self.matrix[0, 0], f"u{len(self.seen)}_{axis}") for axis in "123"
-        )
-        self.seen.append((symbols, true))
-        return symbols
+        turned = seeded(super().to_body(vector), len(self.seen))
+        self.seen.append(Vector(component.value for component in turned))
+        return turned
 
     def to_space(self, vector: Any) -> Vector:
-        x = functions.Vector(vector)
-        return functions.Vector(functions.dot(self.to_body(unit), x) for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+        x = Vector(vector)
+        return Vector(functions.dot(self.to_body(unit), x) for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
 
 
-def derived_torque(potential: Potential, body: Body, attitude: Attitude, sky: Sky) -> Vector:
+def derived_torque(potential: Potential, body: Body, attitude: Attitude, sky: Sky, scale: Scalar = 1) -> Vector:
     """Return the torque of a potential along the body axes: the sum over u of u_body x dV/du_body.
 
-    A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega. The derivative is
-    symbolic: `attitude` and `sky` hold heyoka or SymPy expressions.
+    A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega. The torque is multiplied
+    by `scale`.
     """
     recorder = _Recorder(attitude)
     energy = potential.energy(body, recorder, sky)
-    total = functions.Vector((0.0, 0.0, 0.0))
-    for symbols, _ in recorder.seen:
-        slope = functions.Vector(functions.derivative(energy, symbol) for symbol in symbols)
-        total = total + functions.cross(symbols, slope)
-    known = {symbol: value for pair in recorder.seen for symbol, value in zip(*pair, strict=True)}
-    return functions.Vector(functions.substitute(component, known) for component in total)
+    total = Vector((0.0, 0.0, 0.0))
+    for k, seen in enumerate(recorder.seen):
+        total = total + functions.cross(seen, [scale * partial(energy, k, i) for i in range(3)])
+    return total

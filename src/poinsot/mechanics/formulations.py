@@ -18,7 +18,8 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.body import Body
+from poinsot.mechanics.dual import partial, seeded
+from poinsot.mechanics.kinetics import Kinetics
 from poinsot.mechanics.state import State
 
 __all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "Formulation"]
@@ -36,6 +37,11 @@ class Formulation(ABC):
     blocks: Mapping[str, int]
 
     @property
+    def momenta(self) -> slice:
+        """Where the momenta are among the variables: the last block."""
+        return slice(self.size - list(self.blocks.values())[-1], self.size)
+
+    @property
     def size(self) -> int:
         """The number of variables."""
         return sum(self.blocks.values())
@@ -46,8 +52,13 @@ class Formulation(ABC):
         return [functions.Vector(variables[end - n : end]) for end, n in zip(ends, self.blocks.values(), strict=True)]
 
     @abstractmethod
-    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
-        """Return the time derivatives of the variables."""
+    def derivatives(
+        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    ) -> list[Scalar]:
+        """Return the time derivatives of the variables.
+
+        `turning` is the angular velocity, along themselves, of the axes that the attitude refers to.
+        """
 
     @abstractmethod
     def from_state(self, state: State) -> NDArray[np.float64]:
@@ -64,11 +75,12 @@ class LiePoisson(Formulation):
     name = "lie_poisson"
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 3}
 
-    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
+    def derivatives(
+        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    ) -> list[Scalar]:
         q, g = self.split(variables)
-        omega = body.omega(g)
-        torque = torque_of(Attitude.from_quaternion(q), omega)
-        return [*(0.5 * quat.product(q, quat.pure(omega))), *(functions.cross(g, omega) + torque)]
+        torque = torque_of(Attitude.from_quaternion(q), kinetics.omega(g))
+        return [*_turned(q, kinetics.half_omega(g), turning), *(kinetics.gyration(g) + torque)]
 
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate([state.quaternion, state.angular_momentum_body], axis=-1)
@@ -87,15 +99,14 @@ class Canonical(Formulation):
     name = "canonical"
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 4}
 
-    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
+    def derivatives(
+        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    ) -> list[Scalar]:
         q, Q = self.split(variables)
-        omega = body.omega(0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q)))
-        torque = torque_of(Attitude.from_quaternion(q), omega)
-        turning = quat.pure(omega)
-        return [
-            *(0.5 * quat.product(q, turning)),
-            *(0.5 * quat.product(Q, turning) + 2 * quat.product(q, quat.pure(torque))),
-        ]
+        g = 0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q))
+        half_omega = kinetics.half_omega(g)
+        push = quat.product(q, quat.pure(2 * torque_of(Attitude.from_quaternion(q), kinetics.omega(g))))
+        return [*_turned(q, half_omega, turning), *(_turned(Q, half_omega, turning) + push)]
 
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate([state.quaternion, state.conjugate_momenta], axis=-1)
@@ -114,16 +125,22 @@ class EulerAngles(Formulation):
     blocks: Mapping[str, int] = {"angles": 3, "momenta": 3}
     sequence = "313"
 
-    def derivatives(self, variables: Any, body: Body, torque_of: TorqueOf) -> list[Scalar]:
+    def derivatives(
+        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    ) -> list[Scalar]:
+        if turning is not None:
+            raise ValueError("axes must be the space axes for Euler angles, but turning axes came.")
         angles, momenta = self.split(variables)
-        g = euler.angular_momentum_from_momenta(angles, momenta, self.sequence)
-        kinetic_energy = body.kinetic_energy(g)
         attitude = Attitude(euler.rotation_matrix_from_angles(angles, self.sequence))
-        torque = torque_of(attitude, body.omega(g))
-        pushes = [quat.dot(axis, torque) for axis in euler.rotation_axes(angles, self.sequence)]
+        axes = euler.rotation_axes(angles, self.sequence)
+        g = euler.angular_momentum_from_momenta(angles, momenta, self.sequence)
+        torque = torque_of(attitude, kinetics.omega(g))
+        energy = kinetics.kinetic_energy(
+            euler.angular_momentum_from_momenta(seeded(angles, "a"), seeded(momenta, "P"), self.sequence)
+        )
         return [
-            *(functions.derivative(kinetic_energy, momentum) for momentum in momenta),
-            *(push - functions.derivative(kinetic_energy, angle) for push, angle in zip(pushes, angles, strict=True)),
+            *(partial(energy, "P", i) for i in range(3)),
+            *(quat.dot(axis, torque) - partial(energy, "a", i) for i, axis in enumerate(axes)),
         ]
 
     def from_state(self, state: State) -> NDArray[np.float64]:
@@ -134,6 +151,12 @@ class EulerAngles(Formulation):
         q = euler.quaternion_from_angles(angles, self.sequence)
         g = euler.angular_momentum_from_momenta(angles, momenta, self.sequence)
         return q, 2 * quat.product(q, quat.pure(g))
+
+
+def _turned(x: Any, half_omega: Any, turning: Vector | None) -> Any:
+    """Return x (0, omega/2), less (0, turning) x / 2 if x refers to turning axes."""
+    change = quat.product(x, quat.pure(half_omega))
+    return change if turning is None else change - quat.product(quat.pure(0.5 * turning), x)
 
 
 FORMULATIONS: Mapping[str, Formulation] = {f.name: f for f in (LiePoisson(), Canonical(), EulerAngles())}

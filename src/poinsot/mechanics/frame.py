@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array
+from poinsot.errors import real_array, real_numbers
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation, unit_quaternion
+from poinsot.mechanics.parameters import came
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -34,6 +35,13 @@ class Frame(ABC):
         return rotation(self.quaternion(time))
 
 
+def checked_frame(frame: Any) -> Frame:
+    """Return the frame, or raise a TypeError."""
+    if not isinstance(frame, Frame):
+        raise TypeError(f"frame must be a Frame, but {came(frame)} came. An orbit has one: orbit.frame.")
+    return frame
+
+
 class RotatingFrame(Frame):
     """Axes that turn at a constant rate.
 
@@ -53,7 +61,7 @@ class RotatingFrame(Frame):
         self._epoch = float(real_array("epoch", epoch, ()))
 
     def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
-        half = 0.5 * (np.asarray(time, dtype=float) - self._epoch)
+        half = 0.5 * (real_numbers("time", time) - self._epoch)
         rate = np.linalg.norm(self._omega)
         turned: Any = np.stack(
             np.broadcast_arrays(np.cos(rate * half), *(half * np.sinc(rate * half / np.pi) * w for w in self._omega)),

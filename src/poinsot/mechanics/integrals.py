@@ -21,8 +21,8 @@ from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import RotatingFrame
-from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.sky import Orbit, Sky
+from poinsot.mechanics.samples import SAME, orbits_of, samples, time_scale
+from poinsot.mechanics.sky import Sky
 
 if TYPE_CHECKING:
     from poinsot.mechanics.state import State
@@ -33,8 +33,6 @@ __all__ = ["Integral", "integrals_of"]
 Array = NDArray[np.float64]
 
 REST = np.zeros(3)
-SAME = 1e-11
-"""Relative difference up to which two energies at sample states count as equal."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,7 +71,7 @@ def _energies(system: System) -> Iterator[Integral]:
     if _invariant(system, later=1.0):
         yield Integral("energy", "H", "H = T + U", system.energy, is_energy=True)
         return
-    for orbit in _orbits(system):
+    for orbit in orbits_of(system):
         rate = orbit.uniform_rotation
         if rate is not None and _invariant(system, later=1.0, about_space=rate):
             yield Integral(
@@ -116,20 +114,20 @@ def _symmetric(system: System, axis: Array) -> bool:
 
 def _invariant(system: System, later: float = 0.0, about_space: Array = REST, about_body: Array = REST) -> bool:
     """Whether the potential energy is unchanged when time passes and the body turns at constant rates."""
-    q, t, _ = _samples(system)
+    q, t, _ = samples(system)
     before = _potential(system, q, t)
-    scale = np.max(np.abs(before))
+    slack = SAME * np.ptp(before) + 8 * np.finfo(float).eps * np.max(np.abs(before))
 
     def after(step: float) -> Array:
         turned = quat.product(quat.product(_turn(about_space, step), q), _turn(about_body, step))
         return _potential(system, turned, t + later * step)
 
-    return all(np.max(np.abs(after(step * _time_scale(system)) - before)) <= SAME * scale for step in (0.7, 1.9))
+    return all(np.max(np.abs(after(step * time_scale(system)) - before)) <= slack for step in (0.7, 1.9))
 
 
 def _pushed(system: System, axis: Array, axes: str) -> bool:
     """Whether a torque without potential has a component along an axis of the body or of space."""
-    q, t, omega = _samples(system)
+    q, t, omega = samples(system)
     twin = system.with_numbers(system.numbers)
     attitude = Attitude.from_quaternion(functions.Vector(q.T))
     for force in twin.forces:
@@ -151,34 +149,12 @@ def _turn(rate: Array, step: float) -> Array:
     return RotatingFrame([1.0, 0, 0, 0], rate).quaternion(step)
 
 
-def _samples(system: System) -> tuple[Array, ...]:
-    random = np.random.default_rng(20061027)
-    q = random.normal(size=(6, 4))
-    q /= np.linalg.norm(q, axis=-1, keepdims=True)
-    return q, random.uniform(0, 1, 6) * _time_scale(system), random.normal(size=(6, 3))
-
-
-def _time_scale(system: System) -> float:
-    """Return the time in which the fastest orbit turns by about a radian; 1 without one."""
-    rates = [functions.norm(orbit.velocity_at(0.0)) / orbit.distance_at(0.0) for orbit in _orbits(system)]
-    return 1 / float(max(rates, default=1.0) or 1.0)
-
-
 def _space_axes(system: System) -> Iterator[tuple[str, Array]]:
     """Yield the coordinate axes, and the directions that the orbits at hand single out."""
     axes = [(str(i + 1), np.eye(3)[i]) for i in range(3)]
-    for orbit in _orbits(system):
+    for orbit in orbits_of(system):
         for label, vector in orbit.directions.items():
             unit = vector / np.linalg.norm(vector)
             if all(abs(unit @ other) < 1 - 1e-12 for _, other in axes):
                 axes.append((label, unit))
     yield from axes
-
-
-def _orbits(record: Any) -> Iterator[Orbit]:
-    parts = record.forces if not isinstance(record, Parametric) else vars(record).values()
-    for part in parts:
-        if isinstance(part, Orbit):
-            yield part
-        if isinstance(part, Parametric):
-            yield from _orbits(part)

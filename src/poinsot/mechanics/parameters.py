@@ -7,11 +7,10 @@ selects a formula and is no number to vary. Every real number may carry a leadin
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import functools
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Self, dataclass_transform, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -36,44 +35,56 @@ class Parametric:
         super().__init_subclass__(**kwargs)
         dataclasses.dataclass(frozen=True, eq=False)(cls)
 
+    @classmethod
+    def unchecked(cls, **fields: Any) -> Self:
+        """Return a record of computed values of any kind, which need no check."""
+        record = object.__new__(cls)
+        for name, value in fields.items():
+            object.__setattr__(record, name, value)
+        return record
+
     def __post_init__(self) -> None:
         for name, kind in _fields_of(self).items():
             value = getattr(self, name)
             if isinstance(kind, tuple):
                 object.__setattr__(self, name, member_array(name, value, kind))
-            elif not isinstance(value, kind):
+            elif not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
                 raise TypeError(f"{name} must be {_article(kind)}, but {came(value)} came.")
 
     @property
-    def prepared(self) -> Any:
-        """The record whose fields enter the equations: itself, unless derived constants serve better."""
-        return self
+    def parts(self) -> Iterator[Parametric]:
+        """The records among the fields."""
+        return (value for name in _fields_of(self) if isinstance(value := getattr(self, name), Parametric))
 
-    @property
+    @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations: the class and its structural fields, without any real number."""
         return (type(self), *(_structure(getattr(self, name)) for name in _fields_of(self)))
 
-    @property
-    def numbers(self) -> Iterator[NDArray[np.float64]]:
+    @functools.cached_property
+    def numbers(self) -> tuple[NDArray[np.float64], ...]:
         """The real parameters in the order of their declaration, each of shape () or (members,)."""
+        return tuple(self._numbers())
+
+    def _numbers(self) -> Iterator[NDArray[np.float64]]:
         for name, kind in _fields_of(self).items():
             value = getattr(self, name)
             if isinstance(value, Parametric):
-                yield from value.prepared.numbers
+                yield from value.numbers
             elif isinstance(kind, tuple):
                 yield from np.moveaxis(np.reshape(value, (*_members(value, kind), -1)), -1, 0)
 
-    def with_numbers(self, scalars: Iterator[Scalar]) -> Self:
+    def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
         """Return the same record with each real parameter replaced by the next scalar, of any kind."""
-        twin = copy.copy(self)
+        fields, scalars = {}, iter(scalars)
         for name, kind in _fields_of(self).items():
             value = getattr(self, name)
             if isinstance(value, Parametric):
-                object.__setattr__(twin, name, value.prepared.with_numbers(scalars))
+                value = value.with_numbers(scalars)
             elif isinstance(kind, tuple):
-                object.__setattr__(twin, name, _take(scalars, kind))
-        return twin
+                value = _take(scalars, kind)
+            fields[name] = value
+        return self.unchecked(**fields)
 
 
 def _fields_of(record: Any) -> dict[str, Any]:
@@ -102,7 +113,7 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
 
 def _structure(value: Any) -> Any:
     if isinstance(value, Parametric):
-        return value.prepared.structure
+        return value.structure
     return None if isinstance(value, np.ndarray) else value
 
 
@@ -126,4 +137,4 @@ def _article(kind: type) -> str:
 
 def came(value: Any) -> str:
     """Return what a wrong argument was, for an error sentence."""
-    return f"the class {value.__name__}" if isinstance(value, type) else f"{type(value).__name__} {value!r}"[:60]
+    return f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__

@@ -34,14 +34,18 @@ def components(array: ArrayLike) -> tuple[Scalar, ...]:
     if isinstance(array, functions.Vector):
         return tuple(array)
     array = np.asarray(array)
-    return tuple(array) if array.ndim == 1 else tuple(np.moveaxis(array, -1, 0))
+    return tuple(array) if array.ndim == 1 else tuple(array[..., i] for i in range(array.shape[-1]))
 
 
 def assemble(scalars: Sequence[Scalar], *sources: ArrayLike) -> Array:
     """Return the scalars as the last axis of an array, or as a formula's vector if a source is one."""
-    if any(isinstance(source, functions.Vector) for source in sources):
-        return cast(Array, functions.Vector(scalars))
-    return np.stack(np.broadcast_arrays(*scalars), axis=-1)
+    for source in sources:
+        if isinstance(source, functions.Vector):
+            return cast(Array, functions.Vector(scalars))
+    shapes = {np.shape(scalar) for scalar in scalars}
+    if len(shapes) > 1:
+        return np.stack(np.broadcast_arrays(*scalars), axis=-1)
+    return np.stack(scalars, axis=-1) if shapes != {()} else np.array(scalars)
 
 
 def product(p: ArrayLike, q: ArrayLike) -> Array:

@@ -13,6 +13,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.parameters import Parametric
 
 if TYPE_CHECKING:
+    from poinsot.mechanics.axes import Axes
     from poinsot.mechanics.frame import Frame
 
 __all__ = ["Orbit", "Sky"]
@@ -38,9 +39,14 @@ class Orbit(Parametric, ABC):
     def velocity_at(self, time: Scalar) -> Vector:
         """Return the three components of its velocity."""
 
-    def distance_at(self, time: Scalar) -> Scalar:
-        """Return the length of the position."""
-        return functions.norm(self.position_at(time))
+    def inverse_distance_at(self, time: Scalar) -> Scalar:
+        """Return one over the length of the position."""
+        return 1 / functions.norm(self.position_at(time))
+
+    @property
+    def axes(self) -> Axes | None:
+        """Axes carried along by the orbit, cheaper to integrate in than the space axes; None if it has none."""
+        return None
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
@@ -78,6 +84,11 @@ class Sky:
         """Return the velocity of the body relative to the attractor of that orbit, space axes."""
         return orbit.velocity_at(self.time)
 
-    def distance(self, orbit: Orbit) -> Scalar:
-        """Return the distance of the body from the attractor of that orbit."""
-        return orbit.distance_at(self.time)
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
+        """Return 1 / r of the body from the attractor of that orbit."""
+        return orbit.inverse_distance_at(self.time)
+
+    def direction(self, orbit: Orbit) -> Vector:
+        """Return the unit vector from the attractor of that orbit to the body, space axes."""
+        inverse = self.inverse_distance(orbit)
+        return Vector(x * inverse for x in self.position(orbit))

@@ -48,6 +48,7 @@ class State:
         self.quaternion = unit_quaternion(quaternion, "quaternion")
         self.conjugate_momenta = member_array("conjugate_momenta", conjugate_momenta, (4,))
         self.time = member_array("time", time, ())
+        _check_members(self)
         self.quaternion, self.conjugate_momenta = np.broadcast_arrays(self.quaternion, self.conjugate_momenta)
         _check_tangent(self.quaternion, self.conjugate_momenta)
 
@@ -97,14 +98,35 @@ class State:
         )
 
 
+def computed_state(q: Any, Q: Any, time: Any) -> State:
+    """Return a state of computed values, whose small defects are measurements and not mistakes."""
+    state = object.__new__(State)
+    state.quaternion, state.conjugate_momenta, state.time = q, Q, time
+    return state
+
+
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
     """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere; the angular momentum is kept."""
-    q, Q = np.asarray(quaternion, dtype=float), np.asarray(conjugate_momenta, dtype=float)
+    q, Q = (
+        member_array(name, value, (4,))
+        for name, value in (("quaternion", quaternion), ("conjugate_momenta", conjugate_momenta))
+    )
+    if not np.all(np.any(q, axis=-1)):
+        raise ValueError("quaternion must not be zero, but |q| = 0.")
     return np.asarray(Q - (quat.dot(q, Q) / quat.dot(q, q))[..., None] * q)
 
 
+def _check_members(state: State) -> None:
+    counts = {"quaternion": state.quaternion.shape[:-1], "conjugate_momenta": state.conjugate_momenta.shape[:-1]}
+    counts["time"] = state.time.shape
+    (first, members), *others = [(name, count) for name, count in counts.items() if count] or [("", ())]
+    for name, count in others:
+        if count != members:
+            raise ValueError(f"{name} must have as many members as {first}, but {count[0]} and {members[0]} came.")
+
+
 def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:
-    defect, size = np.abs(np.sum(q * Q, axis=-1)), np.linalg.norm(Q, axis=-1)
+    defect, size = np.abs(np.sum(q * Q, axis=-1)), np.hypot.reduce(Q, axis=-1)
     if np.any(defect > TANGENT_SLACK * size):
         i = np.argmax(np.atleast_1d(defect - TANGENT_SLACK * size))
         ratio = np.atleast_1d(defect)[i] / np.atleast_1d(size)[i]

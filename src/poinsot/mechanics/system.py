@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,15 +12,22 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.axes import SPACE_AXES, Axes
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import came
+from poinsot.mechanics.samples import samples
 from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 
-__all__ = ["System"]
+__all__ = ["USE_FUNCTIONS", "System"]
+
+USE_FUNCTIONS = (
+    "must use + - * / ** and poinsot.functions alone, but {} gave: {}. "
+    "Replace functions of math and numpy by those of poinsot.functions."
+)
 
 
 class System:
@@ -59,12 +66,19 @@ class System:
 
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state, eq. (9); shape (...)."""
-        return self.with_numbers(self.numbers).body.kinetic_energy(_scalars(state.angular_momentum_body))
+        g = state.angular_momentum_body
+        return self._beside(g.shape[:-1]).body.kinetic_energy(_scalars(g))
 
     def potential_energy(self, state: State) -> Any:
         """Return the sum of the energies of the potentials at a state; shape (...)."""
-        total = self.with_numbers(self.numbers).potential_at(_scalars(state.quaternion), state.time)
-        return np.broadcast_to(total, state.quaternion.shape[:-1])[()]
+        shape = state.quaternion.shape[:-1]
+        total = self._beside(shape).potential_at(_scalars(state.quaternion), state.time)
+        return np.broadcast_to(total, shape)[()]
+
+    def omega_body(self, state: State) -> Any:
+        """Return the inertial angular velocity along the body axes; shape (..., 3)."""
+        g = state.angular_momentum_body
+        return np.stack(list(self._beside(g.shape[:-1]).body.omega(_scalars(g))), axis=-1)
 
     def energy(self, state: State) -> Any:
         """Return kinetic plus potential energy, the Hamiltonian where there is one; shape (...)."""
@@ -77,24 +91,46 @@ class System:
 
     # ------------------------------------------------------------------ equations of motion
 
-    def derivatives(self, formulation: str, variables: Any, time: Scalar) -> list[Scalar]:
+    def derivatives(
+        self,
+        formulation: str,
+        variables: Any,
+        time: Scalar,
+        *,
+        scale: Scalar = 1,
+        axes: Axes = SPACE_AXES,
+    ) -> list[Scalar]:
         """Return the time derivatives of the variables of a formulation, as symbolic expressions.
 
-        `variables` and `time` are heyoka or SymPy expressions, in the order of the formulation's blocks.
+        `variables` and `time` are heyoka or SymPy expressions, in the order of the formulation's blocks, then
+        of the axes that the attitude refers to. Momenta are multiplied by `scale`.
         """
-        sky = Sky(time)
-        return FORMULATIONS[formulation].derivatives(
-            variables, self.body, lambda attitude, omega: self.torque_at(attitude, omega, sky)
-        )
+        chosen = FORMULATIONS[formulation]
+        own, carried = variables[: chosen.size], variables[chosen.size :]
+        sky = axes.sky(time, carried)
 
-    def torque_at(self, attitude: Attitude, omega_body: Vector, sky: Sky) -> Vector:
-        """Return the sum of all torques along the body axes, those of potentials derived."""
+        def torque_of(attitude: Attitude, omega: Vector) -> Vector:
+            return self.torque_at(attitude, omega, sky, scale)
+
+        rates = chosen.derivatives(own, self.body.kinetics(scale), torque_of, axes.omega(time, carried))
+        return [*rates, *axes.rates(time, carried)]
+
+    def torque_body(self, state: State) -> Any:
+        """Return the sum of all torques at a state along the body axes; shape (..., 3)."""
+        shape, omega = state.quaternion.shape[:-1], self.omega_body(state)
+        attitude = Attitude.from_quaternion(_scalars(state.quaternion))
+        torque = self._beside(shape).torque_at(attitude, _scalars(omega), Sky(state.time))
+        return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
+
+    def torque_at(self, attitude: Attitude, omega_body: Vector, sky: Sky, scale: Scalar = 1) -> Vector:
+        """Return the sum of all torques along the body axes, those of potentials derived, times a scale."""
         total = functions.Vector((0.0, 0.0, 0.0))
         for force in self.forces:
             if isinstance(force, Potential):
-                total = total + derived_torque(force, self.body, attitude, sky)
+                total = total + derived_torque(force, self.body, attitude, sky, scale)
             elif isinstance(force, Torque):
-                total = total + functions.Vector(force.torque(self.body, attitude, omega_body, sky))
+                torque = force.torque(self.body, attitude, omega_body, sky)
+                total = total + Vector(scale * component for component in torque)
         return total
 
     def potential_at(self, q: Vector, time: Scalar) -> Scalar:
@@ -102,24 +138,54 @@ class System:
         attitude, sky = Attitude.from_quaternion(q), Sky(time)
         return sum(f.energy(self.body, attitude, sky) for f in self.forces if isinstance(f, Potential))
 
+    def momentum_scale(self, state: State) -> Any:
+        """Return the size of the angular momentum that the motion from a state will have, roughly; shape (...).
+
+        The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
+        """
+        largest = np.maximum(np.linalg.norm(state.angular_momentum_body, axis=-1), self._push)
+        return np.where(largest > 0, largest, 1.0)
+
+    @functools.cached_property
+    def _push(self) -> Any:
+        """The momentum that the energies and torques of the forces at sample states stand for; shape (...)."""
+        q, t, _ = samples(self, 4)
+        twin = self.with_numbers(number[..., None] for number in self.numbers)
+        attitude, sky = Attitude.from_quaternion(_scalars(q)), Sky(t)
+        at_rest = Vector((0.0, 0.0, 0.0))
+        with np.errstate(all="ignore"):
+            pushes = [
+                np.abs(force.energy(twin.body, attitude, sky))
+                if isinstance(force, Potential)
+                else functions.norm(force.torque(twin.body, attitude, at_rest, sky))  # type: ignore[attr-defined]
+                for force in twin.forces
+            ]
+        strongest = sum(np.nan_to_num(np.max(push, axis=-1), posinf=0.0) for push in map(np.atleast_1d, pushes))
+        return np.sqrt(np.max(self.body.moments, axis=-1) * strongest)
+
     # ------------------------------------------------------------------ parameters
 
-    @property
+    @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number."""
-        return (self.body.structure, *(force.prepared.structure for force in self.forces))
+        return (self.body.structure, *(force.structure for force in self.forces))
 
-    @property
-    def numbers(self) -> Iterator[NDArray[np.float64]]:
+    @functools.cached_property
+    def numbers(self) -> tuple[NDArray[np.float64], ...]:
         """The real parameters of body and forces, in the order in which `with_numbers` takes them."""
-        for part in (self.body, *self.forces):
-            yield from part.prepared.numbers
+        return tuple(number for part in (self.body, *self.forces) for number in part.numbers)
 
-    def with_numbers(self, scalars: Iterator[Scalar]) -> System:
+    def _beside(self, shape: tuple[int, ...]) -> System:
+        """Return the system with numbers that broadcast against arrays of a shape, members first."""
+        return self.with_numbers(
+            np.reshape(number, (*number.shape, *(1,) * (len(shape) - number.ndim))) for number in self.numbers
+        )
+
+    def with_numbers(self, scalars: Iterable[Scalar]) -> System:
         """Return the same system on other scalars: runtime parameters, symbols, arrays."""
-        twin = object.__new__(System)
+        twin, scalars = object.__new__(System), iter(scalars)
         twin.body = self.body.with_numbers(scalars)
-        twin.forces = tuple(force.prepared.with_numbers(scalars) for force in self.forces)
+        twin.forces = tuple(force.with_numbers(scalars) for force in self.forces)
         twin.units = self.units
         return twin
 
@@ -130,9 +196,11 @@ def _scalars(array: ArrayLike) -> Vector:
 
 
 def _checked_units(units: Mapping[str, str]) -> dict[str, str]:
-    for key in units:
+    for key, unit in units.items():
         if key not in ("time", "inertia"):
             raise ValueError(f"units must name 'time' and 'inertia', but {key!r} came.")
+        if not isinstance(unit, str):
+            raise TypeError(f"units must be words, but units[{key!r}] = {unit!r}.")
     return {"time": units.get("time", "1"), "inertia": units.get("inertia", "1")}
 
 
@@ -147,44 +215,41 @@ def _check_force(force: Any) -> None:
 
 def _try_formula(force: Force, body: Body) -> None:
     """Run the formula once on arrays of two values, which refuse a Python `if` and betray a wrong shape."""
-    pair = np.array([1.0, 1.0])
-    body, force = (
-        x.prepared.with_numbers(np.ravel(number)[0] * pair for number in x.prepared.numbers) for x in (body, force)
-    )
-    q = functions.Vector(np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]]).T)
-    omega = functions.Vector(np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]))
-    attitude, sky = Attitude.from_quaternion(q), Sky(0.25 * pair)
     name = type(force).__name__
     try:
         with np.errstate(all="ignore"):
-            if isinstance(force, Potential):
-                _check_scalar(f"the energy of {name}", force.energy(body, attitude, sky))
-            elif isinstance(force, Torque):
-                _check_three(f"the torque of {name}", force.torque(body, attitude, omega, sky))
-    except ValueError as error:
-        if "truth value" not in str(error):
-            raise
-        raise TypeError(
-            f"the formula of {name} must not branch with `if` on a value, but it does. "
-            "Write poinsot.functions.where(condition, a, b)."
-        ) from None
+            value = _formula_on_pairs(force, body)
+    except (TypeError, ValueError) as error:
+        if "truth value" in str(error):
+            raise TypeError(
+                f"the formula of {name} must not branch with `if` on a value, but it does. "
+                "Write poinsot.functions.where(condition, a, b)."
+            ) from None
+        raise TypeError(f"the formula of {name} {USE_FUNCTIONS.format('on arrays it', error)}") from error
+    if isinstance(force, Potential) and _components(value) != 1:
+        raise TypeError(f"the energy of {name} must be one scalar, but {_size(value)} came.")
+    if isinstance(force, Torque) and (_components(value) != 3 or any(_components(x) != 1 for x in value)):
+        raise TypeError(f"the torque of {name} must be three components along the body axes, but {_size(value)} came.")
 
 
-def _check_scalar(name: str, value: Any) -> None:
-    if np.shape(value) not in ((), (2,)) or np.asarray(value).dtype == object:
-        raise TypeError(f"{name} must be one scalar, but {_size(value)} came.")
+def _formula_on_pairs(force: Any, body: Body) -> Any:
+    pair = np.array([1.0, 1.0])
+    body = body.with_numbers(np.ravel(number)[0] * pair for number in body.numbers)
+    force = force.with_numbers(np.ravel(number)[0] * pair for number in force.numbers)
+    attitude = Attitude.from_quaternion(Vector(np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]]).T))
+    sky = Sky(0.25 * pair)
+    if isinstance(force, Potential):
+        return force.energy(body, attitude, sky)
+    return force.torque(body, attitude, Vector(np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]])), sky)
 
 
-def _check_three(name: str, value: Any) -> None:
-    if np.ndim(value) == 0 or len(value) != 3 or any(np.shape(x) not in ((), (2,)) for x in value):
-        raise TypeError(f"{name} must be three components along the body axes, but {_size(value)} came.")
+def _components(value: Any) -> int:
+    """Return how many scalars a formula returned; 0 for none."""
+    if isinstance(value, Vector | tuple | list) or (isinstance(value, np.ndarray) and value.shape not in ((), (2,))):
+        return len(value)
+    return 0 if value is None else 1
 
 
 def _size(value: Any) -> str:
-    if value is None:
-        return "None"
-    return (
-        "a scalar"
-        if np.shape(value) in ((), (2,)) and np.asarray(value).dtype != object
-        else f"{len(value)} components"
-    )
+    count = _components(value)
+    return {0: "None", 1: "a scalar"}.get(count, f"{count} components")

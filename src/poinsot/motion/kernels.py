@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -16,9 +16,14 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
+from poinsot.mechanics.axes import SPACE_AXES, Axes
 from poinsot.mechanics.euler import SINGULAR_SINE
-from poinsot.mechanics.formulations import FORMULATIONS
-from poinsot.mechanics.system import System
+from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
+from poinsot.mechanics.samples import common_axes, see_alike
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import USE_FUNCTIONS, System
+from poinsot.motion.constants import Constants
+from poinsot.motion.coordinates import SMALL, Coordinates
 
 PRECISIONS: dict[str, Any] = {
     "double": np.float64,
@@ -26,6 +31,7 @@ PRECISIONS: dict[str, Any] = {
     "quadruple": getattr(hy, "real128", None),
 }
 IDLE_INTEGRATORS = 64
+DECISIONS = 1024
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,7 @@ class _Pool:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._idle: OrderedDict[Kernel, list[Any]] = OrderedDict()
+        self._decided: OrderedDict[Any, bool] = OrderedDict()
 
     def take(self, kernel: Kernel) -> Any | None:
         with self._lock:
@@ -60,18 +67,64 @@ class _Pool:
                 if not self._idle[oldest]:
                     del self._idle[oldest]
 
+    def decide(self, key: Any, question: Callable[[], bool]) -> bool:
+        """Return the answer to a question about equations, asked once."""
+        with self._lock:
+            known = self._decided.get(key)
+        if known is None:
+            known = question()
+            with self._lock:
+                self._decided[key] = known
+                while len(self._decided) > DECISIONS:
+                    self._decided.popitem(last=False)
+        return known
+
 
 _pool = _Pool()
 
 
+def coordinates(system: System, state: State, formulation: str, precision: str) -> Coordinates:
+    """Return the variables in which a system is integrated: carried by its orbit where all its forces allow.
+
+    Wide precision stays in the space axes, so that it judges the carried ones.
+    """
+    chosen = FORMULATIONS[formulation]
+    axes: Axes = SPACE_AXES
+    carried = None if isinstance(chosen, EulerAngles) or precision != "double" else common_axes(system)
+    if carried is not None:
+        pattern = tuple(bool(np.any(number)) for number in system.numbers)
+        if _pool.decide((system.structure, pattern), lambda: see_alike(system, carried)):
+            axes = carried
+    # A power of two scales without rounding.
+    return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state)))))
+
+
 @contextmanager
-def integrator(system: System, formulation: str, precision: str, tolerance: float) -> Iterator[Any]:
+def integrator(system: System, variables: Coordinates, precision: str, tolerance: float) -> Iterator[Any]:
     """Lend an integrator for the system, its parameters set; state and time are the borrower's to set."""
-    kernel = Kernel(system.structure, formulation, precision, tolerance)
-    built = _pool.take(kernel) or _build(system, kernel)
-    built.pars[:] = [PRECISIONS[precision](number) for number in system.numbers]
+    structure = (*system.structure, *variables.axes.structure)
+    kernel = Kernel(structure, variables.formulation.name, precision, tolerance)
+    built, constants = lent = _pool.take(kernel) or _build(system, variables, kernel)
+    kind = PRECISIONS[precision]
+    values = constants.values([kind(number) for number in _numbers(system, variables)])
+    built.pars[:] = [kind(value) for value in values[: len(built.pars)]]  # the last ones may be unused
     yield built
-    _pool.give(kernel, built)
+    _pool.give(kernel, lent)
+
+
+def _numbers(system: System, variables: Coordinates) -> Sequence[Any]:
+    """Return the numbers of a run in the order in which `_equations` takes them."""
+    return (variables.scale, *variables.axes.numbers, *system.numbers)
+
+
+def _equations(system: System, variables: Coordinates, symbols: list[Any], constants: Constants) -> list[Any]:
+    inputs = constants.inputs()
+    scale, axes = next(inputs), variables.axes.with_numbers(inputs)
+    twin = system.with_numbers(inputs)
+    try:
+        return twin.derivatives(variables.formulation.name, symbols, hy.time, scale=scale, axes=axes)
+    except TypeError as error:
+        raise TypeError(f"the formulas of a system {USE_FUNCTIONS.format('on symbols they', error)}") from error
 
 
 def available(precision: str) -> bool:
@@ -82,30 +135,23 @@ def available(precision: str) -> bool:
     return kind is not None
 
 
-def _build(system: System, kernel: Kernel) -> Any:
-    symbolic = system.with_numbers(hy.par[i] for i in range(len(list(system.numbers))))
-    formulation = FORMULATIONS[kernel.formulation]
-    variables = [hy.expression(f"x{i}") for i in range(formulation.size)]
-    try:
-        equations = symbolic.derivatives(kernel.formulation, variables, hy.time)
-    except TypeError as error:
-        raise TypeError(
-            "the formulas of a system must use + - * / ** and poinsot.functions alone, but on symbols they gave: "
-            f"{error}. Replace functions of math and numpy by those of poinsot.functions."
-        ) from error
+def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any, Constants]:
+    symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
+    constants = Constants()
+    equations = _equations(system, variables, symbols, constants)
     kind: Any = PRECISIONS[kernel.precision]
     stops = {}
     if kernel.formulation == "euler_angles":
-        nearness = hy.sin(variables[1]) ** 2 - SINGULAR_SINE**2
+        nearness = hy.sin(symbols[1]) ** 2 - SINGULAR_SINE**2
         stops["t_events"] = [_terminal(kernel.precision)(nearness)]
-    return hy.taylor_adaptive(
-        [(x, hy.expression(0.0) + rate) for x, rate in zip(variables, equations, strict=True)],
-        [kind(0.0)] * formulation.size,
-        pars=[kind(0.0)] * max(len(list(system.numbers)), 1),
+    built = hy.taylor_adaptive(
+        [(x, hy.expression(0.0) + rate) for x, rate in zip(symbols, equations, strict=True)],
+        [kind(0.0)] * variables.size,
         tol=kind(kernel.tolerance),
         fp_type=kind,
         **stops,
     )
+    return built, constants
 
 
 def _terminal(precision: str) -> Any:

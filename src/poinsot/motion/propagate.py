@@ -12,17 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import PropagationError, real_array
-from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation
-from poinsot.mechanics.state import State
+from poinsot.errors import PropagationError, PropagationInterrupted, real_array
+from poinsot.functions import Vector
+from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
+from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
+from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.trajectory import Run, Trajectory
 
 __all__ = ["propagate"]
 
 STEPS_AT_A_TIME = 20_000
 """Steps between two looks at the keyboard: some tens of milliseconds."""
+
+INTERRUPTED = "it was interrupted."
 
 Array = NDArray[Any]
 
@@ -61,38 +65,38 @@ def propagate(
     ------
     PropagationError
         If the run becomes singular; it carries the time reached and the partial trajectory.
+    PropagationInterrupted
+        On Ctrl-C (a KeyboardInterrupt), with the same two.
     """
     _check_order(system, state)
     t = _checked_times(times)
     chosen = _checked_formulation(formulation)
     asked = _checked_tolerance(tolerance, precision)
-    start, origin = chosen.from_state(state), float(state.time)
-    with kernels.integrator(system, chosen.name, precision, asked) as engine:
-        began, order, tolerance = clock.perf_counter(), engine.order, float(engine.tol)
+    variables = kernels.coordinates(system, state, chosen, precision)
+    start, origin = variables.from_state(_in_precision(state, precision)), float(state.time)
+    with kernels.integrator(system, variables, precision, asked) as engine:
+        began = clock.perf_counter()
         rising = np.sort(t)
         middle = int(np.searchsorted(rising, origin))
-        halves = [
-            _Half(engine, origin, start, rising[middle:], precision, dense).run(),
-            _Half(engine, origin, start, rising[:middle][::-1], precision, dense).run(),
-        ]
-    run = Run(
-        "Taylor",
-        chosen.name,
-        precision,
-        tolerance,
-        order,
-        sum(half.steps for half in halves),
-        clock.perf_counter() - began,
-        _versions(),
-    )
-    motion = _join(system, state, t, halves, chosen, run, dense)
+        grids = (rising[middle:], rising[:middle][::-1])
+        halves = [_Half(engine, origin, start, grid, precision, dense) for grid in grids]
+        for half in halves:
+            if not any(other.stopped == INTERRUPTED for other in halves):
+                half.run()
+        run = Run(
+            method="Taylor",
+            formulation=chosen,
+            precision=precision,
+            tolerance=float(engine.tol),
+            order=engine.order,
+            steps=sum(half.steps for half in halves),
+            wall_time=clock.perf_counter() - began,
+            versions=_versions(),
+        )
+    motion = _join(system, state, t, halves, variables, run, dense)
     for half in halves:
         if half.stopped:
-            raise PropagationError(
-                f"propagation stopped at t = {half.reached:.10g} of {half.last:.10g}: {half.stopped}",
-                half.reached,
-                motion,
-            )
+            raise half.error(motion)
     return motion
 
 
@@ -107,53 +111,74 @@ class _Half:
         self.pieces: list[Any] = []
         self.steps, self.reached, self.stopped = 0, origin, ""
 
-    def run(self) -> _Half:
+    def run(self) -> None:
         """Integrate to the last time of the grid, or to where it stops."""
         if not self.grid.size:
-            return self
+            return
         self.engine.time = self.kind(self.origin)
-        self.engine.state[:] = [self.kind(x) for x in self.start]
+        self.engine.state[:] = self._typed(self.start)
         if self.engine.with_events:
             self.engine.reset_cooldowns()
-        advance = self._advance_dense if self.dense else self._advance_on_grid
-        while not self._finished(*advance()):
-            pass
+        try:
+            while not self._advance():
+                pass
+        except KeyboardInterrupt:
+            self.stopped = INTERRUPTED
         if self.pieces:
             self._read_pieces()
-        return self
 
-    def _advance_dense(self) -> tuple[Any, int]:
+    def _advance(self) -> bool:
+        """Take a chunk of steps; of one that fails, take again those before it. Return whether it was the last."""
+        time, state, rows, pieces = self.engine.time, self.engine.state.copy(), len(self.rows), len(self.pieces)
+        outcome, steps = self._step(STEPS_AT_A_TIME)
+        if outcome.name == "err_nf_state":
+            self.engine.time, self.engine.state[:] = time, state
+            del self.rows[rows:], self.pieces[pieces:]
+            if steps:
+                self._step(steps)
+        before, self.reached = self.reached, float(self.engine.time)
+        self.steps += steps
+        self.stopped = self._reason(outcome.name, abs(self.reached - before))
+        return outcome.name == "time_limit" or bool(self.stopped)
+
+    def _step(self, steps: int) -> tuple[Any, int]:
+        return self._step_dense(steps) if self.dense else self._step_on_grid(steps)
+
+    def _step_dense(self, most: int) -> tuple[Any, int]:
         outcome, _, _, steps, piece, _ = self.engine.propagate_until(
-            self.kind(self.last), max_steps=STEPS_AT_A_TIME, c_output=True
+            self.kind(self.last), max_steps=most, c_output=True
         )
         if piece is not None:
             self.pieces.append(piece)
         return outcome, steps
 
-    def _advance_on_grid(self) -> tuple[Any, int]:
-        ahead = [self.kind(x) for x in self.grid[sum(map(len, self.rows)) :]]
-        here = self.engine.time
-        between = [] if ahead[0] == here else [here]  # the engine wants a grid that starts where it is
-        outcome, _, _, steps, _, rows = self.engine.propagate_grid(np.array(between + ahead), max_steps=STEPS_AT_A_TIME)
+    def _step_on_grid(self, most: int) -> tuple[Any, int]:
+        ahead = self._typed(self.grid[sum(map(len, self.rows)) :])
+        here = self._typed([self.engine.time])
+        between = here[: int(ahead[0] != here[0])]  # the engine wants a grid that starts where it is
+        outcome, _, _, steps, _, rows = self.engine.propagate_grid(np.concatenate([between, ahead]), max_steps=most)
         self.rows.append(np.asarray(rows[len(between) :], dtype=float))
         return outcome, steps
 
-    def _finished(self, outcome: Any, steps: int) -> bool:
-        before, self.reached = self.reached, float(self.engine.time)
-        self.steps += steps
-        name = outcome.name
-        if name == "time_limit":
-            return True
-        if name == "step_limit":
-            stuck = abs(self.reached - before) <= STEPS_AT_A_TIME * np.spacing(max(abs(before), abs(self.reached)))
-            self.stopped = "the step size fell to rounding. The equations are singular there." if stuck else ""
-        elif name == "err_nf_state":
-            self.stopped = "the state became non-finite. A force is singular there."
-        else:
-            self.stopped = (
-                "sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."
-            )
-        return bool(self.stopped)
+    def _typed(self, values: Any) -> Array:
+        return np.asarray(values) if self.kind is np.float64 else np.array([self.kind(x) for x in values])
+
+    def _reason(self, outcome: str, advance: float) -> str:
+        """Return why the integration cannot go on; empty if it can, or is at its end."""
+        if outcome == "time_limit":
+            return ""
+        if outcome == "step_limit":
+            stuck = advance <= STEPS_AT_A_TIME * np.spacing(max(abs(self.reached), abs(self.origin)))
+            return "the step size fell to rounding. The equations are singular there." if stuck else ""
+        if outcome == "err_nf_state":
+            return "the state became non-finite. A force is singular there."
+        return "sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."
+
+    def error(self, motion: Trajectory) -> BaseException:
+        """Return what to raise about a half that stopped."""
+        kind = PropagationInterrupted if self.stopped == INTERRUPTED else PropagationError
+        message = f"propagation stopped at t = {self.reached:.10g} of {self.last:.10g}: {self.stopped}"
+        return kind(message, self.reached, motion)
 
     def _read_pieces(self) -> None:
         inside = np.abs(self.grid - self.origin) <= abs(self.reached - self.origin)
@@ -167,38 +192,40 @@ class _Half:
         out = np.empty((times.size, self.start.size))
         for i in np.unique(which):
             chosen = which == i
-            out[chosen] = np.asarray(self.pieces[i](np.array([self.kind(x) for x in times[chosen]])), dtype=float)
+            out[chosen] = np.asarray(self.pieces[i](self._typed(times[chosen])), dtype=float)
         return out
 
 
 def _join(
-    system: System,
-    state: State,
-    t: Array,
-    halves: list[_Half],
-    formulation: Formulation,
-    run: Run,
-    dense: bool,
+    system: System, state: State, t: Array, halves: list[_Half], variables: Coordinates, run: Run, dense: bool
 ) -> Trajectory:
     """Put the two halves into the order of the requested times; rows that were not reached are left out."""
-    later, earlier = (np.concatenate([np.empty((0, formulation.size)), *half.rows]) for half in halves)
+    later, earlier = (np.concatenate([np.empty((0, variables.size)), *half.rows]) for half in halves)
     rows = np.concatenate([earlier[::-1], later])
     times = np.concatenate([halves[1].grid[: len(earlier)][::-1], halves[0].grid[: len(later)]])
     if t.size > 1 and t[0] > t[1]:
         rows, times = rows[::-1], times[::-1]
-    interpolant = (_interpolant(halves, formulation), halves[1].reached, halves[0].reached) if dense else None
-    return Trajectory(system, state, times, formulation.to_canonical(rows), run, interpolant)
+    interpolant = (_interpolant(halves, variables), halves[1].reached, halves[0].reached) if dense else None
+    return Trajectory(system, state, times, variables.to_canonical(times, rows), run, interpolant)
 
 
-def _interpolant(halves: list[_Half], formulation: Formulation) -> Callable[[Array], tuple[Array, Array]]:
+def _interpolant(halves: list[_Half], variables: Coordinates) -> Callable[[Array], tuple[Array, Array]]:
     def canonical_at(times: Array) -> tuple[Array, Array]:
-        out = np.empty((times.size, formulation.size))
+        out = np.empty((times.size, variables.size))
         for half, chosen in zip(halves, (times >= halves[0].origin, times < halves[0].origin), strict=True):
             if np.any(chosen):
                 out[chosen] = half.evaluate(times[chosen]) if half.pieces else half.start
-        return formulation.to_canonical(out)
+        return variables.to_canonical(times, out)
 
     return canonical_at
+
+
+def _in_precision(state: State, precision: str) -> State:
+    if precision == "double":
+        return state
+    kind = kernels.PRECISIONS[precision]
+    q, Q = (Vector(kind(x) for x in array) for array in (state.quaternion, state.conjugate_momenta))
+    return computed_state(q, Q, state.time)
 
 
 def _check_order(system: Any, state: Any) -> None:
@@ -225,15 +252,15 @@ def _checked_times(times: ArrayLike) -> NDArray[np.float64]:
     return t
 
 
-def _checked_formulation(name: str | None) -> Formulation:
+def _checked_formulation(name: str | None) -> str:
     name = DEFAULT_FORMULATION if name is None else name
-    if name not in FORMULATIONS:
+    if not isinstance(name, str) or name not in FORMULATIONS:
         raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, but {name!r} came.")
-    return FORMULATIONS[name]
+    return name
 
 
 def _checked_tolerance(tolerance: float | None, precision: str) -> float:
-    if precision not in kernels.PRECISIONS:
+    if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
         raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, but {precision!r} came.")
     if not kernels.available(precision):
         raise ValueError(

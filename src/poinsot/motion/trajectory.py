@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import real_array
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.state import State
+from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class Trajectory:
     @property
     def omega_body(self) -> Array:
         """The inertial angular velocity along the body axes; shape (n, 3)."""
-        return self.system.body.omega(self.angular_momentum_body)
+        return np.asarray(self.system.omega_body(_computed_state(self)))
 
     @property
     def omega_space(self) -> Array:
@@ -134,8 +134,7 @@ class Trajectory:
 
     def relative_to(self, frame: Frame) -> RelativeMotion:
         """Return attitude and rate relative to a moving frame, such as `orbit.frame`."""
-        if not isinstance(frame, Frame):
-            raise TypeError(f"frame must be a Frame, but {type(frame).__name__} came. An orbit has one: orbit.frame.")
+        frame = checked_frame(frame)
         frame_omega = quat.rotate(quat.conjugate(self.quaternion), frame.omega_space(self.times))
         return RelativeMotion(
             self.times,
@@ -154,7 +153,7 @@ class Trajectory:
         if t.size and (t.min() < first or t.max() > last):
             outside = t.min() if t.min() < first else t.max()
             raise ValueError(f"time must lie within [{first:.10g}, {last:.10g}], but {outside:.10g} came.")
-        q, Q = interpolant(np.atleast_1d(t))
+        q, Q = interpolant(t.ravel())
         return computed_state(q.reshape(*t.shape, 4), Q.reshape(*t.shape, 4), t)
 
     # ------------------------------------------------------------------ proof
@@ -183,6 +182,7 @@ class Trajectory:
         """
         energy_scale = np.max(np.abs(self.kinetic_energy) + np.abs(self.potential_energy), initial=0.0)
         momentum_scale = np.max(np.linalg.norm(self.angular_momentum_body, axis=-1), initial=0.0)
+        momentum_scale = max(momentum_scale, self.system.momentum_scale(self.initial))
         out = {}
         for integral in self.system.integrals:
             scale = energy_scale if integral.is_energy else momentum_scale
@@ -239,13 +239,6 @@ class RelativeMotion:
     def attitude(self) -> Rotation:
         """The attitudes as a scipy rotation, body -> frame."""
         return rotation(self.quaternion)
-
-
-def computed_state(q: Array, Q: Array, time: Array) -> State:
-    """Return a state of computed values, whose small defects are measurements and not mistakes."""
-    state = object.__new__(State)
-    state.quaternion, state.conjugate_momenta, state.time = q, Q, time
-    return state
 
 
 def _computed_state(motion: Trajectory) -> State:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit
@@ -34,6 +35,7 @@ class FixedPoint(Orbit):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        refuse_nonpositive("mu", self.mu)
         if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
             raise ValueError("position must not be zero, but the body is at the attractor.")
 

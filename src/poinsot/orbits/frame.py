@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.errors import real_numbers
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.sky import Orbit
@@ -33,7 +34,7 @@ class OrbitFrame(Frame):
         return np.asarray(np.cross(r, v) / np.sum(r * r, axis=-1, keepdims=True))
 
     def _vectors(self, time: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        t = np.asarray(time, dtype=float)
+        t = real_numbers("time", time)
         return tuple(
             np.stack(np.broadcast_arrays(*x), axis=-1) for x in (self.orbit.position_at(t), self.orbit.velocity_at(t))
         )  # type: ignore[return-value]

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import real_array
+from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
-from poinsot.mechanics import quaternion as quat
-from poinsot.mechanics.parameters import Vector
-from poinsot.mechanics.sky import Orbit
+from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.orbits.frame import OrbitFrame
 
 __all__ = ["KeplerOrbit"]
@@ -54,8 +53,7 @@ class KeplerOrbit(Orbit):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("mu", "semimajor_axis"):
-            if np.any(getattr(self, name) <= 0):
-                raise ValueError(f"{name} must be positive, but {np.min(getattr(self, name))} came.")
+            refuse_nonpositive(name, getattr(self, name))
         e = np.asarray(self.eccentricity)
         if np.any((e < 0) | (e >= 1)):
             wrong = e[(e < 0) | (e >= 1)].flat[0]
@@ -75,6 +73,9 @@ class KeplerOrbit(Orbit):
         """
         mu = float(real_array("mu", mu, ()))
         r, v = real_array("position", position, (3,)), real_array("velocity", velocity, (3,))
+        refuse_nonpositive("mu", mu)
+        if not np.any(r):
+            raise ValueError("position must not be zero, but the body is at the attractor.")
         distance, h = float(np.linalg.norm(r)), np.cross(r, v)
         if not np.linalg.norm(h) > 1e-12 * distance * np.linalg.norm(v):
             raise ValueError("position and velocity must span a plane, but they are parallel.")
@@ -100,7 +101,7 @@ class KeplerOrbit(Orbit):
     @property
     def mean_motion(self) -> Any:
         """The mean angular rate sqrt(mu / a^3), radians per unit of time."""
-        return np.sqrt(self.mu / np.asarray(self.semimajor_axis) ** 3)
+        return functions.sqrt(self.mu / self.semimajor_axis**3)
 
     @property
     def period(self) -> Any:
@@ -115,80 +116,132 @@ class KeplerOrbit(Orbit):
     @property
     def normal(self) -> NDArray[np.float64]:
         """The unit vector along the orbital angular momentum, space axes."""
-        return np.asarray(self._axes()[2])
+        return np.stack(np.broadcast_arrays(*self._axes()[2]), axis=-1)
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
         """On a circle (to rounding), the mean motion about the normal; None otherwise."""
-        return self.mean_motion * self.normal if np.all(np.asarray(self.eccentricity) < 1e-14) else None
+        return (
+            np.asarray(self.mean_motion)[..., None] * self.normal
+            if np.all(np.asarray(self.eccentricity) < 1e-14)
+            else None
+        )
 
     @property
     def directions(self) -> dict[str, NDArray[np.float64]]:  # noqa: D102
         return {"normal": self.normal}
 
+    @property
+    def axes(self) -> KeplerAxes:
+        """The axes radial, transverse, normal, with the true anomaly integrated along."""
+        return KeplerAxes(self)
+
     # ------------------------------------------------------------------ motion
 
-    @property
-    def prepared(self) -> Any:
-        """The ellipse by its constant vectors, which is what the equations need."""
-        e, a, f = (np.asarray(x) for x in (self.eccentricity, self.semimajor_axis, self.true_anomaly))
-        ratio = np.sqrt((1 - e) * (1 + e))
-        E = f - 2 * np.arctan2(e * np.sin(f), 1 + ratio + e * np.cos(f))
-        to_periapsis, to_side, _ = self._axes()
-        return _Ellipse(
-            self.mu,
-            a[..., None] * to_periapsis,
-            (a * ratio)[..., None] * to_side,
-            self.semimajor_axis,
-            self.eccentricity,
-            self.mean_motion,
-            E - e * np.sin(E),
-            self.epoch,
-        )
+    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        a, e = self.semimajor_axis, self.eccentricity
+        cosine, sine = self._eccentric_circle(time)
+        ahead, aside = a * (cosine - e), a * self._ratio * sine
+        return functions.Vector(ahead * p + aside * s for p, s in zip(*self._axes()[:2], strict=True))
 
-    def position_at(self, time: Scalar) -> Any:  # noqa: D102
-        return self.prepared.position_at(time)
+    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        cosine, sine = self._eccentric_circle(time)
+        speed = self.semimajor_axis * self.mean_motion / (1 - self.eccentricity * cosine)
+        ahead, aside = -speed * sine, speed * self._ratio * cosine
+        return functions.Vector(ahead * p + aside * s for p, s in zip(*self._axes()[:2], strict=True))
 
-    def velocity_at(self, time: Scalar) -> Any:  # noqa: D102
-        return self.prepared.velocity_at(time)
+    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+        return 1 / (self.semimajor_axis * (1 - self.eccentricity * self._eccentric_circle(time)[0]))
 
-    def distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
-        return self.prepared.distance_at(time)
+    def mean_anomaly_at(self, time: Scalar) -> Scalar:
+        """Return the mean anomaly, radians, not reduced."""
+        e, f = self.eccentricity, self.true_anomaly
+        E = f - 2 * functions.atan2(e * functions.sin(f), 1 + self._ratio + e * functions.cos(f))
+        return (E - e * functions.sin(E)) + self.mean_motion * (time - self.epoch)
 
-    def _axes(self) -> tuple[NDArray[Any], ...]:
-        angles = np.stack(np.broadcast_arrays(self.node, self.inclination, self.argument_of_periapsis), axis=-1)
-        q = euler.quaternion_from_angles(angles)
-        return tuple(quat.rotate(q, unit) for unit in np.eye(3))
-
-
-class _Ellipse(Orbit):
-    """The same orbit: r = a P (cos E - e) + b Q sin E, with the vectors a P and b Q in space axes."""
-
-    mu: float
-    to_periapsis: Vector
-    to_side: Vector
-    semimajor_axis: float
-    eccentricity: float
-    mean_motion: float
-    mean_anomaly: float
-    epoch: float
-
-    def position_at(self, time: Scalar) -> functions.Vector:
-        cosine, sine = self._circle(time)
-        ahead = cosine - self.eccentricity
-        return functions.Vector(ahead * p + sine * s for p, s in zip(self.to_periapsis, self.to_side, strict=True))
-
-    def velocity_at(self, time: Scalar) -> functions.Vector:
-        cosine, sine = self._circle(time)
-        rate = self.mean_motion / (1 - self.eccentricity * cosine)
-        return functions.Vector(
-            rate * (cosine * s - sine * p) for p, s in zip(self.to_periapsis, self.to_side, strict=True)
-        )
-
-    def distance_at(self, time: Scalar) -> Scalar:
-        return self.semimajor_axis * (1 - self.eccentricity * self._circle(time)[0])
-
-    def _circle(self, time: Scalar) -> tuple[Scalar, Scalar]:
-        mean_anomaly = self.mean_anomaly + self.mean_motion * (time - self.epoch)
-        E = functions.eccentric_anomaly(self.eccentricity, mean_anomaly)
+    def _eccentric_circle(self, time: Scalar) -> tuple[Scalar, Scalar]:
+        E = functions.eccentric_anomaly(self.eccentricity, self.mean_anomaly_at(time))
         return functions.cos(E), functions.sin(E)
+
+    @property
+    def _ratio(self) -> Scalar:
+        return functions.sqrt((1 - self.eccentricity) * (1 + self.eccentricity))
+
+    def _axes(self) -> tuple[functions.Vector, ...]:
+        """Return the directions to the periapsis, a quarter turn on, and normal, along space."""
+        angles = functions.Vector((self.node, self.inclination, self.argument_of_periapsis))
+        columns = euler.rotation_matrix_from_angles(angles).T
+        return tuple(functions.Vector(column) for column in columns)
+
+
+class KeplerAxes(Axes):
+    """Radial, transverse, normal axes; their variable is f - M, the true less the mean anomaly.
+
+    f itself would grow with every revolution and loosen the engine's step control, which looks at the
+    largest variable.
+    """
+
+    orbit: KeplerOrbit
+
+    size = 1
+
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        e, mean = self.orbit.eccentricity, self.orbit.mean_anomaly_at(time)
+        E = functions.eccentric_anomaly(e, mean)
+        beta = e / (1 + np.sqrt((1 - e) * (1 + e)))
+        return np.asarray(E - mean + 2 * np.arctan2(beta * np.sin(E), 1 - beta * np.cos(E)))[..., None]
+
+    def sky(self, time: Scalar, variables: Any) -> Sky:
+        return _KeplerSky(time, self, variables)
+
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
+        return [self._rate(time, variables) - self.orbit.mean_motion]
+
+    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
+        return functions.Vector((0.0, 0.0, self._rate(time, variables)))
+
+    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
+        orbit = self.orbit
+        latitude = orbit.argument_of_periapsis + self.true_anomaly(time, [variables[..., 0]])
+        return euler.quaternion_from_angles(
+            np.stack(np.broadcast_arrays(orbit.node, orbit.inclination, latitude), axis=-1)
+        )
+
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
+        return variables[0] + self.orbit.mean_anomaly_at(time)
+
+    def inverse_distance(self, time: Scalar, variables: Any) -> Scalar:
+        """Return 1/r = (1 + e cos f) / (a (1 - e^2))."""
+        a, e = self.orbit.semimajor_axis, self.orbit.eccentricity
+        inverse = 1 / (a * (1 - e) * (1 + e))
+        return inverse + inverse * e * functions.cos(self.true_anomaly(time, variables))
+
+    def _rate(self, time: Scalar, variables: Any) -> Scalar:
+        """Return f' = h / r^2, h = sqrt(mu a (1 - e^2))."""
+        a, e = self.orbit.semimajor_axis, self.orbit.eccentricity
+        inverse = self.inverse_distance(time, variables)
+        return inverse * inverse * functions.sqrt(self.orbit.mu * a * (1 - e) * (1 + e))
+
+
+class _KeplerSky(Sky):
+    """The world along radial, transverse, normal axes: the attractor is straight down."""
+
+    def __init__(self, time: Scalar, axes: KeplerAxes, variables: Any) -> None:
+        super().__init__(time)
+        self._axes, self._variables = axes, variables
+
+    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: ARG002
+        return self._axes.inverse_distance(self.time, self._variables)
+
+    def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
+        return functions.Vector((1.0, 0.0, 0.0))
+
+    def position(self, orbit: Orbit) -> functions.Vector:
+        return functions.Vector((1 / self.inverse_distance(orbit), 0.0, 0.0))
+
+    def velocity(self, orbit: Orbit) -> functions.Vector:
+        own = self._axes.orbit
+        speed = own.semimajor_axis * own.mean_motion / functions.sqrt((1 - own.eccentricity) * (1 + own.eccentricity))
+        parameter = own.semimajor_axis * (1 - own.eccentricity) * (1 + own.eccentricity)
+        upwards = own.eccentricity * functions.sin(self._axes.true_anomaly(self.time, self._variables))
+        return functions.Vector((speed * upwards, speed * parameter * self.inverse_distance(orbit), 0.0))

@@ -1,0 +1,57 @@
+"""The variables of an integration: a formulation, the axes it refers to, and the scale of its momenta."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.state import State, computed_state
+
+__all__ = ["SMALL", "Coordinates"]
+
+Array = NDArray[np.float64]
+
+SMALL = 0.1
+"""The size given to the momenta: below that of q, so that the engine's step control, which looks at the
+largest variable, keeps its grip on the attitude."""
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Variables of a kernel: those of the formulation, then those of the axes."""
+
+    formulation: Formulation
+    axes: Axes
+    scale: Any
+
+    @property
+    def size(self) -> int:
+        """The number of variables."""
+        return self.formulation.size + self.axes.size
+
+    def from_state(self, state: State) -> Array:
+        """Return the variables of a state; shape (..., size)."""
+        carried = self.axes.start(state.time)
+        back = quat.conjugate(self.axes.quaternion(state.time, carried))
+        seen = computed_state(
+            quat.product(back, state.quaternion), quat.product(back, state.conjugate_momenta), state.time
+        )
+        own = self.formulation.from_state(seen)
+        own[..., self.formulation.momenta] *= np.expand_dims(np.array(self.scale, dtype=own.dtype), -1)
+        return np.concatenate([own, np.broadcast_to(carried, (*own.shape[:-1], self.axes.size))], axis=-1)
+
+    def to_canonical(self, times: Array, variables: Array) -> tuple[Array, Array]:
+        """Return q and Q of the variables along the times; shapes (..., n, 4)."""
+        own, carried = variables[..., : self.formulation.size].copy(), variables[..., self.formulation.size :]
+        own[..., self.formulation.momenta] /= np.expand_dims(self.scale, (-1, -2))
+        q, Q = self.formulation.to_canonical(own)
+        if not self.axes.size:
+            return q, Q
+        turn = self.axes.quaternion(times, carried)
+        return quat.product(turn, q), quat.product(turn, Q)

@@ -1,0 +1,36 @@
+"""Fixtures shared by all tests."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20061027)
+
+
+@pytest.fixture(scope="session")
+def body():
+    return pt.Body((1.25, 1.0, 0.75))
+
+
+@pytest.fixture(scope="session")
+def top(body):
+    return pt.System(body, pt.UniformGravity(0.5, (1.0, 0.2, -0.3)))
+
+
+@pytest.fixture(scope="session")
+def start(body):
+    return body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
+
+
+@pytest.fixture(scope="session")
+def orbit():
+    return pt.KeplerOrbit(2.0, 1.5, 0.3, 0.4, 1.1, -0.7, 2.0, 0.25)
+
+
+@pytest.fixture(scope="session")
+def satellite(orbit):
+    return pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(orbit))

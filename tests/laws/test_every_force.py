@@ -1,0 +1,253 @@
+"""What holds for every force that is shipped; a new one joins by one instance in `FORCES`."""
+
+import dataclasses
+
+import heyoka as hy
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.functions import Vector
+from poinsot.mechanics.quaternion import product
+from poinsot.motion import kernels
+
+ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
+AT_REST = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)
+FORCES = (
+    pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
+    pt.GravityGradient(ELLIPSE),
+    pt.GravityGradient(AT_REST),
+    pt.LinearDamping(0.05),
+)
+POTENTIALS = tuple(force for force in FORCES if isinstance(force, pt.Potential))
+BODIES = (
+    pt.Body((1.3, 1.0, 0.7)),
+    pt.Body.from_inertia([(1.2, 0.2, -0.1), (0.2, 1.0, 0.15), (-0.1, 0.15, 0.9)]),
+)
+TIME = 0.9
+TIMES = np.linspace(0, 3, 4)
+
+
+def label(thing):
+    return " ".join(type(part).__name__ for part in (thing, *vars(thing).values()) if isinstance(part, WITH_A_NAME))
+
+
+WITH_A_NAME = (pt.Potential, pt.Torque, pt.Orbit)
+each_force = pytest.mark.parametrize("force", FORCES, ids=label)
+each_potential = pytest.mark.parametrize("force", POTENTIALS, ids=label)
+each_body = pytest.mark.parametrize("body", BODIES, ids=["principal axes", "oblique axes"])
+
+
+def random_attitudes(count=4):
+    half_turns = np.eye(4)[1:]
+    return np.concatenate([Rotation.random(count, np.random.default_rng(11)).as_quat(scalar_first=True), half_turns])
+
+
+# ---------------------------------------------------------------------- the torque is the slope of the energy
+
+
+def potential_energy(system, q, time):
+    """The energy on numbers of 40 digits."""
+    exact = system.with_numbers(mpmath.mpf(float(x)) for x in system.numbers)
+    return exact.potential_at(Vector(q), mpmath.mpf(time))
+
+
+def torque_from_energy(system, q, time):
+    """Minus the slope of the energy under small turns about the body axes, q -> q (cos, sin e_k), by differences."""
+    step = mpmath.mpf(10) ** -10
+
+    def turned(k, angle):
+        turn = [mpmath.cos(angle / 2), 0, 0, 0]
+        turn[k] = mpmath.sin(angle / 2)
+        return potential_energy(system, product(Vector(map(mpmath.mpf, q)), Vector(turn)), time)
+
+    return np.array([float((turned(k, -step) - turned(k, step)) / (2 * step)) for k in (1, 2, 3)])
+
+
+def heyoka_torque(system):
+    variables = hy.make_vars("q0", "q1", "q2", "q3", "w1", "w2", "w3")
+    symbolic = system.with_numbers(hy.expression(float(x)) for x in system.numbers)
+    attitude = pt.Attitude.from_quaternion(variables[:4])
+    torque = symbolic.torque_at(attitude, Vector(variables[4:]), pt.Sky(hy.time))
+    compiled = hy.cfunc([hy.expression(0.0) + component for component in torque], list(variables))
+    return lambda q, omega, time: compiled(np.array([*q, *omega]), time=time)
+
+
+def sympy_torque(system, time):
+    variables = sympy.symbols("q0:4 w1:4", real=True)
+    attitude = pt.Attitude.from_quaternion(variables[:4])
+    torque = system.torque_at(attitude, Vector(variables[4:]), pt.Sky(time))
+    function = sympy.lambdify(variables, list(torque), "numpy")
+    return lambda q, omega: np.array(function(*q, *omega), dtype=float)
+
+
+@each_body
+@each_potential
+def test_torque_is_the_slope_of_the_energy_in_both_engines(force, body):
+    system, omega = pt.System(body, force), np.zeros(3)
+    from_heyoka, from_sympy = heyoka_torque(system), sympy_torque(system, TIME)
+    with mpmath.workdps(40):
+        for q in random_attitudes():
+            expected = torque_from_energy(system, q, TIME)
+            assert np.max(np.abs(from_heyoka(q, omega, TIME) - expected)) < 2e-14
+            assert np.max(np.abs(from_sympy(q, omega) - expected)) < 2e-14
+
+
+@each_body
+@each_force
+def test_torque_is_one_for_both_engines(force, body):
+    system, omega = pt.System(body, force), np.array([0.4, -0.7, 0.2])
+    from_heyoka, from_sympy = heyoka_torque(system), sympy_torque(system, TIME)
+    for q in random_attitudes():
+        torque = from_heyoka(q, omega, TIME)
+        assert np.max(np.abs(torque)) > 1e-3
+        assert np.max(np.abs(torque - from_sympy(q, omega))) < 2e-14
+
+
+@each_body
+@each_potential
+def test_energy_is_one_for_floats_and_for_many_digits(force, body):
+    system = pt.System(body, force)
+    for q in random_attitudes():
+        state = pt.State(q, np.zeros(4), TIME)
+        with mpmath.workdps(40):
+            exact = potential_energy(system, [mpmath.mpf(x) for x in q], TIME)
+        assert abs(system.potential_energy(state) - float(exact)) < 2e-15
+
+
+# ---------------------------------------------------------------------- the world has no preferred axes
+
+
+def turned_world(force, turn):
+    """The force with everything that it sees in space turned; uniform gravity stays along the vertical."""
+    return with_each_orbit(force, lambda orbit: turned_orbit(orbit, turn))
+
+
+def turned_orbit(orbit, turn):
+    if isinstance(orbit, pt.FixedPoint):
+        return pt.FixedPoint(turn.apply(orbit.position), orbit.mu)
+    r, v = (turn.apply(np.array(x)) for x in (orbit.position_at(orbit.epoch), orbit.velocity_at(orbit.epoch)))
+    return pt.KeplerOrbit.from_vectors(orbit.mu, r, v, orbit.epoch)
+
+
+def with_each_orbit(force, change):
+    orbits = {name: change(value) for name, value in vars(force).items() if isinstance(value, pt.Orbit)}
+    return dataclasses.replace(force, **orbits)
+
+
+@each_body
+@each_potential
+def test_energy_is_unchanged_when_the_whole_world_turns(force, body):
+    vertical = Rotation.from_rotvec([[0, 0, 1.3], [0, 0, np.pi]])
+    anywhere = Rotation.random(3, np.random.default_rng(5))
+    for turn in vertical if isinstance(force, pt.UniformGravity) else anywhere:
+        for q in random_attitudes():
+            attitude = Rotation.from_quat(q, scalar_first=True)
+            here = body.state(attitude, omega_body=np.zeros(3), time=TIME)
+            there = body.state(turn * attitude, omega_body=np.zeros(3), time=TIME)
+            before = pt.System(body, force).potential_energy(here)
+            assert abs(pt.System(body, turned_world(force, turn)).potential_energy(there) - before) < 2e-14
+
+
+# ---------------------------------------------------------------------- parameters
+
+
+def real_fields(record):
+    return {name: value for name, value in vars(record).items() if isinstance(value, np.ndarray)}
+
+
+def scaled(record, factor):
+    """The same record with every real parameter multiplied, orbits included."""
+    larger = dataclasses.replace(record, **{name: factor * x for name, x in real_fields(record).items()})
+    return larger if isinstance(record, pt.Orbit) else with_each_orbit(larger, lambda orbit: scaled(orbit, factor))
+
+
+def nudged(record):
+    """The same record with one real parameter changed, in every possible way."""
+    for name, value in real_fields(record).items():
+        for index in np.ndindex(value.shape):
+            other = value.copy()
+            other[index] += 0.05
+            yield f"{name}{list(index)}", dataclasses.replace(record, **{name: other})
+    for name, value in vars(record).items():
+        if isinstance(value, pt.Orbit):
+            for what, other in nudged(value):
+                yield f"{name}.{what}", dataclasses.replace(record, **{name: other})
+
+
+def heavier(body):
+    return pt.Body.from_inertia(1.1 * body.inertia)
+
+
+def motion(body, force):
+    start = body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.6, 0.5))
+    return pt.propagate(pt.System(body, force), start, TIMES)
+
+
+@each_body
+@each_force
+def test_other_numbers_use_the_same_kernel(force, body, monkeypatch):
+    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    first = motion(body, force)
+    pooled = {kernel: len(idle) for kernel, idle in kernels._pool._idle.items()}
+    assert list(pooled.values()) == [1]
+    second = motion(heavier(body), scaled(force, 1.2))
+    assert {kernel: len(idle) for kernel, idle in kernels._pool._idle.items()} == pooled
+    assert np.max(np.abs(first.quaternion - second.quaternion)) > 1e-3
+
+
+@each_body
+@each_force
+def test_reused_kernel_gives_what_a_new_one_gives(force, body, monkeypatch):
+    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    motion(body, force)
+    reused = motion(heavier(body), scaled(force, 1.2))
+    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    new = motion(heavier(body), scaled(force, 1.2))
+    assert np.array_equal(reused.quaternion, new.quaternion)
+    assert np.array_equal(reused.conjugate_momenta, new.conjugate_momenta)
+
+
+@each_force
+def test_each_number_of_a_force_reaches_the_motion(force, monkeypatch):
+    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    first = motion(BODIES[0], force)
+    others = {name: motion(BODIES[0], other) for name, other in nudged(force)}
+    assert len(kernels._pool._idle) == 1
+    inert = [name for name, other in others.items() if np.max(np.abs(other.quaternion - first.quaternion)) < 1e-3]
+    assert len(others) > 0
+    assert inert == []
+
+
+def scalars_in(record):
+    """The scalars of a record's real parameters in the order of their declaration."""
+    for field in dataclasses.fields(record):
+        value = getattr(record, field.name)
+        yield from scalars_in(value) if dataclasses.is_dataclass(value) else np.ravel(np.array(value, dtype=object))
+
+
+@each_force
+def test_numbers_make_the_round_trip(force):
+    numbers = [float(x) for x in force.numbers]
+    twin = force.with_numbers(iter(numbers))
+    assert type(twin) is type(force)
+    assert len(numbers) > 0
+    assert list(scalars_in(twin)) == numbers
+
+
+@each_body
+@each_force
+def test_with_its_own_numbers_a_system_is_the_same(force, body):
+    system, omega = pt.System(body, force), np.array([0.4, -0.7, 0.2])
+    twin = system.with_numbers(system.numbers)
+    for q in random_attitudes():
+        assert np.max(np.abs(heyoka_torque(system)(q, omega, TIME) - sympy_torque(twin, TIME)(q, omega))) < 2e-14
+
+
+def test_structure_tells_forces_apart_and_numbers_do_not():
+    structures = [force.structure for force in FORCES]
+    assert len(set(structures)) == len(FORCES)
+    assert [scaled(force, 1.2).structure for force in FORCES] == structures

@@ -1,0 +1,269 @@
+"""The rigid body: moments, axes, rates and states."""
+
+import itertools
+
+import heyoka as hy
+import numpy as np
+import pytest
+import sympy
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot import functions
+
+TURN = Rotation.from_rotvec([0.3, -0.5, 0.2])
+MOMENTS = np.array([2.0, 3.0, 4.0])
+
+
+def oblique(turn=TURN, moments=MOMENTS):
+    """The body whose principal axes are turned, and its inertia tensor."""
+    tensor = turn.as_matrix() @ np.diag(moments) @ turn.as_matrix().T
+    return pt.Body.from_inertia(tensor), tensor
+
+
+def gauss(low, high, count=8):
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return (high + low) / 2 + (high - low) / 2 * nodes, (high - low) / 2 * weights
+
+
+def integrated_moments(mass, x, y, z, weights):
+    """Moments of a homogeneous solid, from points and weights that integrate over its volume."""
+    density = mass / np.sum(weights)
+    return density * np.array([np.sum(weights * s) for s in (y**2 + z**2, x**2 + z**2, x**2 + y**2)])
+
+
+# ---------------------------------------------------------------------- homogeneous solids
+
+
+def test_ellipsoid_against_an_integral_over_its_volume():
+    a, b, c, mass = 1.2, 0.7, 2.0, 3.0
+    (r, wr), (u, wu) = gauss(0, 1), gauss(-1, 1)
+    phi = 2 * np.pi * np.arange(8) / 8
+    r, u, phi = np.meshgrid(r, u, phi, indexing="ij")
+    across = r * np.sqrt(1 - u * u)
+    weights = r**2 * wr[:, None, None] * wu[None, :, None]
+    expected = integrated_moments(mass, a * across * np.cos(phi), b * across * np.sin(phi), c * r * u, weights)
+    assert np.allclose(pt.Body.ellipsoid(mass, (a, b, c)).moments, expected, rtol=1e-14)
+
+
+def test_box_against_an_integral_over_its_volume():
+    sides, mass = (1.2, 0.7, 2.0), 3.0
+    nodes, weights = zip(*(gauss(-s / 2, s / 2) for s in sides), strict=True)
+    x, y, z = np.meshgrid(*nodes, indexing="ij")
+    expected = integrated_moments(mass, x, y, z, np.einsum("i,j,k->ijk", *weights))
+    assert np.allclose(pt.Body.box(mass, sides).moments, expected, rtol=1e-14)
+
+
+def test_cylinder_against_an_integral_over_its_volume():
+    radius, height, mass = 0.8, 2.5, 3.0
+    (r, wr), (z, wz) = gauss(0, radius), gauss(-height / 2, height / 2)
+    phi = 2 * np.pi * np.arange(8) / 8
+    r, z, phi = np.meshgrid(r, z, phi, indexing="ij")
+    weights = r * wr[:, None, None] * wz[None, :, None]
+    expected = integrated_moments(mass, r * np.cos(phi), r * np.sin(phi), z, weights)
+    assert np.allclose(pt.Body.cylinder(mass, radius, height).moments, expected, rtol=1e-14)
+
+
+def test_point_masses_about_their_centre_of_mass():
+    masses, positions = np.array([1.0, 2.0, 4.0]), np.array([[1.0, 0, 0], [0, 2, 0], [0.5, 0, 3]])
+    centre = masses @ positions / 7
+    expected = sum(
+        m * ((x - centre) @ (x - centre) * np.eye(3) - np.outer(x - centre, x - centre))
+        for m, x in zip(masses, positions, strict=True)
+    )
+    body = pt.Body.point_masses(masses, positions)
+    assert np.allclose(body.inertia, expected, rtol=0, atol=1e-14 * np.max(expected))
+
+
+def test_point_masses_do_not_depend_on_the_origin(rng):
+    masses, positions = rng.uniform(1, 2, 5), rng.normal(size=(5, 3))
+    here, there = (pt.Body.point_masses(masses, positions + shift) for shift in (0, np.array([5.0, -3.0, 1.0])))
+    assert np.allclose(here.inertia, there.inertia, rtol=0, atol=1e-13)
+
+
+# ---------------------------------------------------------------------- limits of the possible
+
+
+@pytest.mark.parametrize("moments", [(1, 2, 3), (3, 1, 2), (0.1, 0.2, 0.1 + 0.2), (0.3, 0.1, 0.2), (1, 1e-9, 1)])
+def test_flat_plates_and_needles_are_bodies(moments):
+    assert pt.Body(moments).moments.tolist() == list(moments)
+
+
+def test_every_turned_flat_plate_is_a_body(rng):
+    for turn in Rotation.random(200, rng=rng):
+        a, b = rng.uniform(0.01, 3, 2)
+        body, _ = oblique(turn, np.array([a, b, a + b]))
+        assert np.allclose(np.sort(body.moments), np.sort([a, b, a + b]), rtol=1e-13)
+
+
+def test_members_are_checked_one_by_one():
+    assert pt.Body(np.array([[1.0, 1, 1], [1, 2, 3]])).moments.shape == (2, 3)
+    with pytest.raises(ValueError, match=r"but 4\.0 > 1\.0 \+ 2\.0\."):
+        pt.Body(np.array([[1.0, 1, 1], [4, 1, 2], [1, 2, 3]]))
+
+
+def test_a_body_keeps_its_own_copy_of_the_moments():
+    given = np.array([1.0, 1.0, 1.0])
+    body = pt.Body(given)
+    given[0] = -5.0
+    assert body.moments[0] == 1.0
+
+
+def test_a_body_is_frozen(body):
+    with pytest.raises(AttributeError):
+        body.moments = (1, 1, 1)
+
+
+# ---------------------------------------------------------------------- momentum and rate
+
+
+def test_omega_angular_momentum_and_energy_of_principal_axes():
+    body, omega = pt.Body(MOMENTS), np.array([0.5, -1.0, 2.0])
+    assert body.angular_momentum(omega).tolist() == [1.0, -3.0, 8.0]
+    assert body.omega([1.0, -3.0, 8.0]).tolist() == omega.tolist()
+    assert body.kinetic_energy([1.0, -3.0, 8.0]) == pytest.approx(0.5 * (2 * 0.25 + 3 * 1 + 4 * 4), rel=1e-15)
+    assert body.moment_about([0.6, 0, 0.8]) == pytest.approx(0.36 * 2 + 0.64 * 4, rel=1e-15)
+
+
+def test_rates_of_batches():
+    body, g = pt.Body(MOMENTS), np.arange(12.0).reshape(4, 3)
+    assert np.allclose(body.omega(g), g / MOMENTS, rtol=1e-15)
+    assert np.allclose(body.kinetic_energy(g), 0.5 * np.sum(g * g / MOMENTS, axis=-1), rtol=1e-15)
+
+
+def test_rates_of_an_oblique_body_are_those_of_its_tensor(rng):
+    body, tensor = oblique()
+    omega, u = rng.normal(size=(5, 3)), np.array([0.6, 0, 0.8])
+    g = omega @ tensor
+    assert np.allclose(body.angular_momentum(omega), g, atol=1e-14)
+    assert np.allclose(body.omega(g), omega, atol=1e-14)
+    assert np.allclose(body.kinetic_energy(g), 0.5 * np.sum(g * omega, axis=-1), rtol=1e-14)
+    assert body.moment_about(u) == pytest.approx(u @ tensor @ u, rel=1e-14)
+
+
+def test_kinetic_energy_is_one_formula_for_every_scalar():
+    body, g = pt.Body(MOMENTS), (1.0, -3.0, 8.0)
+    expected = body.kinetic_energy(g)
+    symbols = sympy.symbols("g1:4")
+    energy = body.kinetic_energy(functions.Vector(symbols))
+    assert float(energy.subs(dict(zip(symbols, g, strict=True)))) == pytest.approx(expected, rel=1e-15)
+    variables = [hy.expression(f"g{i}") for i in range(3)]
+    compiled = hy.cfunc([body.kinetic_energy(functions.Vector(variables))], vars=variables)
+    assert compiled(np.array(g))[0] == pytest.approx(expected, rel=1e-15)
+
+
+# ---------------------------------------------------------------------- axes
+
+
+def test_from_inertia_keeps_the_users_axes():
+    body, tensor = oblique()
+    assert np.allclose(body.inertia, tensor, rtol=0, atol=1e-14)
+    assert np.allclose(body.angular_momentum([1.0, 0, 0]), tensor[:, 0], atol=1e-14)
+
+
+def test_from_inertia_of_a_diagonal_tensor_keeps_the_order():
+    body = pt.Body.from_inertia(np.diag([3.0, 4.0, 2.0]))
+    assert type(body) is pt.Body
+    assert body.moments.tolist() == [3.0, 4.0, 2.0]
+
+
+def test_inertia_and_axes_of_principal_moments():
+    body = pt.Body(MOMENTS)
+    assert body.inertia.tolist() == np.diag(MOMENTS).tolist()
+    assert body.principal_axes.magnitude() == 0
+
+
+@pytest.mark.parametrize("vector", [(0.3, -0.5, 0.2), (1.4, 0, 0), (2.0, 2.0, 0), (3.1, 0, 0.2), (0, 1e-6, 0)])
+def test_principal_axes_diagonalise_and_are_the_nearest_right_handed_ones(vector):
+    body, tensor = oblique(Rotation.from_rotvec(vector))
+    axes = body.principal_axes.as_matrix()
+    assert np.linalg.det(axes) == pytest.approx(1, rel=1e-14)
+    assert np.allclose(axes.T @ tensor @ axes, np.diag(body.moments), rtol=0, atol=1e-14)
+    others = (
+        axes[:, order] * signs
+        for order in itertools.permutations(range(3))
+        for signs in itertools.product((1, -1), repeat=3)
+    )
+    nearest = min(Rotation.from_matrix(other).magnitude() for other in others if np.linalg.det(other) > 0)
+    assert body.principal_axes.magnitude() == pytest.approx(nearest, abs=1e-7)
+
+
+def test_principal_axes_of_a_symmetric_body_are_the_nearest_ones(rng):
+    """Any axes across the symmetry axis are principal; the nearest only tilt the symmetry axis into place."""
+    for turn in Rotation.random(20, rng=rng):
+        body, _ = oblique(turn, np.array([1.0, 1.0, 1.5]))
+        tilt = np.arccos(np.max(np.abs(turn.as_matrix()[:, 2])))
+        assert body.principal_axes.magnitude() == pytest.approx(tilt, abs=1e-7)
+
+
+def test_principal_axes_of_a_sphere_are_the_given_ones(rng):
+    for turn in Rotation.random(20, rng=rng):
+        assert oblique(turn, np.ones(3))[0].principal_axes.magnitude() < 1e-7
+
+
+def test_a_small_turn_keeps_the_order_of_the_moments():
+    turn = Rotation.from_rotvec([0.1, 0.2, -0.1])
+    body, _ = oblique(turn)
+    assert np.allclose(body.moments, MOMENTS, rtol=1e-14)
+    assert (turn.inv() * body.principal_axes).magnitude() < 1e-14
+
+
+# ---------------------------------------------------------------------- states
+
+ATTITUDE = Rotation.from_rotvec([0.7, -0.2, 1.1])
+BODIES = {"principal": pt.Body(MOMENTS), "oblique": oblique()[0]}
+OMEGA = np.array([0.4, -0.3, 0.6])
+
+
+def vectors(body):
+    g = body.inertia @ OMEGA
+    return {
+        "omega_body": OMEGA,
+        "omega_space": ATTITUDE.apply(OMEGA),
+        "angular_momentum_body": g,
+        "angular_momentum_space": ATTITUDE.apply(g),
+    }
+
+
+@pytest.mark.parametrize("name", ["omega_body", "omega_space", "angular_momentum_body", "angular_momentum_space"])
+@pytest.mark.parametrize("kind", BODIES)
+def test_state_from_each_of_the_four_vectors(kind, name):
+    body = BODIES[kind]
+    given = vectors(body)
+    state = body.state(ATTITUDE, **{name: given[name]}, time=2.5)
+    assert np.allclose(state.angular_momentum_body, given["angular_momentum_body"], atol=1e-14)
+    assert np.allclose(state.angular_momentum_space, given["angular_momentum_space"], atol=1e-14)
+    assert np.allclose(state.quaternion, ATTITUDE.as_quat(scalar_first=True), atol=1e-16)
+    assert state.time == 2.5
+
+
+def test_state_keeps_the_sign_of_a_given_quaternion():
+    q = -ATTITUDE.as_quat(scalar_first=True)
+    state = pt.Body(MOMENTS).state(q, omega_body=OMEGA)
+    assert state.quaternion.tolist() == q.tolist()
+    assert np.allclose(state.angular_momentum_body, MOMENTS * OMEGA, atol=1e-15)
+
+
+def test_state_at_rest():
+    state = pt.Body(MOMENTS).state(ATTITUDE, omega_body=(0, 0, 0))
+    assert state.conjugate_momenta.tolist() == [0, 0, 0, 0]
+
+
+def test_states_of_members():
+    state = pt.Body(MOMENTS).state(ATTITUDE, omega_body=np.stack([OMEGA, 2 * OMEGA]))
+    assert state.quaternion.shape == state.conjugate_momenta.shape == (2, 4)
+    assert np.allclose(state.angular_momentum_body[1], 2 * MOMENTS * OMEGA, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["omega_body", "omega_space"])
+@pytest.mark.parametrize("kind", BODIES)
+def test_state_relative_to_a_frame(kind, name):
+    """Attitude body -> frame; the rate relative to the frame, along the body's or the frame's axes."""
+    body, time = BODIES[kind], 1.7
+    frame = pt.RotatingFrame(Rotation.from_rotvec([0.2, 0.1, -0.4]), (0.3, -0.2, 0.5), epoch=0.5)
+    rate = OMEGA if name == "omega_body" else ATTITUDE.apply(OMEGA)
+    state = body.state(ATTITUDE, **{name: rate}, time=time, frame=frame)
+    expected = frame.attitude(time) * ATTITUDE
+    assert (expected.inv() * state.attitude).magnitude() < 1e-15
+    inertial = expected.apply(OMEGA) + np.array([0.3, -0.2, 0.5])
+    assert np.allclose(expected.apply(body.omega(state.angular_momentum_body)), inertial, atol=1e-14)

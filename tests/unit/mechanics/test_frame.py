@@ -1,0 +1,125 @@
+"""Moving axes: attitude and angular velocity."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.mechanics.attitude import rotation_matrix
+
+OMEGA = np.array([0.3, -0.2, 0.5])
+START = Rotation.from_rotvec([0.2, 0.1, -0.4])
+ORBITS = {
+    "ellipse": pt.KeplerOrbit(2.0, 1.5, 0.6, 0.4, 1.1, -0.7, 2.0, 0.25),
+    "circle": pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, 0.0),
+    "equatorial": pt.KeplerOrbit(2.0, 1.5, 0.3, 0.0, 0.0, 0.5),
+    "retrograde": pt.KeplerOrbit(2.0, 1.5, 0.3, 3.0, 0.2, 0.5),
+}
+FRAMES = {
+    "rotating": pt.RotatingFrame(START, OMEGA, epoch=0.5),
+    "at_rest": pt.RotatingFrame(START, (0, 0, 0)),
+    **{name: orbit.frame for name, orbit in ORBITS.items()},
+}
+
+
+def test_rotating_frame_turns_about_its_rate():
+    frame = pt.RotatingFrame(START, OMEGA, epoch=0.5)
+    for time in (-2.0, 0.5, 0.5 + 1e-12, 7.0):
+        expected = Rotation.from_rotvec(OMEGA * (time - 0.5)) * START
+        assert (expected.inv() * frame.attitude(time)).magnitude() < 4e-15
+
+
+def test_rotating_frame_at_its_epoch_is_the_given_attitude():
+    q = -START.as_quat(scalar_first=True)
+    assert pt.RotatingFrame(q, OMEGA, 3.0).quaternion(3.0).tolist() == q.tolist()
+
+
+def test_rotating_frame_at_rest():
+    frame = FRAMES["at_rest"]
+    assert np.allclose(frame.quaternion(1e6), START.as_quat(scalar_first=True), atol=1e-16)
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_frames_take_one_time_or_many(name):
+    frame, times = FRAMES[name], np.linspace(-1, 3, 7)
+    assert frame.quaternion(times).shape == (7, 4)
+    assert frame.omega_space(times).shape == (7, 3)
+    assert frame.quaternion(1.0).shape == (4,)
+    assert frame.omega_space(1.0).shape == (3,)
+    assert np.allclose(frame.quaternion(times)[3], frame.quaternion(1.0), atol=1e-15)
+    assert len(frame.attitude(times)) == 7
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_angular_velocity_is_the_derivative_of_the_attitude(name):
+    frame, step = FRAMES[name], 1e-5
+    for time in (-0.9, 0.4, 2.7):
+        A = rotation_matrix(frame.quaternion(time))
+        change = rotation_matrix(frame.quaternion(time + step)) - rotation_matrix(frame.quaternion(time - step))
+        spin = change / (2 * step) @ A.T
+        found = np.array([spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1]]) / 2
+        assert np.allclose(frame.omega_space(time), found, rtol=0, atol=3e-8)
+
+
+@pytest.mark.parametrize("name", ORBITS)
+def test_orbit_frame_axes_are_radial_transverse_normal(name):
+    orbit = ORBITS[name]
+    for time in (-0.9, 0.4, 2.7):
+        r, v = np.array(orbit.position_at(time), dtype=float), np.array(orbit.velocity_at(time), dtype=float)
+        radial, transverse, normal = rotation_matrix(orbit.frame.quaternion(time)).T
+        h = np.cross(r, v)
+        assert np.allclose(radial, r / np.linalg.norm(r), atol=1e-14)
+        assert np.allclose(normal, h / np.linalg.norm(h), atol=1e-14)
+        assert np.allclose(transverse, np.cross(normal, radial), atol=1e-14)
+        assert transverse @ v > 0
+
+
+@pytest.mark.parametrize("name", ORBITS)
+def test_orbit_frame_turns_at_h_over_r_squared(name):
+    orbit = ORBITS[name]
+    h = np.sqrt(orbit.mu * orbit.semimajor_axis * (1 - orbit.eccentricity**2))
+    for time in (-0.9, 0.4, 2.7):
+        r = np.linalg.norm(np.array(orbit.position_at(time), dtype=float))
+        assert np.allclose(orbit.frame.omega_space(time), h / r**2 * orbit.normal, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_values_relative_to_a_frame_go_in_and_come_out(name, body):
+    frame, attitude, rate = FRAMES[name], Rotation.from_rotvec([0.7, -0.2, 1.1]), np.array([0.4, -0.3, 0.6])
+    state = body.state(attitude, omega_body=rate, time=0.8, frame=frame)
+    relative = pt.propagate(pt.System(body), state, [0.8, 1.0]).relative_to(frame)
+    assert (attitude.inv() * relative.attitude[0]).magnitude() < 2e-15
+    assert np.allclose(relative.omega_body[0], rate, rtol=0, atol=2e-15)
+    assert relative.times.tolist() == [0.8, 1.0]
+
+
+def test_rate_along_the_frames_axes_goes_in(body):
+    frame, attitude = FRAMES["ellipse"], Rotation.from_rotvec([0.7, -0.2, 1.1])
+    rate = np.array([0.4, -0.3, 0.6])
+    state = body.state(attitude, omega_space=rate, time=0.8, frame=frame)
+    relative = pt.propagate(pt.System(body), state, [0.8]).relative_to(frame)
+    assert np.allclose(relative.attitude[0].apply(relative.omega_body[0]), rate, rtol=0, atol=2e-15)
+
+
+def test_a_body_at_rest_in_a_rotating_frame_stays_there():
+    frame = pt.RotatingFrame(START, (0, 0, 0.5))
+    sphere = pt.Body((1.0, 1.0, 1.0))
+    state = sphere.state(Rotation.from_rotvec([0.7, -0.2, 1.1]), omega_body=(0, 0, 0), frame=frame)
+    relative = pt.propagate(pt.System(sphere), state, np.linspace(0, 20, 9)).relative_to(frame)
+    assert np.max(np.abs(relative.omega_body)) < 1e-14
+    assert np.max((relative.attitude[0].inv() * relative.attitude).magnitude()) < 1e-13
+
+
+def test_a_users_frame_is_a_frame(body):
+    class Accelerating(pt.Frame):
+        def quaternion(self, time):
+            half = 0.25 * np.asarray(time, dtype=float) ** 2
+            return np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=-1)
+
+        def omega_space(self, time):
+            time = np.asarray(time, dtype=float)
+            return np.stack([0 * time, 0 * time, time], axis=-1)
+
+    state = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), time=2.0, frame=Accelerating())
+    assert np.allclose(body.omega(state.angular_momentum_body), [0, 0, 2.0], atol=1e-15)
+    assert np.allclose(state.attitude.apply([1, 0, 0]), [np.cos(2.0), np.sin(2.0), 0], atol=1e-15)

@@ -1,0 +1,157 @@
+"""The state: attitude, conjugate momenta and time."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+
+SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
+ROOT = np.sqrt(2.0)
+PRINTED = ((0.5, -1 / ROOT, 0, 0.5), (0.3, -0.6 * ROOT, 0.1 * ROOT, -1.5))
+
+
+def test_angular_momentum_of_the_papers_state():
+    state = pt.State(*PRINTED)
+    assert np.allclose(state.angular_momentum_body, [-0.05 * ROOT, 0.55 * ROOT, -0.4], rtol=0, atol=2e-16)
+    A = Rotation.from_quat(PRINTED[0], scalar_first=True)
+    assert np.allclose(state.angular_momentum_space, A.apply(state.angular_momentum_body), atol=1e-15)
+
+
+def test_conjugate_momenta_are_twice_q_times_g():
+    state = pt.State((0.0, 1.0, 0.0, 0.0), (-2.0, 0.0, -6.0, 4.0))
+    assert state.angular_momentum_body.tolist() == [1.0, 2.0, 3.0]
+    assert state.angular_momentum_space.tolist() == [1.0, -2.0, -3.0]
+
+
+def test_momenta_of_the_identity_attitude():
+    state = pt.State((1, 0, 0, 0), (0, 2, 4, 6))
+    assert state.angular_momentum_body.tolist() == state.angular_momentum_space.tolist() == [1, 2, 3]
+
+
+def test_the_other_sign_of_both_is_the_same_physical_state():
+    state, other = pt.State(*PRINTED), pt.State(*(-np.array(x) for x in PRINTED))
+    assert np.array_equal(state.angular_momentum_body, other.angular_momentum_body)
+    assert (state.attitude.inv() * other.attitude).magnitude() < 1e-15
+
+
+def test_attitude_is_scipys_body_to_space():
+    state = pt.State((np.sqrt(0.5), 0, 0, np.sqrt(0.5)), (0, 1, 0, 0))
+    assert np.allclose(state.attitude.apply([1, 0, 0]), [0, 1, 0], atol=1e-15)
+
+
+def test_a_rotation_is_accepted_as_quaternion():
+    turn = Rotation.from_rotvec([0.1, 0.2, 0.3])
+    assert np.allclose(pt.State(turn, (0, 0, 0, 0)).quaternion, turn.as_quat(scalar_first=True))
+
+
+def test_zero_momenta_are_tangent():
+    assert pt.State((1, 0, 0, 0), (0, 0, 0, 0)).angular_momentum_body.tolist() == [0, 0, 0]
+
+
+def test_small_defects_are_kept_as_they_are():
+    state = pt.State((1 + 9e-10, 0, 0, 0), (9e-10, 1, 0, 0))
+    assert state.quaternion[0] == 1 + 9e-10
+    assert state.conjugate_momenta[0] == 9e-10
+
+
+def test_arrays_of_states():
+    q, Q, times = np.tile(PRINTED[0], (3, 1)), np.tile(PRINTED[1], (3, 1)), np.arange(3.0)
+    state = pt.State(q, Q, times)
+    assert state.angular_momentum_body.shape == (3, 3)
+    assert np.allclose(state.angular_momentum_space[2], pt.State(*PRINTED).angular_momentum_space, atol=1e-15)
+    assert len(state.attitude) == 3
+
+
+def test_one_quaternion_with_many_momenta_broadcasts():
+    state = pt.State((1, 0, 0, 0), [(0, 1, 0, 0), (0, 0, 1, 0)])
+    assert state.quaternion.tolist() == [[1, 0, 0, 0], [1, 0, 0, 0]]
+
+
+def test_repr_shows_the_numbers():
+    state = pt.State((1, 0, 0, 0), (0, 1, 0, 0), 2.0)
+    assert repr(state) == ("State(quaternion=[1.0, 0.0, 0.0, 0.0], conjugate_momenta=[0.0, 1.0, 0.0, 0.0], time=2.0)")
+
+
+def test_repr_of_many_states_is_short():
+    state = pt.State((1, 0, 0, 0), np.zeros((50, 4)), np.arange(50.0))
+    assert len(repr(state)) < 140
+
+
+# ---------------------------------------------------------------------- Euler variables
+
+
+def test_the_papers_euler_variables_of_its_first_problem():
+    state = pt.State.from_euler((np.pi / 4, 3 * np.pi / 2, np.pi / 4), (0.5, 0.6, 0.4))
+    assert np.allclose(state.quaternion, [-0.5, 1 / ROOT, 0, -0.5], rtol=0, atol=2e-16)
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_from_euler_gives_the_attitude_of_scipy(sequence):
+    angles = (0.4, 0.9, 2.3)
+    state = pt.State.from_euler(angles, (0.5, 0.6, 0.4), sequence, time=3.0)
+    expected = Rotation.from_euler(sequence.translate(str.maketrans("123", "XYZ")), angles)
+    assert (expected.inv() * state.attitude).magnitude() < 2e-15
+    assert state.time == 3.0
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_momenta_are_projections_on_the_rotation_axes(sequence):
+    angles, momenta = np.array([0.4, 0.9, 2.3]), (0.5, 0.6, 0.4)
+    state = pt.State.from_euler(angles, momenta, sequence)
+    i, j, k = (int(digit) - 1 for digit in sequence)
+    nodes = Rotation.from_rotvec(angles[0] * np.eye(3)[i]).apply(np.eye(3)[j])
+    assert state.angular_momentum_space[i] == pytest.approx(0.5, abs=1e-14)
+    assert state.angular_momentum_space @ nodes == pytest.approx(0.6, abs=1e-14)
+    assert state.angular_momentum_body[k] == pytest.approx(0.4, abs=1e-14)
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_euler_variables_come_back_with_the_sign(sequence):
+    for first in (0.4, 0.4 + 2 * np.pi):
+        given, momenta = np.array([first, 0.9, 2.3]), np.array([0.5, 0.6, 0.4])
+        angles, back = pt.State.from_euler(given, momenta, sequence).euler(sequence)
+        assert np.allclose(angles, given, rtol=0, atol=5e-15)
+        assert np.allclose(back, momenta, rtol=0, atol=5e-15)
+
+
+def test_default_sequence_is_313():
+    given = ((0.3, 0.8, 1.9), (1.0, -2.0, 0.5))
+    assert np.array_equal(pt.State.from_euler(*given).quaternion, pt.State.from_euler(*given, "313").quaternion)
+    state = pt.State.from_euler(*given)
+    assert np.array_equal(state.euler()[0], state.euler("313")[0])
+
+
+def test_batches_of_euler_variables():
+    angles = np.array([[0.3, 0.8, 1.9], [0.5, 1.8, 0.2]])
+    state = pt.State.from_euler(angles, (1.0, -2.0, 0.5))
+    back, momenta = state.euler()
+    assert np.allclose(back, angles, atol=1e-14)
+    assert np.allclose(momenta, [[1.0, -2.0, 0.5]] * 2, atol=1e-14)
+
+
+# ---------------------------------------------------------------------- projection
+
+
+def test_project_to_tangent_keeps_the_angular_momentum():
+    q, Q = np.array(PRINTED[0]), np.array([0.3, -0.848528, 0.141421, -1.5])
+    projected = pt.project_to_tangent(q, Q)
+    state = pt.State(q, projected)
+    assert abs(q @ projected) < 1e-16
+    conjugate = q * [1, -1, -1, -1]
+    g = [
+        0.5 * (conjugate[0] * Q[a] + conjugate[a] * Q[0] + conjugate[b] * Q[c] - conjugate[c] * Q[b])
+        for a, b, c in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
+    ]
+    assert np.allclose(state.angular_momentum_body, g, rtol=0, atol=1e-15)
+
+
+def test_project_to_tangent_of_tangent_momenta_changes_nothing():
+    assert pt.project_to_tangent((1, 0, 0, 0), (0, 1, 2, 3)).tolist() == [0, 1, 2, 3]
+
+
+def test_project_to_tangent_of_many(rng):
+    q, Q = rng.normal(size=(5, 4)), rng.normal(size=(5, 4))
+    assert np.max(np.abs(np.sum(q * pt.project_to_tangent(q, Q), axis=-1))) < 1e-14

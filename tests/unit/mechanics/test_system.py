@@ -1,0 +1,219 @@
+"""A body and the forces on it: energies, parameters, structure, formulas of a user."""
+
+import itertools
+from typing import Annotated, Any
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot import functions
+
+
+class Spring(pt.Potential):
+    """stiffness / 2 * (a . s3 in body axes)^2"""
+
+    stiffness: float
+    axis: pt.Vector
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return 0.5 * self.stiffness * functions.dot(self.axis, attitude.to_body((0, 0, 1))) ** 2
+
+
+class Push(pt.Torque):
+    """A torque about the first body axis, as a plain tuple with zeros."""
+
+    strength: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        return (self.strength * omega_body[0], 0.0, 0)
+
+
+class Choice(pt.Potential):
+    """Structure decides by a Python `if`, which is allowed."""
+
+    degree: int
+    factor: float
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        u = attitude.to_body((0, 0, 1))[0]
+        return self.factor * (u if self.degree == 1 else u**2)
+
+
+class Table(pt.Potential):
+    """A parameter of a shape of its own."""
+
+    coefficients: Annotated[Any, (3, 3)]
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        u = attitude.to_body((0, 0, 1))
+        return sum(self.coefficients[i, j] * u[i] * u[j] for i in range(3) for j in range(3))
+
+
+# ---------------------------------------------------------------------- energy
+
+
+def test_energy_of_the_top_at_a_state(body, start):
+    top = pt.System(body, pt.UniformGravity(0.5, (1.0, 0.2, -0.3)))
+    height = start.attitude.apply([1.0, 0.2, -0.3])[2]
+    omega = np.array([0.4, -0.3, 0.6])
+    assert top.kinetic_energy(start) == pytest.approx(0.5 * np.sum([1.25, 1.0, 0.75] * omega**2), rel=1e-14)
+    assert top.potential_energy(start) == pytest.approx(0.5 * height, rel=1e-14)
+    assert top.energy(start) == pytest.approx(top.kinetic_energy(start) + top.potential_energy(start), rel=1e-15)
+
+
+def test_energies_of_several_states_have_their_shape(body, top):
+    state = body.state((1, 0, 0, 0), omega_body=np.arange(15.0).reshape(5, 3))
+    for energy in (top.kinetic_energy, top.potential_energy, top.energy):
+        assert energy(state).shape == (5,)
+
+
+def test_potentials_add(body, start):
+    gravity, spring = pt.UniformGravity(0.5, (1, 0, 0)), Spring(2.0, (0, 1, 0))
+    both = pt.System(body, gravity, spring).potential_energy(start)
+    one, other = (pt.System(body, force).potential_energy(start) for force in (gravity, spring))
+    assert both == pytest.approx(one + other, rel=1e-15)
+
+
+def test_a_system_without_forces_has_no_potential_energy(body, start):
+    assert pt.System(body).potential_energy(start) == 0
+    assert pt.System(body).energy(start) == pt.System(body).kinetic_energy(start)
+
+
+def test_a_torque_has_no_potential_energy(body, start):
+    assert pt.System(body, pt.LinearDamping(0.1)).potential_energy(start) == 0
+
+
+def test_energy_of_a_moving_attractor_depends_on_the_time(satellite):
+    states = [satellite.body.state((1, 0, 0, 0), omega_body=(0, 0, 1), time=t) for t in (0.0, 1.0)]
+    assert abs(np.diff([satellite.potential_energy(s) for s in states])[0]) > 1e-3
+
+
+# ---------------------------------------------------------------------- parameters and structure
+
+
+def test_structure_holds_no_number(body):
+    one = pt.System(body, pt.UniformGravity(0.5, (1, 0, 0)))
+    other = pt.System(pt.Body((1, 2, 2.5)), pt.UniformGravity(1.5, (0, 2, 0)))
+    assert one.structure == other.structure
+    assert hash(one.structure) == hash(other.structure)
+
+
+def test_structure_tells_forces_and_integers_apart(body):
+    systems = [
+        pt.System(body),
+        pt.System(body, pt.LinearDamping(0.1)),
+        pt.System(body, pt.UniformGravity(0.5, (1, 0, 0))),
+        pt.System(body, Choice(1, 1.0)),
+        pt.System(body, Choice(2, 1.0)),
+        pt.System(body, Choice(1, 1.0), pt.LinearDamping(0.1)),
+        pt.System(body, pt.GravityGradient(pt.FixedPoint((1, 0, 0), 1.0))),
+        pt.System(body, pt.GravityGradient(pt.KeplerOrbit(1, 1, 0, 0, 0, 0))),
+        pt.System(pt.Body.from_inertia([[2, 0.1, 0], [0.1, 2, 0], [0, 0, 2]])),
+    ]
+    assert len({system.structure for system in systems}) == len(systems)
+
+
+def test_numbers_are_in_the_order_of_declaration(body):
+    system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.LinearDamping(0.1))
+    assert [float(x) for x in system.numbers] == [1.25, 1.0, 0.75, 0.5, 1, 2, 3, 0.1]
+
+
+def test_with_numbers_puts_each_scalar_in_its_place(body):
+    system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.LinearDamping(0.1))
+    twin = system.with_numbers(iter(range(100, 108)))
+    assert list(twin.body.moments) == [100, 101, 102]
+    assert twin.forces[0].weight == 103
+    assert list(twin.forces[0].center_of_mass) == [104, 105, 106]
+    assert twin.forces[1].coefficient == 107
+
+
+def test_with_its_own_numbers_a_system_is_the_same(satellite, start):
+    twin = satellite.with_numbers(satellite.numbers)
+    q = functions.Vector(start.quaternion)
+    assert twin.potential_at(q, 0.7) == pytest.approx(
+        satellite.potential_energy(pt.State(start.quaternion, start.conjugate_momenta, 0.7)), rel=1e-14
+    )
+
+
+def test_with_numbers_fills_tables_row_by_row(body):
+    twin = pt.System(body, Table(np.zeros((3, 3)))).with_numbers(itertools.count())
+    assert twin.forces[0].coefficients.tolist() == [[3, 4, 5], [6, 7, 8], [9, 10, 11]]
+
+
+def test_parameters_keep_a_copy():
+    arm = np.array([1.0, 0.0, 0.0])
+    force = pt.UniformGravity(0.5, arm)
+    arm[0] = 9.0
+    assert force.center_of_mass[0] == 1.0
+
+
+def test_repr_names_the_parts(body):
+    text = repr(pt.System(body, pt.LinearDamping(0.1)))
+    assert text.startswith("System(Body(")
+    assert "LinearDamping(" in text
+
+
+def test_units_are_names_with_a_default(body):
+    assert pt.System(body).units == {"time": "1", "inertia": "1"}
+    assert pt.System(body, units={"time": "s", "inertia": "kg m2"}).units == {"time": "s", "inertia": "kg m2"}
+    assert pt.System(body, units={"time": "s"}).units == {"time": "s", "inertia": "1"}
+
+
+# ---------------------------------------------------------------------- formulas of a user
+
+
+@pytest.mark.parametrize(
+    "force", [Spring(2.0, (0, 1, 0)), Push(0.3), Choice(1, 0.5), Choice(2, 0.5), Table(np.diag([1.0, 2.0, 3.0]))]
+)
+def test_a_users_force_is_accepted_and_runs(force, body, start):
+    motion = pt.propagate(pt.System(body, force), start, [0.0, 1.0])
+    assert np.all(np.isfinite(motion.quaternion))
+
+
+def test_a_users_torque_may_be_a_tuple_of_numbers_and_components(body, start):
+    motion = pt.propagate(pt.System(body, Push(0.3)), start, [0.0, 1e-4])
+    change = (motion.angular_momentum_body[1] - motion.angular_momentum_body[0]) / 1e-4
+    omega = motion.omega_body[0]
+    expected = np.cross(motion.angular_momentum_body[0], omega) + np.array([0.3 * omega[0], 0, 0])
+    assert np.allclose(change, expected, rtol=0, atol=1e-4)
+
+
+def test_a_users_torque_may_be_constant(body):
+    class Steady(pt.Torque):
+        size: float
+
+        def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+            return (0.0, 0.0, self.size)
+
+    state = body.state((1, 0, 0, 0), omega_body=(0, 0, 0))
+    motion = pt.propagate(pt.System(body, Steady(0.3)), state, [0.0, 2.0])
+    assert np.allclose(motion.angular_momentum_body[1], [0, 0, 0.6], atol=1e-15)
+
+
+def test_a_users_potential_with_where(body):
+    class OneSided(pt.Potential):
+        stiffness: float
+
+        def energy(self, body, attitude, sky):  # noqa: ARG002
+            u = attitude.to_body((0, 0, 1))[2]
+            return functions.where(functions.less(u, 0.0), self.stiffness * u**2, 0.0)
+
+    upright, hanging = (body.state(q, omega_body=(0, 0, 0)) for q in ((1, 0, 0, 0), (0, 1, 0, 0)))
+    system = pt.System(body, OneSided(3.0))
+    assert system.potential_energy(upright) == 0
+    assert system.potential_energy(hanging) == 3
+
+
+def test_torque_is_minus_the_derivative_of_the_energy_along_a_turn(body, start, rng):
+    system = pt.System(body, Spring(2.0, (0.3, 1, -0.4)), pt.UniformGravity(0.7, (0.1, -0.5, 1)))
+    motion = pt.propagate(system, start, [-1e-4, 0.0, 1e-4])
+    g = motion.angular_momentum_body
+    torque = (g[2] - g[0]) / 2e-4 - np.cross(g[1], motion.omega_body[1])
+    for direction in rng.normal(size=(4, 3)):
+        power = torque @ direction
+        ahead, back = (
+            system.potential_energy(pt.State((start.attitude * turn), (0, 0, 0, 0)))
+            for turn in (type(start.attitude).from_rotvec(sign * 1e-5 * direction) for sign in (1, -1))
+        )
+        assert power == pytest.approx(-(ahead - back) / 2e-5, abs=1e-7)

@@ -1,0 +1,836 @@
+"""Every wrong input gives one sentence: `{name} must {rule}, but {what came}. {hint}`."""
+
+import math
+import re
+from typing import Annotated, Any
+
+import heyoka as hy
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot import functions
+from poinsot.mechanics import dual
+from poinsot.mechanics.attitude import quaternion_from_matrix
+
+NAN, INF = float("nan"), float("inf")
+ONE = (1, 0, 0, 0)
+BODY = pt.Body((1.25, 1.0, 0.75))
+SYSTEM = pt.System(BODY)
+STATE = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
+FRAME = pt.RotatingFrame(ONE, (0, 0, 1))
+ORBIT = pt.KeplerOrbit(1, 2, 0.1, 0, 0, 0)
+SEQUENCES = "121, 123, 131, 132, 212, 213, 231, 232, 312, 313, 321, 323"
+FOUR = "omega_body, omega_space, angular_momentum_body, angular_momentum_space"
+
+
+def kepler(**wrong):
+    elements = {"mu": 1, "semimajor_axis": 2, "eccentricity": 0.1, "inclination": 0, "node": 0}
+    return pt.KeplerOrbit(**(elements | {"argument_of_periapsis": 0} | wrong))
+
+
+def run(times=(0, 1), **options):
+    return pt.propagate(SYSTEM, STATE, times, **options)
+
+
+def dense(time):
+    return run((0, 2), dense=True)(time)
+
+
+def check(cases, name):
+    """Run one case of a table of calls, kinds of error and sentences."""
+    call, kind, sentence = cases[name]
+    with pytest.raises(kind, match=f"^{re.escape(sentence)}$") as caught:
+        call()
+    assert caught.type is kind
+
+
+# ---------------------------------------------------------------------- numbers that are none
+
+NOT_FINITE = {
+    "moments": (lambda: pt.Body((1, NAN, 1)), "moments must be finite, but moments[1] = nan."),
+    "moments_of_a_member": (
+        lambda: pt.Body([(1, 1, 1), (1, 1, INF)]),
+        "moments must be finite, but moments[1, 2] = inf.",
+    ),
+    "tensor": (lambda: pt.Body.from_inertia(np.full((3, 3), NAN)), "tensor must be finite, but tensor[0, 0] = nan."),
+    "mass": (lambda: pt.Body.box(INF, (1, 1, 1)), "mass must be finite, but mass = inf."),
+    "semiaxes": (lambda: pt.Body.ellipsoid(1, (1, NAN, 1)), "semiaxes must be finite, but semiaxes[1] = nan."),
+    "positions": (
+        lambda: pt.Body.point_masses((1, 1), ((0, 0, 0), (0, -INF, 0))),
+        "positions must be finite, but positions[1, 1] = -inf.",
+    ),
+    "quaternion": (
+        lambda: pt.State((NAN, 0, 0, 0), (0, 1, 0, 0)),
+        "quaternion must be finite, but quaternion[0] = nan.",
+    ),
+    "conjugate_momenta": (
+        lambda: pt.State(ONE, (0, INF, 0, 0)),
+        "conjugate_momenta must be finite, but conjugate_momenta[1] = inf.",
+    ),
+    "time": (lambda: pt.State(ONE, (0, 1, 0, 0), NAN), "time must be finite, but time = nan."),
+    "angles": (lambda: pt.State.from_euler((0, NAN, 0), (1, 2, 3)), "angles must be finite, but angles[1] = nan."),
+    "momenta": (lambda: pt.State.from_euler((0, 1, 0), (1, 2, INF)), "momenta must be finite, but momenta[2] = inf."),
+    "attitude": (
+        lambda: BODY.state((1, 0, 0, NAN), omega_body=(1, 0, 0)),
+        "attitude must be finite, but attitude[3] = nan.",
+    ),
+    "omega_body": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, NAN)),
+        "omega_body must be finite, but omega_body[2] = nan.",
+    ),
+    "angular_momentum_space": (
+        lambda: BODY.state(ONE, angular_momentum_space=(INF, 0, 0)),
+        "angular_momentum_space must be finite, but angular_momentum_space[0] = inf.",
+    ),
+    "time_of_body_state": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, 0), time=NAN),
+        "time must be finite, but time = nan.",
+    ),
+    "time_of_body_state_in_a_frame": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, 0), time=NAN, frame=ORBIT.frame),
+        "time must be finite, but time = nan.",
+    ),
+    "projected_quaternion": (
+        lambda: pt.project_to_tangent((NAN, 0, 0, 0), (0, 1, 0, 0)),
+        "quaternion must be finite, but quaternion[0] = nan.",
+    ),
+    "weight": (lambda: pt.UniformGravity(NAN, (1, 0, 0)), "weight must be finite, but weight = nan."),
+    "center_of_mass": (
+        lambda: pt.UniformGravity(1, (1, 0, INF)),
+        "center_of_mass must be finite, but center_of_mass[2] = inf.",
+    ),
+    "coefficient": (lambda: pt.LinearDamping(INF), "coefficient must be finite, but coefficient = inf."),
+    "eccentricity": (lambda: kepler(eccentricity=NAN), "eccentricity must be finite, but eccentricity = nan."),
+    "epoch": (lambda: kepler(epoch=INF), "epoch must be finite, but epoch = inf."),
+    "position": (lambda: pt.FixedPoint((1, NAN, 0), 1), "position must be finite, but position[1] = nan."),
+    "mu": (lambda: pt.FixedPoint((1, 0, 0), NAN), "mu must be finite, but mu = nan."),
+    "velocity_of_from_vectors": (
+        lambda: pt.KeplerOrbit.from_vectors(1, (1, 0, 0), (0, NAN, 0)),
+        "velocity must be finite, but velocity[1] = nan.",
+    ),
+    "rate_of_a_frame": (
+        lambda: pt.RotatingFrame(ONE, (0, 0, NAN)),
+        "omega_space must be finite, but omega_space[2] = nan.",
+    ),
+    "times": (lambda: run((0, NAN)), "times must be finite, but times[1] = nan."),
+    "infinite_times": (lambda: run((0, INF)), "times must be finite, but times[1] = inf."),
+    "tolerance": (lambda: run(tolerance=NAN), "tolerance must be finite, but tolerance = nan."),
+    "called_time": (lambda: dense(NAN), "time must be finite, but time = nan."),
+    "matrix": (lambda: quaternion_from_matrix(np.full((3, 3), NAN)), "matrix must be finite, but matrix[0, 0] = nan."),
+}
+
+
+@pytest.mark.parametrize("name", NOT_FINITE)
+def test_numbers_must_be_finite(name):
+    call, sentence = NOT_FINITE[name]
+    check({name: (call, ValueError, sentence)}, name)
+
+
+NOT_REAL = {
+    "words": (lambda: pt.Body("abc"), "moments must be real numbers, but str 'abc' came."),
+    "digits_in_words": (
+        lambda: pt.Body(("1", "1", "1")),
+        "moments must be real numbers, but tuple ('1', '1', '1') came.",
+    ),
+    "nothing": (lambda: pt.Body(None), "moments must be real numbers, but NoneType None came."),
+    "truths": (lambda: pt.Body((True, True, True)), "moments must be real numbers, but tuple (True, True, True) came."),
+    "array_of_truths": (
+        lambda: pt.Body(np.array([True, True, True])),
+        "moments must be real numbers, but ndarray array([ True,  True,  True]) came.",
+    ),
+    "complex": (lambda: pt.Body((1j, 1, 1)), "moments must be real numbers, but tuple (1j, 1, 1) came."),
+    "complex_array": (
+        lambda: pt.Body(np.array([1 + 0j, 1, 1])),
+        "moments must be real numbers, but ndarray array([1.+0.j, 1.+0.j, 1.+0.j]) came.",
+    ),
+    "ragged": (lambda: pt.Body(((1, 2), (1,))), "moments must be real numbers, but tuple ((1, 2), (1,)) came."),
+    "long": (
+        lambda: pt.Body("a" * 100),
+        "moments must be real numbers, but str 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa... came.",
+    ),
+    "word_for_mass": (lambda: pt.Body.cylinder("1", 1, 1), "mass must be real numbers, but str '1' came."),
+    "truth_for_mass": (lambda: pt.Body.cylinder(True, 1, 1), "mass must be real numbers, but bool True came."),
+    "word_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), "0"), "time must be real numbers, but str '0' came."),
+    "truth_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), True), "time must be real numbers, but bool True came."),
+    "word_for_time_in_a_frame": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, 0), time="a", frame=ORBIT.frame),
+        "time must be real numbers, but str 'a' came.",
+    ),
+    "word_for_attitude": (
+        lambda: BODY.state("x", omega_body=(1, 0, 0)),
+        "attitude must be real numbers, but str 'x' came.",
+    ),
+    "word_for_projected": (
+        lambda: pt.project_to_tangent("a", (0, 1, 0, 0)),
+        "quaternion must be real numbers, but str 'a' came.",
+    ),
+    "word_for_weight": (lambda: pt.UniformGravity("1", (1, 0, 0)), "weight must be real numbers, but str '1' came."),
+    "truth_for_weight": (
+        lambda: pt.UniformGravity(True, (1, 0, 0)),
+        "weight must be real numbers, but bool True came.",
+    ),
+    "complex_for_weight": (
+        lambda: pt.UniformGravity(1j, (1, 0, 0)),
+        "weight must be real numbers, but complex 1j came.",
+    ),
+    "word_for_mu": (lambda: kepler(mu="earth"), "mu must be real numbers, but str 'earth' came."),
+    "truth_for_eccentricity": (
+        lambda: kepler(eccentricity=False),
+        "eccentricity must be real numbers, but bool False came.",
+    ),
+    "word_for_times": (lambda: run("abc"), "times must be real numbers, but str 'abc' came."),
+    "nothing_for_times": (lambda: run(None), "times must be real numbers, but NoneType None came."),
+    "truths_for_times": (lambda: run([False, True]), "times must be real numbers, but list [False, True] came."),
+    "words_for_times": (lambda: run(["0", "1"]), "times must be real numbers, but list ['0', '1'] came."),
+    "complex_for_times": (lambda: run([0, 1j]), "times must be real numbers, but list [0, 1j] came."),
+    "word_for_tolerance": (lambda: run(tolerance="a"), "tolerance must be real numbers, but str 'a' came."),
+    "truth_for_tolerance": (lambda: run(tolerance=True), "tolerance must be real numbers, but bool True came."),
+    "word_for_called_time": (lambda: dense("a"), "time must be real numbers, but str 'a' came."),
+    "truth_for_called_time": (lambda: dense(True), "time must be real numbers, but bool True came."),
+    "word_for_epoch": (lambda: pt.RotatingFrame(ONE, (0, 0, 1), "a"), "epoch must be real numbers, but str 'a' came."),
+    "word_for_matrix": (lambda: quaternion_from_matrix("a"), "matrix must be real numbers, but str 'a' came."),
+}
+
+
+@pytest.mark.parametrize("name", NOT_REAL)
+def test_numbers_must_be_real(name):
+    call, sentence = NOT_REAL[name]
+    check({name: (call, TypeError, sentence)}, name)
+
+
+# ---------------------------------------------------------------------- shapes
+
+WRONG_SHAPE = {
+    "moments": (lambda: pt.Body((1, 1)), "moments must have shape (3,) or (members, 3), but shape (2,) came."),
+    "one_moment": (lambda: pt.Body(1.0), "moments must have shape (3,) or (members, 3), but shape () came."),
+    "moments_of_rank_3": (
+        lambda: pt.Body(np.ones((2, 2, 3))),
+        "moments must have shape (3,) or (members, 3), but shape (2, 2, 3) came.",
+    ),
+    "no_members": (
+        lambda: pt.Body(np.empty((0, 3))),
+        "moments must have shape (3,) or (members, 3), but shape (0, 3) came.",
+    ),
+    "tensor": (lambda: pt.Body.from_inertia((1, 2, 3)), "tensor must have shape (3, 3), but shape (3,) came."),
+    "semiaxes": (lambda: pt.Body.ellipsoid(1, (1, 1)), "semiaxes must have shape (3,), but shape (2,) came."),
+    "mass": (lambda: pt.Body.cylinder((1, 2), 1, 1), "mass must have shape (), but shape (2,) came."),
+    "positions": (
+        lambda: pt.Body.point_masses((1, 1), ((1, 0, 0),)),
+        "positions must have shape (2, 3), but shape (1, 3) came.",
+    ),
+    "no_masses": (
+        lambda: pt.Body.point_masses((), np.empty((0, 3))),
+        "masses must not be empty, but shape (0,) came.",
+    ),
+    "quaternion": (
+        lambda: pt.State((1, 0, 0), (0, 1, 0, 0)),
+        "quaternion must have shape (4,) or (members, 4), but shape (3,) came.",
+    ),
+    "conjugate_momenta": (
+        lambda: pt.State(ONE, (0, 1, 0)),
+        "conjugate_momenta must have shape (4,) or (members, 4), but shape (3,) came.",
+    ),
+    "unequal_members": (
+        lambda: pt.State([ONE] * 3, [(0, 1, 0, 0)] * 2),
+        "conjugate_momenta must have as many members as quaternion, but 2 and 3 came.",
+    ),
+    "unequal_times": (
+        lambda: pt.State([ONE] * 3, [(0, 1, 0, 0)] * 3, (0, 1)),
+        "time must have as many members as quaternion, but 2 and 3 came.",
+    ),
+    "angles": (
+        lambda: pt.State.from_euler((0, 1), (1, 2, 3)),
+        "angles must have shape (3,) or (members, 3), but shape (2,) came.",
+    ),
+    "matrix_for_attitude": (
+        lambda: BODY.state(np.eye(3), omega_body=(1, 0, 0)),
+        "attitude must have shape (4,) or (members, 4), but shape (3, 3) came.",
+    ),
+    "omega_body": (
+        lambda: BODY.state(ONE, omega_body=(1, 0)),
+        "omega_body must have shape (3,) or (members, 3), but shape (2,) came.",
+    ),
+    "projected": (
+        lambda: pt.project_to_tangent((1, 0, 0), (0, 1, 0, 0)),
+        "quaternion must have shape (4,) or (members, 4), but shape (3,) came.",
+    ),
+    "projected_momenta": (
+        lambda: pt.project_to_tangent(ONE, (0, 1, 0)),
+        "conjugate_momenta must have shape (4,) or (members, 4), but shape (3,) came.",
+    ),
+    "swapped_parameters": (
+        lambda: pt.UniformGravity((1, 0, 0), 0.5),
+        "center_of_mass must have shape (3,) or (members, 3), but shape () came.",
+    ),
+    "position_of_from_vectors": (
+        lambda: pt.KeplerOrbit.from_vectors(1, (1, 0), (0, 1, 0)),
+        "position must have shape (3,), but shape (2,) came.",
+    ),
+    "rate_of_a_frame": (
+        lambda: pt.RotatingFrame(ONE, (0, 1)),
+        "omega_space must have shape (3,), but shape (2,) came.",
+    ),
+    "one_time": (lambda: run(3.0), "times must have shape (n,), but shape () came."),
+    "times_of_rank_2": (lambda: run([[0, 1]]), "times must have shape (n,), but shape (1, 2) came."),
+    "two_tolerances": (lambda: run(tolerance=(1e-3, 1e-4)), "tolerance must have shape (), but shape (2,) came."),
+    "matrix": (lambda: quaternion_from_matrix(np.eye(2)), "matrix must have shape (..., 3, 3), but shape (2, 2) came."),
+    "no_matrix": (lambda: quaternion_from_matrix(3.0), "matrix must have shape (..., 3, 3), but shape () came."),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_SHAPE)
+def test_shapes_must_be_the_stated_ones(name):
+    call, sentence = WRONG_SHAPE[name]
+    check({name: (call, ValueError, sentence)}, name)
+
+
+# ---------------------------------------------------------------------- values
+
+NO_BODY = "No rigid body has these moments."
+IMPOSSIBLE_BODIES = {
+    "negative_moment": (lambda: pt.Body((1, -1, 1)), "moments must be positive, but -1.0 came."),
+    "zero_moment": (lambda: pt.Body((1, 0, 1)), "moments must be positive, but 0.0 came."),
+    "triangle": (
+        lambda: pt.Body((3, 1, 1.5)),
+        f"moments must satisfy the triangle inequality, but 3.0 > 1.0 + 1.5. {NO_BODY}",
+    ),
+    "triangle_by_a_hair": (
+        lambda: pt.Body((1, 2, 3.0001)),
+        f"moments must satisfy the triangle inequality, but 3.0001 > 1.0 + 2.0. {NO_BODY}",
+    ),
+    "triangle_of_a_member": (
+        lambda: pt.Body([(1, 1, 1), (1, 4, 1)]),
+        f"moments must satisfy the triangle inequality, but 4.0 > 1.0 + 1.0. {NO_BODY}",
+    ),
+    "triangle_of_a_tensor": (
+        lambda: pt.Body.from_inertia(np.diag((1, 1, 3))),
+        f"moments must satisfy the triangle inequality, but 3.0 > 1.0 + 1.0. {NO_BODY}",
+    ),
+    "tensor_not_symmetric": (
+        lambda: pt.Body.from_inertia([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]),
+        "tensor must be symmetric, but it differs from its transpose by 0.1.",
+    ),
+    "ellipsoid": (lambda: pt.Body.ellipsoid(1, (1, 0, 1)), "semiaxes must be positive, but 0.0 came."),
+    "mass_of_ellipsoid": (lambda: pt.Body.ellipsoid(-1, (1, 1, 1)), "mass must be positive, but -1.0 came."),
+    "box": (lambda: pt.Body.box(1, (1, -1, 1)), "sides must be positive, but -1.0 came."),
+    "radius": (lambda: pt.Body.cylinder(1, 0, 1), "radius must be positive, but 0.0 came."),
+    "height": (lambda: pt.Body.cylinder(1, 1, -2), "height must be positive, but -2.0 came."),
+    "mass_of_cylinder": (lambda: pt.Body.cylinder(0, 1, 1), "mass must be positive, but 0.0 came."),
+    "point_masses": (
+        lambda: pt.Body.point_masses((1, -3), ((1, 0, 0), (0, 1, 0))),
+        "masses must be positive, but -3.0 came.",
+    ),
+    "one_point": (lambda: pt.Body.point_masses((1,), ((1, 0, 0),)), "moments must be positive, but 0.0 came."),
+}
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE_BODIES)
+def test_bodies_must_be_possible(name):
+    call, sentence = IMPOSSIBLE_BODIES[name]
+    check({name: (call, ValueError, sentence)}, name)
+
+
+DIVIDE = "Divide by the norm, or pass a Rotation."
+OFF_THE_SPHERE = {
+    "state": (
+        lambda: pt.State((1.0003, 0, 0, 0), (0, 1, 0, 0)),
+        f"quaternion must have unit norm, but |q| = 1.0003. {DIVIDE}",
+    ),
+    "state_by_a_hair": (
+        lambda: pt.State((1 + 2e-9, 0, 0, 0), (0, 1, 0, 0)),
+        f"quaternion must have unit norm, but |q| = 1.000000002. {DIVIDE}",
+    ),
+    "member": (
+        lambda: pt.State([ONE, (0.5, 0, 0, 0)], (0, 0, 0, 0)),
+        f"quaternion must have unit norm, but |q| = 0.5. {DIVIDE}",
+    ),
+    "zero": (
+        lambda: pt.State((0, 0, 0, 0), (0, 1, 0, 0)),
+        f"quaternion must have unit norm, but |q| = 0. {DIVIDE}",
+    ),
+    "body_state": (
+        lambda: BODY.state((3, 4, 0, 0), omega_body=(1, 0, 0)),
+        f"attitude must have unit norm, but |q| = 5. {DIVIDE}",
+    ),
+    "frame": (
+        lambda: pt.RotatingFrame((3, 4, 0, 0), (0, 0, 1)),
+        f"attitude must have unit norm, but |q| = 5. {DIVIDE}",
+    ),
+    "projection_of_nothing": (
+        lambda: pt.project_to_tangent((0, 0, 0, 0), (0, 1, 0, 0)),
+        "quaternion must not be zero, but |q| = 0.",
+    ),
+    "matrix_scaled": (
+        lambda: quaternion_from_matrix(2 * np.eye(3)),
+        "matrix must be a rotation (orthogonal, determinant +1), but A A^T differs from 1 by 3.",
+    ),
+    "matrix_reflected": (
+        lambda: quaternion_from_matrix(-np.eye(3)),
+        "matrix must be a rotation (orthogonal, determinant +1), but its determinant is -1.",
+    ),
+    "matrix_by_a_hair": (
+        lambda: quaternion_from_matrix(np.eye(3) * (1 + 1e-8)),
+        "matrix must be a rotation (orthogonal, determinant +1), but A A^T differs from 1 by 2e-08.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OFF_THE_SPHERE)
+def test_attitudes_must_be_rotations(name):
+    call, sentence = OFF_THE_SPHERE[name]
+    check({name: (call, ValueError, sentence)}, name)
+
+
+PRINTED = ((0.5, -(2**-0.5), 0, 0.5), (0.3, -0.848528, 0.141421, -1.5))
+"""The paper's state to six digits, whose momenta are not tangent."""
+
+
+def test_the_papers_six_digits_are_refused_and_the_hint_works():
+    sentence = (
+        "conjugate_momenta must be tangent to the unit sphere, but |q . Q| = 5.54e-08 |Q|. "
+        "Pass project_to_tangent(quaternion, conjugate_momenta), which keeps the angular momentum."
+    )
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        pt.State(*PRINTED)
+    state = pt.State(PRINTED[0], pt.project_to_tangent(*PRINTED))
+    q, Q = map(np.array, PRINTED)
+    g = 0.5 * (q[0] * Q[1:] - Q[0] * q[1:] - np.cross(q[1:], Q[1:]))
+    assert np.allclose(state.angular_momentum_body, g, rtol=0, atol=1e-15)
+    assert abs(q @ state.conjugate_momenta) < 1e-15
+
+
+@pytest.mark.parametrize("members", [1, 3])
+def test_momenta_of_a_member_must_be_tangent(members):
+    Q = np.zeros((members, 4))
+    Q[-1] = (1, 0, 0, 0)
+    with pytest.raises(ValueError, match=r"^conjugate_momenta must be tangent .* but \|q \. Q\| = 1 \|Q\|\. Pass "):
+        pt.State(ONE, Q)
+
+
+def test_momenta_just_inside_the_slack_are_taken():
+    assert pt.State(ONE, (0.99e-9, 1, 0, 0)).conjugate_momenta[0] == 0.99e-9
+    with pytest.raises(ValueError, match="tangent"):
+        pt.State(ONE, (1.01e-9, 1, 0, 0))
+
+
+FORCES_AND_ORBITS = {
+    "weight": (
+        lambda: pt.UniformGravity(-1.5, (1, 0, 0)),
+        "weight must not be negative, but -1.5 came. Gravity acts along -s3; turn center_of_mass.",
+    ),
+    "parabola": (
+        lambda: kepler(eccentricity=1.0),
+        "eccentricity must be in [0, 1), but 1.0 came. A Kepler orbit is an ellipse.",
+    ),
+    "hyperbola": (
+        lambda: kepler(eccentricity=1.5),
+        "eccentricity must be in [0, 1), but 1.5 came. A Kepler orbit is an ellipse.",
+    ),
+    "negative_eccentricity": (
+        lambda: kepler(eccentricity=-0.1),
+        "eccentricity must be in [0, 1), but -0.1 came. A Kepler orbit is an ellipse.",
+    ),
+    "eccentricity_of_a_member": (
+        lambda: kepler(eccentricity=[0.1, 1.2]),
+        "eccentricity must be in [0, 1), but 1.2 came. A Kepler orbit is an ellipse.",
+    ),
+    "mu": (lambda: kepler(mu=0), "mu must be positive, but 0.0 came."),
+    "semimajor_axis": (lambda: kepler(semimajor_axis=-2), "semimajor_axis must be positive, but -2.0 came."),
+    "fixed_point_at_zero": (
+        lambda: pt.FixedPoint((0, 0, 0), 1),
+        "position must not be zero, but the body is at the attractor.",
+    ),
+    "mu_of_a_fixed_point": (lambda: pt.FixedPoint((1, 0, 0), -1), "mu must be positive, but -1.0 came."),
+    "frame_of_a_fixed_point": (
+        lambda: pt.FixedPoint((1, 0, 0), 1).frame,
+        "orbit must move to have a frame, but FixedPoint has no velocity.",
+    ),
+    "radial_vectors": (
+        lambda: pt.KeplerOrbit.from_vectors(1, (1, 2, 3), (-1, -2, -3)),
+        "position and velocity must span a plane, but they are parallel.",
+    ),
+    "no_velocity": (
+        lambda: pt.KeplerOrbit.from_vectors(1, (1, 2, 3), (0, 0, 0)),
+        "position and velocity must span a plane, but they are parallel.",
+    ),
+    "no_position": (
+        lambda: pt.KeplerOrbit.from_vectors(1, (0, 0, 0), (0, 1, 0)),
+        "position must not be zero, but the body is at the attractor.",
+    ),
+    "hyperbolic_vectors": (
+        lambda: pt.KeplerOrbit.from_vectors(1, (1, 0, 0), (0, 2, 0)),
+        "position and velocity must belong to an ellipse, but the orbital energy is 1 >= 0.",
+    ),
+    "repelling_mu_of_vectors": (
+        lambda: pt.KeplerOrbit.from_vectors(-1, (1, 0, 0), (0, 1, 0)),
+        "mu must be positive, but -1.0 came.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FORCES_AND_ORBITS)
+def test_forces_and_orbits_must_be_physical(name):
+    call, sentence = FORCES_AND_ORBITS[name]
+    check({name: (call, ValueError, sentence)}, name)
+
+
+# ---------------------------------------------------------------------- choices and times
+
+CHOICES = {
+    "sequence_of_letters": (lambda: STATE.euler("zxz"), f"sequence must be one of {SEQUENCES}, but 'zxz' came."),
+    "sequence_that_repeats": (lambda: STATE.euler("113"), f"sequence must be one of {SEQUENCES}, but '113' came."),
+    "sequence_as_a_number": (lambda: STATE.euler(313), f"sequence must be one of {SEQUENCES}, but 313 came."),
+    "sequence_of_from_euler": (
+        lambda: pt.State.from_euler((0, 1, 0), (1, 2, 3), "12"),
+        f"sequence must be one of {SEQUENCES}, but '12' came.",
+    ),
+    "formulation": (
+        lambda: run(formulation="quaternion"),
+        "formulation must be one of lie_poisson, canonical, euler_angles, but 'quaternion' came.",
+    ),
+    "formulation_as_a_list": (
+        lambda: run(formulation=["canonical"]),
+        "formulation must be one of lie_poisson, canonical, euler_angles, but ['canonical'] came.",
+    ),
+    "precision": (
+        lambda: run(precision="half"),
+        "precision must be one of double, extended, quadruple, but 'half' came.",
+    ),
+    "precision_as_a_list": (
+        lambda: run(precision=["double"]),
+        "precision must be one of double, extended, quadruple, but ['double'] came.",
+    ),
+    "zero_tolerance": (lambda: run(tolerance=0), "tolerance must be between 0 and 1, but 0.0 came."),
+    "negative_tolerance": (lambda: run(tolerance=-1e-9), "tolerance must be between 0 and 1, but -1e-09 came."),
+    "large_tolerance": (lambda: run(tolerance=1), "tolerance must be between 0 and 1, but 1.0 came."),
+    "no_times": (lambda: run([]), "times must not be empty, but shape (0,) came."),
+    "equal_times": (lambda: run([0, 1, 2, 2, 3]), "times must be strictly monotonic, but times[2] = times[3] = 2.0."),
+    "equal_first_times": (lambda: run([1, 1]), "times must be strictly monotonic, but times[0] = times[1] = 1.0."),
+    "times_that_turn": (
+        lambda: run([0, 2, 1.5]),
+        "times must be strictly monotonic, but times[1] = 2.0 and times[2] = 1.5.",
+    ),
+    "falling_times_that_turn": (
+        lambda: run([0, -2, -1.5]),
+        "times must be strictly monotonic, but times[1] = -2.0 and times[2] = -1.5.",
+    ),
+    "singular_angles": (
+        lambda: pt.State.from_euler((1, 0, 0), (1, 2, 3)),
+        "the second angle of sequence 313 must stay away from its singularity, but |sin| = 0 there. "
+        "Use another sequence.",
+    ),
+    "singular_attitude": (
+        lambda: pt.State(ONE, (0, 1, 0, 0)).euler("212"),
+        "the second angle of sequence 212 must stay away from its singularity, but |sin| = 0 there. "
+        "Use another sequence.",
+    ),
+    "singular_angles_of_three_axes": (
+        lambda: pt.State.from_euler((1, np.pi / 2, 0), (1, 2, 3), "123"),
+        "the second angle of sequence 123 must stay away from its singularity, but |cos| = 6.1e-17 there. "
+        "Use another sequence.",
+    ),
+    "nothing_given": (lambda: BODY.state(ONE), f"state must have exactly one of {FOUR}, but none came."),
+    "two_given": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, 0), angular_momentum_space=(1, 0, 0)),
+        f"state must have exactly one of {FOUR}, but omega_body and angular_momentum_space came.",
+    ),
+    "momentum_with_a_frame": (
+        lambda: BODY.state(ONE, angular_momentum_body=(1, 0, 0), frame=FRAME),
+        "a rate relative to a frame must be omega_body or omega_space, but angular_momentum_body came.",
+    ),
+    "called_without_dense_output": (
+        lambda: run()(0.5),
+        "a trajectory must have dense output to be called, but it has none. Propagate with dense=True.",
+    ),
+    "called_outside": (lambda: dense(2.5), "time must lie within [0, 2], but 2.5 came."),
+    "units": (lambda: pt.System(BODY, units={"mass": "kg"}), "units must name 'time' and 'inertia', but 'mass' came."),
+}
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_choices_must_be_among_those_there_are(name):
+    call, sentence = CHOICES[name]
+    check({name: (call, ValueError, sentence)}, name)
+
+
+# ---------------------------------------------------------------------- kinds
+
+NO_FRAME = "An orbit has one: orbit.frame."
+
+
+class Undeclared(pt.Potential):
+    table: dict
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return 0.0
+
+
+class Anything(pt.Potential):
+    thing: Any
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return 0.0
+
+
+class Degree(pt.Potential):
+    degree: int
+    table: Annotated[Any, (2, 2)]
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return 0.0 * attitude.to_body((0, 0, 1))[0]
+
+
+DECLARED = "must be declared as float, Vector, Annotated[Any, shape], int, bool, str or Orbit, but its annotation is"
+KINDS = {
+    "state_before_system": (
+        lambda: pt.propagate(STATE, SYSTEM, (0, 1)),
+        "system must be a System, but State came. The order is propagate(system, state, times).",
+    ),
+    "body_for_system": (
+        lambda: pt.propagate(BODY, STATE, (0, 1)),
+        "system must be a System, but Body came. The order is propagate(system, state, times).",
+    ),
+    "times_before_state": (
+        lambda: pt.propagate(SYSTEM, (0, 1), STATE),
+        "state must be a State, but tuple came. The order is propagate(system, state, times).",
+    ),
+    "force_before_body": (
+        lambda: pt.System(pt.UniformGravity(1, (1, 0, 0)), BODY),
+        "body must be a Body, but UniformGravity came. The order is System(body, *forces).",
+    ),
+    "class_for_body": (
+        lambda: pt.System(pt.Body),
+        "body must be a Body, but the class Body came. The order is System(body, *forces).",
+    ),
+    "class_for_force": (
+        lambda: pt.System(BODY, pt.UniformGravity),
+        "a force must be an instance, but the class UniformGravity came. Write UniformGravity(...).",
+    ),
+    "word_for_force": (
+        lambda: pt.System(BODY, "gravity"),
+        "a force must be a Potential or a Torque, but str came.",
+    ),
+    "list_of_forces": (
+        lambda: pt.System(BODY, [1.0]),
+        "a force must be a Potential or a Torque, but list came.",
+    ),
+    "orbit_for_force": (
+        lambda: pt.System(BODY, ORBIT),
+        "a force must be a Potential or a Torque, but KeplerOrbit came.",
+    ),
+    "number_for_orbit": (lambda: pt.GravityGradient(3), "orbit must be an Orbit, but int came."),
+    "class_for_orbit": (
+        lambda: pt.GravityGradient(pt.KeplerOrbit),
+        "orbit must be an Orbit, but the class KeplerOrbit came.",
+    ),
+    "frame_of_state": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, 0), frame=3),
+        f"frame must be a Frame, but int came. {NO_FRAME}",
+    ),
+    "orbit_for_frame_of_state": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, 0), frame=ORBIT),
+        f"frame must be a Frame, but KeplerOrbit came. {NO_FRAME}",
+    ),
+    "class_for_frame_of_state": (
+        lambda: BODY.state(ONE, omega_body=(1, 0, 0), frame=pt.RotatingFrame),
+        f"frame must be a Frame, but the class RotatingFrame came. {NO_FRAME}",
+    ),
+    "frame": (lambda: run().relative_to(3), f"frame must be a Frame, but int came. {NO_FRAME}"),
+    "orbit_for_frame": (lambda: run().relative_to(ORBIT), f"frame must be a Frame, but KeplerOrbit came. {NO_FRAME}"),
+    "class_for_frame": (
+        lambda: run().relative_to(pt.RotatingFrame),
+        f"frame must be a Frame, but the class RotatingFrame came. {NO_FRAME}",
+    ),
+    "dict_as_a_field": (lambda: Undeclared({}), f"Undeclared.table {DECLARED} <class 'dict'>."),
+    "any_as_a_field": (lambda: Anything(1.0), f"Anything.thing {DECLARED} typing.Any."),
+    "float_for_int": (lambda: Degree(2.0, np.eye(2)), "degree must be an int, but float came."),
+    "truth_for_int": (lambda: Degree(True, np.eye(2)), "degree must be an int, but bool came."),
+    "unit_that_is_no_name": (
+        lambda: pt.System(BODY, units={"time": 3}),
+        "units must be words, but units['time'] = 3.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_arguments_must_be_of_their_kind(name):
+    call, sentence = KINDS[name]
+    check({name: (call, TypeError, sentence)}, name)
+
+
+def test_a_table_has_its_declared_shape():
+    with pytest.raises(
+        ValueError, match=r"^table must have shape \(2, 2\) or \(members, 2, 2\), but shape \(3, 2\) came\.$"
+    ):
+        Degree(2, np.ones((3, 2)))
+
+
+# ---------------------------------------------------------------------- formulas
+
+
+def potential(formula):
+    """A potential by a function of its one parameter and of s3 along the body axes."""
+
+    class Formula(pt.Potential):
+        size: float
+
+        def energy(self, body, attitude, sky):  # noqa: ARG002
+            return formula(self.size, attitude.to_body((0, 0, 1)))
+
+    return Formula(2.0)
+
+
+def torque(formula):
+    """A torque by a function of its one parameter and of omega along the body axes."""
+
+    class Formula(pt.Torque):
+        size: float
+
+        def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+            return formula(self.size, omega_body)
+
+    return Formula(2.0)
+
+
+def branch(value, a, b):
+    return a if value > 0 else b
+
+
+BRANCH = (
+    "the formula of Formula must not branch with `if` on a value, but it does. "
+    "Write poinsot.functions.where(condition, a, b)."
+)
+THREE = "the torque of Formula must be three components along the body axes, but"
+FORMULAS = {
+    "energy_that_is_a_vector": (
+        potential(lambda _, up: up),
+        "the energy of Formula must be one scalar, but 3 components came.",
+    ),
+    "energy_that_is_a_tuple": (
+        potential(lambda size, up: (size, up[0])),
+        "the energy of Formula must be one scalar, but 2 components came.",
+    ),
+    "energy_that_is_nothing": (potential(lambda *_: None), "the energy of Formula must be one scalar, but None came."),
+    "torque_that_is_a_scalar": (torque(lambda size, _: size), f"{THREE} a scalar came."),
+    "torque_that_is_a_number": (torque(lambda *_: 0.0), f"{THREE} a scalar came."),
+    "torque_of_four": (torque(lambda size, _: (size,) * 4), f"{THREE} 4 components came."),
+    "torque_of_two": (torque(lambda size, _: (size, 0.0)), f"{THREE} 2 components came."),
+    "torque_that_is_nothing": (torque(lambda *_: None), f"{THREE} None came."),
+    "if_on_a_parameter": (potential(lambda size, up: branch(size, up[0], up[1])), BRANCH),
+    "if_on_a_component": (potential(lambda size, up: branch(up[2], size, 0.0)), BRANCH),
+    "max_of_components": (potential(lambda _, up: max(up[0], up[1])), BRANCH),
+    "if_on_a_parameter_of_a_torque": (torque(lambda size, omega: branch(size, omega, -omega)), BRANCH),
+    "if_on_a_rate": (torque(lambda size, omega: branch(omega[0], size * omega, omega)), BRANCH),
+}
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_formulas_must_return_what_they_say_and_not_branch(name):
+    force, sentence = FORMULAS[name]
+    check({name: (lambda: pt.System(BODY, force), TypeError, sentence)}, name)
+
+
+def message_of(call):
+    """What numpy or math says to a call that it cannot do."""
+    with pytest.raises((TypeError, ValueError)) as caught:
+        call()
+    return str(caught.value)
+
+
+PAIR = functions.Vector(np.ones((3, 2)))
+ALONE = "must use + - * / ** and poinsot.functions alone, but"
+REPLACE = "Replace functions of math and numpy by those of poinsot.functions."
+FOREIGN = {
+    "math_of_a_parameter": (potential(lambda size, up: math.sin(size) * up[0]), lambda: math.sin(np.ones(2))),
+    "math_of_a_component": (potential(lambda _, up: math.sin(up[0])), lambda: math.sin(np.ones(2))),
+    "float_of_a_component": (potential(lambda _, up: float(up[0])), lambda: float(np.ones(2))),
+    "math_of_a_rate": (torque(lambda _, omega: (math.sin(omega[0]), 0.0, 0.0)), lambda: math.sin(np.ones(2))),
+    "numpy_of_a_vector": (torque(lambda _, omega: np.sin(omega)), lambda: np.sin(PAIR)),
+    "numpy_dot": (potential(lambda _, up: np.dot(up, up)), lambda: np.dot(PAIR, PAIR)),
+    "parameter_times_array": (torque(lambda size, _: size * np.arange(3.0)), lambda: np.ones(2) * np.arange(3.0)),
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_foreign_functions_are_refused_by_the_system(name):
+    force, attempt = FOREIGN[name]
+    sentence = f"the formula of Formula {ALONE} on arrays it gave: {message_of(attempt)}. {REPLACE}"
+    check({name: (lambda: pt.System(BODY, force), TypeError, sentence)}, name)
+
+
+NUMPY_OF_COMPONENTS = {
+    "energy": (
+        potential(lambda size, up: np.sin(size * up[0])),
+        lambda: np.sin(dual.seeded((1.0,), "up")[0]),
+    ),
+    "torque": (
+        torque(lambda size, omega: functions.Vector((np.sin(size * omega[0]), omega[1], omega[2]))),
+        lambda: np.sin(hy.expression("x")),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", NUMPY_OF_COMPONENTS)
+def test_numpy_functions_of_components_are_refused_by_propagate(name):
+    force, attempt = NUMPY_OF_COMPONENTS[name]
+    sentence = f"the formulas of a system {ALONE} on symbols they gave: {message_of(attempt)}. {REPLACE}"
+    check({name: (lambda: pt.propagate(pt.System(BODY, force), STATE, (0, 1)), TypeError, sentence)}, name)
+
+
+def test_an_if_on_structure_is_no_mistake():
+    class Chosen(pt.Potential):
+        degree: int
+        size: float
+
+        def energy(self, body, attitude, sky):  # noqa: ARG002
+            up = attitude.to_body((0, 0, 1))[0]
+            return self.size * (up if self.degree == 1 else up**2)
+
+    assert np.isfinite(pt.propagate(pt.System(BODY, Chosen(2, 0.5)), STATE, [1.0]).energy[0])
+
+
+# ---------------------------------------------------------------------- runs that stop
+
+
+class Pole(pt.Torque):
+    instant: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        pole = 1 / (self.instant - sky.time) ** 2
+        return functions.Vector((pole, 0 * pole, 0 * pole))
+
+
+STOPPED = {
+    "singular_force": (
+        lambda: pt.propagate(pt.System(BODY, Pole(5.25)), STATE, (0, 10)),
+        "propagation stopped at t = 5.25 of 10: the state became non-finite. A force is singular there.",
+    ),
+    "euler_angles": (
+        lambda: pt.propagate(
+            SYSTEM,
+            BODY.state((np.cos(0.2), np.sin(0.2), 0, 0), omega_body=(-0.3, 0, 0)),
+            (0, 10),
+            formulation="euler_angles",
+        ),
+        "propagation stopped at t = 1.33333 of 10: sin(theta) fell below 1e-6. "
+        "The Euler angles 3-1-3 are singular there; use another formulation.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", STOPPED)
+def test_runs_that_stop_say_where_and_why(name):
+    call, sentence = STOPPED[name]
+    check({name: (call, pt.PropagationError, sentence)}, name)
+
+
+def test_a_step_of_rounding_size_says_so():
+    state = BODY.state(ONE, omega_body=(1e8, 1, 2), time=1e9)
+    with pytest.raises(pt.PropagationError) as caught:
+        pt.propagate(SYSTEM, state, (1e9, 1e9 + 100))
+    assert re.fullmatch(
+        r"propagation stopped at t = 1000000\d{3}(\.\d+)? of 1000000100: the step size fell to rounding\. "
+        r"The equations are singular there\.",
+        str(caught.value),
+    )

@@ -1,0 +1,258 @@
+"""Functions for formulas on every kind of scalar."""
+
+import math
+
+import heyoka as hy
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+from poinsot import functions
+
+EPS = np.finfo(float).eps
+ARGUMENT = 0.3
+ONE_ARGUMENT = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan")
+X = hy.expression("x")
+S = sympy.Symbol("s", real=True)
+
+
+def compiled(expression, *values):
+    """The value of a heyoka expression of x (and y)."""
+    variables = [hy.expression(name) for name in ("x", "y")[: len(values)]]
+    return float(hy.cfunc([expression], vars=variables)(np.array(values, dtype=float))[0])
+
+
+# ---------------------------------------------------------------------- elementary functions
+
+
+@pytest.mark.parametrize("name", ONE_ARGUMENT)
+def test_elementary_function_of_a_float(name):
+    assert getattr(functions, name)(ARGUMENT) == pytest.approx(getattr(math, name)(ARGUMENT), rel=2 * EPS)
+
+
+@pytest.mark.parametrize("name", ONE_ARGUMENT)
+def test_elementary_function_of_an_array(name):
+    values = np.array([[0.1, 0.2], [0.3, 0.9]])
+    expected = [[getattr(math, name)(x) for x in row] for row in values]
+    assert np.allclose(getattr(functions, name)(values), expected, rtol=2 * EPS, atol=0)
+
+
+@pytest.mark.parametrize("name", ONE_ARGUMENT)
+def test_elementary_function_of_a_heyoka_expression(name):
+    value = compiled(getattr(functions, name)(X), ARGUMENT)
+    assert value == pytest.approx(getattr(math, name)(ARGUMENT), rel=4 * EPS)
+
+
+@pytest.mark.parametrize("name", ONE_ARGUMENT)
+def test_elementary_function_of_a_sympy_expression(name):
+    value = getattr(functions, name)(S)
+    assert isinstance(value, sympy.Expr)
+    assert float(value.subs(S, ARGUMENT)) == pytest.approx(getattr(math, name)(ARGUMENT), rel=2 * EPS)
+
+
+@pytest.mark.parametrize("name", ONE_ARGUMENT)
+def test_elementary_function_of_an_mpmath_number_has_all_its_digits(name):
+    with mpmath.workdps(40):
+        argument = mpmath.mpf(3) / 10
+        assert getattr(functions, name)(argument) == getattr(mpmath, name)(argument)
+
+
+@pytest.mark.parametrize(("y", "x"), [(0.3, 0.4), (0.3, -0.4), (-0.3, -0.4), (-0.3, 0.4)])
+def test_atan2_in_all_quadrants_on_every_kind(y, x):
+    expected = math.atan2(y, x)
+    assert functions.atan2(y, x) == expected
+    assert functions.atan2(np.array([y]), np.array([x]))[0] == expected
+    assert compiled(functions.atan2(hy.expression("y"), X), x, y) == pytest.approx(expected, rel=4 * EPS)
+    assert float(functions.atan2(sympy.Float(y), sympy.Float(x))) == pytest.approx(expected, rel=2 * EPS)
+    assert float(functions.atan2(mpmath.mpf(y), mpmath.mpf(x))) == pytest.approx(expected, rel=2 * EPS)
+
+
+def test_atan2_of_a_number_and_an_expression():
+    assert compiled(functions.atan2(1.0, X), -2.0) == pytest.approx(math.atan2(1, -2), rel=4 * EPS)
+    assert compiled(functions.atan2(X, 1.0), -2.0) == pytest.approx(math.atan2(-2, 1), rel=4 * EPS)
+
+
+# ---------------------------------------------------------------------- choice
+
+
+@pytest.mark.parametrize(("a", "chosen"), [(0.5, "first"), (1.5, "second"), (1.0, "second")])
+def test_where_less_on_every_kind(a, chosen):
+    expected = a + 1 if chosen == "first" else a - 1
+
+    def choice(x):
+        return functions.where(functions.less(x, 1.0), x + 1, x - 1)
+
+    assert choice(a) == expected
+    assert choice(np.array([a, a])).tolist() == [expected, expected]
+    assert compiled(choice(X), a) == expected
+    assert float(choice(S).subs(S, a)) == expected
+    assert choice(mpmath.mpf(a)) == expected
+
+
+def test_less_with_the_expression_on_the_right():
+    assert compiled(functions.where(functions.less(1.0, X), X, 0.0), 2.0) == 2.0
+    assert compiled(functions.where(functions.less(1.0, X), X, 0.0), 0.5) == 0.0
+
+
+def test_where_is_elementwise_on_arrays():
+    x = np.array([-1.0, 2.0])
+    assert functions.where(functions.less(x, 0.0), -x, 10 * x).tolist() == [1.0, 20.0]
+
+
+# ---------------------------------------------------------------------- vectors
+
+
+def test_dot_cross_and_norm_of_floats():
+    a, b = (1.0, 2.0, 3.0), (-4.0, 5.0, 0.5)
+    assert functions.dot(a, b) == np.dot(a, b)
+    assert list(functions.cross(a, b)) == list(np.cross(a, b))
+    assert functions.norm((2.0, 3.0, 6.0)) == 7.0
+
+
+def test_dot_cross_and_norm_of_symbols():
+    a1, a2, a3, b1, b2, b3 = sympy.symbols("a1:4 b1:4", real=True)
+    assert functions.dot((a1, a2, a3), (b1, b2, b3)) == a1 * b1 + a2 * b2 + a3 * b3
+    product = sympy.Matrix([a1, a2, a3]).cross(sympy.Matrix([b1, b2, b3]))
+    assert list(functions.cross((a1, a2, a3), (b1, b2, b3))) == list(product)
+    assert functions.norm((a1, a2)) == sympy.sqrt(a1**2 + a2**2)
+
+
+def test_dot_norm_and_cross_of_heyoka_expressions():
+    u = (X, 2.0, 3.0 * X)
+    assert compiled(functions.dot(u, (1.0, X, 2.0)), 0.5) == 4.5
+    assert compiled(functions.norm(u), 1.5) == pytest.approx(math.hypot(1.5, 2.0, 4.5), rel=4 * EPS)
+    assert compiled(functions.cross(u, (0.0, 0.0, 1.0))[1], 1.5) == -1.5
+
+
+def test_dot_of_unequal_lengths_is_refused():
+    with pytest.raises(ValueError):
+        functions.dot((1.0, 2.0), (1.0, 2.0, 3.0))
+
+
+def test_vector_arithmetic_with_vectors():
+    a, b = functions.Vector((1.0, 2.0, 3.0)), functions.Vector((10.0, 20.0, 40.0))
+    assert list(a + b) == [11, 22, 43]
+    assert list(b - a) == [9, 18, 37]
+    assert list(a * b) == [10, 40, 120]
+    assert list(b / a) == [10, 10, 40 / 3]
+    assert list(-a) == [-1, -2, -3]
+
+
+def test_vector_arithmetic_with_scalars_on_both_sides():
+    a = functions.Vector((1.0, 2.0, 4.0))
+    assert list(a + 1) == list(1 + a) == [2, 3, 5]
+    assert list(a - 1) == [0, 1, 3]
+    assert list(1 - a) == [0, -1, -3]
+    assert list(2 * a) == list(a * 2) == [2, 4, 8]
+    assert list(a / 2) == [0.5, 1, 2]
+
+
+def test_vector_is_a_sequence():
+    a = functions.Vector((1.0, 2.0, 4.0))
+    assert (len(a), a[0], a[-1], tuple(a)) == (3, 1.0, 4.0, (1.0, 2.0, 4.0))
+    assert repr(a) == "Vector((1.0, 2.0, 4.0))"
+
+
+@pytest.mark.parametrize("factor", [np.array([1.0, 2.0, 5.0, 7.0]), np.float64(3.0)])
+def test_array_times_vector_is_a_vector_of_arrays(factor):
+    a = functions.Vector((1.0, 2.0, 4.0))
+    for product in (factor * a, a * factor):
+        assert isinstance(product, functions.Vector)
+        assert [np.asarray(x).tolist() for x in product] == [(k * factor).tolist() for k in (1, 2, 4)]
+
+
+def test_array_plus_and_minus_vector():
+    a, array = functions.Vector((1.0, 2.0, 4.0)), np.array([10.0, 20.0])
+    assert [x.tolist() for x in array + a] == [[11, 21], [12, 22], [14, 24]]
+    assert [x.tolist() for x in array - a] == [[9, 19], [8, 18], [6, 16]]
+
+
+def test_vector_of_expressions_times_a_number_of_each_kind():
+    a = functions.Vector((X, 2 * X, 3 * X))
+    for factor in (2, 2.0, np.float64(2.0), hy.expression(2.0)):
+        assert compiled((factor * a)[2], 0.5) == 3.0
+        assert compiled((a * factor)[2], 0.5) == 3.0
+
+
+# ---------------------------------------------------------------------- Kepler's equation
+
+
+def kepler_at_40_digits(eccentricity, mean_anomaly):
+    """E of Kepler's equation for the given doubles, by Newton's method from pi, which is monotonic."""
+    with mpmath.workdps(40):
+        e, M = mpmath.mpf(eccentricity), mpmath.mpf(mean_anomaly)
+        turns = 2 * mpmath.pi * mpmath.nint(M / (2 * mpmath.pi))
+        reduced = M - turns
+        if reduced == 0:
+            return turns
+        far = mpmath.pi * mpmath.sign(reduced)
+        root = mpmath.findroot(
+            lambda E: E - e * mpmath.sin(E) - reduced,
+            far,
+            solver="newton",
+            df=lambda E: 1 - e * mpmath.cos(E),
+            maxsteps=300,
+            tol=mpmath.mpf(10) ** -75,
+        )
+        return turns + root
+
+
+def backward_bound(eccentricity, mean_anomaly, anomaly):
+    """Three roundings of E, and what three roundings of M and of e sin E move it."""
+    E = float(anomaly)
+    slope = 1 - eccentricity * math.cos(E)
+    return 3 * EPS * (abs(E) + (abs(mean_anomaly) + eccentricity * abs(math.sin(E))) / slope)
+
+
+ECCENTRICITIES = (0.0, 1e-9, 0.1, 0.5, 0.9, 0.99, 0.999999)
+MEAN_ANOMALIES = (
+    *(0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 3.0, math.pi, math.nextafter(math.pi, 4), 3.2, 6.2, 2 * math.pi, 20.0),
+    *(1e3, 1e6, 1e9, 1e12),
+)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("eccentricity", ECCENTRICITIES)
+def test_eccentric_anomaly_against_forty_digits(eccentricity, sign):
+    for M in MEAN_ANOMALIES:
+        reference = kepler_at_40_digits(eccentricity, sign * M)
+        error = abs(float(functions.eccentric_anomaly(eccentricity, sign * M) - reference))
+        assert error <= backward_bound(eccentricity, M, reference), (eccentricity, sign * M)
+
+
+def test_eccentric_anomaly_is_the_mean_anomaly_on_a_circle():
+    M = np.linspace(-20.0, 20.0, 41)
+    assert np.allclose(functions.eccentric_anomaly(0.0, M), M, rtol=2 * EPS, atol=0)
+
+
+def test_eccentric_anomaly_at_the_apses_is_exact():
+    assert functions.eccentric_anomaly(0.999999, 0.0) == 0.0
+    assert functions.eccentric_anomaly(0.7, math.pi) == math.pi
+    assert functions.eccentric_anomaly(0.7, -math.pi) == -math.pi
+
+
+def test_eccentric_anomaly_broadcasts():
+    e, M = np.array([0.0, 0.4, 0.9]), np.array([[0.3], [2.0]])
+    E = functions.eccentric_anomaly(e, M)
+    assert E.shape == (2, 3)
+    assert np.allclose(E - e * np.sin(E), M + 0 * e, rtol=0, atol=4 * EPS)
+
+
+def test_eccentric_anomaly_of_mpmath_numbers_has_forty_digits():
+    with mpmath.workdps(40):
+        E = functions.eccentric_anomaly(mpmath.mpf("0.3"), mpmath.mpf("1.1"))
+        assert abs(E - mpmath.mpf("0.3") * mpmath.sin(E) - mpmath.mpf("1.1")) < mpmath.mpf(10) ** -38
+
+
+@pytest.mark.parametrize(("eccentricity", "mean_anomaly"), [(0.0, 0.3), (0.5, -1.0), (0.9, 20.0), (0.999, 0.01)])
+def test_eccentric_anomaly_of_heyoka_expressions_up_to_full_turns(eccentricity, mean_anomaly):
+    E = compiled(functions.eccentric_anomaly(X, hy.expression("y")), eccentricity, mean_anomaly)
+    reference = kepler_at_40_digits(eccentricity, mean_anomaly)
+    bound = 2 * backward_bound(eccentricity, mean_anomaly, reference)
+    assert abs(math.remainder(E - float(reference), 2 * math.pi)) <= bound
+
+
+def test_eccentric_anomaly_of_a_sympy_symbol_is_refused():
+    with pytest.raises(TypeError, match=r"^eccentric_anomaly must have numbers, but a SymPy expression came\.$"):
+        functions.eccentric_anomaly(0.1, S)
