@@ -38,8 +38,8 @@ def axes_of(sequence: str) -> tuple[int, int, int]:
 
 def quaternion_from_angles(angles: ArrayLike, sequence: str = "313") -> Array:
     """Return the quaternion r_i(a1) r_j(a2) r_k(a3); for "313" eq. (12). Shape (..., 3) -> (..., 4)."""
-    parts = [_about(axis, angle, angles) for axis, angle in zip(axes_of(sequence), components(angles), strict=True)]
-    return quat.product(quat.product(parts[0], parts[1]), parts[2])
+    first, second, third = map(_about, axes_of(sequence), components(angles))
+    return assemble(tuple(quat.product(quat.product(first, second), third)), angles)
 
 
 def angles_from_quaternion(q: ArrayLike, sequence: str = "313") -> NDArray[np.float64]:
@@ -130,11 +130,11 @@ def _refuse_singular(sine: Any, sequence: str) -> None:
         )
 
 
-def _about(axis: int, angle: Scalar, source: ArrayLike) -> Array:
-    half = 0.5 * angle
-    parts = [functions.cos(half), 0 * half, 0 * half, 0 * half]
-    parts[axis + 1] = functions.sin(half)
-    return assemble(parts, source)
+def _about(axis: int, angle: Scalar) -> Vector:
+    """Return the quaternion of a rotation about a coordinate axis."""
+    parts: list[Scalar] = [functions.cos(0.5 * angle), 0.0, 0.0, 0.0]
+    parts[axis + 1] = functions.sin(0.5 * angle)
+    return Vector(parts)
 
 
 def _turn(axis: int, angle: Scalar, vector: Any) -> list[Scalar]:

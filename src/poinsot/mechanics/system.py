@@ -18,7 +18,7 @@ from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.samples import samples
+from poinsot.mechanics.samples import common_axes, samples
 from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 
@@ -169,6 +169,16 @@ class System:
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number."""
         return (self.body.structure, *(force.structure for force in self.forces))
+
+    @functools.cached_property
+    def zeros(self) -> tuple[bool, ...]:
+        """Which of the numbers are zero, so that what holds for one such system holds for all."""
+        return tuple(not np.any(number) for number in self.numbers)
+
+    @functools.cached_property
+    def common_axes(self) -> Axes | None:
+        """The axes of the one orbit that all forces share; None if there is none."""
+        return common_axes(self)
 
     @functools.cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:

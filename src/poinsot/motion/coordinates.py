@@ -38,11 +38,11 @@ class Coordinates:
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
         carried = self.axes.start(state.time)
-        back = quat.conjugate(self.axes.quaternion(state.time, carried))
-        seen = computed_state(
-            quat.product(back, state.quaternion), quat.product(back, state.conjugate_momenta), state.time
-        )
-        own = self.formulation.from_state(seen)
+        if self.axes.size:
+            back = quat.conjugate(self.axes.quaternion(state.time, carried))
+            q, Q = quat.product(back, state.quaternion), quat.product(back, state.conjugate_momenta)
+            state = computed_state(q, Q, state.time)
+        own = self.formulation.from_state(state)
         own[..., self.formulation.momenta] *= np.expand_dims(np.array(self.scale, dtype=own.dtype), -1)
         return np.concatenate([own, np.broadcast_to(carried, (*own.shape[:-1], self.axes.size))], axis=-1)
 

@@ -19,7 +19,7 @@ import numpy as np
 from poinsot.mechanics.axes import SPACE_AXES, Axes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
-from poinsot.mechanics.samples import common_axes, see_alike
+from poinsot.mechanics.samples import see_alike
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import USE_FUNCTIONS, System
 from poinsot.motion.constants import Constants
@@ -90,10 +90,10 @@ def coordinates(system: System, state: State, formulation: str, precision: str) 
     """
     chosen = FORMULATIONS[formulation]
     axes: Axes = SPACE_AXES
-    carried = None if isinstance(chosen, EulerAngles) or precision != "double" else common_axes(system)
+    carried = None if isinstance(chosen, EulerAngles) or precision != "double" else system.common_axes
     if carried is not None:
-        pattern = tuple(bool(np.any(number)) for number in system.numbers)
-        if _pool.decide((system.structure, pattern), lambda: see_alike(system, carried)):
+        key = (system.structure, system.zeros)
+        if _pool.decide(key, lambda: see_alike(system, carried)):
             axes = carried
     # A power of two scales without rounding.
     return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state)))))

@@ -12,6 +12,7 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
 from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.quaternion import assemble
 from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.orbits.frame import OrbitFrame
 
@@ -201,11 +202,12 @@ class KeplerAxes(Axes):
         return functions.Vector((0.0, 0.0, self._rate(time, variables)))
 
     def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return p of the paper's Sec. 6.2, which is (12) with node, inclination and argument of latitude."""
         orbit = self.orbit
         latitude = orbit.argument_of_periapsis + self.true_anomaly(time, [variables[..., 0]])
-        return euler.quaternion_from_angles(
-            np.stack(np.broadcast_arrays(orbit.node, orbit.inclination, latitude), axis=-1)
-        )
+        plus, minus = 0.5 * (orbit.node + latitude), 0.5 * (orbit.node - latitude)
+        c, s = np.cos(0.5 * orbit.inclination), np.sin(0.5 * orbit.inclination)
+        return assemble((c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)))
 
     def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
         return variables[0] + self.orbit.mean_anomaly_at(time)
