@@ -216,7 +216,7 @@ class ObliqueBody(Body):
     @property
     def inertia(self) -> NDArray[np.float64]:
         axes = np.asarray(self.axes)
-        return np.asarray(axes * self.moments @ axes.T)
+        return np.asarray((axes * np.asarray(self.moments)[..., None, :]) @ np.swapaxes(axes, -1, -2))
 
 
 def _check_moments(moments: NDArray[np.float64]) -> None:

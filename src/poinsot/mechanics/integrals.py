@@ -73,7 +73,7 @@ def _energies(system: System) -> Iterator[Integral]:
         return
     for orbit in orbits_of(system):
         rate = orbit.uniform_rotation
-        if rate is not None and _invariant(system, later=1.0, about_space=rate):
+        if rate is not None and rate.ndim == 1 and _invariant(system, later=1.0, about_space=rate):
             yield Integral(
                 "jacobi_energy",
                 "H-n.G",
@@ -116,19 +116,20 @@ def _invariant(system: System, later: float = 0.0, about_space: Array = REST, ab
     """Whether the potential energy is unchanged when time passes and the body turns at constant rates."""
     q, t, _ = samples(system)
     before = _potential(system, q, t)
-    slack = SAME * np.ptp(before) + 8 * np.finfo(float).eps * np.max(np.abs(before))
+    largest = np.max(np.abs(before), axis=-1, keepdims=True)
+    slack = SAME * np.ptp(before, axis=-1, keepdims=True) + 8 * np.finfo(float).eps * largest
 
     def after(step: float) -> Array:
         turned = quat.product(quat.product(_turn(about_space, step), q), _turn(about_body, step))
         return _potential(system, turned, t + later * step)
 
-    return all(np.max(np.abs(after(step * time_scale(system)) - before)) <= slack for step in (0.7, 1.9))
+    return all(bool(np.all(np.abs(after(step * time_scale(system)) - before) <= slack)) for step in (0.7, 1.9))
 
 
 def _pushed(system: System, axis: Array, axes: str) -> bool:
     """Whether a torque without potential has a component along an axis of the body or of space."""
     q, t, omega = samples(system)
-    twin = system.with_numbers(system.numbers)
+    twin = system.beside_samples
     attitude = Attitude.from_quaternion(functions.Vector(q.T))
     for force in twin.forces:
         if isinstance(force, Torque):
@@ -141,8 +142,8 @@ def _pushed(system: System, axis: Array, axes: str) -> bool:
 
 
 def _potential(system: System, q: Array, t: Array) -> Array:
-    twin = system.with_numbers(system.numbers)
-    return np.broadcast_to(twin.potential_at(functions.Vector(q.T), t), t.shape)
+    potential = system.beside_samples.potential_at(functions.Vector(q.T), t)
+    return np.asarray(potential + np.zeros_like(t))
 
 
 def _turn(rate: Array, step: float) -> Array:
@@ -154,6 +155,8 @@ def _space_axes(system: System) -> Iterator[tuple[str, Array]]:
     axes = [(str(i + 1), np.eye(3)[i]) for i in range(3)]
     for orbit in orbits_of(system):
         for label, vector in orbit.directions.items():
+            if vector.ndim > 1:  # each member has its own
+                continue
             unit = vector / np.linalg.norm(vector)
             if all(abs(unit @ other) < 1 - 1e-12 for _, other in axes):
                 axes.append((label, unit))

@@ -33,7 +33,7 @@ class Parametric:
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        dataclasses.dataclass(frozen=True, eq=False)(cls)
+        dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
 
     @classmethod
     def unchecked(cls, **fields: Any) -> Self:
@@ -50,6 +50,10 @@ class Parametric:
                 object.__setattr__(self, name, member_array(name, value, kind))
             elif not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
                 raise TypeError(f"{name} must be {_article(kind)}, but {came(value)} came.")
+
+    def __repr__(self) -> str:
+        fields = ", ".join(f"{name}={listed(getattr(self, name))}" for name in _fields_of(self))
+        return f"{type(self).__name__}({fields})"
 
     @property
     def parts(self) -> Iterator[Parametric]:
@@ -133,6 +137,13 @@ def _members(value: NDArray[Any], shape: tuple[int, ...]) -> tuple[int, ...]:
 
 def _article(kind: type) -> str:
     return f"{'an' if kind.__name__[0] in 'AEIOaeio' else 'a'} {kind.__name__}"
+
+
+def listed(value: Any) -> str:
+    """Return an array by its numbers, a long one by its shape, anything else as it is written."""
+    if not isinstance(value, np.ndarray):
+        return repr(value)
+    return repr(value.tolist()) if value.size <= 16 else f"<array {value.shape}>"
 
 
 def came(value: Any) -> str:

@@ -11,6 +11,7 @@ from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation, unit_quaternion
+from poinsot.mechanics.parameters import listed
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -93,8 +94,8 @@ class State:
 
     def __repr__(self) -> str:
         return (
-            f"State(quaternion={_listed(self.quaternion)}, conjugate_momenta={_listed(self.conjugate_momenta)}, "
-            f"time={_listed(self.time)})"
+            f"State(quaternion={listed(self.quaternion)}, conjugate_momenta={listed(self.conjugate_momenta)}, "
+            f"time={listed(self.time)})"
         )
 
 
@@ -134,8 +135,3 @@ def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:
             f"conjugate_momenta must be tangent to the unit sphere, but |q . Q| = {ratio:.3g} |Q|. "
             "Pass project_to_tangent(quaternion, conjugate_momenta), which keeps the angular momentum."
         )
-
-
-def _listed(array: Any) -> Any:
-    array = np.asarray(array)
-    return array.tolist() if array.size <= 8 else f"<array {array.shape}>"

@@ -150,7 +150,7 @@ class System:
     def _push(self) -> Any:
         """The momentum that the energies and torques of the forces at sample states stand for; shape (...)."""
         q, t, _ = samples(self, 4)
-        twin = self.with_numbers(number[..., None] for number in self.numbers)
+        twin = self.beside_samples
         attitude, sky = Attitude.from_quaternion(_scalars(q)), Sky(t)
         at_rest = Vector((0.0, 0.0, 0.0))
         with np.errstate(all="ignore"):
@@ -171,6 +171,15 @@ class System:
         return (self.body.structure, *(force.structure for force in self.forces))
 
     @functools.cached_property
+    def members(self) -> tuple[int, ...]:
+        """The shape of the member axis of the numbers: () for one body, (members,) for an ensemble."""
+        shapes = {number.shape for number in self.numbers if number.shape}
+        if len(shapes) > 1:
+            counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
+            raise ValueError(f"body and forces must have equally many members, but {counts} came.")
+        return shapes.pop() if shapes else ()
+
+    @functools.cached_property
     def zeros(self) -> tuple[bool, ...]:
         """Which of the numbers are zero, so that what holds for one such system holds for all."""
         return tuple(not np.any(number) for number in self.numbers)
@@ -184,6 +193,11 @@ class System:
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
         """The real parameters of body and forces, in the order in which `with_numbers` takes them."""
         return tuple(number for part in (self.body, *self.forces) for number in part.numbers)
+
+    @functools.cached_property
+    def beside_samples(self) -> System:
+        """The system with numbers that broadcast against a row of samples, members first."""
+        return self.with_numbers(number[..., None] for number in self.numbers)
 
     def _beside(self, shape: tuple[int, ...]) -> System:
         """Return the system with numbers that broadcast against arrays of a shape, members first."""

@@ -35,6 +35,15 @@ class Coordinates:
         """The number of variables."""
         return self.formulation.size + self.axes.size
 
+    def of_members(self, members: NDArray[np.int_]) -> Coordinates:
+        """Return the variables of some members of an ensemble."""
+
+        def chosen(number: Any) -> Any:
+            return number[members] if np.ndim(number) else number
+
+        axes = self.axes.with_numbers(map(chosen, self.axes.numbers))
+        return Coordinates(self.formulation, axes, chosen(self.scale))
+
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
         carried = self.axes.start(state.time)
@@ -53,5 +62,8 @@ class Coordinates:
         q, Q = self.formulation.to_canonical(own)
         if not self.axes.size:
             return q, Q
-        turn = self.axes.quaternion(times, carried)
+        axes = self.axes
+        if variables.ndim == 3:  # members first: their numbers go beside the times
+            axes = axes.with_numbers(number[..., None] for number in axes.numbers)
+        turn = axes.quaternion(times, carried)
         return quat.product(turn, q), quat.product(turn, Q)

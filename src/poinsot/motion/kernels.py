@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +30,7 @@ PRECISIONS: dict[str, Any] = {
     "extended": np.longdouble,
     "quadruple": getattr(hy, "real128", None),
 }
+LANES = hy.recommended_simd_size()
 IDLE_INTEGRATORS = 64
 DECISIONS = 1024
 
@@ -42,6 +43,7 @@ class Kernel:
     formulation: str
     precision: str
     tolerance: float
+    lanes: int
 
 
 class _Pool:
@@ -100,21 +102,22 @@ def coordinates(system: System, state: State, formulation: str, precision: str) 
 
 
 @contextmanager
-def integrator(system: System, variables: Coordinates, precision: str, tolerance: float) -> Iterator[Any]:
-    """Lend an integrator for the system, its parameters set; state and time are the borrower's to set."""
+def integrator(
+    system: System, variables: Coordinates, precision: str, tolerance: float, lanes: int = 1
+) -> Iterator[tuple[Any, Callable[[], list[Any]]]]:
+    """Lend an integrator and the values of its parameters; those, state and time are the borrower's to set."""
     structure = (*system.structure, *variables.axes.structure)
-    kernel = Kernel(structure, variables.formulation.name, precision, tolerance)
+    kernel = Kernel(structure, variables.formulation.name, precision, tolerance, lanes)
     built, constants = lent = _pool.take(kernel) or _build(system, variables, kernel)
-    kind = PRECISIONS[precision]
-    values = constants.values([kind(number) for number in _numbers(system, variables)])
-    built.pars[:] = [kind(value) for value in values[: len(built.pars)]]  # the last ones may be unused
-    yield built
+
+    def values() -> list[Any]:
+        numbers = (variables.scale, *variables.axes.numbers, *system.numbers)
+        if lanes == 1:
+            numbers = tuple(PRECISIONS[precision](number) for number in numbers)
+        return constants.values(numbers)[: len(built.pars)]  # the last ones may be unused
+
+    yield built, values
     _pool.give(kernel, lent)
-
-
-def _numbers(system: System, variables: Coordinates) -> Sequence[Any]:
-    """Return the numbers of a run in the order in which `_equations` takes them."""
-    return (variables.scale, *variables.axes.numbers, *system.numbers)
 
 
 def _equations(system: System, variables: Coordinates, symbols: list[Any], constants: Constants) -> list[Any]:
@@ -143,10 +146,12 @@ def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any,
     stops = {}
     if kernel.formulation == "euler_angles":
         nearness = hy.sin(symbols[1]) ** 2 - SINGULAR_SINE**2
-        stops["t_events"] = [_terminal(kernel.precision)(nearness)]
-    built = hy.taylor_adaptive(
+        stops["t_events"] = [_terminal(kernel)(nearness)]
+    build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch
+    zeros = np.full((variables.size, *(kernel.lanes,) * (kernel.lanes > 1)), kind(0.0))
+    built = build(
         [(x, hy.expression(0.0) + rate) for x, rate in zip(symbols, equations, strict=True)],
-        [kind(0.0)] * variables.size,
+        zeros,
         tol=kind(kernel.tolerance),
         fp_type=kind,
         **stops,
@@ -154,9 +159,9 @@ def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any,
     return built, constants
 
 
-def _terminal(precision: str) -> Any:
-    return {
-        "double": hy.t_event_dbl,
-        "extended": hy.t_event_ldbl,
-        "quadruple": getattr(hy, "t_event_f128", None),
-    }[precision]
+def _terminal(kernel: Kernel) -> Any:
+    if kernel.lanes > 1:
+        return hy.t_event_batch_dbl
+    return {"double": hy.t_event_dbl, "extended": hy.t_event_ldbl, "quadruple": getattr(hy, "t_event_f128", None)}[
+        kernel.precision
+    ]

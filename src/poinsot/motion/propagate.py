@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import platform
+import sys
 import time as clock
 from collections.abc import Callable
 from importlib import metadata
@@ -15,18 +16,19 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array
 from poinsot.functions import Vector
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
+from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.coordinates import Coordinates
+from poinsot.motion.ensemble import allowed_threads, integrate_members
+from poinsot.motion.stops import INTERRUPTED, reason
 from poinsot.motion.trajectory import Run, Trajectory
 
 __all__ = ["propagate"]
 
 STEPS_AT_A_TIME = 20_000
 """Steps between two looks at the keyboard: some tens of milliseconds."""
-
-INTERRUPTED = "it was interrupted."
 
 Array = NDArray[Any]
 
@@ -40,16 +42,19 @@ def propagate(
     tolerance: float | None = None,
     dense: bool = False,
     precision: str = "double",
+    threads: int | None = None,
+    progress: bool | None = None,
 ) -> Trajectory:
     """Return the motion of a system from a state, at the given times.
 
-    The integration runs outwards from the state's time in both directions.
+    The integration runs outwards from the state's time in both directions. Arrays of states, moments or
+    parameters with a member axis make an ensemble: all results gain that axis first.
 
     Parameters
     ----------
     system : System
     state : State
-        One state; its time may be anywhere.
+        Its time may be anywhere.
     times : array (n,)
         Strictly monotonic, up or down; the results are in this order.
     formulation : {"lie_poisson", "canonical", "euler_angles"}, optional
@@ -60,6 +65,10 @@ def propagate(
         Keep the Taylor polynomials, so that `motion(t)` gives the state at any time in between.
     precision : {"double", "extended", "quadruple"}
         Of the arithmetic. Results are rounded to double.
+    threads : int, optional
+        For an ensemble; default: all the cores that the process may use.
+    progress : bool, optional
+        Show a bar for an ensemble; default: on a terminal.
 
     Raises
     ------
@@ -72,9 +81,15 @@ def propagate(
     t = _checked_times(times)
     chosen = _checked_formulation(formulation)
     asked = _checked_tolerance(tolerance, precision)
+    members = _checked_members(system, state, dense, precision)
+    if members:
+        state = _broadcast(state, members[0])
+        variables = kernels.coordinates(system, state, chosen, precision)
+        return _propagate_members(system, state, t, variables, asked, _checked_threads(threads), progress)
     variables = kernels.coordinates(system, state, chosen, precision)
     start, origin = variables.from_state(_in_precision(state, precision)), float(state.time)
-    with kernels.integrator(system, variables, precision, asked) as engine:
+    with kernels.integrator(system, variables, precision, asked) as (engine, values):
+        engine.pars[:] = values()
         began = clock.perf_counter()
         rising = np.sort(t)
         middle = int(np.searchsorted(rising, origin))
@@ -83,20 +98,38 @@ def propagate(
         for half in halves:
             if not any(other.stopped == INTERRUPTED for other in halves):
                 half.run()
-        run = Run(
-            method="Taylor",
-            formulation=chosen,
-            precision=precision,
-            tolerance=float(engine.tol),
-            order=engine.order,
-            steps=sum(half.steps for half in halves),
-            wall_time=clock.perf_counter() - began,
-            versions=_versions(),
-        )
+        wall_time = clock.perf_counter() - began
+        steps = sum(half.steps for half in halves)
+        run = Run("Taylor", chosen, precision, float(engine.tol), engine.order, steps, wall_time, _versions())
     motion = _join(system, state, t, halves, variables, run, dense)
     for half in halves:
         if half.stopped:
             raise half.error(motion)
+    return motion
+
+
+def _propagate_members(
+    system: System,
+    state: State,
+    t: Array,
+    variables: Coordinates,
+    tolerance: float,
+    threads: int,
+    progress: bool | None,
+) -> Trajectory:
+    wanted = sys.stderr.isatty() if progress is None else progress
+    done = integrate_members(system, state, np.sort(t), variables, tolerance, threads, wanted)
+    name, steps = variables.formulation.name, int(done.steps.sum())
+    run = Run(
+        "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, _versions()
+    )
+    order = slice(None, None, -1 if t.size > 1 and t[0] > t[1] else 1)
+    canonical = done.quaternion[:, order], done.conjugate_momenta[:, order]
+    motion = Trajectory(system, state, t, canonical, run, failures=dict(sorted(done.failures.items())))
+    if done.interrupted:
+        finished = int(np.sum(np.isfinite(done.quaternion[:, -1, 0])))
+        message = f"propagation was interrupted: {finished} of {len(done.steps)} members are done."
+        raise PropagationInterrupted(message, float(t[-1]), motion)
     return motion
 
 
@@ -138,7 +171,7 @@ class _Half:
                 self._step(steps)
         before, self.reached = self.reached, float(self.engine.time)
         self.steps += steps
-        self.stopped = self._reason(outcome.name, abs(self.reached - before))
+        self.stopped = reason(outcome.name, abs(self.reached - before), self.reached, STEPS_AT_A_TIME)
         return outcome.name == "time_limit" or bool(self.stopped)
 
     def _step(self, steps: int) -> tuple[Any, int]:
@@ -162,17 +195,6 @@ class _Half:
 
     def _typed(self, values: Any) -> Array:
         return np.asarray(values) if self.kind is np.float64 else np.array([self.kind(x) for x in values])
-
-    def _reason(self, outcome: str, advance: float) -> str:
-        """Return why the integration cannot go on; empty if it can, or is at its end."""
-        if outcome == "time_limit":
-            return ""
-        if outcome == "step_limit":
-            stuck = advance <= STEPS_AT_A_TIME * np.spacing(max(abs(self.reached), abs(self.origin)))
-            return "the step size fell to rounding. The equations are singular there." if stuck else ""
-        if outcome == "err_nf_state":
-            return "the state became non-finite. A force is singular there."
-        return "sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."
 
     def error(self, motion: Trajectory) -> BaseException:
         """Return what to raise about a half that stopped."""
@@ -232,11 +254,35 @@ def _check_order(system: Any, state: Any) -> None:
     for name, value, kind in (("system", system, System), ("state", state, State)):
         if not isinstance(value, kind):
             raise TypeError(
-                f"{name} must be a {kind.__name__}, but {type(value).__name__} came. "
+                f"{name} must be a {kind.__name__}, but {came(value)} came. "
                 "The order is propagate(system, state, times)."
             )
-    if state.quaternion.ndim != 1 or state.time.ndim != 0:
-        raise ValueError(f"state must be one state, but a batch of {len(np.atleast_1d(state.time))} came.")
+
+
+def _checked_members(system: System, state: State, dense: bool, precision: str) -> tuple[int, ...]:
+    """Return () for one body, (members,) for an ensemble."""
+    shapes = {shape for shape in (state.quaternion.shape[:-1], state.time.shape, system.members) if shape}
+    if len(shapes) > 1:
+        counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
+        raise ValueError(f"state and system must have equally many members, but {counts} came.")
+    if shapes and (dense or precision != "double"):
+        what = "dense=True" if dense else f"precision={precision!r}"
+        raise ValueError(f"an ensemble must be propagated without {what}, but it came. Propagate members one by one.")
+    return shapes.pop() if shapes else ()
+
+
+def _checked_threads(threads: int | None) -> int:
+    if threads is None:
+        return allowed_threads()
+    if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
+        raise ValueError(f"threads must be a positive whole number, but {threads!r} came.")
+    return threads
+
+
+def _broadcast(state: State, members: int) -> State:
+    arrays = (state.quaternion, state.conjugate_momenta, state.time)
+    q, Q, time = (np.broadcast_to(x, (members, *tail)) for x, tail in zip(arrays, ((4,), (4,), ()), strict=True))
+    return computed_state(q, Q, time)
 
 
 def _checked_times(times: ArrayLike) -> NDArray[np.float64]:

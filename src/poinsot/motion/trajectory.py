@@ -68,6 +68,12 @@ class Trajectory:
         Q = 2 q (0, g).
     run : Run
         Method, order, steps, tolerance, versions.
+    failures : dict
+        Of an ensemble: member -> why it stopped; its rows from there on are NaN.
+
+    Notes
+    -----
+    In an ensemble every array has the members as its first axis: (members, n, 4).
     """
 
     def __init__(
@@ -78,12 +84,14 @@ class Trajectory:
         canonical: tuple[Array, Array],
         run: Run,
         interpolant: tuple[Interpolant, float, float] | None = None,
+        failures: Mapping[int, str] | None = None,
     ) -> None:
         self.system = system
         self.initial = initial
         self.times = times
         self.quaternion, self.conjugate_momenta = canonical
         self.run = run
+        self.failures = dict(failures or {})
         self._interpolant = interpolant
 
     # ------------------------------------------------------------------ reading
@@ -176,18 +184,21 @@ class Trajectory:
 
     @property
     def drift(self) -> dict[str, Array]:
-        """The relative change of each integral since the start, each (n,).
+        """The relative change of each integral since the start, each (n,) or (members, n).
 
         Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
         """
-        energy_scale = np.max(np.abs(self.kinetic_energy) + np.abs(self.potential_energy), initial=0.0)
-        momentum_scale = np.max(np.linalg.norm(self.angular_momentum_body, axis=-1), initial=0.0)
-        momentum_scale = max(momentum_scale, self.system.momentum_scale(self.initial))
+        T_and_U = np.abs(self.kinetic_energy) + np.abs(self.potential_energy)
+        momentum = np.linalg.norm(self.angular_momentum_body, axis=-1)
+        energy_scale = np.fmax.reduce(T_and_U, axis=-1, initial=0.0)
+        momentum_scale = np.fmax(
+            np.fmax.reduce(momentum, axis=-1, initial=0.0), self.system.momentum_scale(self.initial)
+        )
         out = {}
         for integral in self.system.integrals:
             scale = energy_scale if integral.is_energy else momentum_scale
-            change = self.integrals[integral.name] - integral.value(self.initial)
-            out[integral.name] = change / scale if scale > 0 else change
+            change = self.integrals[integral.name] - np.asarray(integral.value(self.initial))[..., None]
+            out[integral.name] = change / np.where(scale > 0, scale, 1.0)[..., None]
         return out
 
     @property
@@ -204,6 +215,8 @@ class Trajectory:
     def __repr__(self) -> str:
         span = f"{self.times[0]:.10g} ... {self.times[-1]:.10g}" if self.times.size else "none"
         lines = [f"Trajectory of {self.system!r}", f"  times: {self.times.size}, {span}"]
+        if self.quaternion.ndim == 3:
+            lines.append(f"  members: {len(self.quaternion)}, failed: {len(self.failures)}")
         lines += [
             f"  {key}: {value:.4g}" if isinstance(value, float) else f"  {key}: {value}"
             for key, value in self.summary.items()
@@ -246,4 +259,4 @@ def _computed_state(motion: Trajectory) -> State:
 
 
 def _largest(values: Array) -> float:
-    return float(np.max(np.abs(values), initial=0.0))
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))

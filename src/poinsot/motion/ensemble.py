@@ -1,0 +1,251 @@
+"""Many bodies at once: members side by side in the lanes of the processor, batches on all its cores."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time as clock
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+from poinsot.motion import kernels
+from poinsot.motion.coordinates import Coordinates
+from poinsot.motion.stops import reason
+
+__all__ = ["Ensemble", "integrate_members"]
+
+STEPS_AT_A_TIME = 5_000
+"""Steps of a batch between two looks at the keyboard: some hundredths of a second."""
+
+SLAB_BYTES = 8_000_000
+"""The most that a thread holds of its members' variables before it hands their q and Q over."""
+
+BATCHES_IN_A_SLAB = 16
+
+Array = NDArray[np.float64]
+
+
+class Ensemble:
+    """The output of an ensemble, filled in by threads.
+
+    Attributes
+    ----------
+    quaternion, conjugate_momenta : array (members, n, 4)
+        NaN where a member did not get.
+    failures : dict
+        Member -> why it stopped.
+    steps : array (members,)
+    """
+
+    def __init__(self, members: int, times: int) -> None:
+        self.quaternion = np.full((members, times, 4), np.nan)
+        self.conjugate_momenta = np.full((members, times, 4), np.nan)
+        self.failures: dict[int, str] = {}
+        self.steps = np.zeros(members, dtype=int)
+        self.order, self.tolerance = 0, 0.0
+        self.wall_time = 0.0
+        self.interrupted = False
+
+
+def integrate_members(
+    system: System, state: State, times: Array, variables: Coordinates, tolerance: float, threads: int, progress: bool
+) -> Ensemble:
+    """Integrate every member from its state to all the times, which rise; what is finished is kept on Ctrl-C."""
+    members = np.broadcast_shapes(state.quaternion.shape[:-1], state.time.shape, system.members)[0]
+    state = computed_state(
+        np.broadcast_to(state.quaternion, (members, 4)),
+        np.broadcast_to(state.conjugate_momenta, (members, 4)),
+        np.broadcast_to(state.time, (members,)),
+    )
+    out = Ensemble(members, times.size)
+    work = _Work(system, state, times, variables, tolerance, out)
+    began = clock.perf_counter()
+    with _bar(members, progress) as report, ThreadPoolExecutor(threads) as pool:
+        workers = [pool.submit(work.serve, report) for _ in range(threads)]
+        try:
+            while not all(worker.done() for worker in workers):
+                clock.sleep(0.002)
+        except KeyboardInterrupt:
+            work.stop, out.interrupted = True, True
+        for worker in workers:
+            worker.result()
+    out.wall_time = clock.perf_counter() - began
+    return out
+
+
+class _Work:
+    """Slabs of members, taken by the threads one after another."""
+
+    def __init__(
+        self, system: System, state: State, times: Array, variables: Coordinates, tolerance: float, out: Ensemble
+    ) -> None:
+        self.system, self.state, self.times, self.variables, self.out = system, state, times, variables, out
+        self.tolerance, self.width = tolerance, kernels.LANES
+        self.starts = np.broadcast_to(variables.from_state(state), (len(out.steps), variables.size))
+        self.stop = False
+        self._lock = threading.Lock()
+        self._slabs = self._cut()
+
+    def _cut(self) -> Iterator[NDArray[np.int_]]:
+        """Yield the members in slabs, fast rotators first: lanes of a batch take about equally many steps."""
+        speed = np.linalg.norm(self.system.omega_body(self.state), axis=-1)
+        order = np.argsort(-np.broadcast_to(speed, (len(self.out.steps),)), kind="stable")
+        row = self.times.size * self.variables.size * self.width * 8
+        slab = self.width * int(np.clip(SLAB_BYTES // row, 1, BATCHES_IN_A_SLAB))
+        yield from (order[i : i + slab] for i in range(0, order.size, slab))
+
+    def serve(self, report: Callable[[int], None]) -> None:
+        """Integrate slab after slab, until none is left."""
+        lent = kernels.integrator(self.system, self.variables, "double", self.tolerance, self.width)
+        with lent as (engine, values):
+            self.out.order, self.out.tolerance = engine.order, float(engine.tol)
+            members = len(self.out.steps)
+            parameters = np.array([np.broadcast_to(value, (members,)) for value in values()])
+            parameters = parameters.reshape(-1, members)
+            while not self.stop:
+                with self._lock:
+                    slab = next(self._slabs, None)
+                if slab is None:
+                    return
+                self._integrate(engine, slab, parameters, report)
+
+    def _integrate(self, engine: Any, slab: NDArray[np.int_], parameters: Array, report: Callable[[int], None]) -> None:
+        rows = np.full((slab.size, self.times.size, self.variables.size), np.nan)
+        finished = 0
+        for first in range(0, slab.size, self.width):
+            members = slab[first : first + self.width]
+            lanes = members[np.minimum(np.arange(self.width), members.size - 1)]  # the tail repeats its last member
+            found = self._both_ways(engine, lanes, members.size, parameters[:, lanes])
+            if self.stop:
+                break
+            finished = first + members.size
+            rows[first:finished] = found
+            report(members.size)
+        kept = slab[:finished]
+        q, Q = self.variables.of_members(kept).to_canonical(self.times, rows[:finished])
+        self.out.quaternion[kept], self.out.conjugate_momenta[kept] = q, Q
+
+    def _both_ways(self, engine: Any, lanes: NDArray[np.int_], count: int, parameters: Array) -> Array:
+        """Return the variables of the first lanes at all times, shape (count, n, size), outwards from their start."""
+        origins = self.state.time[lanes]
+        middles = np.searchsorted(self.times, origins)
+        halves = []
+        for grids in ([self.times[m:] for m in middles], [self.times[:m][::-1] for m in middles]):
+            batch = _Batch(engine, self.starts[lanes], origins, parameters)
+            batch.run(grids, lambda: self.stop)
+            halves.append(batch)
+            with self._lock:
+                self.out.steps[lanes[:count]] += batch.steps[:count]
+                self.out.failures |= {int(lanes[i]): why for i, why in enumerate(batch.failed[:count]) if why}
+        rows = np.full((count, self.times.size, self.variables.size), np.nan)
+        for lane, m in enumerate(middles[:count]):
+            later, earlier = (half.rows[lane] for half in halves)
+            rows[lane, m : m + len(later)], rows[lane, m - len(earlier) : m] = later, earlier[::-1]
+        return rows
+
+
+class _Batch:
+    """The lanes of one batch in one direction, each with its own start and its own remaining times."""
+
+    def __init__(self, engine: Any, starts: Array, origins: Array, parameters: Array) -> None:
+        self.engine, self.starts, self.origins, self.parameters = engine, starts, origins, parameters
+        self.width = len(starts)
+        self.rows: list[Array] = [np.empty((0, starts.shape[1]))] * self.width
+        self.steps = np.zeros(self.width, dtype=int)
+        self.failed = [""] * self.width
+
+    def run(self, grids: list[Array], stop: Callable[[], bool]) -> None:
+        """Integrate every lane over its grid, a chunk of steps at a time."""
+        self.engine.state[:], self.engine.pars[:] = self.starts.T, self.parameters
+        self.engine.set_time(list(self.origins))
+        if self.engine.with_events:
+            self.engine.reset_cooldowns()
+        for lane, grid in enumerate(grids):
+            if grid.size and grid[0] == self.origins[lane]:
+                self.rows[lane] = self.starts[lane : lane + 1]
+        ahead = [grid[len(rows) :] for grid, rows in zip(grids, self.rows, strict=True)]
+        while any(grid.size for grid in ahead) and not stop():
+            ahead = self._advance(ahead)
+
+    def _advance(self, ahead: list[Array]) -> list[Array]:
+        """Take a chunk of steps and return what remains of the grids."""
+        busy = max(range(self.width), key=lambda lane: ahead[lane].size)
+        for lane in range(self.width):
+            if not ahead[lane].size:
+                self._repeat(busy, lane)
+        now = np.array(self.engine.time)
+        grids = [grid if grid.size else ahead[busy] for grid in ahead]
+        table = [_padded(grid, here, ahead[busy].size) for grid, here in zip(grids, now, strict=True)]
+        _, found = self.engine.propagate_grid(np.stack(table, axis=-1), max_steps=STEPS_AT_A_TIME)
+        reached = np.array(self.engine.time)
+        return [
+            self._read(lane, ahead[lane], found[:, :, lane], now[lane], reached[lane])
+            if ahead[lane].size
+            else ahead[lane]
+            for lane in range(self.width)
+        ]
+
+    def _repeat(self, busy: int, idle: int) -> None:
+        """Let a lane that is done repeat one that is not: the engine moves all of them."""
+        times = list(self.engine.time)
+        times[idle] = times[busy]
+        self.engine.set_time(times)
+        self.engine.state[:, idle] = self.engine.state[:, busy]
+        self.engine.pars[:, idle] = self.engine.pars[:, busy]
+
+    def _read(self, lane: int, ahead: Array, found: Array, before: float, reached: float) -> Array:
+        outcome, _, _, steps = self.engine.propagate_res[lane]
+        rows = found[len(found) - ahead.size :]
+        rows = rows[np.all(np.isfinite(rows), axis=-1)]
+        self.rows[lane] = np.concatenate([self.rows[lane], rows])
+        self.steps[lane] += steps
+        stopped = reason(outcome.name, abs(reached - before), reached, STEPS_AT_A_TIME)
+        if stopped:
+            self.failed[lane] = f"propagation stopped at t = {reached:.10g} of {ahead[-1]:.10g}: {stopped}"
+        return ahead[len(rows) :] if not stopped else ahead[:0]
+
+
+def _padded(ahead: Array, here: float, length: int) -> Array:
+    """Return a grid of length + 1 that starts here and ends with the times ahead; the points between are idle."""
+    idle = length - ahead.size
+    return np.concatenate([here + (ahead[0] - here) * np.arange(idle + 1) / (idle + 1), ahead])
+
+
+@contextmanager
+def _bar(members: int, wanted: bool) -> Iterator[Callable[[int], None]]:
+    """Show members done, rate and time left, if it is wanted."""
+    if not wanted:
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("members"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task, began, lock = bar.add_task("", total=members, rate=""), clock.perf_counter(), threading.Lock()
+        count = [0]
+
+        def report(finished: int) -> None:
+            with lock:
+                count[0] += finished
+                bar.update(task, advance=finished, rate=f"{count[0] / (clock.perf_counter() - began):.0f}/s")
+
+        yield report
+
+
+def allowed_threads() -> int:
+    """Return how many processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
