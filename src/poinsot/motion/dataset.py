@@ -15,14 +15,16 @@ CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are 
 
 
 def dataset_of(motion: Trajectory) -> xarray.Dataset:
-    """Return the dataset of a trajectory, one variable for each quantity, along `time`."""
+    """Return the dataset of a trajectory, one variable for each quantity, along `time`, members first."""
     import xarray
 
     units = _Units(motion.system.units["time"], motion.system.units["inertia"])
     data: dict[str, Any] = {}
 
+    leading = ("time",) if motion.quaternion.ndim == 2 else ("member", "time")
+
     def put(name: str, values: Any, unit: str, meaning: str, axis: str | None = None, **attributes: str) -> None:
-        dims = ("time",) if axis is None else ("time", axis)
+        dims = leading if axis is None else (*leading, axis)
         data[name] = (dims, values, {"units": unit, "long_name": meaning, **attributes})
 
     put("quaternion", motion.quaternion, "1", "Euler parameters q, body to space", "parameter")
@@ -53,6 +55,7 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
             "system": repr(motion.system),
             "initial_state": repr(motion.initial),
             **motion.summary,
+            **({"failures": "; ".join(f"{k}: {why}" for k, why in motion.failures.items())} if motion.failures else {}),
             **{f"version_{name}": version for name, version in motion.run.versions.items()},
         },
     )

@@ -194,9 +194,9 @@ class _Batch:
 
     def _repeat(self, busy: int, idle: int) -> None:
         """Let a lane that is done repeat one that is not: the engine moves all of them."""
-        times = list(self.engine.time)
-        times[idle] = times[busy]
-        self.engine.set_time(times)
+        high, low = (np.array(part) for part in self.engine.dtime)  # the engine's time has two parts
+        high[idle], low[idle] = high[busy], low[busy]
+        self.engine.set_dtime(list(high), list(low))
         self.engine.state[:, idle] = self.engine.state[:, busy]
         self.engine.pars[:, idle] = self.engine.pars[:, busy]
 
@@ -234,7 +234,7 @@ def _bar(members: int, wanted: bool) -> Iterator[Callable[[int], None]]:
         TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns, console=Console(stderr=True)) as bar:
         task, began, lock = bar.add_task("", total=members, rate=""), clock.perf_counter(), threading.Lock()
         count = [0]
 

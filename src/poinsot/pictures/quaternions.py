@@ -38,6 +38,8 @@ def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
     """
     import matplotlib.pyplot as plt
 
+    if motion.quaternion.ndim != 2:
+        raise ValueError(f"motion must be of one body, but an ensemble of {len(motion.quaternion)} members came.")
     units = motion.system.units
     momentum = " ".join(unit for unit in (units["inertia"], _inverse(units["time"])) if unit != "1") or "1"
     figure, axes = plt.subplots(1, 2, figsize=(11, 4), layout="constrained", sharex=True)
