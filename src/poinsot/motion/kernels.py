@@ -33,6 +33,12 @@ PRECISIONS: dict[str, Any] = {
 LANES = hy.recommended_simd_size()
 IDLE_INTEGRATORS = 64
 DECISIONS = 1024
+LARGE = 400
+"""Operations of a step above which the compiler would take many seconds: a system this large runs in the
+engine's compact mode, which compiles in less than one and takes up to twice as long a step."""
+
+MANY_TERMS = 5000
+"""Terms in the equations, repeated ones counted again, below which a system is not large."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +147,7 @@ def available(precision: str) -> bool:
 def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any, Constants]:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
-    equations = _equations(system, variables, symbols, constants)
+    equations = [hy.expression(0.0) + rate for rate in _equations(system, variables, symbols, constants)]
     kind: Any = PRECISIONS[kernel.precision]
     stops = {}
     if kernel.formulation == "euler_angles":
@@ -149,14 +155,22 @@ def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any,
         stops["t_events"] = [_terminal(kernel)(nearness)]
     build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch
     zeros = np.full((variables.size, *(kernel.lanes,) * (kernel.lanes > 1)), kind(0.0))
-    built = build(
-        [(x, hy.expression(0.0) + rate) for x, rate in zip(symbols, equations, strict=True)],
-        zeros,
-        tol=kind(kernel.tolerance),
-        fp_type=kind,
-        **stops,
-    )
-    return built, constants
+
+    def compiled(compact: bool) -> Any:
+        return build(
+            list(zip(symbols, equations, strict=True)),
+            zeros,
+            tol=kind(kernel.tolerance),
+            fp_type=kind,
+            compact_mode=compact,
+            **stops,
+        )
+
+    if sum(map(len, equations)) > MANY_TERMS:
+        built = compiled(compact=True)
+        if len(built.decomposition) > LARGE:
+            return built, constants
+    return compiled(compact=False), constants
 
 
 def _terminal(kernel: Kernel) -> Any:
