@@ -42,6 +42,6 @@ axes.plot(motion.times / 60, in_plane, color="#0072B2", label="in the plane of t
 axes.plot(motion.times / 60, across, color="#D55E00", label="across it")
 axes.set_xlabel("time [min]")
 axes.set_ylabel("angle from the vertical [deg]")
-axes.legend(loc="upper right")
+axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
 axes.grid(alpha=0.25)
 figure.savefig("libration.png", dpi=150)

@@ -151,6 +151,15 @@ class Attitude:
         """Return the attitude of one quaternion of four scalars."""
         return cls(rotation_matrix(functions.Vector(q)))
 
+    @classmethod
+    def from_unit_quaternion(cls, q: Iterable[Scalar]) -> Attitude:
+        """Return the same with the diagonal 1 - 2 (q2^2 + q3^2), ...: fewer squares, equal where |q| = 1."""
+        _, q1, q2, q3 = q = functions.Vector(q)
+        matrix, (s1, s2, s3) = rotation_matrix(q), (q1 * q1, q2 * q2, q3 * q3)
+        for i, others in enumerate((s2 + s3, s1 + s3, s1 + s2)):
+            matrix[i, i] = 1 - 2 * others
+        return cls(matrix)
+
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components along the body axes of a vector given in space."""
         x = functions.Vector(vector)

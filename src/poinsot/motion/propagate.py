@@ -125,7 +125,7 @@ def _propagate_members(
     )
     order = slice(None, None, -1 if t.size > 1 and t[0] > t[1] else 1)
     canonical = done.quaternion[:, order], done.conjugate_momenta[:, order]
-    motion = Trajectory(system, state, t, canonical, run, failures=dict(sorted(done.failures.items())))
+    motion = Trajectory(system, state, t, lambda: canonical, run, failures=dict(sorted(done.failures.items())))
     if done.interrupted:
         finished = int(np.sum(np.isfinite(done.quaternion[:, -1, 0])))
         message = f"propagation was interrupted: {finished} of {len(done.steps)} members are done."
@@ -228,7 +228,7 @@ def _join(
     if t.size > 1 and t[0] > t[1]:
         rows, times = rows[::-1], times[::-1]
     interpolant = (_interpolant(halves, variables), halves[1].reached, halves[0].reached) if dense else None
-    return Trajectory(system, state, times, variables.to_canonical(times, rows), run, interpolant)
+    return Trajectory(system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant)
 
 
 def _interpolant(halves: list[_Half], variables: Coordinates) -> Callable[[Array], tuple[Array, Array]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -62,10 +63,6 @@ class Trajectory:
     initial : State
         Where the motion started; drifts are measured from here.
     times : array (n,)
-    quaternion : array (n, 4)
-        Euler parameters, scalar first, body -> space. Never normalised: their drift is a measurement.
-    conjugate_momenta : array (n, 4)
-        Q = 2 q (0, g).
     run : Run
         Method, order, steps, tolerance, versions.
     failures : dict
@@ -81,7 +78,7 @@ class Trajectory:
         system: System,
         initial: State,
         times: Array,
-        canonical: tuple[Array, Array],
+        canonical: Callable[[], tuple[Array, Array]],
         run: Run,
         interpolant: tuple[Interpolant, float, float] | None = None,
         failures: Mapping[int, str] | None = None,
@@ -89,12 +86,26 @@ class Trajectory:
         self.system = system
         self.initial = initial
         self.times = times
-        self.quaternion, self.conjugate_momenta = canonical
+        self._canonical = canonical
         self.run = run
         self.failures = dict(failures or {})
         self._interpolant = interpolant
 
     # ------------------------------------------------------------------ reading
+
+    @functools.cached_property
+    def _pair(self) -> tuple[Array, Array]:
+        return self._canonical()
+
+    @property
+    def quaternion(self) -> Array:
+        """Euler parameters, scalar first, body -> space; shape (n, 4). Their drift is a measurement."""
+        return self._pair[0]
+
+    @property
+    def conjugate_momenta(self) -> Array:
+        """Q = 2 q (0, g); shape (n, 4)."""
+        return self._pair[1]
 
     @property
     def attitude(self) -> Rotation:
@@ -103,12 +114,12 @@ class Trajectory:
 
     @property
     def angular_momentum_body(self) -> Array:
-        """G = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
+        """The angular momentum g = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
         return _computed_state(self).angular_momentum_body
 
     @property
     def angular_momentum_space(self) -> Array:
-        """G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
+        """The angular momentum G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
         return _computed_state(self).angular_momentum_space
 
     @property
@@ -173,7 +184,7 @@ class Trajectory:
 
     @property
     def tangency_error(self) -> Array:
-        """Q . Q, zero for a momentum tangent to the unit sphere; shape (n,)."""
+        """The product q . Q, zero for a momentum tangent to the unit sphere; shape (n,)."""
         return np.asarray(quat.dot(self.quaternion, self.conjugate_momenta))
 
     @property
