@@ -83,6 +83,36 @@ class Vector(Sequence[Any]):
         return Vector(-a for a in self)
 
 
+class CarriedVector(Vector):
+    """A vector of the space, by its components along axes that move; formulas may not look at those.
+
+    Sums, multiples, `dot`, `cross` and `norm` of such vectors do not depend on the axes. Anything else (a
+    single component, a sum with a vector fixed in space) raises `NotCarried`.
+    """
+
+    def __getitem__(self, index: Any) -> Any:
+        raise NotCarried
+
+    @property
+    def components(self) -> tuple[Scalar, ...]:
+        """The components along the moving axes, for the mechanics alone."""
+        return self._scalars
+
+    def _each(self, operation: Callable[[Scalar, Scalar], Scalar], other: Any) -> Vector:
+        if isinstance(other, CarriedVector):
+            return CarriedVector(map(operation, self.components, other.components))
+        if isinstance(other, Vector | tuple | list) or np.ndim(other):
+            raise NotCarried
+        return CarriedVector(operation(a, other) for a in self.components)
+
+    def __neg__(self) -> Vector:
+        return CarriedVector(-a for a in self.components)
+
+
+class NotCarried(Exception):  # noqa: N818
+    """A formula depends on the space axes themselves, and cannot be evaluated along moving ones."""
+
+
 def _engine(*scalars: Scalar) -> Any:
     for scalar in scalars:
         kind = type(scalar)
@@ -96,14 +126,19 @@ def _own(name: str, scalars: tuple[Scalar, ...]) -> tuple[Scalar] | None:
     """Return, wrapped, what a scalar with rules of its own makes of a function; None if there is none."""
     for scalar in scalars:
         if hasattr(scalar, "apply"):
-            return (scalar.apply(name, scalars),)
+            value = scalar.apply(name, scalars)
+            if value is not NotImplemented:
+                return (value,)
     return None
 
 
 def _elementary(name: str) -> Callable[..., Scalar]:
     def function(*scalars: Scalar) -> Scalar:
-        own = _own(name, scalars)
-        return own[0] if own else getattr(_engine(*scalars), name)(*scalars)
+        if own := _own(name, scalars):
+            return own[0]
+        if any(isinstance(scalar, np.ndarray) and scalar.dtype == object for scalar in scalars):
+            return np.frompyfunc(function, len(scalars), 1)(*scalars)
+        return getattr(_engine(*scalars), name)(*scalars)
 
     function.__name__ = name
     function.__doc__ = f"Return `{name}` of a float, array, heyoka or SymPy expression, or mpmath number."
@@ -139,19 +174,26 @@ def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
 
 def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
     """Return the sum of the products of the components."""
+    a, b, _ = _opened(a, b)
     first, *others = (x * y for x, y in zip(a, b, strict=True))
     return sum(others, start=first)
 
 
 def cross(a: Iterable[Scalar], b: Iterable[Scalar]) -> Vector:
     """Return the vector product of two vectors of three scalars."""
-    (a1, a2, a3), (b1, b2, b3) = a, b
-    return Vector((a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1))
+    (a1, a2, a3), (b1, b2, b3), kind = _opened(a, b)
+    return kind((a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1))
+
+
+def _opened(a: Iterable[Scalar], b: Iterable[Scalar]) -> tuple[Iterable[Scalar], Iterable[Scalar], type[Vector]]:
+    if isinstance(a, CarriedVector) and isinstance(b, CarriedVector):
+        return a.components, b.components, CarriedVector
+    return a, b, Vector
 
 
 def norm(a: Iterable[Scalar]) -> Scalar:
     """Return the Euclidean length of a vector of scalars."""
-    a = tuple(a)
+    a = a if isinstance(a, Vector) else tuple(a)
     return sqrt(dot(a, a))
 
 

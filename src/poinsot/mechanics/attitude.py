@@ -141,10 +141,13 @@ class Attitude:
     ----------
     matrix : array (3, 3) of scalars
         The active matrix, x_space = A x_body.
+    carried : bool
+        Whether "space" stands for moving axes, in which formulas only see vectors that come from the sky.
     """
 
-    def __init__(self, matrix: Array) -> None:
+    def __init__(self, matrix: Array, carried: bool = False) -> None:
         self.matrix = matrix
+        self.carried = carried
 
     @classmethod
     def from_quaternion(cls, q: Iterable[Scalar]) -> Attitude:
@@ -152,23 +155,29 @@ class Attitude:
         return cls(rotation_matrix(functions.Vector(q)))
 
     @classmethod
-    def from_unit_quaternion(cls, q: Iterable[Scalar]) -> Attitude:
+    def from_unit_quaternion(cls, q: Iterable[Scalar], carried: bool = False) -> Attitude:
         """Return the same with the diagonal 1 - 2 (q2^2 + q3^2), ...: fewer squares, equal where |q| = 1."""
         _, q1, q2, q3 = q = functions.Vector(q)
         matrix, (s1, s2, s3) = rotation_matrix(q), (q1 * q1, q2 * q2, q3 * q3)
         for i, others in enumerate((s2 + s3, s1 + s3, s1 + s2)):
             matrix[i, i] = 1 - 2 * others
-        return cls(matrix)
+        return cls(matrix, carried)
 
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components along the body axes of a vector given in space."""
-        x = functions.Vector(vector)
+        if self.carried and not isinstance(vector, functions.CarriedVector):
+            raise functions.NotCarried
+        x = vector.components if isinstance(vector, functions.CarriedVector) else functions.Vector(vector)
         return functions.Vector(functions.dot(self.matrix[:, i], x) for i in range(3))
 
     def to_space(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components in space of a vector given along the body axes."""
         x = functions.Vector(vector)
-        return functions.Vector(functions.dot(self.matrix[i], x) for i in range(3))
+        return self.in_space(functions.dot(self.matrix[i], x) for i in range(3))
+
+    def in_space(self, scalars: Iterable[Scalar]) -> Vector:
+        """Return three scalars as a vector in space."""
+        return functions.CarriedVector(scalars) if self.carried else functions.Vector(scalars)
 
 
 def matrix_of(rows: Iterable[Iterable[Scalar]]) -> Array:

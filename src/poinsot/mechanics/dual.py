@@ -90,6 +90,11 @@ class Dual:
             size2 = x.value * x.value + y.value * y.value
             value = functions.atan2(y.value, x.value)
             return Dual(value, (y.chain(0, x.value / size2) + x.chain(0, -y.value / size2)).partials)
+        if name == "eccentric_anomaly" and not isinstance(arguments[0], Dual):
+            eccentricity, mean = arguments
+            E = functions.eccentric_anomaly(eccentricity, mean.value)
+            slope: Dual = mean.chain(E, 1 / (1 - eccentricity * functions.cos(E)))
+            return slope
         if name not in SLOPES:
             raise TypeError(f"{name} must not depend on the attitude in a potential, but it does.")
         value = getattr(functions, name)(self.value)

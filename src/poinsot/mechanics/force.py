@@ -46,7 +46,7 @@ class _Recorder(Attitude):
     """An attitude that makes every vector it turns into body axes an independent variable."""
 
     def __init__(self, attitude: Attitude) -> None:
-        super().__init__(attitude.matrix)
+        super().__init__(attitude.matrix, attitude.carried)
         self.seen: list[Vector] = []
 
     def to_body(self, vector: Any) -> Vector:
@@ -56,7 +56,10 @@ class _Recorder(Attitude):
 
     def to_space(self, vector: Any) -> Vector:
         x = Vector(vector)
-        return Vector(functions.dot(self.to_body(unit), x) for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+        return self.in_space(functions.dot(self.to_body(self.in_space(unit)), x) for unit in UNITS)
+
+
+UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 def derived_torque(potential: Potential, body: Body, attitude: Attitude, sky: Sky, scale: Scalar = 1) -> Vector:

@@ -79,7 +79,7 @@ class LiePoisson(Formulation):
         self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
     ) -> list[Scalar]:
         q, g = self.split(variables)
-        torque = torque_of(Attitude.from_unit_quaternion(q), kinetics.omega(g))
+        torque = torque_of(Attitude.from_unit_quaternion(q, carried=turning is not None), kinetics.omega(g))
         return [*_turned(q, kinetics.half_omega(g), turning), *(kinetics.gyration(g) + torque)]
 
     def from_state(self, state: State) -> NDArray[np.float64]:
@@ -105,7 +105,10 @@ class Canonical(Formulation):
         q, Q = self.split(variables)
         g = 0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q))
         half_omega = kinetics.half_omega(g)
-        push = quat.product(q, quat.pure(2 * torque_of(Attitude.from_unit_quaternion(q), kinetics.omega(g))))
+        push = quat.product(
+            q,
+            quat.pure(2 * torque_of(Attitude.from_unit_quaternion(q, carried=turning is not None), kinetics.omega(g))),
+        )
         return [*_turned(q, half_omega, turning), *(_turned(Q, half_omega, turning) + push)]
 
     def from_state(self, state: State) -> NDArray[np.float64]:

@@ -1,9 +1,9 @@
 """What a motion conserves, found from the formulas themselves.
 
-An integral belongs to a symmetry (Noether). Each candidate symmetry is tried on the system's own formulas at
-fixed sample states, so that a user's potential is served as well as the package's: invariance in time gives
-the energy; in a turning frame, the Jacobi integral; about a space axis, that component of the angular
-momentum; about a symmetry axis of the body, that component in body axes.
+A quantity is an integral if its time derivative, taken with the system's own torques and energies, vanishes
+at sample states; so a user's forces are served as well as the package's. Tried are the energy, the Jacobi
+integral of a circular orbit, the angular momentum along the axes of space and those that orbits single out,
+and along the symmetry axes of the body.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.mechanics import quaternion as quat
-from poinsot.mechanics.attitude import Attitude, rotation_matrix
-from poinsot.mechanics.force import Torque
-from poinsot.mechanics.frame import RotatingFrame
-from poinsot.mechanics.samples import SAME, orbits_of, samples, time_scale
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.dual import partial, seeded
+from poinsot.mechanics.force import Potential, Torque
+from poinsot.mechanics.samples import orbits_of, samples, time_scale
 from poinsot.mechanics.sky import Sky
 
 if TYPE_CHECKING:
@@ -32,7 +32,10 @@ __all__ = ["Integral", "integrals_of"]
 
 Array = NDArray[np.float64]
 
-REST = np.zeros(3)
+SAME = 1e-11
+"""What counts as zero, relative to the largest value of the same kind."""
+
+ROUNDING = 64 * np.finfo(float).eps
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,40 +65,36 @@ class Integral:
 
 def integrals_of(system: System) -> tuple[Integral, ...]:
     """Return the integrals of a system."""
-    return (*_energies(system), *_space_components(system), *_body_components(system))
+    rates = _Rates(system)
+    return (*_energies(system, rates), *_space_components(system, rates), *_body_components(system, rates))
 
 
-def _energies(system: System) -> Iterator[Integral]:
+def _energies(system: System, rates: _Rates) -> Iterator[Integral]:
     if any(isinstance(force, Torque) for force in system.forces):
         return
-    if _invariant(system, later=1.0):
+    if rates.vanish(rates.of_energy) and rates.vanish(rates.between_times):
         yield Integral("energy", "H", "H = T + U", system.energy, is_energy=True)
         return
     for orbit in orbits_of(system):
-        rate = orbit.uniform_rotation
-        if rate is not None and rate.ndim == 1 and _invariant(system, later=1.0, about_space=rate):
-            yield Integral(
-                "jacobi_energy",
-                "H-n.G",
-                "H - n . G on a circular orbit",
-                functools.partial(_jacobi, system, rate),
-                is_energy=True,
-            )
+        turn = orbit.uniform_rotation
+        if turn is not None and turn.ndim == 1 and rates.vanish(rates.of_energy - rates.along_space(turn)):
+            value = functools.partial(_jacobi, system, turn)
+            yield Integral("jacobi_energy", "H-n.G", "H - n . G on a circular orbit", value, is_energy=True)
             return
 
 
-def _space_components(system: System) -> Iterator[Integral]:
+def _space_components(system: System, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _space_axes(system):
-        if _invariant(system, about_space=axis) and not _pushed(system, axis, "space"):
+        if rates.vanish(rates.along_space(axis), rates.torque_size):
             value = functools.partial(_component, "space", axis)
             yield Integral(f"angular_momentum_space_{name}", f"G{name}", f"G along the axis {name} in space", value)
 
 
-def _body_components(system: System) -> Iterator[Integral]:
-    for k, axis in enumerate(np.eye(3)):
-        if _symmetric(system, axis) and _invariant(system, about_body=axis) and not _pushed(system, axis, "body"):
+def _body_components(system: System, rates: _Rates) -> Iterator[Integral]:
+    for name, axis in _body_axes(system):
+        if _symmetric(system, axis) and rates.vanish(rates.along_body(axis), rates.torque_size):
             value = functools.partial(_component, "body", axis)
-            yield Integral(f"angular_momentum_body_{k + 1}", f"g{k + 1}", "g along the body's symmetry axis", value)
+            yield Integral(f"angular_momentum_body_{name}", f"g{name}", "g along the body's symmetry axis", value)
 
 
 def _jacobi(system: System, rate: Array, state: State) -> Any:
@@ -106,48 +105,50 @@ def _component(axes: str, axis: Array, state: State) -> Any:
     return getattr(state, f"angular_momentum_{axes}") @ axis
 
 
+class _Rates:
+    """The rates of change of energy and angular momentum at sample states, members first."""
+
+    def __init__(self, system: System) -> None:
+        q, t, omega = samples(system)
+        twin, sky = system.beside_samples, Sky(t)
+        attitude = Attitude.from_quaternion(functions.Vector(q.T))
+        energy = sum(
+            force.energy(twin.body, attitude, Sky(seeded([t], "time")[0]))
+            for force in twin.forces
+            if isinstance(force, Potential)
+        )
+        self.of_energy = partial(energy, "time", 0) * np.ones_like(t)
+        self.between_times = twin.potential_at(functions.Vector(q.T), t) - twin.potential_at(
+            functions.Vector(q.T), np.roll(t, 1)
+        )
+        torque = twin.torque_at(attitude, functions.Vector(omega.T), sky)
+        self._in_body, self._in_space = list(torque), list(attitude.to_space(torque))
+        self.torque_size = np.max(np.abs(np.stack(np.broadcast_arrays(*torque, t)[:3])), axis=(0, -1))
+        values = getattr(energy, "value", energy) + np.zeros_like(t)
+        self._energy_size = np.max(np.abs(values), axis=-1)
+        self._energy_rate = np.ptp(values, axis=-1) / time_scale(system)
+        self._rounding = ROUNDING * self._energy_size * max(1.0, 1 / time_scale(system))
+
+    def along_space(self, axis: Array) -> Any:
+        return functions.dot(self._in_space, axis)
+
+    def along_body(self, axis: Array) -> Any:
+        return functions.dot(self._in_body, axis)
+
+    def vanish(self, rate: Any, size: Any = None) -> bool:
+        """Return whether a rate is zero at all samples, against a size of its kind."""
+        slack = SAME * (self._energy_rate if size is None else size) + self._rounding
+        return bool(np.all(np.max(np.abs(np.atleast_1d(rate)), axis=-1) <= slack))
+
+
 def _symmetric(system: System, axis: Array) -> bool:
-    """Whether the inertia tensor is unchanged by turning the body about an axis."""
-    turn, inertia = rotation_matrix(_turn(axis, 1.0)), system.body.inertia
-    return np.allclose(turn @ inertia @ turn.T, inertia, rtol=0, atol=1e-15 * float(np.max(inertia)))
-
-
-def _invariant(system: System, later: float = 0.0, about_space: Array = REST, about_body: Array = REST) -> bool:
-    """Whether the potential energy is unchanged when time passes and the body turns at constant rates."""
-    q, t, _ = samples(system)
-    before = _potential(system, q, t)
-    largest = np.max(np.abs(before), axis=-1, keepdims=True)
-    slack = SAME * np.ptp(before, axis=-1, keepdims=True) + 8 * np.finfo(float).eps * largest
-
-    def after(step: float) -> Array:
-        turned = quat.product(quat.product(_turn(about_space, step), q), _turn(about_body, step))
-        return _potential(system, turned, t + later * step)
-
-    return all(bool(np.all(np.abs(after(step * time_scale(system)) - before) <= slack)) for step in (0.7, 1.9))
-
-
-def _pushed(system: System, axis: Array, axes: str) -> bool:
-    """Whether a torque without potential has a component along an axis of the body or of space."""
-    q, t, omega = samples(system)
-    twin = system.beside_samples
-    attitude = Attitude.from_quaternion(functions.Vector(q.T))
-    for force in twin.forces:
-        if isinstance(force, Torque):
-            torque = functions.Vector(force.torque(twin.body, attitude, functions.Vector(omega.T), Sky(t)))
-            size = np.max(np.abs(np.broadcast_arrays(*torque)))
-            along = functions.dot(attitude.to_space(torque) if axes == "space" else torque, axis)
-            if np.max(np.abs(along)) > SAME * size:
-                return True
-    return False
-
-
-def _potential(system: System, q: Array, t: Array) -> Array:
-    potential = system.beside_samples.potential_at(functions.Vector(q.T), t)
-    return np.asarray(potential + np.zeros_like(t))
-
-
-def _turn(rate: Array, step: float) -> Array:
-    return RotatingFrame([1.0, 0, 0, 0], rate).quaternion(step)
+    """Whether the inertia tensor is a multiple of one across an axis."""
+    inertia = system.body.inertia
+    across = np.eye(3) - np.outer(axis, axis)
+    moment = np.trace(across @ inertia, axis1=-2, axis2=-1)[..., None, None] / 2
+    along = np.einsum("i,...ij,j->...", axis, inertia, axis)[..., None, None]
+    alike = moment * across + along * np.outer(axis, axis)
+    return np.allclose(alike, inertia, rtol=0, atol=4e-15 * float(np.max(inertia)))
 
 
 def _space_axes(system: System) -> Iterator[tuple[str, Array]]:
@@ -161,3 +162,13 @@ def _space_axes(system: System) -> Iterator[tuple[str, Array]]:
             if all(abs(unit @ other) < 1 - 1e-12 for _, other in axes):
                 axes.append((label, unit))
     yield from axes
+
+
+def _body_axes(system: System) -> Iterator[tuple[str, Array]]:
+    """Yield the given axes, or the principal axes of a body for which those are others."""
+    principal = system.body.principal_axes.as_matrix()
+    if principal.ndim > 2:  # each member has its own
+        return
+    given = quat.norm(principal - np.eye(3)).max() < 1e-15
+    for i in range(3):
+        yield (str(i + 1) if given else f"principal_{i + 1}"), principal[:, i]

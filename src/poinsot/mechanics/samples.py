@@ -1,4 +1,4 @@
-"""Sample states at which a system's formulas are compared with themselves."""
+"""The orbits of a system, and sample states at which its formulas are tried."""
 
 from __future__ import annotations
 
@@ -9,23 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.functions import Scalar, Vector
-from poinsot.mechanics import quaternion as quat
-from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.force import Potential
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.sky import Orbit, Sky
+from poinsot.mechanics.sky import Orbit
 
 if TYPE_CHECKING:
     from poinsot.mechanics.system import System
 
-__all__ = ["SAME", "common_axes", "orbits_of", "samples", "see_alike", "time_scale"]
+__all__ = ["common_axes", "orbits_of", "samples", "time_scale"]
 
 Array = NDArray[np.float64]
-
-SAME = 1e-11
-"""Relative difference up to which two values of a formula count as equal."""
 
 
 def samples(system: System, count: int = 6) -> tuple[Array, Array, Array]:
@@ -33,7 +26,8 @@ def samples(system: System, count: int = 6) -> tuple[Array, Array, Array]:
     random = np.random.default_rng(20061027)
     q = random.normal(size=(count, 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
-    return q, random.uniform(0, 1, count) * time_scale(system), random.normal(size=(count, 3))
+    times = random.uniform(-1, 1, count) * 10.0 ** np.linspace(-1, 3, count)  # near and far, for what switches
+    return q, times * time_scale(system), random.normal(size=(count, 3))
 
 
 def time_scale(system: System) -> float:
@@ -63,25 +57,3 @@ def _equal(a: Orbit, b: Orbit) -> bool:
     return a is b or (
         a.structure == b.structure and all(np.array_equal(x, y) for x, y in zip(a.numbers, b.numbers, strict=True))
     )
-
-
-def see_alike(system: System, axes: Axes) -> bool:
-    """Return whether every force gives the same with all vectors along the axes as with all along space."""
-    q, t, omega = samples(system, 3)
-    first = axes.with_numbers(np.ravel(number)[0] for number in axes.numbers)
-    variables = first.start(t)
-    along = quat.product(quat.conjugate(first.quaternion(t, variables)), q)
-    in_space = _values(system, q, omega, Sky(t))
-    in_axes = _values(system, along, omega, first.sky(t, variables.T))
-    return all(np.allclose(x, y, rtol=0, atol=SAME * np.max(np.abs(x))) for x, y in zip(in_space, in_axes, strict=True))
-
-
-def _values(system: System, q: Array, omega: Array, sky: Sky) -> list[Scalar]:
-    twin = system.with_numbers(np.ravel(number)[0] for number in system.numbers)
-    attitude = Attitude.from_quaternion(Vector(q.T))
-    return [
-        force.energy(twin.body, attitude, sky)
-        if isinstance(force, Potential)
-        else np.stack(np.broadcast_arrays(*force.torque(twin.body, attitude, Vector(omega.T), sky)))  # type: ignore[attr-defined]
-        for force in twin.forces
-    ]

@@ -180,11 +180,6 @@ class System:
         return shapes.pop() if shapes else ()
 
     @functools.cached_property
-    def zeros(self) -> tuple[bool, ...]:
-        """Which of the numbers are zero, so that what holds for one such system holds for all."""
-        return tuple(not np.any(number) for number in self.numbers)
-
-    @functools.cached_property
     def common_axes(self) -> Axes | None:
         """The axes of the one orbit that all forces share; None if there is none."""
         return common_axes(self)

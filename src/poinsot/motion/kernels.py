@@ -16,10 +16,10 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
+from poinsot import functions
 from poinsot.mechanics.axes import SPACE_AXES, Axes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
-from poinsot.mechanics.samples import see_alike
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import USE_FUNCTIONS, System
 from poinsot.motion.constants import Constants
@@ -99,10 +99,8 @@ def coordinates(system: System, state: State, formulation: str, precision: str) 
     chosen = FORMULATIONS[formulation]
     axes: Axes = SPACE_AXES
     carried = None if isinstance(chosen, EulerAngles) or precision != "double" else system.common_axes
-    if carried is not None:
-        key = (system.structure, system.zeros)
-        if _pool.decide(key, lambda: see_alike(system, carried)):
-            axes = carried
+    if carried is not None and _pool.decide(system.structure, lambda: _can_be_carried(system, carried)):
+        axes = carried
     # A power of two scales without rounding.
     return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state)))))
 
@@ -124,6 +122,16 @@ def integrator(
 
     yield built, values
     _pool.give(kernel, lent)
+
+
+def _can_be_carried(system: System, axes: Axes) -> bool:
+    """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
+    variables = Coordinates(FORMULATIONS["lie_poisson"], axes, 1.0)
+    try:
+        _equations(system, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
+    except functions.NotCarried:
+        return False
+    return True
 
 
 def _equations(system: System, variables: Coordinates, symbols: list[Any], constants: Constants) -> list[Any]:

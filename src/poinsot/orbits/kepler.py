@@ -236,14 +236,14 @@ class _KeplerSky(Sky):
         return self._axes.inverse_distance(self.time, self._variables)
 
     def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return functions.Vector((1.0, 0.0, 0.0))
+        return functions.CarriedVector((1.0, 0.0, 0.0))
 
     def position(self, orbit: Orbit) -> functions.Vector:
-        return functions.Vector((1 / self.inverse_distance(orbit), 0.0, 0.0))
+        return functions.CarriedVector((1 / self.inverse_distance(orbit), 0.0, 0.0))
 
     def velocity(self, orbit: Orbit) -> functions.Vector:
         own = self._axes.orbit
         speed = own.semimajor_axis * own.mean_motion / functions.sqrt((1 - own.eccentricity) * (1 + own.eccentricity))
         parameter = own.semimajor_axis * (1 - own.eccentricity) * (1 + own.eccentricity)
         upwards = own.eccentricity * functions.sin(self._axes.true_anomaly(self.time, self._variables))
-        return functions.Vector((speed * upwards, speed * parameter * self.inverse_distance(orbit), 0.0))
+        return functions.CarriedVector((speed * upwards, speed * parameter * self.inverse_distance(orbit), 0.0))

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot import functions
 
 TRIAXIAL, SYMMETRIC, SPHERE = pt.Body((1.25, 1.0, 0.75)), pt.Body((1.0, 1.0, 0.7)), pt.Body((1.0, 1.0, 1.0))
 SPACE = ["angular_momentum_space_1", "angular_momentum_space_2", "angular_momentum_space_3"]
@@ -96,3 +98,35 @@ def test_a_torque_along_a_space_axis_spares_the_others():
             return attitude.to_body((0, 0, self.size))
 
     assert names(TRIAXIAL, (Steady(0.5),)) == SPACE[:2]
+
+
+class Pulsating(pt.Potential):
+    """A potential whose strength repeats often."""
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return (1 + 0.5 * functions.cos(2 * np.pi * 10 * sky.time)) * attitude.to_body((0, 0, 1))[0]
+
+
+class Switched(pt.Potential):
+    """A potential that appears at a time."""
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return functions.where(functions.less(2, sky.time), 1.0, 0.0) * attitude.to_body((0, 0, 1))[0]
+
+
+@pytest.mark.parametrize("force", [Pulsating(), Switched()], ids=["pulsating", "switched"])
+def test_what_changes_with_time_or_appears_late_is_seen(force):
+    names = {integral.name for integral in pt.System(pt.Body((1.0, 1.2, 1.5)), force).integrals}
+    assert not names & {"angular_momentum_space_1", "angular_momentum_space_2"}
+    assert "angular_momentum_space_3" in names
+    assert "energy" not in names
+
+
+def test_the_symmetry_axis_of_a_body_in_other_axes():
+    turn = Rotation.from_rotvec((0.3, -0.4, 0.2)).as_matrix()
+    body = pt.Body.from_inertia(turn @ np.diag([1, 1, 0.5]) @ turn.T)
+    system = pt.System(body)
+    (name,) = {integral.name for integral in system.integrals if "body" in integral.name}
+    assert name == "angular_momentum_body_principal_3"
+    motion = pt.propagate(system, body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 20.0])
+    assert np.max(np.abs(motion.drift[name])) < 1e-14

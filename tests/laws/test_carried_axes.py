@@ -1,0 +1,109 @@
+"""A system integrated along its orbit moves as it does along space, and only where its formulas allow it."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot import functions as fn
+from poinsot.mechanics.axes import SPACE_AXES
+from poinsot.motion import kernels
+
+BODY = pt.Body((1.0, 1.2, 1.5))
+START = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
+TIMES = np.linspace(0, 5, 6)
+
+
+def orbit(inclination=0.5, **others):
+    return pt.KeplerOrbit(1.0, 1.0, 0.1, inclination, 0.3, 0.2, **others)
+
+
+class Offset(pt.Potential):
+    """A spring from a point of the body to a point on the way to the attractor: covariant by sums and lengths."""
+
+    orbit: pt.Orbit
+    arm: pt.Vector
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        way = sky.position(self.orbit) * 0.5 + attitude.to_space(self.arm)
+        wind = fn.cross(sky.position(self.orbit), sky.velocity(self.orbit))
+        return 0.1 * fn.dot(way, way) + 0.05 * attitude.to_body(wind / fn.norm(wind))[0] ** 2
+
+
+class Polar(pt.Potential):
+    """Looks at one component of the position in space."""
+
+    orbit: pt.Orbit
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return 0.3 * sky.position(self.orbit)[2] * attitude.to_body(sky.direction(self.orbit))[0]
+
+
+class Field(pt.Potential):
+    """A huge part that does not turn the body beside a small one along a direction fixed in space."""
+
+    orbit: pt.Orbit
+    field_space: pt.Vector
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return attitude.to_body(self.field_space)[0] - 1e9 * sky.inverse_distance(self.orbit)
+
+
+class Drag(pt.Torque):
+    """Along the velocity, with a direction that is summed with one fixed in space."""
+
+    orbit: pt.Orbit
+    wind_space: pt.Vector
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        return 0.1 * attitude.to_body(sky.velocity(self.orbit) + self.wind_space)
+
+
+def carried(system):
+    return kernels.coordinates(system, START, "lie_poisson", "double").axes is not SPACE_AXES
+
+
+CASES = {
+    "gravity gradient": (lambda o: [pt.GravityGradient(o)], True),
+    "with damping": (lambda o: [pt.GravityGradient(o), pt.LinearDamping(0.1)], True),
+    "sums, lengths, products": (lambda o: [Offset(o, (0.1, 0.2, 0.3))], True),
+    "with gravity along space": (lambda o: [pt.GravityGradient(o), pt.UniformGravity(0.3, (1, 0, 0))], False),
+    "a component in space": (lambda o: [Polar(o)], False),
+    "a small fixed field": (lambda o: [Field(o, (0, 0, 1e-2))], False),
+    "a sum with a fixed vector": (lambda o: [Drag(o, (0, 0, 1))], False),
+    "two orbits": (lambda o: [pt.GravityGradient(o), pt.GravityGradient(orbit(0.1))], False),
+}
+
+
+@pytest.mark.parametrize("formulation", ["lie_poisson", "canonical"])
+@pytest.mark.parametrize("name", CASES)
+def test_carried_or_not_the_motion_is_the_same(name, formulation):
+    forces, expected = CASES[name]
+    system = pt.System(BODY, *forces(orbit(epoch=0.3, true_anomaly=2.0)))
+    assert carried(system) == expected
+    motion = pt.propagate(system, START, TIMES, formulation=formulation)
+    reference = pt.propagate(system, START, TIMES, formulation=formulation, precision="extended")
+    np.testing.assert_allclose(motion.quaternion, reference.quaternion, atol=1e-13)
+    np.testing.assert_allclose(motion.conjugate_momenta, reference.conjugate_momenta, atol=1e-13)
+
+
+@pytest.mark.parametrize("inclination", [0.0, 1e-16, 1e-13, 2 * np.pi])
+def test_the_choice_does_not_depend_on_numbers_seen_before(inclination):
+    def run(tilt):
+        system = pt.System(BODY, pt.GravityGradient(orbit(tilt)), pt.UniformGravity(0.3, (1, 0, 0)))
+        return pt.propagate(system, START, TIMES)
+
+    run(inclination)
+    reference = pt.propagate(run(0.5).system, START, TIMES, precision="extended")
+    np.testing.assert_allclose(run(0.5).quaternion, reference.quaternion, atol=1e-13)
+
+
+def test_members_with_and_without_a_force_fixed_in_space():
+    weights = np.linspace(0, 0.3, 3)
+
+    def system(i):
+        return pt.System(BODY, pt.GravityGradient(orbit()), pt.UniformGravity(weights[i], (1, 0, 0)))
+
+    motion = pt.propagate(system(slice(None)), START, TIMES)
+    for i in range(3):
+        alone = pt.propagate(system(i), START, TIMES, precision="extended")
+        np.testing.assert_allclose(motion.quaternion[i], alone.quaternion, atol=1e-13)
