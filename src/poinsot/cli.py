@@ -15,8 +15,20 @@ app = typer.Typer(
 )
 
 
+def _version(wanted: bool) -> None:
+    if wanted:
+        from poinsot import __version__
+
+        typer.echo(f"poinsot {__version__}")
+        raise typer.Exit
+
+
 @app.callback()
-def main() -> None:
+def main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
     """Rotation of rigid bodies, at machine precision."""
 
 
@@ -45,19 +57,19 @@ def paper(
         motion, found = problems.solve(problem)
         problems.write(motion, problem, out)
         rows += found
+        console.print(_table(problem.title, found))
         (out / "table.md").write_text(problems.markdown_table(rows))
-        if not console.is_terminal:
-            console.print(f"done: {problem.title}")
-    console.print(_table(rows))
     console.print(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {out}/fig1-torque-free.png")
 
 
-def _table(rows: list) -> object:  # type: ignore[type-arg]
+def _table(title: str, rows: list) -> object:  # type: ignore[type-arg]
+    """Return the rows of one case, narrow enough for any terminal."""
+    from rich import box
     from rich.table import Table
 
-    from poinsot.paper import HEADINGS
-
-    table = Table(*HEADINGS, header_style="bold")
+    headings = ("formulation", "steps", "order", "ms", "|q|-1", "q.Q", "drift", "error")
+    table = Table(*headings, title=f"{title} (error in rad)", title_justify="left", box=box.SIMPLE_HEAD, padding=0)
     for row in rows:
-        table.add_row(*vars(row).values(), end_section=row.formulation == "euler_angles")
+        cells = (row.formulation, row.steps, row.order, row.milliseconds, row.norm_error, row.tangency_error)
+        table.add_row(*cells, row.drift.replace(", ", "\n"), row.attitude_error)
     return table

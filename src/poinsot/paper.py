@@ -18,7 +18,7 @@ from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.formulations import FORMULATIONS
+from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
@@ -122,18 +122,17 @@ def solve(problem: Problem) -> tuple[Trajectory, list[Row]]:
         name: propagate(problem.system, problem.state, problem.times, formulation=name, precision=precision)
         for name in ("canonical", "lie_poisson")
     }
-    motion = propagate(problem.system, problem.state, problem.times)
-    rows = []
+    motions, rows = {}, []
     for name in FORMULATIONS:
         reference = references["lie_poisson" if name == "canonical" else "canonical"]
         try:
             propagate(problem.system, problem.state, problem.times[:2], formulation=name)  # compiles
-            run = propagate(problem.system, problem.state, problem.times, formulation=name)
+            motions[name] = propagate(problem.system, problem.state, problem.times, formulation=name)
         except PropagationError as error:
             rows.append(Row(problem.name, name, attitude_error=f"stopped at t = {error.time:.6g}"))
         else:
-            rows.append(_row(problem.name, run, reference))
-    return motion, rows
+            rows.append(_row(problem.name, motions[name], reference))
+    return motions[DEFAULT_FORMULATION], rows
 
 
 def write(motion: Trajectory, problem: Problem, folder: Path) -> None:

@@ -759,23 +759,27 @@ def test_foreign_functions_are_refused_by_the_system(name):
     check({name: (lambda: pt.System(BODY, force), TypeError, sentence)}, name)
 
 
-NUMPY_OF_COMPONENTS = {
-    "energy": (
-        potential(lambda size, up: np.sin(size * up[0])),
-        lambda: np.sin(dual.seeded((1.0,), "up")[0]),
-    ),
-    "torque": (
-        torque(lambda size, omega: functions.Vector((np.sin(size * omega[0]), omega[1], omega[2]))),
-        lambda: np.sin(hy.expression("x")),
-    ),
-}
+def test_numpy_functions_of_what_a_potential_looks_at_are_refused_by_the_system():
+    force = potential(lambda size, up: np.sin(size * up[0]))
+    message = message_of(lambda: np.sin(dual.seeded((1.0,), "up")[0]))
+    sentence = f"the formula of Formula {ALONE} on arrays it gave: {message}. {REPLACE}"
+    check({"energy": (lambda: pt.System(BODY, force), TypeError, sentence)}, "energy")
 
 
-@pytest.mark.parametrize("name", NUMPY_OF_COMPONENTS)
-def test_numpy_functions_of_components_are_refused_by_propagate(name):
-    force, attempt = NUMPY_OF_COMPONENTS[name]
-    sentence = f"the formulas of a system {ALONE} on symbols they gave: {message_of(attempt)}. {REPLACE}"
-    check({name: (lambda: pt.propagate(pt.System(BODY, force), STATE, (0, 1)), TypeError, sentence)}, name)
+def test_numpy_functions_of_components_are_refused_by_propagate():
+    force = torque(lambda size, omega: functions.Vector((np.sin(size * omega[0]), omega[1], omega[2])))
+    message = message_of(lambda: np.sin(hy.expression("x")))
+    sentence = f"the formulas of a system {ALONE} on symbols they gave: {message}. {REPLACE}"
+    check({"torque": (lambda: pt.propagate(pt.System(BODY, force), STATE, (0, 1)), TypeError, sentence)}, "torque")
+
+
+def test_a_formula_takes_the_arguments_of_its_base_class():
+    class Formula(pt.Potential):
+        def energy(self, body, attitude):  # noqa: ARG002
+            return 0.0
+
+    with pytest.raises(TypeError, match=r"^the formula of Formula must take the arguments of its base class, but "):
+        pt.System(BODY, Formula())
 
 
 def test_an_if_on_structure_is_no_mistake():
@@ -834,3 +838,39 @@ def test_a_step_of_rounding_size_says_so():
         r"The equations are singular there\.",
         str(caught.value),
     )
+
+
+def test_files_and_pictures_are_of_trajectories(tmp_path):
+    motion = pt.propagate(pt.System(BODY), STATE, [0.0, 1.0])
+    gone = tmp_path / "gone"
+    cases = {
+        "order": (
+            lambda: pt.save("m.nc", motion),
+            TypeError,
+            "motion must be a Trajectory, but str came. The order is save(motion, path).",
+        ),
+        "suffix": (lambda: pt.save(motion, "motion.txt"), ValueError, "path must end in .nc, but 'motion.txt' came."),
+        "folder": (
+            lambda: pt.save(motion, gone / "m.nc"),
+            FileNotFoundError,
+            f"path must be in a folder that exists, but there is no {gone}.",
+        ),
+        "picture": (lambda: pt.plot_quaternions(3), TypeError, "motion must be a Trajectory, but int came."),
+        "units": (
+            lambda: pt.System(BODY, units="SI"),
+            TypeError,
+            'units must be a mapping such as {"time": "s"}, but str came.',
+        ),
+        "omega": (
+            lambda: BODY.omega((1, 2)),
+            ValueError,
+            "angular_momentum_body must have shape (..., 3), but shape (2,) came.",
+        ),
+        "energy": (
+            lambda: BODY.kinetic_energy((np.nan, 1, 2)),
+            ValueError,
+            "angular_momentum_body must be finite, but angular_momentum_body[0] = nan.",
+        ),
+    }
+    for name in cases:
+        check(cases, name)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import member_array, real_array, refuse_nonpositive
+from poinsot import functions
+from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
@@ -64,15 +65,15 @@ class Body(Parametric):
 
     def omega(self, angular_momentum_body: ArrayLike) -> NDArray[Any]:
         """Return the angular velocity in body axes, I^-1 g; shape (..., 3)."""
-        return self.kinetics().omega(angular_momentum_body)
+        return self.kinetics().omega(_three("angular_momentum_body", angular_momentum_body))
 
     def kinetic_energy(self, angular_momentum_body: ArrayLike) -> Scalar:
         """Return g . omega / 2, eq. (9); shape (...)."""
-        return self.kinetics().kinetic_energy(angular_momentum_body)
+        return self.kinetics().kinetic_energy(_three("angular_momentum_body", angular_momentum_body))
 
     def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
         """Return the angular momentum in body axes, I omega; shape (..., 3)."""
-        return quat.component_product(self.moments, omega_body)
+        return quat.component_product(self.moments, _three("omega_body", omega_body))
 
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
         """Return the moment of inertia about a unit vector in body axes, J = u . I u; shape (...)."""
@@ -257,6 +258,16 @@ def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray
         left, _, right = np.linalg.svd(axes[:, group].T @ np.eye(3)[:, group])
         out[:, group] = axes[:, group] @ left @ right
     return out
+
+
+def _three(name: str, vectors: ArrayLike) -> Any:
+    """Return vectors of numbers, shape (..., 3), checked; those of a formula as they are."""
+    if isinstance(vectors, functions.Vector) or np.asarray(vectors).dtype == object:
+        return vectors
+    array = real_numbers(name, vectors)
+    if array.shape[-1:] != (3,):
+        raise ValueError(f"{name} must have shape (..., 3), but shape {array.shape} came.")
+    return array
 
 
 def _exactly_one(given: dict[str, Any], frame: Any) -> tuple[str, Any]:

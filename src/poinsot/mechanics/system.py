@@ -53,7 +53,7 @@ class System:
             raise TypeError(f"body must be a Body, but {came(body)} came. The order is System(body, *forces).")
         self.body = body
         self.forces = forces
-        self.units = _checked_units(units or {})
+        self.units = _checked_units({} if units is None else units)
         for force in forces:
             _check_force(force)
         for force in forces:
@@ -215,6 +215,8 @@ def _scalars(array: ArrayLike) -> Vector:
 
 
 def _checked_units(units: Mapping[str, str]) -> dict[str, str]:
+    if not isinstance(units, Mapping):
+        raise TypeError(f'units must be a mapping such as {{"time": "s"}}, but {came(units)} came.')
     for key, unit in units.items():
         if key not in ("time", "inertia"):
             raise ValueError(f"units must name 'time' and 'inertia', but {key!r} came.")
@@ -239,6 +241,8 @@ def _try_formula(force: Force, body: Body) -> None:
         with np.errstate(all="ignore"):
             value = _formula_on_pairs(force, body)
     except (TypeError, ValueError) as error:
+        if "positional argument" in str(error):
+            raise TypeError(f"the formula of {name} must take the arguments of its base class, but {error}.") from error
         if "truth value" in str(error):
             raise TypeError(
                 f"the formula of {name} must not branch with `if` on a value, but it does. "
@@ -258,7 +262,10 @@ def _formula_on_pairs(force: Any, body: Body) -> Any:
     attitude = Attitude.from_quaternion(Vector(np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]]).T))
     sky = Sky(0.25 * pair)
     if isinstance(force, Potential):
-        return force.energy(body, attitude, sky)
+        energy = force.energy(body, attitude, sky)
+        if _components(energy) == 1:
+            derived_torque(force, body, attitude, sky)  # which its functions must bear
+        return energy
     return force.torque(body, attitude, Vector(np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]])), sky)
 
 

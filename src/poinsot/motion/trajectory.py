@@ -264,6 +264,11 @@ class RelativeMotion:
         """The attitudes as a scipy rotation, body -> frame."""
         return rotation(self.quaternion)
 
+    @property
+    def omega_frame(self) -> Array:
+        """The rate relative to the frame, along the frame's axes; shape (n, 3)."""
+        return quat.rotate(self.quaternion, self.omega_body)
+
 
 def _computed_state(motion: Trajectory) -> State:
     return computed_state(motion.quaternion, motion.conjugate_momenta, motion.times)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.mechanics.parameters import came
 from poinsot.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -35,9 +36,16 @@ def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
     -------
     array (2,) of matplotlib Axes
         Their figure is `axes[0].figure`, for `savefig`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no trajectory, or one of an ensemble.
     """
     import matplotlib.pyplot as plt
 
+    if not isinstance(motion, Trajectory):
+        raise TypeError(f"motion must be a Trajectory, but {came(motion)} came.")
     if motion.quaternion.ndim != 2:
         raise ValueError(f"motion must be of one body, but an ensemble of {len(motion.quaternion)} members came.")
     units = motion.system.units
