@@ -208,6 +208,8 @@ class _Half:
 
     def evaluate(self, times: Array) -> Array:
         """Return the variables at times within this half, from its Taylor polynomials."""
+        if len(self.pieces) == 1:
+            return np.array(self.pieces[0](self._typed(times)), dtype=float)
         ends = np.array([float(piece.bounds[1]) for piece in self.pieces])
         sign = np.sign(self.last - self.origin) or 1.0
         which = np.minimum(np.searchsorted(sign * ends, sign * times), len(ends) - 1)
@@ -222,17 +224,26 @@ def _join(
     system: System, state: State, t: Array, halves: list[_Half], variables: Coordinates, run: Run, dense: bool
 ) -> Trajectory:
     """Put the two halves into the order of the requested times; rows that were not reached are left out."""
-    later, earlier = (np.concatenate([np.empty((0, variables.size)), *half.rows]) for half in halves)
-    rows = np.concatenate([earlier[::-1], later])
-    times = np.concatenate([halves[1].grid[: len(earlier)][::-1], halves[0].grid[: len(later)]])
+    later, earlier = halves
+    count = [sum(map(len, half.rows)) for half in halves]
+    rows = _stacked([*(part[::-1] for part in reversed(earlier.rows)), *later.rows], variables.size)
+    times = np.concatenate([earlier.grid[: count[1]][::-1], later.grid[: count[0]]])
     if t.size > 1 and t[0] > t[1]:
         rows, times = rows[::-1], times[::-1]
     interpolant = (_interpolant(halves, variables), halves[1].reached, halves[0].reached) if dense else None
     return Trajectory(system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant)
 
 
+def _stacked(parts: list[Array], size: int) -> Array:
+    """Return the parts one below the other, without a copy where there is only one."""
+    parts = [part for part in parts if len(part)]
+    return parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, size)), *parts])
+
+
 def _interpolant(halves: list[_Half], variables: Coordinates) -> Callable[[Array], tuple[Array, Array]]:
     def canonical_at(times: Array) -> tuple[Array, Array]:
+        if not halves[1].pieces and halves[0].pieces:
+            return variables.to_canonical(times, halves[0].evaluate(times))
         out = np.empty((times.size, variables.size))
         for half, chosen in zip(halves, (times >= halves[0].origin, times < halves[0].origin), strict=True):
             if np.any(chosen):
