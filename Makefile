@@ -30,5 +30,29 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable '.[all]' --group dev
 	@touch $(READY)
 
+# `make bench` writes docs/benchmarks.md (some minutes); `make bench-short` takes a quick look into out/bench-short.
+# numbalsoda is built from source where it has no wheel, which needs a Fortran compiler.
+BENCH := .venv-bench
+PEERS := matplotlib numba numbalsoda diffrax mujoco bsk
+
+.PHONY: bench bench-short
+
+bench: $(BENCH)/.ready
+	$(BENCH)/bin/python -m benchmarks $(if $(SHORT),--short)
+
+bench-short: $(BENCH)/.ready
+	$(BENCH)/bin/python -m benchmarks --short
+
+$(BENCH)/.ready: pyproject.toml
+	@echo "== setting up $(BENCH) (once)"
+	$(PYTHON) -m venv $(BENCH)
+	$(BENCH)/bin/python -m pip install --quiet --upgrade pip
+	$(BENCH)/bin/python -m pip install --quiet --editable .
+	@for peer in $(PEERS); do \
+		$(BENCH)/bin/python -m pip install --quiet $$peer 2>/dev/null \
+			|| echo "== $$peer does not install here; the report goes without it"; \
+	done
+	@touch $(BENCH)/.ready
+
 clean:
 	rm -rf .venv out

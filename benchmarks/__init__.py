@@ -1,0 +1,1 @@
+"""Side-by-side measurements of poinsot and its peers; `make bench` writes docs/benchmarks.md."""

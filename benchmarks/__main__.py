@@ -1,0 +1,102 @@
+"""Measure everything and write the report: `python -m benchmarks [--short]`."""
+
+import argparse
+import datetime as dt
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks import ensembles, overheads, peers, single
+from benchmarks.measure import ALLOWED, pin
+
+ROOT = Path(__file__).parents[1]
+SECTIONS = {
+    "work_precision": single.work_precision,
+    "against_the_script": single.against_the_script,
+    "long_runs": single.long_runs,
+    "formulations": single.formulations,
+    "singular_angle": single.singular_angle,
+    "second_propagate": overheads.second_propagate,
+    "imports": overheads.imports,
+    "dense_output": overheads.dense_output,
+    "throughput": ensembles.throughput,
+}
+IN_SEVERAL = {"against_the_script": single.over_processes}
+ON_ALL_CORES = ("throughput",)  # thread pools count their cores when they are loaded
+PACKAGES = (
+    *("poinsot", "heyoka", "numpy", "scipy", "numbalsoda", "numba"),
+    *("diffrax", "jax", "mujoco", "bsk", "matplotlib"),
+)
+
+
+def main():
+    """Run the sections, each in a process of its own, and write tables and plots."""
+    given = _arguments()
+    if given.section:
+        pin(len(ALLOWED) if given.section in ON_ALL_CORES else 1)
+        more = {"process": given.process} if given.section in IN_SEVERAL else {}
+        given.into.write_text(json.dumps(SECTIONS[given.section](given.short, **more)))
+        return
+    results = {"machine": machine(), "short": given.short}
+    for name in SECTIONS:
+        print(f"== {name.replace('_', ' ')}", flush=True)
+        if name in IN_SEVERAL:
+            count = 1 if given.short else 7
+            results[name] = IN_SEVERAL[name]([_in_a_process(name, given.short, k) for k in range(count)])
+        else:
+            results[name] = _in_a_process(name, given.short)
+    from benchmarks import report
+
+    folder = ROOT / "out" / "bench-short" if given.short else ROOT / "docs"
+    figures = ROOT / "out" / "benchmarks.json"
+    figures.parent.mkdir(exist_ok=True)
+    figures.write_text(json.dumps(results, indent=1))
+    print(report.write(results, folder).relative_to(ROOT))
+
+
+def _arguments():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--short", action="store_true", help="a quick look, written into out/bench-short")
+    parser.add_argument("--section", choices=SECTIONS, help=argparse.SUPPRESS)
+    parser.add_argument("--process", type=int, default=0, help=argparse.SUPPRESS)
+    parser.add_argument("--into", type=Path, help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def _in_a_process(name, short, index=0):
+    with tempfile.TemporaryDirectory() as folder:
+        into = Path(folder) / "section.json"
+        command = [sys.executable, "-m", "benchmarks", "--section", name, "--process", str(index), "--into", str(into)]
+        done = subprocess.run([*command, *["--short"] * short], cwd=ROOT, check=False)
+        if done.returncode:
+            sys.exit(f"the section {name} failed; nothing was written.")
+        return json.loads(into.read_text())
+
+
+def machine():
+    """Return what the figures depend on."""
+    cache = Path("/sys/devices/system/cpu/cpu0/cache/index0/size")
+    return {
+        "processor": _processor(),
+        "cores": len(ALLOWED) or os.cpu_count(),
+        "first_cache": cache.read_text().strip() if cache.exists() else "unknown",
+        "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        "date": dt.datetime.now(dt.UTC).strftime("%Y-%m-%d"),
+        "versions": peers.versions(PACKAGES),
+    }
+
+
+def _processor():
+    info = Path("/proc/cpuinfo")
+    if not info.exists():
+        return platform.processor()
+    lines = info.read_text().splitlines()
+    name = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+    return name + (", AVX-512" if any("avx512f" in line for line in lines) else "")
+
+
+main()

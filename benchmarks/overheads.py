@@ -1,0 +1,70 @@
+"""What a run costs beside the integration: the second call, the import, reading a dense motion."""
+
+import statistics
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+import poinsot as pt
+from benchmarks.measure import pin
+from benchmarks.problems import P2, P3, WIDE
+from poinsot.mechanics.attitude import rotation_angle
+
+
+def second_propagate(short):
+    """Return the time of `propagate` beyond the integration, for new numbers every time; the first call apart."""
+    pin(1)
+    out = {}
+    for problem in (P2, P3):
+        over, build = [], []
+        for k in range(20 if short else 200):
+            began = time.perf_counter()
+            body = pt.Body(np.array(problem.moments) * (1 + 1e-3 * k))
+            system = pt.System(body, *problem.system.forces)
+            called = time.perf_counter()
+            motion = pt.propagate(system, problem.start, [0.0, problem.end / 20])
+            over.append(time.perf_counter() - called - motion.run.wall_time)
+            build.append(called - began)
+        wide = pt.propagate(system, problem.start, motion.times, formulation="canonical", precision=WIDE)
+        out[problem.key] = {
+            "first": over[0],
+            "seconds": statistics.median(over[1:]),
+            "build": statistics.median(build[1:]),
+            "error": float(rotation_angle(motion.quaternion[-1], wide.quaternion[-1])),
+        }
+    return out
+
+
+def imports(short):
+    """Return the median times to import, each in a process of its own, in turn."""
+    pin(1)
+    program = "import time; t = time.perf_counter(); import {}; print(time.perf_counter() - t)"
+    times = {"heyoka": [], "poinsot": []}
+    for turn in range(4 if short else 12):
+        for name, found in times.items():
+            command = [sys.executable, "-c", program.format(name)]
+            run = subprocess.run(command, capture_output=True, text=True, check=True)
+            if turn:  # the first reads the disk
+                found.append(float(run.stdout))
+    return {name: statistics.median(found) for name, found in times.items()}
+
+
+def dense_output(short):
+    """Return the nanoseconds per time of a million times, and their distance to a run that stops there."""
+    pin(1)
+    out = {}
+    for problem in (P2, P3):
+        motion = pt.propagate(problem.system, problem.start, [0.0, problem.end], dense=True)
+        times = np.linspace(0.0, problem.end, 1_000_000)
+        checked = times[:: len(times) // 100]
+        wide = pt.propagate(problem.system, problem.start, checked, formulation="canonical", precision=WIDE)
+        taken = []
+        for _ in range(2 if short else 7):
+            began = time.perf_counter()
+            states = motion(times)
+            taken.append(time.perf_counter() - began)
+        error = float(np.max(rotation_angle(states.quaternion[:: len(times) // 100], wide.quaternion)))
+        out[problem.key] = {"nanoseconds": 1e9 * statistics.median(taken) / len(times), "error": error}
+    return out

@@ -1,0 +1,38 @@
+"""Error against time, one curve per tool."""
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+
+STYLE = {
+    "poinsot_taylor": ("#c1272d", "o", 2.4),
+    "heyoka_by_hand": ("#1f4e9c", "s", 1.4),
+    "numbalsoda_dop853": ("#2e8b57", "^", 1.4),
+    "diffrax_dopri8": ("#8a5fbf", "D", 1.4),
+    "scipy_dop853": ("#d98c21", "v", 1.4),
+    "mujoco_rk4": ("#444444", "P", 1.4),
+    "basilisk_rkf78": ("#1596a8", "X", 1.4),
+}
+
+
+def work_precision(key, problem, titles, folder):
+    """Draw one problem and return the name of its picture, written as PNG and SVG."""
+    figure, axes = plt.subplots(figsize=(8.5, 4.8), layout="constrained")
+    for name, curve in problem["curves"].items():
+        points = [(1e3 * point["seconds"], point["error"]) for point in curve if "seconds" in point]
+        if points:
+            color, marker, width = STYLE[name]
+            axes.loglog(*zip(*points, strict=True), color=color, marker=marker, lw=width, ms=6, label=titles[name])
+    axes.set(xlabel="time [ms]", ylabel="attitude error at the end [rad]", title=f"{key}: {problem['title']}")
+    axes.grid(True, which="major", color="#dddddd")
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.legend(loc="outside right center", frameon=False)
+    name = f"benchmark-{key.lower()}"
+    folder.mkdir(parents=True, exist_ok=True)
+    with mpl.rc_context({"svg.hashsalt": "poinsot"}):
+        figure.savefig(folder / f"{name}.png", dpi=150)
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+    plt.close(figure)
+    return name
