@@ -56,8 +56,7 @@ class System:
         self.units = _checked_units({} if units is None else units)
         for force in forces:
             _check_force(force)
-        for force in forces:
-            _try_formula(force, body)
+        self._trial_push = sum(_try_formula(force, body) for force in forces)
 
     def __repr__(self) -> str:
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
@@ -149,19 +148,17 @@ class System:
     @functools.cached_property
     def _push(self) -> Any:
         """The momentum that the energies and torques of the forces at sample states stand for; shape (...)."""
+        strongest = self._strongest_push() if self.members else self._trial_push
+        return np.sqrt(np.max(self.body.moments, axis=-1) * strongest)
+
+    def _strongest_push(self) -> Any:
+        """Return the largest energy or torque of each member's forces on a body at rest, at sample states."""
         q, t, _ = samples(self, 4)
         twin = self.beside_samples
         attitude, sky = Attitude.from_quaternion(_scalars(q)), Sky(t)
-        at_rest = Vector((0.0, 0.0, 0.0))
         with np.errstate(all="ignore"):
-            pushes = [
-                np.abs(force.energy(twin.body, attitude, sky))
-                if isinstance(force, Potential)
-                else functions.norm(force.torque(twin.body, attitude, at_rest, sky))  # type: ignore[attr-defined]
-                for force in twin.forces
-            ]
-        strongest = sum(np.nan_to_num(np.max(push, axis=-1), posinf=0.0) for push in map(np.atleast_1d, pushes))
-        return np.sqrt(np.max(self.body.moments, axis=-1) * strongest)
+            pushes = [_push_of(force, twin.body, attitude, sky) for force in twin.forces]
+        return sum(np.nan_to_num(np.max(push, axis=-1), posinf=0.0) for push in map(np.atleast_1d, pushes))
 
     # ------------------------------------------------------------------ parameters
 
@@ -234,8 +231,11 @@ def _check_force(force: Any) -> None:
         raise TypeError(f"a force must be a Potential or a Torque, but {came(force)} came.")
 
 
-def _try_formula(force: Force, body: Body) -> None:
-    """Run the formula once on arrays of two values, which refuse a Python `if` and betray a wrong shape."""
+def _try_formula(force: Force, body: Body) -> float:
+    """Run the formula once on arrays of two values, which refuse a Python `if` and betray a wrong shape.
+
+    Return the larger of the two energies, or the torque on the body at rest, which is the first value.
+    """
     name = type(force).__name__
     try:
         with np.errstate(all="ignore"):
@@ -249,10 +249,20 @@ def _try_formula(force: Force, body: Body) -> None:
                 "Write poinsot.functions.where(condition, a, b)."
             ) from None
         raise TypeError(f"the formula of {name} {USE_FUNCTIONS.format('on arrays it', error)}") from error
-    if isinstance(force, Potential) and _components(value) != 1:
-        raise TypeError(f"the energy of {name} must be one scalar, but {_size(value)} came.")
-    if isinstance(force, Torque) and (_components(value) != 3 or any(_components(x) != 1 for x in value)):
+    if isinstance(force, Potential):
+        if _components(value) != 1:
+            raise TypeError(f"the energy of {name} must be one scalar, but {_size(value)} came.")
+        return float(np.nan_to_num(np.max(np.abs(value)), posinf=0.0))
+    if _components(value) != 3 or any(_components(x) != 1 for x in value):
         raise TypeError(f"the torque of {name} must be three components along the body axes, but {_size(value)} came.")
+    at_rest = [np.atleast_1d(component)[0] for component in value]
+    return float(np.nan_to_num(np.linalg.norm(at_rest), posinf=0.0))
+
+
+def _push_of(force: Any, body: Body, attitude: Attitude, sky: Sky) -> Any:
+    if isinstance(force, Potential):
+        return np.abs(force.energy(body, attitude, sky))
+    return functions.norm(force.torque(body, attitude, Vector((0.0, 0.0, 0.0)), sky))
 
 
 def _formula_on_pairs(force: Any, body: Body) -> Any:
@@ -266,7 +276,7 @@ def _formula_on_pairs(force: Any, body: Body) -> Any:
         if _components(energy) == 1:
             derived_torque(force, body, attitude, sky)  # which its functions must bear
         return energy
-    return force.torque(body, attitude, Vector(np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]])), sky)
+    return force.torque(body, attitude, Vector(np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])), sky)
 
 
 def _components(value: Any) -> int:
