@@ -12,6 +12,7 @@ import poinsot as pt
 from poinsot import functions
 from poinsot.mechanics import dual
 from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.motion.constants import Constants
 
 NAN, INF = float("nan"), float("inf")
 ONE = (1, 0, 0, 0)
@@ -768,7 +769,7 @@ def test_numpy_functions_of_what_a_potential_looks_at_are_refused_by_the_system(
 
 def test_numpy_functions_of_components_are_refused_by_propagate():
     force = torque(lambda size, omega: functions.Vector((np.sin(size * omega[0]), omega[1], omega[2])))
-    message = message_of(lambda: np.sin(hy.expression("x")))
+    message = message_of(lambda: np.sin(Constants().variable(hy.expression("x"))))
     sentence = f"the formulas of a system {ALONE} on symbols they gave: {message}. {REPLACE}"
     check({"torque": (lambda: pt.propagate(pt.System(BODY, force), STATE, (0, 1)), TypeError, sentence)}, "torque")
 

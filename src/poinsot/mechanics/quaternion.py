@@ -42,7 +42,7 @@ def assemble(scalars: Sequence[Scalar], *sources: ArrayLike) -> Array:
     for source in sources:
         if isinstance(source, functions.Vector):
             return cast(Array, functions.Vector(scalars))
-    shapes = {np.shape(scalar) for scalar in scalars}
+    shapes = {getattr(scalar, "shape", ()) for scalar in scalars}
     if len(shapes) > 1:
         return np.stack(np.broadcast_arrays(*scalars), axis=-1)
     return np.stack(scalars, axis=-1) if shapes != {()} else np.array(scalars)

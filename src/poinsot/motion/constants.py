@@ -3,10 +3,15 @@
 A formula that multiplies two parameters, or takes the cosine of one, makes a derived constant. Only the
 constants that meet a variable of the motion become parameters of the kernel; their values follow from the
 numbers of a system by replaying the arithmetic, for one body or for arrays of members.
+
+A formula on variables makes multiples: a number, a constant and an expression of the variables, whose product
+is not taken before a sum needs it, so that 2 (3 (a x)) costs one operation of the kernel.
 """
 
 from __future__ import annotations
 
+import functools
+import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -14,48 +19,88 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from poinsot import functions
+from poinsot import functions as formulas
 from poinsot.functions import Vector
 from poinsot.mechanics.dual import Dual
 
-__all__ = ["Constant", "Constants"]
+__all__ = ["Constant", "Constants", "Multiple"]
 
 
 class Constants:
-    """The constants of one kernel."""
+    """The constants of one kernel: numbered places, those of inputs and literal numbers filled from outside."""
 
     def __init__(self) -> None:
-        self._recipes: list[tuple[Callable[..., Any] | None, tuple[Any, ...]]] = []
+        self._count = 0
+        self._inputs: list[int] = []
+        self._literals: dict[float, int] = {}
+        self._recipes: dict[int, tuple[Callable[..., Any], tuple[int, ...]]] = {}
         self._known: dict[Any, Constant] = {}
         self._parameters: dict[int, Any] = {}
+        self._factors: list[Any] = []
+        self._numbered: dict[Any, int] = {}
+
+    def _new_place(self) -> int:
+        self._count += 1
+        return self._count - 1
 
     def inputs(self) -> Iterator[Constant]:
         """Yield one constant after another, for the numbers that a run is given, in order."""
         while True:
-            self._recipes.append((None, ()))
-            yield Constant(self, len(self._recipes) - 1)
+            self._inputs.append(self._new_place())
+            yield Constant(self, self._inputs[-1])
+
+    def variable(self, expression: Any) -> Multiple:
+        """Return a variable of the motion, or the time, for formulas that also have constants."""
+        number = self._numbered.setdefault(expression, len(self._factors))
+        self._factors[number:] = self._factors[number:] or [expression]
+        return Multiple(self, 1.0, None, (number,))
+
+    def factor(self, number: int) -> Any:
+        """Return the expression of a factor."""
+        return self._factors[number]
 
     def derived(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Constant:
         """Return the constant that a function makes of constants and numbers."""
-        key = (function, *(a.place if isinstance(a, Constant) else ("number", a) for a in arguments))
-        if key not in self._known:
-            self._recipes.append((function, arguments))
-            self._known[key] = Constant(self, len(self._recipes) - 1)
-        return self._known[key]
+        places = tuple(map(self._place, arguments))
+        if (function, places) not in self._known:
+            self._known[function, places] = derived = Constant(self, self._new_place())
+            self._recipes[derived.place] = function, places
+        return self._known[function, places]
+
+    def _place(self, argument: Any) -> int:
+        if isinstance(argument, Constant):
+            return argument.place
+        if argument not in self._literals:
+            self._literals[argument] = self._new_place()
+        return self._literals[argument]
 
     def parameter(self, constant: Constant) -> Any:
         """Return the kernel's parameter for a constant that meets a variable."""
         return self._parameters.setdefault(constant.place, hy.par[len(self._parameters)])
 
+    def expression(self, scalar: Any) -> Any:
+        """Return a scalar of a formula as an expression of the engine, or as the number it is."""
+        if isinstance(scalar, Multiple):
+            return scalar.whole
+        return self.parameter(scalar) if isinstance(scalar, Constant) else scalar
+
     def values(self, numbers: Sequence[Any]) -> list[Any]:
         """Return the values of the kernel's parameters for the numbers of a run, scalars or arrays."""
-        known: list[Any] = []
-        given = iter(numbers)
+        known = dict(zip(self._inputs, numbers, strict=False))  # one input more was named than numbers came
+        known.update(zip(self._literals.values(), self._literals, strict=True))
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
-            for function, arguments in self._recipes:
-                values = (known[a.place] if isinstance(a, Constant) else a for a in arguments)
-                known.append(next(given) if function is None else function(*values))
+            for place, function, places in self._needed:
+                known[place] = function(*[known[argument] for argument in places])
         return [known[place] for place in self._parameters]
+
+    @functools.cached_property
+    def _needed(self) -> list[tuple[int, Callable[..., Any], tuple[int, ...]]]:
+        """The recipes on which the parameters depend, in order; asked for when the equations are complete."""
+        needed = set(self._parameters)
+        for place in reversed(self._recipes):
+            if place in needed:
+                needed.update(self._recipes[place][1])
+        return [(place, *recipe) for place, recipe in self._recipes.items() if place in needed]
 
 
 class Constant:
@@ -67,11 +112,9 @@ class Constant:
         self.home, self.place = home, place
 
     def _with(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        if any(isinstance(a, Vector | Dual) for a in arguments):
+        if not all(isinstance(a, Constant | int | float) for a in arguments):
             return NotImplemented
-        if all(isinstance(a, Constant | int | float) for a in arguments):
-            return self.home.derived(function, arguments)
-        return function(*(self.home.parameter(a) if isinstance(a, Constant) else a for a in arguments))
+        return self.home.derived(function, arguments)
 
     def __add__(self, other: Any) -> Any:
         return self if _is(other, 0) else self._with(operator.add, self, other)
@@ -111,7 +154,134 @@ class Constant:
 
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""
-        return self._with(getattr(functions, name), *arguments)
+        return self._with(getattr(formulas, name), *arguments)
+
+
+class Multiple:
+    """A number times a constant (or None) times the product of factors, expressions of the variables."""
+
+    __array_ufunc__ = None
+
+    def __init__(self, home: Constants, number: float, constant: Constant | None, factors: tuple[int, ...]) -> None:
+        self.home, self.number, self.constant, self.factors = home, number, constant, factors
+
+    @property
+    def expression(self) -> Any:
+        """The product of the factors, the highest powers first, for they are what products have in common."""
+        ordered = sorted(self.factors, key=lambda factor: (-self.factors.count(factor), factor))
+        return functools.reduce(operator.mul, map(self.home.factor, ordered))
+
+    @property
+    def size(self) -> Any:
+        """The expression times constant and number, without the sign."""
+        if self.constant is not None:
+            return self.home.parameter(abs(self.number) * self.constant) * self.expression
+        return self.expression if abs(self.number) == 1 else abs(self.number) * self.expression
+
+    @property
+    def whole(self) -> Any:
+        """The expression times constant and number."""
+        return -self.size if self.number < 0 else self.size
+
+    def __add__(self, other: Any) -> Any:
+        if isinstance(other, Vector | Dual):
+            return NotImplemented
+        if isinstance(other, Multiple):
+            return self._sum(other)
+        if _is(other, 0):
+            return self
+        if self.constant is None:  # c + n x = n (c/n + x)
+            return self.number * self.home.variable(self.home.expression(other / self.number) + self.expression)
+        term = self.home.expression(other)
+        return self.home.variable(term - self.size if self.number < 0 else term + self.size)
+
+    def _sum(self, other: Multiple) -> Any:
+        if self.factors == other.factors:
+            return (self._coefficient + other._coefficient) * Multiple(self.home, 1.0, None, self.factors)
+        if self.constant is other.constant and abs(self.number) == abs(other.number):
+            x, y = self.expression, other.expression
+            total = self.home.variable(x + y if self.number == other.number else x - y)
+            return Multiple(self.home, self.number, self.constant, total.factors)
+        if self.number < 0 and other.number < 0:
+            return -self.home.variable(self.size + other.size)
+        if self.number < 0:
+            return self.home.variable(other.size - self.size)
+        return self.home.variable(self.size - other.size if other.number < 0 else self.size + other.size)
+
+    @property
+    def _coefficient(self) -> Any:
+        return self.number if self.constant is None else self.number * self.constant
+
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, Vector | Dual):
+            return NotImplemented
+        if isinstance(other, Multiple):
+            return self._product(other)
+        if _is(other, 0):
+            return 0.0
+        if isinstance(other, Constant):
+            return Multiple(self.home, self.number, _times(self.constant, other), self.factors)
+        return Multiple(self.home, self.number * other, self.constant, self.factors)
+
+    def _product(self, other: Multiple) -> Multiple:
+        """Return the product; a constant with one factor is multiplied in, for that may serve other products."""
+        number, constant = self.number * other.number, _times(self.constant, other.constant)
+        if (self.constant is None) != (other.constant is None):
+            scaled, plain = (other, self) if self.constant is None else (self, other)
+            if len(scaled.factors) == 1:
+                sized = self.home.variable(Multiple(self.home, abs(number), constant, scaled.factors).size)
+                number, constant = math.copysign(1.0, number), None
+                return Multiple(self.home, number, constant, _merged(sized.factors, plain.factors))
+        return Multiple(self.home, number, constant, _merged(self.factors, other.factors))
+
+    def __neg__(self) -> Multiple:
+        return Multiple(self.home, -self.number, self.constant, self.factors)
+
+    def __sub__(self, other: Any) -> Any:
+        return NotImplemented if isinstance(other, Vector | Dual) else self + (-other)
+
+    def __truediv__(self, other: Any) -> Any:
+        if isinstance(other, Multiple):
+            return self._applied(operator.truediv, self, other)
+        return NotImplemented if isinstance(other, Vector | Dual) else self * (1 / other)
+
+    def __pow__(self, power: Any) -> Any:
+        return self._applied(operator.pow, self, power)
+
+    def __radd__(self, other: Any) -> Any:
+        return self + other
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __rmul__(self, other: Any) -> Any:
+        return self * other
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._applied(operator.truediv, other, self)
+
+    def __rpow__(self, base: Any) -> Any:
+        return self._applied(operator.pow, base, self)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a formula must not branch with `if` on a value, but it does.")
+
+    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        """Return an elementary function of scalars, this one among them."""
+        return self._applied(getattr(formulas, name), *arguments)
+
+    def _applied(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        if any(isinstance(argument, Dual) for argument in arguments):
+            return NotImplemented
+        return self.home.variable(function(*map(self.home.expression, arguments)))
+
+
+def _times(a: Constant | None, b: Constant | None) -> Constant | None:
+    return b if a is None else a if b is None else a * b
+
+
+def _merged(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(sorted(a + b))
 
 
 def _is(value: Any, number: int) -> bool:

@@ -49,14 +49,19 @@ class Coordinates:
 
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
-        carried = self.axes.start(state.time)
-        if self.axes.size:
-            back = quat.conjugate(self.axes.quaternion(state.time, carried))
-            q, Q = quat.product(back, state.quaternion), quat.product(back, state.conjugate_momenta)
-            state = computed_state(q, Q, state.time)
-        own = self.formulation.from_state(state)
+        if not self.axes.size:
+            return self._scaled(self.formulation.from_state(state))
+        axes = self.axes.with_numbers(map(np.longdouble, self.axes.numbers))  # to round once, at the end
+        carried = axes.start(state.time)
+        back = quat.conjugate(axes.quaternion(state.time, carried))
+        q, Q = quat.product(back, state.quaternion), quat.product(back, state.conjugate_momenta)
+        own = self._scaled(self.formulation.from_state(computed_state(q, Q, state.time)))
+        carried = np.broadcast_to(carried, (*own.shape[:-1], axes.size))
+        return np.concatenate([own, carried], axis=-1).astype(np.float64)
+
+    def _scaled(self, own: Array) -> Array:
         own[..., self.formulation.momenta] *= np.expand_dims(np.array(self.scale, dtype=own.dtype), -1)
-        return np.concatenate([own, np.broadcast_to(carried, (*own.shape[:-1], self.axes.size))], axis=-1)
+        return own
 
     def to_canonical(self, times: Array, variables: Array) -> tuple[Array, Array]:
         """Return q and Q of the variables along the times; shapes (..., n, 4)."""

@@ -115,9 +115,9 @@ def integrator(
     built, constants = lent = _pool.take(kernel) or _build(system, variables, kernel)
 
     def values() -> list[Any]:
+        kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
         numbers = (variables.scale, *variables.axes.numbers, *system.numbers)
-        if lanes == 1:
-            numbers = tuple(PRECISIONS[precision](number) for number in numbers)
+        numbers = tuple(map(kind, numbers)) if lanes == 1 else tuple(np.asarray(number, kind) for number in numbers)
         return constants.values(numbers)[: len(built.pars)]  # the last ones may be unused
 
     yield built, values
@@ -138,8 +138,10 @@ def _equations(system: System, variables: Coordinates, symbols: list[Any], const
     inputs = constants.inputs()
     scale, axes = next(inputs), variables.axes.with_numbers(inputs)
     twin = system.with_numbers(inputs)
+    own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
     try:
-        return twin.derivatives(variables.formulation.name, symbols, hy.time, scale=scale, axes=axes)
+        rates = twin.derivatives(variables.formulation.name, own, time, scale=scale, axes=axes)
+        return [hy.expression(0.0) + constants.expression(rate) for rate in rates]
     except TypeError as error:
         raise TypeError(f"the formulas of a system {USE_FUNCTIONS.format('on symbols they', error)}") from error
 
@@ -155,7 +157,7 @@ def available(precision: str) -> bool:
 def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any, Constants]:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
-    equations = [hy.expression(0.0) + rate for rate in _equations(system, variables, symbols, constants)]
+    equations = _equations(system, variables, symbols, constants)
     kind: Any = PRECISIONS[kernel.precision]
     stops = {}
     if kernel.formulation == "euler_angles":

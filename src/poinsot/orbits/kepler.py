@@ -110,6 +110,11 @@ class KeplerOrbit(Orbit):
         return 2 * np.pi / self.mean_motion
 
     @property
+    def parameter(self) -> Any:
+        """The semi-latus rectum p = a (1 - e^2)."""
+        return self.semimajor_axis * (1 - self.eccentricity) * (1 + self.eccentricity)
+
+    @property
     def frame(self) -> OrbitFrame:
         """The moving axes radial (away from the attractor), transverse, normal."""
         return OrbitFrame(self)
@@ -214,15 +219,15 @@ class KeplerAxes(Axes):
 
     def inverse_distance(self, time: Scalar, variables: Any) -> Scalar:
         """Return 1/r = (1 + e cos f) / (a (1 - e^2))."""
-        a, e = self.orbit.semimajor_axis, self.orbit.eccentricity
-        inverse = 1 / (a * (1 - e) * (1 + e))
-        return inverse + inverse * e * functions.cos(self.true_anomaly(time, variables))
+        return (1 + self._e_cos(time, variables)) / self.orbit.parameter
 
     def _rate(self, time: Scalar, variables: Any) -> Scalar:
-        """Return f' = h / r^2, h = sqrt(mu a (1 - e^2))."""
-        a, e = self.orbit.semimajor_axis, self.orbit.eccentricity
-        inverse = self.inverse_distance(time, variables)
-        return inverse * inverse * functions.sqrt(self.orbit.mu * a * (1 - e) * (1 + e))
+        """Return f' = sqrt(mu / p^3) (1 + e cos f)^2, p = a (1 - e^2)."""
+        closeness = 1 + self._e_cos(time, variables)
+        return closeness * closeness * functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
+
+    def _e_cos(self, time: Scalar, variables: Any) -> Scalar:
+        return self.orbit.eccentricity * functions.cos(self.true_anomaly(time, variables))
 
 
 class _KeplerSky(Sky):
@@ -243,7 +248,6 @@ class _KeplerSky(Sky):
 
     def velocity(self, orbit: Orbit) -> functions.Vector:
         own = self._axes.orbit
-        speed = own.semimajor_axis * own.mean_motion / functions.sqrt((1 - own.eccentricity) * (1 + own.eccentricity))
-        parameter = own.semimajor_axis * (1 - own.eccentricity) * (1 + own.eccentricity)
+        speed = functions.sqrt(own.mu / own.parameter)
         upwards = own.eccentricity * functions.sin(self._axes.true_anomaly(self.time, self._variables))
-        return functions.CarriedVector((speed * upwards, speed * parameter * self.inverse_distance(orbit), 0.0))
+        return functions.CarriedVector((speed * upwards, speed * own.parameter * self.inverse_distance(orbit), 0.0))
