@@ -31,28 +31,41 @@ $(READY): pyproject.toml
 	@touch $(READY)
 
 # `make bench` writes docs/benchmarks.md (some minutes); `make bench-short` takes a quick look into out/bench-short.
-# numbalsoda is built from source where it has no wheel, which needs a Fortran compiler.
+# Both go without the peers that do not install; `make bench-peers` tries these again. numbalsoda is built from source
+# where it has no wheel, which needs a Fortran compiler.
 BENCH := .venv-bench
-PEERS := matplotlib numba numbalsoda diffrax mujoco bsk
+PEERS := numba numbalsoda diffrax mujoco bsk
 
-.PHONY: bench bench-short
+define INSTALL_PEERS
+@echo "== installing the peers"
+@trap 'exit 130' INT; for peer in $(PEERS); do \
+	$(BENCH)/bin/python -m pip install --quiet $$peer >$(BENCH)/$$peer.log 2>&1 \
+		|| echo "== $$peer did not install ($(BENCH)/$$peer.log says why): the report goes without it;" \
+			"make bench-peers tries again"; \
+done
+@touch $(BENCH)/.peers
+endef
 
-bench: $(BENCH)/.ready
-	$(BENCH)/bin/python -m benchmarks $(if $(SHORT),--short)
+.PHONY: bench bench-short bench-peers
 
-bench-short: $(BENCH)/.ready
+bench: $(BENCH)/.peers
+	$(BENCH)/bin/python -m benchmarks
+
+bench-short: $(BENCH)/.peers
 	$(BENCH)/bin/python -m benchmarks --short
+
+bench-peers: $(BENCH)/.ready
+	$(INSTALL_PEERS)
+
+$(BENCH)/.peers: $(BENCH)/.ready
+	$(INSTALL_PEERS)
 
 $(BENCH)/.ready: pyproject.toml
 	@echo "== setting up $(BENCH) (once)"
 	$(PYTHON) -m venv $(BENCH)
 	$(BENCH)/bin/python -m pip install --quiet --upgrade pip
-	$(BENCH)/bin/python -m pip install --quiet --editable .
-	@for peer in $(PEERS); do \
-		$(BENCH)/bin/python -m pip install --quiet $$peer 2>/dev/null \
-			|| echo "== $$peer does not install here; the report goes without it"; \
-	done
+	$(BENCH)/bin/python -m pip install --quiet --editable . matplotlib
 	@touch $(BENCH)/.ready
 
 clean:
-	rm -rf .venv out
+	rm -rf .venv $(BENCH) out

@@ -5,6 +5,8 @@ import datetime as dt
 import json
 import os
 import platform
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -34,28 +36,54 @@ PACKAGES = (
 
 
 def main():
-    """Run the sections, each in a process of its own, and write tables and plots."""
+    """Run one section, or all of them, each in a process of its own, and write tables and plots."""
     given = _arguments()
     if given.section:
-        pin(len(ALLOWED) if given.section in ON_ALL_CORES else 1)
-        more = {"process": given.process} if given.section in IN_SEVERAL else {}
-        given.into.write_text(json.dumps(SECTIONS[given.section](given.short, **more)))
+        _section(given)
         return
-    results = {"machine": machine(), "short": given.short}
+    try:
+        results = _all_sections(given.short)
+    except KeyboardInterrupt:
+        sys.exit("stopped; nothing was written.")
+    _write(results)
+
+
+def _section(given):
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # the process that started this one says that it was stopped
+    pin(len(ALLOWED) if given.section in ON_ALL_CORES else 1)
+    more = {"process": given.process} if given.section in IN_SEVERAL else {}
+    given.into.write_text(json.dumps(SECTIONS[given.section](given.short, **more)))
+
+
+def _all_sections(short):
+    results = {"machine": machine(), "short": short}
     for name in SECTIONS:
         print(f"== {name.replace('_', ' ')}", flush=True)
         if name in IN_SEVERAL:
-            count = 1 if given.short else 7
-            results[name] = IN_SEVERAL[name]([_in_a_process(name, given.short, k) for k in range(count)])
+            results[name] = IN_SEVERAL[name]([_in_a_process(name, short, k) for k in range(1 if short else 7)])
         else:
-            results[name] = _in_a_process(name, given.short)
+            results[name] = _in_a_process(name, short)
+    return results
+
+
+def _write(results):
+    """Write the report and its figures; what was there before goes only once all is complete."""
     from benchmarks import report
 
-    folder = ROOT / "out" / "bench-short" if given.short else ROOT / "docs"
-    figures = ROOT / "out" / "benchmarks.json"
-    figures.parent.mkdir(exist_ok=True)
-    figures.write_text(json.dumps(results, indent=1))
-    print(report.write(results, folder).relative_to(ROOT))
+    out = ROOT / "out"
+    data, folder = (out / "bench-short",) * 2 if results["short"] else (out, ROOT / "docs")
+    data.mkdir(parents=True, exist_ok=True)
+    (data / "benchmarks.json").write_text(json.dumps(results, indent=1))
+    with tempfile.TemporaryDirectory(dir=out) as staged:
+        written = report.write(results, Path(staged))
+        for path in Path(staged).rglob("*.*"):
+            place = folder / path.relative_to(staged)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.move(path, place)
+    missing = report.not_measured(results)
+    if missing:
+        print(*missing, "`make bench-peers` tries to install what is missing.", sep="\n")
+    print((folder / written.name).relative_to(ROOT))
 
 
 def _arguments():

@@ -97,7 +97,7 @@ def multiply_add_peak():
     """
     try:
         import llvmlite.binding as llvm
-    except ImportError:
+    except (ImportError, OSError):
         return None
     from poinsot.motion.kernels import LANES
 

@@ -1,6 +1,7 @@
 """Times that can be compared: pinned, interleaved, and counted only for results that are right."""
 
 import os
+import re
 import statistics
 import time
 from collections.abc import Callable
@@ -14,6 +15,12 @@ def pin(cores):
     """Keep this process, and the threads that it starts from now on, on the first cores it was given."""
     if ALLOWED:
         os.sched_setaffinity(0, ALLOWED[:cores])
+
+
+def in_a_line(problem):
+    """Return an exception as one line of a report, without the folders of this machine."""
+    first = next(iter(str(problem).splitlines()), "")
+    return type(problem).__name__ + ": " + re.sub(r"/\S*/", "", first)
 
 
 @dataclass
@@ -82,4 +89,4 @@ def _try(contender):
     try:
         contender.once()
     except Exception as problem:  # a peer that fails is a line of the report
-        contender.trouble = f"{type(problem).__name__}: {str(problem).splitlines()[0] if str(problem) else ''}"
+        contender.trouble = in_a_line(problem)

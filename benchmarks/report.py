@@ -68,6 +68,12 @@ def write(results, folder):
     return path
 
 
+def not_measured(results):
+    """Return a sentence for every peer that is missing."""
+    measured = results["work_precision"]
+    return [f"{measured['titles'][name]} was not measured: {why}." for name, why in measured["missing"].items()]
+
+
 def _head(results):
     from benchmarks.ensembles import RIGHT
     from benchmarks.measure import Contender
@@ -81,23 +87,22 @@ def _head(results):
     ]
     if results["short"]:
         facts.append("**A short run: few repeats, few settings. For a quick look only.**")
-    missing = results["work_precision"]["missing"]
-    facts += [f"Not here, so not measured: {name.replace('_', ' ')} ({why})." for name, why in missing.items()]
+    missing = not_measured(results)
+    about = prose(*facts) + ("\n" + prose(*missing) if missing else "")
     references = [
         f"{key}: two formulations in wide precision differ by {p['between_references']:.1e} rad at the end, and by "
         f"{p['away_from_paper_cases']:.1e} rad from the 42-digit numbers of `tests/oracles/paper_cases.json` at "
         f"t = {p['paper_cases_until']:.6g}."
         for key, p in results["work_precision"]["problems"].items()
     ]
-    return HEAD.format(
-        machine=prose(*facts), wide=WIDE, right=Contender.limit, right_many=RIGHT, references=prose(*references)
-    )
+    return HEAD.format(machine=about, wide=WIDE, right=Contender.limit, right_many=RIGHT, references=prose(*references))
 
 
 def _targets(results):
     rows = targets.all_of(results)
-    met = sum(row.verdict == "met" for row in rows)
-    return f"## Targets: {met} of {len(rows)} met\n\n" + table(
+    met, unknown = (sum(row.verdict == verdict for row in rows) for verdict in ("met", "not measured"))
+    rest = f", {unknown} not measured" if unknown else ""
+    return f"## Targets: {met} of {len(rows)} met{rest}\n\n" + table(
         ("what", "target", "reached", ""), [row.row for row in rows]
     )
 

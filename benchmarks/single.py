@@ -25,7 +25,7 @@ def _solve(problem, peer, level, **options):
 def work_precision(short):
     """Return for each problem and tool the time and error at every level, and how sure the reference is."""
     found, missing = peers.available()
-    out = {"missing": missing, "titles": {name: peer.TITLE for name, peer in found.items()}, "problems": {}}
+    out = {"missing": missing, "titles": peers.TITLES, "problems": {}}
     for problem in PROBLEMS:
         levels = {
             (name, str(level)): _solve(problem, peer, level)
@@ -55,7 +55,7 @@ def against_the_script(short, process=0):
     One error at the end is a draw from rounding; its median over starts is not. The time of a compiled kernel
     differs more between processes than between repeats, hence several of them.
     """
-    found, _ = peers.available()
+    found, _ = peers.available((POINSOT, BY_HAND))
     out = {}
     for problem in (P2, P3):
         nearby = [_near(problem, STARTS_IN_A_PROCESS * process + k) for k in range(STARTS_IN_A_PROCESS)]
@@ -108,7 +108,7 @@ def _near(problem, seed):
 
 def long_runs(short):
     """Return times alone of P3 over 50 periods, where the error tells nothing, and how fast a change grows."""
-    found, _ = peers.available()
+    found, _ = peers.available((POINSOT, BY_HAND))
     longer = Problem(P3.key, P3.title, P3.kind, P3.case, P3.system, 50 * PERIOD)
     contenders = {}
     for name in (POINSOT, BY_HAND):
@@ -126,7 +126,7 @@ def long_runs(short):
 
 def formulations(short):
     """Return steps, time and error of the three formulations on P2 and P3, at machine tolerance."""
-    found, _ = peers.available()
+    found, _ = peers.available((POINSOT,))
     out = {}
     for problem in (P2, P3):
         contenders = {name: _solve(problem, found[POINSOT], None, formulation=name) for name in FORMULATIONS}

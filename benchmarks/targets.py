@@ -92,7 +92,7 @@ def against_peers(results):
     out, measured = [], results["work_precision"]
     for key, peer, bound in AT_EQUAL_ERROR:
         ratio, error = at_equal_error(measured["problems"][key], peer)
-        title = measured["titles"].get(peer, peer)
+        title = measured["titles"][peer]
         at = "" if error is None else f" at an error of {error:.1e}"
         out.append(Target(f"{key}, times faster than {title}{at}", ratio, bound, False))
     return out

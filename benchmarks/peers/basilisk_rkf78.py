@@ -7,7 +7,6 @@ from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, orbital
 from benchmarks.problems import ellipse
 from poinsot import paper
 
-TITLE = "Basilisk RKF78"
 SOLVES = ("satellite",)
 LEVELS = ((1e-8, 400), (1e-10, 400), (1e-12, 1000), (1e-13, 3000), (1e-14, 3000), (1e-14, 6000))  # tolerance, tasks
 SHORT_LEVELS = ((1e-12, 1000), (1e-14, 3000))

@@ -11,7 +11,6 @@ import diffrax  # noqa: E402
 
 from benchmarks.problems import ellipse  # noqa: E402
 
-TITLE = "diffrax Dopri8"
 SOLVES = ("free", "top", "satellite")
 LEVELS = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14)
 SHORT_LEVELS = (1e-12,)

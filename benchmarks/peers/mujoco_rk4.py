@@ -8,7 +8,6 @@ import numpy as np
 
 from benchmarks.problems import ellipse
 
-TITLE = "MuJoCo RK4"
 SOLVES = ("free", "top", "satellite")
 LEVELS = (20_000, 50_000, 100_000, 200_000, 500_000)  # steps
 SHORT_LEVELS = (50_000,)

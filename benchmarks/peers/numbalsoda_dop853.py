@@ -10,7 +10,6 @@ from numbalsoda import dop853, lsoda_sig
 
 from benchmarks.problems import ENSEMBLE_END, ellipse
 
-TITLE = "numbalsoda DOP853"
 SOLVES = ("free", "top", "satellite")
 LEVELS = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14)
 SHORT_LEVELS = (1e-10, 1e-14)

@@ -2,7 +2,6 @@
 
 import poinsot as pt
 
-TITLE = "poinsot"
 SOLVES = ("free", "top", "satellite")
 LEVELS = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14, None)
 SHORT_LEVELS = (1e-8, 1e-12, None)

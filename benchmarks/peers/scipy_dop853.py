@@ -5,7 +5,6 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.problems import ellipse
 
-TITLE = "scipy DOP853"
 SOLVES = ("free", "top", "satellite")
 LEVELS = (1e-6, 1e-8, 1e-10, 1e-12)
 SHORT_LEVELS = (1e-10,)
