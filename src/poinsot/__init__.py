@@ -1,10 +1,12 @@
 """Rotation of rigid bodies: `propagate(System(body, *forces), state, times) -> Trajectory`."""
 
 from poinsot import functions
+from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.netcdf import save
 from poinsot.forces.damping import LinearDamping
 from poinsot.forces.gravity import GravityGradient, UniformGravity
+from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential, Torque
@@ -13,19 +15,24 @@ from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.mechanics.state import State, project_to_tangent
 from poinsot.mechanics.system import System
+from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.fixed import FixedPoint
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.pictures.geometry import plot_herpolhode, plot_poinsot, plot_polhode
+from poinsot.pictures.momentum_sphere import plot_momentum_sphere
 from poinsot.pictures.quaternions import plot_quaternions
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Andoyer",
     "Attitude",
     "Body",
     "FixedPoint",
     "Frame",
+    "FreeRotation",
     "GravityGradient",
     "KeplerOrbit",
     "LinearDamping",
@@ -41,7 +48,12 @@ __all__ = [
     "Trajectory",
     "UniformGravity",
     "Vector",
+    "free_motion",
     "functions",
+    "plot_herpolhode",
+    "plot_momentum_sphere",
+    "plot_poinsot",
+    "plot_polhode",
     "plot_quaternions",
     "project_to_tangent",
     "propagate",

@@ -6,10 +6,12 @@ import sys
 import poinsot
 
 NAMES = [
+    "Andoyer",
     "Attitude",
     "Body",
     "FixedPoint",
     "Frame",
+    "FreeRotation",
     "GravityGradient",
     "KeplerOrbit",
     "LinearDamping",
@@ -25,7 +27,12 @@ NAMES = [
     "Trajectory",
     "UniformGravity",
     "Vector",
+    "free_motion",
     "functions",
+    "plot_herpolhode",
+    "plot_momentum_sphere",
+    "plot_poinsot",
+    "plot_polhode",
     "plot_quaternions",
     "project_to_tangent",
     "propagate",

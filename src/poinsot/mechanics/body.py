@@ -84,7 +84,12 @@ class Body(Parametric):
     @property
     def principal_axes(self) -> Rotation:
         """The rotation principal -> body axes, right-handed, the nearest one to the identity."""
-        return rotation(np.array([1.0, 0.0, 0.0, 0.0]))
+        return rotation(quaternion_from_matrix(self.principal_matrix))
+
+    @property
+    def principal_matrix(self) -> NDArray[np.float64]:
+        """The principal axes along the body axes, as the columns of a (3, 3) matrix."""
+        return np.eye(3)
 
     @property
     def inertia(self) -> NDArray[np.float64]:
@@ -211,8 +216,8 @@ class ObliqueBody(Body):
         return super().moment_about(turned(self.axes.T, direction_body))
 
     @property
-    def principal_axes(self) -> Rotation:
-        return rotation(quaternion_from_matrix(self.axes))
+    def principal_matrix(self) -> NDArray[np.float64]:
+        return np.asarray(self.axes)
 
     @property
     def inertia(self) -> NDArray[np.float64]:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import functools
-import platform
 import sys
 import time as clock
 from collections.abc import Callable
-from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -16,14 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array
 from poinsot.functions import Vector
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
-from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
+from poinsot.motion.arguments import broadcast_members, check_kinds, checked_times, members_of
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.ensemble import allowed_threads, integrate_members
 from poinsot.motion.stops import INTERRUPTED, reason
-from poinsot.motion.trajectory import Run, Trajectory
+from poinsot.motion.trajectory import Run, Trajectory, versions
 
 __all__ = ["propagate"]
 
@@ -46,6 +43,8 @@ def propagate(
     progress: bool | None = None,
 ) -> Trajectory:
     """Return the motion of a system from a state, at the given times.
+
+    Also without forces this is an integration; `free_motion` has the closed form.
 
     The integration runs outwards from the state's time in both directions. Arrays of states, moments or
     parameters with a member axis make an ensemble: all results gain that axis first.
@@ -77,13 +76,14 @@ def propagate(
     PropagationInterrupted
         On Ctrl-C (a KeyboardInterrupt), with the same two.
     """
-    _check_order(system, state)
-    t = _checked_times(times)
+    check_kinds("propagate(system, state, times)", {"system": (system, System), "state": (state, State)})
+    t = checked_times(times)
     chosen = _checked_formulation(formulation)
     asked = _checked_tolerance(tolerance, precision)
-    members = _checked_members(system, state, dense, precision)
+    members = members_of(system, state)
     if members:
-        state = _broadcast(state, members[0])
+        _check_single(dense, precision)
+        state = broadcast_members(state, members)
         variables = kernels.coordinates(system, state, chosen, precision)
         return _propagate_members(system, state, t, variables, asked, _checked_threads(threads), progress)
     variables = kernels.coordinates(system, state, chosen, precision)
@@ -100,7 +100,7 @@ def propagate(
                 half.run()
         wall_time = clock.perf_counter() - began
         steps = sum(half.steps for half in halves)
-        run = Run("Taylor", chosen, precision, float(engine.tol), engine.order, steps, wall_time, _versions())
+        run = Run("Taylor", chosen, precision, float(engine.tol), engine.order, steps, wall_time, versions())
     motion = _join(system, state, t, halves, variables, run, dense)
     for half in halves:
         if half.stopped:
@@ -121,7 +121,7 @@ def _propagate_members(
     done = integrate_members(system, state, np.sort(t), variables, tolerance, threads, wanted)
     name, steps = variables.formulation.name, int(done.steps.sum())
     run = Run(
-        "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, _versions()
+        "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, versions()
     )
     order = slice(None, None, -1 if t.size > 1 and t[0] > t[1] else 1)
     canonical = done.quaternion[:, order], done.conjugate_momenta[:, order]
@@ -261,25 +261,10 @@ def _in_precision(state: State, precision: str) -> State:
     return computed_state(q, Q, state.time)
 
 
-def _check_order(system: Any, state: Any) -> None:
-    for name, value, kind in (("system", system, System), ("state", state, State)):
-        if not isinstance(value, kind):
-            raise TypeError(
-                f"{name} must be a {kind.__name__}, but {came(value)} came. "
-                "The order is propagate(system, state, times)."
-            )
-
-
-def _checked_members(system: System, state: State, dense: bool, precision: str) -> tuple[int, ...]:
-    """Return () for one body, (members,) for an ensemble."""
-    shapes = {shape for shape in (state.quaternion.shape[:-1], state.time.shape, system.members) if shape}
-    if len(shapes) > 1:
-        counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
-        raise ValueError(f"state and system must have equally many members, but {counts} came.")
-    if shapes and (dense or precision != "double"):
+def _check_single(dense: bool, precision: str) -> None:
+    if dense or precision != "double":
         what = "dense=True" if dense else f"precision={precision!r}"
         raise ValueError(f"an ensemble must be propagated without {what}, but it came. Propagate members one by one.")
-    return shapes.pop() if shapes else ()
 
 
 def _checked_threads(threads: int | None) -> int:
@@ -288,25 +273,6 @@ def _checked_threads(threads: int | None) -> int:
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
         raise ValueError(f"threads must be a positive whole number, but {threads!r} came.")
     return threads
-
-
-def _broadcast(state: State, members: int) -> State:
-    arrays = (state.quaternion, state.conjugate_momenta, state.time)
-    q, Q, time = (np.broadcast_to(x, (members, *tail)) for x, tail in zip(arrays, ((4,), (4,), ()), strict=True))
-    return computed_state(q, Q, time)
-
-
-def _checked_times(times: ArrayLike) -> NDArray[np.float64]:
-    t = real_array("times", times, (None,))
-    if t.size == 0:
-        raise ValueError("times must not be empty, but shape (0,) came.")
-    steps = np.diff(t)
-    wrong = np.flatnonzero(steps * (steps[0] if t.size > 1 else 1) <= 0)
-    if wrong.size:
-        i = int(wrong[0])
-        relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
-        raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
-    return t
 
 
 def _checked_formulation(name: str | None) -> str:
@@ -329,9 +295,3 @@ def _checked_tolerance(tolerance: float | None, precision: str) -> float:
     if not 0 < value < 1:
         raise ValueError(f"tolerance must be between 0 and 1, but {value} came.")
     return value
-
-
-@functools.cache
-def _versions() -> dict[str, str]:
-    packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
-    return {**packages, "python": platform.python_version()}

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import platform
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
-__all__ = ["RelativeMotion", "Run", "Trajectory"]
+__all__ = ["RelativeMotion", "Run", "Trajectory", "versions"]
 
 Array = NDArray[np.float64]
 Interpolant = Callable[[Array], tuple[Array, Array]]
@@ -52,6 +54,13 @@ class Run:
     steps: int
     wall_time: float
     versions: Mapping[str, str] = field(default_factory=dict)
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Return the versions of the package and of what computed."""
+    packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
+    return {**packages, "python": platform.python_version()}
 
 
 class Trajectory:

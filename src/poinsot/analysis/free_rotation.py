@@ -1,0 +1,213 @@
+"""What people read off a torque-free rotation: its mode, periods, amplitudes, actions and angles."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.andoyer import Andoyer
+from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+from poinsot.motion.arguments import broadcast_members, check_kinds, members_of
+from poinsot.motion.free.double_double import DoubleDouble
+from poinsot.motion.free.elements import Elements, elements_of
+from poinsot.motion.free.theta import is_near_separatrix, theta_functions
+
+__all__ = ["FreeRotation"]
+
+
+class FreeRotation:
+    """The torque-free rotation of a body from a state, or of members; everything in the user's units, radians.
+
+    The momentum circles either the short axis of the body (of the largest moment) or the long axis (of the
+    smallest); "the axis" below is the one that it circles.
+
+    Parameters
+    ----------
+    body : Body
+    state : State
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not what its name says, or members do not match.
+
+    Notes
+    -----
+    `precession_period` and `rotation_period` are P_phi and P_psi of the light-curve literature (Kaasalainen 2001,
+    A&A 376, 302; Pravec et al. 2014, Icarus 233, 48). Samarasinha and A'Hearn (1991, Icarus 93, 194) follow the
+    long axis in both modes: their precession is `long_axis_precession_period`.
+    """
+
+    def __init__(self, body: Body, state: State) -> None:
+        check_kinds("FreeRotation(body, state)", {"body": (body, Body), "state": (state, State)})
+        members = members_of(System(body), state)
+        self.body = body
+        self.state = broadcast_members(state, members) if members else state
+        self._elements = elements_of(body.moments, body.principal_matrix, self.state)
+
+    # ------------------------------------------------------------------ what kind of rotation
+
+    @property
+    def mode(self) -> Any:
+        """One of "short-axis", "long-axis", "separatrix", "principal", "rest"; an array of them for members.
+
+        "principal" is steady rotation about a principal axis, the intermediate one included, and any rotation of
+        a spherical body. A body with two equal moments is in the mode of its symmetry axis.
+        """
+        e = self._elements
+        steady = (e.P1.hi == 0) | ((e.momentum[0].hi == 0) & (e.momentum[2].hi == 0)) | (e.moments[0] == e.moments[2])
+        return np.select(
+            [e.scale == 0, steady, (e.m_other.hi == 0) & (e.r.hi > 0), e.is_long],
+            ["rest", "principal", "separatrix", "long-axis"],
+            "short-axis",
+        )[()]
+
+    @property
+    def modulus(self) -> Any:
+        """The modulus k of the elliptic functions: 0 for a symmetric body, 1 on the separatrix."""
+        return self._elements.m.sqrt().hi
+
+    @property
+    def nutation_range(self) -> tuple[Any, Any]:
+        """The smallest and the largest angle between the axis and the angular momentum, radians."""
+        e = self._elements
+        across, along = np.sqrt(e.P1.hi), np.sqrt(e.P3.hi)
+        with np.errstate(invalid="ignore"):
+            widest = np.where(e.P1.hi > 0, np.sqrt(e.P1.hi / e.r_other.hi), 0.0)
+        return np.arctan2(across, along), np.arctan2(widest, along * np.sqrt(e.m_other.hi))
+
+    # ------------------------------------------------------------------ periods
+
+    @property
+    def precession_period(self) -> Any:
+        """The mean time in which the axis goes round the angular momentum, P_phi; infinite at rest."""
+        return _period(self._elements.precession.hi)
+
+    @property
+    def rotation_period(self) -> Any:
+        """The time in which the body turns about the axis, P_psi; infinite on the separatrix.
+
+        Rates and momentum along the body axes have this period.
+        """
+        return _period(self._elements.winding.hi)
+
+    @property
+    def long_axis_precession_period(self) -> Any:
+        """The mean time in which the long axis goes round the angular momentum."""
+        e = self._elements
+        return _period(np.where(e.is_long, e.precession.hi, (e.precession - e.winding).hi)[()])
+
+    # ------------------------------------------------------------------ energy
+
+    @property
+    def angular_momentum(self) -> Any:
+        """The size G of the angular momentum."""
+        return self._elements.G.hi * self._elements.scale
+
+    @property
+    def energy(self) -> Any:
+        """The kinetic energy T."""
+        return self._twice_energy.hi / 2
+
+    @property
+    def dynamic_moment(self) -> Any:
+        """The dynamic moment of inertia G^2 / (2 T), between the smallest and the largest moment."""
+        e, (c1, c2, c3) = self._elements, self._reciprocals
+        g1, g2, g3 = e.momentum
+        return (e.G * e.G / (c1 * (g1 * g1) + c2 * (g2 * g2) + c3 * (g3 * g3))).hi
+
+    @property
+    def energy_ratio(self) -> Any:
+        """The energy relative to the least one with the same momentum, that of rotation about the short axis."""
+        return np.max(self.body.moments, axis=-1) / self.dynamic_moment
+
+    # ------------------------------------------------------------------ canonical variables
+
+    @property
+    def andoyer(self) -> Andoyer:
+        """Andoyer's variables of the state, with respect to the body axes as they were given."""
+        return Andoyer.of(self.state)
+
+    @functools.cached_property
+    def actions(self) -> tuple[Any, Any, Any]:
+        """The actions (J, G, H): J = (1 / 2 pi) times the integral of L dl over a period, about the axis.
+
+        The energy is homogeneous in J and G, hence J = (G Omega - 2 T) / (s w) with the rates below. On the
+        separatrix J = (2 G / pi) asin sqrt(r).
+        """
+        e = self._elements
+        limit = np.where(e.r.hi > 0, 2 / np.pi * e.G.hi * np.arcsin(np.sqrt(e.r.hi)), e.momentum[2].hi) * e.scale
+        with np.errstate(all="ignore"):
+            J = ((e.G.scaled(e.scale) * e.precession - self._twice_energy) / (e.winding * e.sense)).hi
+        still = e.winding.hi == 0
+        return np.where(still, limit, J)[()], self.angular_momentum, self.state.angular_momentum_space[..., 2]
+
+    @functools.cached_property
+    def angles(self) -> tuple[Any, Any, Any]:
+        """The angles of the state conjugate to the actions, radians, which grow with `frequencies`.
+
+        They are (l, g, h) about the axis without the periodic part; for a symmetric body there is none. On the
+        separatrix the first one, which takes for ever, is NaN.
+        """
+        e = self._elements
+        about_axis = Andoyer.of(_with_axes(self.state, e)) if np.all(e.scale > 0) else None
+        if about_axis is None:
+            raise ValueError("state must have an angular momentum for angles, but the body is at rest.")
+        rotation, periodic = _mean_angles(e)
+        l = np.pi / 2 - e.sense * rotation
+        g = about_axis.l + about_axis.g - periodic - l
+        return _reduced(l), _reduced(g), about_axis.h
+
+    @property
+    def frequencies(self) -> tuple[Any, Any, Any]:
+        """The rates of the angles, radians per unit of time: derivatives of the energy by the actions."""
+        e = self._elements
+        return -e.sense * e.winding.hi, e.precession.hi, np.zeros_like(e.precession.hi)[()]
+
+    # ------------------------------------------------------------------ within
+
+    @property
+    def _reciprocals(self) -> list[DoubleDouble]:
+        return [1 / DoubleDouble(moment) for moment in self._elements.moments]
+
+    @property
+    def _twice_energy(self) -> DoubleDouble:
+        e = self._elements
+        (c1, c2, c3), (g1, g2, g3) = self._reciprocals, e.momentum
+        return (c1 * (g1 * g1) + c2 * (g2 * g2) + c3 * (g3 * g3)).scaled(e.scale).scaled(e.scale)
+
+    def __repr__(self) -> str:
+        return f"FreeRotation({self.body!r}, {self.state!r})"
+
+
+def _period(rate: Any) -> Any:
+    with np.errstate(divide="ignore"):
+        return 2 * np.pi / np.abs(rate)
+
+
+def _with_axes(state: State, e: Elements) -> State:
+    """Return the state of the axes 1, 2, 3 of the elements."""
+    axes = quaternion_from_matrix(e.axes)
+    return computed_state(quat.product(state.quaternion, axes), quat.product(state.conjugate_momenta, axes), state.time)
+
+
+def _mean_angles(e: Elements) -> tuple[Any, Any]:
+    """Return pi u / (2 K) at the start and the periodic part of g + l, radians."""
+    near = np.asarray(is_near_separatrix(e))
+    rotation, periodic = np.empty(near.shape), np.empty(near.shape)
+    for side in (near, ~near):
+        if np.any(side):
+            theta = theta_functions(e.of_members(side), bool(np.all(near[side])))
+            rotation[side] = e.mean.hi[side] * theta.start
+            periodic[side] = -np.squeeze(theta.sense * theta.first_angle, axis=-1) * 2
+    return rotation[()], periodic[()]
+
+
+def _reduced(angle: Any) -> Any:
+    return np.arctan2(np.sin(angle), np.cos(angle))

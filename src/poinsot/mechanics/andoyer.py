@@ -1,0 +1,87 @@
+"""Andoyer's variables: the momentum's size and directions as canonical variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from poinsot.errors import member_array
+from poinsot.mechanics import euler
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.state import State
+
+__all__ = ["Andoyer"]
+
+SLACK = 1e-12
+"""How much |L| and |H| may exceed G, relative to it, by rounding."""
+
+
+@dataclass(frozen=True)
+class Andoyer:
+    """Three angles and their conjugate momenta, of one state or of members.
+
+    The attitude is R3(h) R1(I) R3(g) R1(J) R3(l) with cos I = H/G and cos J = L/G: from the space axes through
+    the plane across the angular momentum to the body axes. Where I or J is zero the angles next to it are
+    determined by their sum only; the outer one is then zero. (Andoyer 1923; Deprit 1967, Am. J. Phys. 35, 424.)
+
+    Attributes
+    ----------
+    l, g, h : float or array (members,)
+        Angles, radians.
+    L, G, H : float or array (members,)
+        Angular momentum along the third body axis, its size, and along the third space axis.
+
+    Raises
+    ------
+    ValueError
+        If G is not positive, or |L| or |H| is larger than G.
+    """
+
+    l: Any
+    g: Any
+    h: Any
+    L: Any
+    G: Any
+    H: Any
+
+    def __post_init__(self) -> None:
+        for name in ("l", "g", "h", "L", "G", "H"):
+            object.__setattr__(self, name, member_array(name, getattr(self, name), ())[()])
+        if not np.all(self.G > 0):
+            raise ValueError(f"G must be positive, but {np.min(self.G)} came. A body at rest has no such variables.")
+        for name in ("L", "H"):
+            excess = np.max(np.abs(getattr(self, name)) / self.G)
+            if excess > 1 + SLACK:
+                raise ValueError(f"{name} must lie between -G and G, but |{name}| = {excess:.6g} G came.")
+
+    @classmethod
+    def of(cls, state: State) -> Andoyer:
+        """Return the variables of a state; angles in (-pi, pi]."""
+        body, space = state.angular_momentum_body, state.angular_momentum_space
+        l, h = np.arctan2(body[..., 0], body[..., 1]), np.arctan2(space[..., 0], -space[..., 1])
+        J, I = (np.arctan2(np.hypot(x[..., 0], x[..., 1]), x[..., 2]) for x in (body, space))
+        outer, inner = _turn(h, I, 0.0), _turn(0.0, J, l)
+        middle = quat.product(quat.product(quat.conjugate(outer), state.quaternion), quat.conjugate(inner))
+        g = 2 * np.arctan2(middle[..., 3], middle[..., 0])
+        return cls(l, np.arctan2(np.sin(g), np.cos(g)), h, body[..., 2], np.linalg.norm(body, axis=-1), space[..., 2])
+
+    def state(self, time: ArrayLike = 0.0) -> State:
+        """Return the state with these variables."""
+        (cos_J, sin_J), (cos_I, sin_I) = (_cosine_and_sine(x, self.G) for x in (self.L, self.H))
+        J, I = np.arctan2(sin_J, cos_J), np.arctan2(sin_I, cos_I)
+        q = quat.product(_turn(self.h, I, self.g), _turn(0.0, J, self.l))
+        body = np.stack(np.broadcast_arrays(sin_J * np.sin(self.l), sin_J * np.cos(self.l), cos_J), axis=-1)
+        return State(q, 2 * quat.product(q, quat.pure(np.asarray(self.G)[..., None] * body)), time)
+
+
+def _turn(first: Any, second: Any, third: Any) -> Any:
+    angles = np.stack(np.broadcast_arrays(first, second, third), axis=-1)
+    return euler.quaternion_from_angles(angles, "313")
+
+
+def _cosine_and_sine(component: Any, size: Any) -> tuple[Any, Any]:
+    sine = np.sqrt(np.maximum((size - component) * (size + component), 0.0)) / size
+    return component / size, sine

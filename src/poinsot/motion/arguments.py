@@ -1,0 +1,53 @@
+"""The arguments that integration and closed form have in common, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+
+__all__ = ["broadcast_members", "check_kinds", "checked_times", "members_of"]
+
+
+def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
+    """Refuse an argument that is of another class than its name says."""
+    for name, (value, kind) in arguments.items():
+        if not isinstance(value, kind):
+            raise TypeError(f"{name} must be a {kind.__name__}, but {came(value)} came. The order is {call}.")
+
+
+def checked_times(times: ArrayLike) -> NDArray[np.float64]:
+    """Return strictly monotonic times; shape (n,), n > 0."""
+    t = real_array("times", times, (None,))
+    if t.size == 0:
+        raise ValueError("times must not be empty, but shape (0,) came.")
+    steps = np.diff(t)
+    wrong = np.flatnonzero(steps * (steps[0] if t.size > 1 else 1) <= 0)
+    if wrong.size:
+        i = int(wrong[0])
+        relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
+        raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
+    return t
+
+
+def members_of(system: System, state: State) -> tuple[int, ...]:
+    """Return () for one body, (members,) for an ensemble."""
+    shapes = {shape for shape in (state.quaternion.shape[:-1], state.time.shape, system.members) if shape}
+    if len(shapes) > 1:
+        counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
+        raise ValueError(f"state and system must have equally many members, but {counts} came.")
+    return shapes.pop() if shapes else ()
+
+
+def broadcast_members(state: State, members: tuple[int, ...]) -> State:
+    """Return a state for each member."""
+    arrays = (state.quaternion, state.conjugate_momenta, state.time)
+    q, Q, time = (np.broadcast_to(x, (*members, *tail)) for x, tail in zip(arrays, ((4,), (4,), ()), strict=True))
+    return computed_state(q, Q, time)

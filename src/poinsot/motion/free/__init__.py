@@ -1,0 +1,1 @@
+"""Torque-free rotation in closed form."""
