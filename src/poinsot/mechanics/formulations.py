@@ -42,6 +42,12 @@ class Formulation(ABC):
         return slice(self.size - list(self.blocks.values())[-1], self.size)
 
     @property
+    def quaternions(self) -> list[slice]:
+        """Where the quaternions are among the variables: what turns with the axes that the attitude refers to."""
+        ends = np.cumsum(list(self.blocks.values()))
+        return [slice(end - 4, end) for end, n in zip(ends, self.blocks.values(), strict=True) if n == 4]
+
+    @property
     def size(self) -> int:
         """The number of variables."""
         return sum(self.blocks.values())

@@ -204,12 +204,12 @@ class _Half:
 
     def _read_pieces(self) -> None:
         inside = np.abs(self.grid - self.origin) <= abs(self.reached - self.origin)
-        self.rows = [self.evaluate(self.grid[inside])]
+        self.rows = [self.evaluate(self.grid[inside]).copy()]
 
     def evaluate(self, times: Array) -> Array:
-        """Return the variables at times within this half, from its Taylor polynomials."""
+        """Return the variables at times within this half, from its Taylor polynomials, until the next call."""
         if len(self.pieces) == 1:
-            return np.array(self.pieces[0](self._typed(times)), dtype=float)
+            return np.asarray(self.pieces[0](self._typed(times)), dtype=float)
         ends = np.array([float(piece.bounds[1]) for piece in self.pieces])
         sign = np.sign(self.last - self.origin) or 1.0
         which = np.minimum(np.searchsorted(sign * ends, sign * times), len(ends) - 1)

@@ -209,10 +209,10 @@ class KeplerAxes(Axes):
     def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return p of the paper's Sec. 6.2, which is (12) with node, inclination and argument of latitude."""
         orbit = self.orbit
-        latitude = orbit.argument_of_periapsis + self.true_anomaly(time, [variables[..., 0]])
-        plus, minus = 0.5 * (orbit.node + latitude), 0.5 * (orbit.node - latitude)
-        c, s = np.cos(0.5 * orbit.inclination), np.sin(0.5 * orbit.inclination)
-        return assemble((c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus)))
+        half = 0.5 * (orbit.argument_of_periapsis + self.true_anomaly(time, [variables[..., 0]]))
+        (c, s), (cn, sn), (ci, si) = ((np.cos(x), np.sin(x)) for x in (half, 0.5 * orbit.node, 0.5 * orbit.inclination))
+        k0, k1, k2, k3 = cn * ci, cn * si, sn * si, sn * ci  # of the plane
+        return assemble((k0 * c - k3 * s, k1 * c + k2 * s, k2 * c - k1 * s, k3 * c + k0 * s))
 
     def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
         return variables[0] + self.orbit.mean_anomaly_at(time)
