@@ -1,10 +1,16 @@
 """Constants: parameters that meet variables in every function give the same torque as numbers do."""
 
+import re
+
+import heyoka as hy
 import numpy as np
 import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
+from poinsot import paper
+from poinsot.motion import kernels
+from poinsot.motion.constants import Constants
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 START = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
@@ -19,6 +25,10 @@ FORMULAS = {
     "powers": lambda k, z: (2 + z) ** k + k ** (2 + z),
     "divisions": lambda k, z: k / (2 + z) + (2 + z) / k + 1 / k + k / 2,
     "differences": lambda k, z: (k - z) * (z - k) + (1 - k) * (z - 0) + (k - 0) * z,
+    "like products": lambda k, z: k * z * z + z * (3 * z) - z * k * z - (k * z) * (2 * z) + 2 * (z * z) - 0.5 * z,
+    "signs": lambda k, z: -(k * z) - z * z + (-2 * z) * (-k) - (3 - z) * (-z) + (-z - k) - (z * z * z - 1),
+    "products of sums": lambda k, z: (k * z + 1) * (2 * z - k) * (z * z - z * k) - 2 * (1 - 2 * z) * (4 * z),
+    "nothing left": lambda k, z: z * z + (k * z - z * k) + (2 * z - z - z) * 5 + 0 * z,
     "functions": lambda k, z: fn.sin(k) * fn.sqrt(2 + z) + fn.exp(-k * z) + fn.log(2 + k) * z,
 }
 
@@ -35,3 +45,30 @@ def test_energy_is_conserved_with_the_torque_of_the_kernel(name, formulation):
     motion = pt.propagate(pt.System(BODY, Formula(0.7)), START, np.linspace(0, 3, 7), formulation=formulation)
     assert np.ptp(motion.potential_energy) > 1e-3
     assert np.max(np.abs(motion.drift["energy"])) < 1e-13
+
+
+MULTIPLES = {name: FORMULAS[name] for name in ("like products", "signs", "products of sums", "nothing left", "powers")}
+
+
+@pytest.mark.parametrize("name", MULTIPLES)
+def test_multiples_are_the_same_numbers(name):
+    constants = Constants()
+    k, z = next(constants.inputs()), constants.variable(hy.make_vars("z"))
+    expression = hy.expression(0.0) + constants.expression(MULTIPLES[name](k, z))
+    compiled = hy.cfunc([expression], [hy.make_vars("z")])
+    for number, value in ((0.7, 0.3), (-1.3, 1.9), (0.0, -0.4)):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            expected = MULTIPLES[name](np.float64(number), np.float64(value))
+        pars = np.array(constants.values([np.float64(number)]), dtype=float)
+        assert np.allclose(compiled([value], pars=pars)[0], expected, rtol=1e-14, atol=1e-14, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("system", "products"), [(paper.FREE, 15), (paper.HEAVY_TOP, 21), (paper.KEPLER, 32)], ids=["free", "top", "kepler"]
+)
+def test_a_kernel_has_the_products_of_series_that_a_person_would_write(system, products):
+    state = paper.PRINTED_PAIR
+    variables = kernels.coordinates(system, state, "lie_poisson", "double")
+    with kernels.integrator(system, variables, "double", 0.0) as (engine, _):
+        entries = [str(entry) for entry, _ in engine.decomposition]
+    assert sum(bool(re.fullmatch(r"\(u_\d+ \* u_\d+\)", entry)) for entry in entries) == products
