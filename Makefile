@@ -64,7 +64,7 @@ $(BENCH)/.ready: pyproject.toml
 	@echo "== setting up $(BENCH) (once)"
 	$(PYTHON) -m venv $(BENCH)
 	$(BENCH)/bin/python -m pip install --quiet --upgrade pip
-	$(BENCH)/bin/python -m pip install --quiet --editable . matplotlib
+	$(BENCH)/bin/python -m pip install --quiet --editable '.[symbolic]' matplotlib
 	@touch $(BENCH)/.ready
 
 clean:

@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks import ensembles, overheads, peers, single
+from benchmarks import ensembles, free, overheads, peers, single
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
@@ -22,6 +22,8 @@ SECTIONS = {
     "long_runs": single.long_runs,
     "formulations": single.formulations,
     "singular_angle": single.singular_angle,
+    "closed_form": free.closed_form,
+    "closed_form_accuracy": free.closed_form_accuracy,
     "second_propagate": overheads.second_propagate,
     "imports": overheads.imports,
     "dense_output": overheads.dense_output,

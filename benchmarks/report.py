@@ -3,7 +3,15 @@
 import textwrap
 
 from benchmarks import plots, targets
-from benchmarks.targets import BY_HAND, POINSOT, at_equal_error, rate_of
+from benchmarks.targets import (
+    BY_HAND,
+    OREKIT_ERRORS,
+    OREKIT_SECONDS,
+    POINSOT,
+    at_equal_error,
+    rate_of,
+    seconds_per_epoch,
+)
 
 HEAD = """# Benchmarks
 
@@ -58,6 +66,7 @@ def write(results, folder):
         _one_body(results, pictures),
         _script(results),
         _claim(results),
+        _closed_form(results),
         _ensemble(results),
         _rate(results["throughput"]["rate"], results["machine"]["first_cache"]),
         _overheads(results),
@@ -217,6 +226,120 @@ def _cells(run):
     if "stopped" in run:
         return f"stops at t = {run['stopped']:.2g}", "-"
     return run["steps"], f"{run['error']:.1e}"
+
+
+def _closed_form(results):
+    measured = results["closed_form"]
+    return "\n".join(
+        (
+            "## Torque-free motion in closed form\n",
+            prose(
+                "`free_motion` on the body and start of P1, beside `propagate`, whole calls of both. Orekit's",
+                "`TorqueFree` is not run here: its figures are quoted, measured apart, the time inside Java, one call",
+                "after another.",
+            ),
+            _million(measured["million"]),
+            _one_time(measured["single"]),
+            _many_free(measured["bodies"]),
+            _stored(results["closed_form_accuracy"]),
+        )
+    )
+
+
+def _million(million):
+    titles = {"free_motion": "`free_motion`", "propagate": "`propagate`, dense, then read"}
+    rows = []
+    for name, title in titles.items():
+        epoch = seconds_per_epoch(million, name)
+        cells = (f"{1e9 * epoch:.0f} ns", f"{1 / epoch:.2e}", f"{million[name]['error']:.1e}") if epoch else ("-",) * 3
+        rows.append((title, milliseconds(million[name]), *cells))
+    low, high = OREKIT_SECONDS
+    rows.append(
+        ("Orekit, quoted", "-", f"{1e9 * low:.0f} to {1e9 * high:.0f} ns", f"{1 / high:.1e} to {1 / low:.1e}", "-")
+    )
+    before = prose(
+        f"{million['epochs']} epochs up to t = {million['until']:g}. The error is the largest of {million['checked']}",
+        f"epochs, at which two references in wide precision differ by up to {million['references']:.1e} rad.",
+    )
+    return "\n".join((before, table(("tool", "time", "an epoch", "epochs/s", "error [rad]"), rows)))
+
+
+def _one_time(single):
+    rows = [
+        (
+            f"{row['t']:g}",
+            *(microseconds(row[name]) for name in ("free_motion", "propagate")),
+            _ratio(row["propagate"], row["free_motion"]),
+            microseconds(row["read"]),
+        )
+        for row in single["rows"]
+    ]
+    equal = single["equal"]
+    where = (
+        f"up to t = {single['rows'][-1]['t']:g} integration is the faster one"
+        if equal is None
+        else f"from about t = {equal:.3g} on, a phase omega t of {equal * single['rate']:.3g} rad, integration is "
+        "the slower one"
+    )
+    low, high = (1e6 * seconds for seconds in OREKIT_SECONDS)
+    after = prose(
+        f"Of one time alone, {where}. The ratio is `propagate` over `free_motion`; the last column is what a closed",
+        "form that is there takes to read one more time, `motion(t)`, most of it the cost of Python; a call of Orekit,",
+        f"quoted, takes {low:g} to {high:g} us.",
+    )
+    headings = ("t", "`free_motion`", "`propagate`", "ratio", "one more time")
+    return "\n".join(("One time in one call:\n", table(headings, rows), after))
+
+
+def microseconds(outcome):
+    """Return a time as a cell."""
+    return f"{1e6 * outcome['seconds']:.3g} us" if "seconds" in outcome else outcome["trouble"]
+
+
+def _many_free(bodies):
+    took = f"take {bodies['seconds']:.2f} s" if "seconds" in bodies else f"have no time ({bodies['trouble']})"
+    error = f"{bodies['error']:.1e} rad" if "error" in bodies else "not counted"
+    return prose(
+        f"{bodies['bodies']} random triaxial bodies at t = {bodies['until']:g}, in one call on one core, {took};",
+        f"{bodies['near']} of them are so near the separatrix that the complementary nome is used, the nearest at",
+        f"|delta| = {bodies['closest']:.1e}, with delta = (G^2 - 2 T I2)/G^2. The largest error of {bodies['judged']},",
+        f"half of them those nearest the separatrix, is {error}; two references in wide precision differ by up to",
+        f"{bodies['references']:.1e} rad on these.",
+    )
+
+
+def _stored(stored):
+    if "trouble" in stored:
+        return prose(f"The stored references were not compared: {stored['trouble']}.")
+    rows = [
+        (
+            f"{row['t']:g}",
+            f"{row['free_motion']:.1e}",
+            *("-" if error is None else f"{error:.1e}" for error in (OREKIT_ERRORS.get(row["t"]), row["propagate"])),
+            f"{row['input_rounding']:.1e}",
+        )
+        for row in stored["paper"]
+    ]
+    before = prose(
+        "Attitude errors in radians on the paper's case, against the references of `tests/oracles/free_cases.json`,",
+        "which have 30 digits. Each is one draw from rounding. The last column is what half a unit in the last place",
+        "of every component of Q makes of the attitude: nobody knows their start better than that.",
+    )
+    headings = ("t", "`free_motion`", "Orekit, quoted", "`propagate`", "rounding of the start")
+    return "\n".join((before, table(headings, rows), _groups(stored)))
+
+
+def _groups(stored):
+    groups = (
+        ("random", "random cases, error over eps (1 + phase), phase = omega t at the start"),
+        ("separatrix", "cases within 1e-3 of the separatrix, error over the rounding of the start"),
+    )
+    rows = [
+        (what, found["cases"], f"{found['median']:.2g}", f"{found['largest']:.2g}", f"{found['error']:.1e}")
+        for group, what in groups
+        if (found := stored[group])
+    ]
+    return table(("stored references", "number", "median", "largest", "largest error [rad]"), rows) if rows else ""
 
 
 def _ensemble(results):

@@ -14,6 +14,11 @@ AT_EQUAL_ERROR = (
     ("P2", "mujoco_rk4", 100.0),
     ("P3", "mujoco_rk4", 100.0),
 )
+OREKIT_SECONDS = (1.6e-6, 2.2e-6)
+"""A call of Orekit's TorqueFree inside Java, from and to; measured apart from this benchmark."""
+
+OREKIT_ERRORS = {1e3: 7.2e-14, 2e4: 2.2e-12, 5e4: 3.4e-12}
+"""Its attitude errors on the paper's torque-free case at these times, rad; likewise."""
 
 
 @dataclass
@@ -137,6 +142,32 @@ def _fastest(tools, beginning, limit):
     return max(rates, default=None)
 
 
+def of_closed_form(results):
+    """Return the targets of the torque-free motion in closed form."""
+    measured, stored = results["closed_form"], results["closed_form_accuracy"]
+    epoch, bodies = seconds_per_epoch(measured["million"], "free_motion"), measured["bodies"]
+    errors = {row["t"]: row["free_motion"] for row in stored.get("paper", [])}
+    random, separatrix = (stored.get(group) or {} for group in ("random", "separatrix"))
+    beside = "below Orekit's, quoted"
+    return [
+        Target("Closed form, epochs per second of one body", epoch and 1 / epoch, 1e6, False),
+        Target(f"Closed form, an epoch of one body ({beside})", epoch and 1e9 * epoch, 1600, True, " ns"),
+        Target(f"Closed form, {bodies['bodies']} bodies at one time each", bodies.get("seconds"), 1.0, True, " s"),
+        *(
+            Target(f"Closed form, error at t = {t:g} ({beside})", errors.get(t), bound, True, " rad")
+            for t, bound in OREKIT_ERRORS.items()
+        ),
+        Target("Closed form, random cases, median error / eps (1 + phase)", random.get("median"), 4, True),
+        Target("Closed form, random cases, largest error / eps (1 + phase)", random.get("largest"), 50, True),
+        Target("Closed form, near the separatrix, error / input rounding", separatrix.get("largest"), 10, True),
+    ]
+
+
+def seconds_per_epoch(million, name):
+    """Return the time of an epoch, of a million of them in one call; None where there is no time."""
+    return million[name]["seconds"] / million["epochs"] if "seconds" in million[name] else None
+
+
 def of_overheads(results):
     """Return the targets of what is not integration."""
     second, imports, dense = (results[name] for name in ("second_propagate", "imports", "dense_output"))
@@ -160,5 +191,6 @@ def all_of(results):
         *against_the_script(results),
         *against_peers(results),
         *of_ensembles(results),
+        *of_closed_form(results),
         *of_overheads(results),
     ]
