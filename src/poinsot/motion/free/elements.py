@@ -36,8 +36,8 @@ from poinsot.motion.free.double_double import DoubleDouble, pick
 
 __all__ = ["Elements", "elements_of"]
 
-MOST_ROUNDS = 16
-"""Of the arithmetic-geometric mean; six suffice unless 1 - m is below 1e-9."""
+MOST_ROUNDS = 64
+"""Of the arithmetic-geometric mean; six suffice unless 1 - m is below 1e-9, one more for every factor 1/4 of r'."""
 
 ENOUGH = 1e-17
 """The relative difference of the two means at which the next round ends below 1e-33."""

@@ -123,7 +123,7 @@ class Near(Theta):
         mean, other = self.e.mean, self.e.mean_other
         self.endless = _column(mean.hi == 0)
         still = np.isinf(self.start)
-        length = pick(mean.hi == 0, 0.0, (PI * other / mean).scaled(0.5))
+        length = pick(mean.hi == 0, 1.0, (PI * other / mean).scaled(0.5))
         self.length = _columns(length)
         self.rate = _columns(pick(still, 0.0, (self.e.rate * other).scaled(0.5)))
         self.start_x = _column(np.where(still, np.sign(self.start) * AT_REST, 0.5 * other.hi * self.start))
@@ -138,7 +138,7 @@ class Near(Theta):
         x = (x - self.length * periods).hi
         side = np.where(x < 0, -1.0, 1.0)
         falling = np.exp(-2 * np.abs(x))
-        rising = np.where(self.endless, 0.0, np.exp(2 * np.abs(x) - self.length.hi))
+        rising = np.exp(np.where(self.endless, -np.inf, 2 * np.abs(x) - self.length.hi))
         v = np.cos(self.pole_angle) + 1j * side * np.sin(self.pole_angle)
         alpha, beta, power = 0.0, 0.0, v
         for n in range(self.terms + 1):
