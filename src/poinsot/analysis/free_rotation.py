@@ -61,7 +61,8 @@ class FreeRotation:
         a spherical body. A body with two equal moments is in the mode of its symmetry axis.
         """
         e = self._elements
-        steady = (e.P1.hi == 0) | ((e.momentum[0].hi == 0) & (e.momentum[2].hi == 0)) | (e.moments[0] == e.moments[2])
+        across = e.P3.hi == 0  # a symmetric body that turns about an axis across its own
+        steady = (e.P1.hi == 0) | across | _is_about_middle_axis(e) | (e.moments[0] == e.moments[2])
         return np.select(
             [e.scale == 0, steady, (e.m_other.hi == 0) & (e.r.hi > 0), e.is_long],
             ["rest", "principal", "separatrix", "long-axis"],
@@ -80,7 +81,8 @@ class FreeRotation:
         across, along = np.sqrt(e.P1.hi), np.sqrt(e.P3.hi)
         with np.errstate(invalid="ignore"):
             widest = np.where(e.P1.hi > 0, np.sqrt(e.P1.hi / e.r_other.hi), 0.0)
-        return np.arctan2(across, along), np.arctan2(widest, along * np.sqrt(e.m_other.hi))
+        smallest = np.where(_is_about_middle_axis(e), np.pi / 2, np.arctan2(across, along))[()]
+        return smallest, np.arctan2(widest, along * np.sqrt(e.m_other.hi))
 
     # ------------------------------------------------------------------ periods
 
@@ -152,17 +154,19 @@ class FreeRotation:
     def angles(self) -> tuple[Any, Any, Any]:
         """The angles of the state conjugate to the actions, radians, which grow with `frequencies`.
 
-        They are (l, g, h) about the axis without the periodic part; for a symmetric body there is none. On the
-        separatrix the first one, which takes for ever, is NaN.
+        They are Andoyer's (l, g, h) without the periodic part, of the principal axes in cyclic order with the axis
+        third and towards the momentum; a symmetric body has no periodic part. On the separatrix the first one, which
+        takes for ever, is NaN.
         """
         e = self._elements
-        about_axis = Andoyer.of(_with_axes(self.state, e)) if np.all(e.scale > 0) else None
-        if about_axis is None:
+        if np.any(e.scale == 0):
             raise ValueError("state must have an angular momentum for angles, but the body is at rest.")
+        about_axis = Andoyer.of(_with_axes(self.state, e))
         rotation, periodic = _mean_angles(e)
         l = np.pi / 2 - e.sense * rotation
         g = about_axis.l + about_axis.g - periodic - l
-        return _reduced(l), _reduced(g), about_axis.h
+        l = np.where(e.mean.hi == 0, np.nan, l - _angle_of_axes(e, self.body.principal_matrix))
+        return _reduced(l)[()], _reduced(g)[()], about_axis.h
 
     @property
     def frequencies(self) -> tuple[Any, Any, Any]:
@@ -197,6 +201,25 @@ def _with_axes(state: State, e: Elements) -> State:
     return computed_state(quat.product(state.quaternion, axes), quat.product(state.conjugate_momenta, axes), state.time)
 
 
+def _is_about_middle_axis(e: Elements) -> Any:
+    return (e.momentum[0].hi == 0) & (e.momentum[2].hi == 0)
+
+
+def _angle_of_axes(e: Elements, principal: NDArray[np.float64]) -> Any:
+    """Return the angle about the axis 3 from the principal axes in cyclic order to the axes of the elements.
+
+    The axes of the elements depend on the quadrant in which the momentum starts; the principal ones do not.
+    """
+    along = np.swapaxes(principal, -1, -2) @ e.axes
+    third = np.argmax(np.abs(along[..., 2]), axis=-1)
+
+    def entry(row: Any, column: int) -> Any:
+        return np.take_along_axis(along[..., column], row[..., None] % 3, axis=-1)[..., 0]
+
+    quarter = np.arctan2(entry(third + 2, 0) * np.sign(entry(third, 2)), entry(third + 1, 0)) / (np.pi / 2)
+    return np.rint(quarter) * (np.pi / 2)
+
+
 def _mean_angles(e: Elements) -> tuple[Any, Any]:
     """Return pi u / (2 K) at the start and the periodic part of g + l, radians."""
     near = np.asarray(is_near_separatrix(e))
@@ -204,7 +227,8 @@ def _mean_angles(e: Elements) -> tuple[Any, Any]:
     for side in (near, ~near):
         if np.any(side):
             theta = theta_functions(e.of_members(side), bool(np.all(near[side])))
-            rotation[side] = e.mean.hi[side] * theta.start
+            endless = e.mean.hi[side] == 0
+            rotation[side] = np.where(endless, 0.0, e.mean.hi[side] * np.where(endless, 0.0, theta.start))
             periodic[side] = -np.squeeze(theta.sense * theta.first_angle, axis=-1) * 2
     return rotation[()], periodic[()]
 

@@ -37,7 +37,7 @@ class Andoyer:
     Raises
     ------
     ValueError
-        If G is not positive, or |L| or |H| is larger than G.
+        If G is not positive, |L| or |H| is larger than G, or members do not match.
     """
 
     l: Any
@@ -50,18 +50,22 @@ class Andoyer:
     def __post_init__(self) -> None:
         for name in ("l", "g", "h", "L", "G", "H"):
             object.__setattr__(self, name, member_array(name, getattr(self, name), ())[()])
+        (first, members), *others = [(name, len(x)) for name, x in vars(self).items() if np.ndim(x)] or [("", 0)]
+        for name, count in others:
+            if count != members:
+                raise ValueError(f"{name} must have as many members as {first}, but {count} and {members} came.")
         if not np.all(self.G > 0):
             raise ValueError(f"G must be positive, but {np.min(self.G)} came. A body at rest has no such variables.")
         for name in ("L", "H"):
             excess = np.max(np.abs(getattr(self, name)) / self.G)
             if excess > 1 + SLACK:
-                raise ValueError(f"{name} must lie between -G and G, but |{name}| = {excess:.6g} G came.")
+                raise ValueError(f"{name} must lie between -G and G, but |{name}| = {excess:.13g} G came.")
 
     @classmethod
     def of(cls, state: State) -> Andoyer:
         """Return the variables of a state; angles in (-pi, pi]."""
         body, space = state.angular_momentum_body, state.angular_momentum_space
-        l, h = np.arctan2(body[..., 0], body[..., 1]), np.arctan2(space[..., 0], -space[..., 1])
+        l, h = _azimuth(body[..., 0], body[..., 1]), _azimuth(space[..., 0], -space[..., 1])
         J, I = (np.arctan2(np.hypot(x[..., 0], x[..., 1]), x[..., 2]) for x in (body, space))
         outer, inner = _turn(h, I, 0.0), _turn(0.0, J, l)
         middle = quat.product(quat.product(quat.conjugate(outer), state.quaternion), quat.conjugate(inner))
@@ -80,6 +84,10 @@ class Andoyer:
 def _turn(first: Any, second: Any, third: Any) -> Any:
     angles = np.stack(np.broadcast_arrays(first, second, third), axis=-1)
     return euler.quaternion_from_angles(angles, "313")
+
+
+def _azimuth(sine: Any, cosine: Any) -> Any:
+    return np.arctan2(sine + 0.0, cosine + 0.0)  # of signless zeros: zero where both are
 
 
 def _cosine_and_sine(component: Any, size: Any) -> tuple[Any, Any]:
