@@ -115,14 +115,12 @@ class FreeRotation:
     @property
     def energy(self) -> Any:
         """The kinetic energy T."""
-        return self._twice_energy.hi / 2
+        return self._twice_energy.hi / 2 * self._elements.scale**2
 
     @property
     def dynamic_moment(self) -> Any:
         """The dynamic moment of inertia G^2 / (2 T), between the smallest and the largest moment."""
-        e, (c1, c2, c3) = self._elements, self._reciprocals
-        g1, g2, g3 = e.momentum
-        return (e.G * e.G / (c1 * (g1 * g1) + c2 * (g2 * g2) + c3 * (g3 * g3))).hi
+        return (self._elements.G * self._elements.G / self._twice_energy).hi
 
     @property
     def energy_ratio(self) -> Any:
@@ -146,9 +144,9 @@ class FreeRotation:
         e = self._elements
         limit = np.where(e.r.hi > 0, 2 / np.pi * e.G.hi * np.arcsin(np.sqrt(e.r.hi)), e.momentum[2].hi) * e.scale
         with np.errstate(all="ignore"):
-            J = ((e.G.scaled(e.scale) * e.precession - self._twice_energy) / (e.winding * e.sense)).hi
-        still = e.winding.hi == 0
-        return np.where(still, limit, J)[()], self.angular_momentum, self.state.angular_momentum_space[..., 2]
+            J = ((e.G * e.precession - self._twice_energy.scaled(e.scale)) / (e.winding * e.sense)).hi * e.scale
+        H = self.state.angular_momentum_space[..., 2][()]
+        return np.where(e.winding.hi == 0, limit, J)[()], self.angular_momentum, H
 
     @functools.cached_property
     def angles(self) -> tuple[Any, Any, Any]:
@@ -177,14 +175,11 @@ class FreeRotation:
     # ------------------------------------------------------------------ within
 
     @property
-    def _reciprocals(self) -> list[DoubleDouble]:
-        return [1 / DoubleDouble(moment) for moment in self._elements.moments]
-
-    @property
     def _twice_energy(self) -> DoubleDouble:
-        e = self._elements
-        (c1, c2, c3), (g1, g2, g3) = self._reciprocals, e.momentum
-        return (c1 * (g1 * g1) + c2 * (g2 * g2) + c3 * (g3 * g3)).scaled(e.scale).scaled(e.scale)
+        """2 T of the momentum without its scale."""
+        (I1, I2, I3), (g1, g2, g3) = self._elements.moments, self._elements.momentum
+        total: DoubleDouble = g1 * g1 / I1 + g2 * g2 / I2 + g3 * g3 / I3
+        return total
 
     def __repr__(self) -> str:
         return f"FreeRotation({self.body!r}, {self.state!r})"
@@ -205,7 +200,7 @@ def _is_about_middle_axis(e: Elements) -> Any:
     return (e.momentum[0].hi == 0) & (e.momentum[2].hi == 0)
 
 
-def _angle_of_axes(e: Elements, principal: NDArray[np.float64]) -> Any:
+def _angle_of_axes(e: Elements, principal: Any) -> Any:
     """Return the angle about the axis 3 from the principal axes in cyclic order to the axes of the elements.
 
     The axes of the elements depend on the quadrant in which the momentum starts; the principal ones do not.
