@@ -5,7 +5,7 @@ from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.netcdf import save
 from poinsot.forces.damping import LinearDamping
-from poinsot.forces.gravity import GravityGradient, UniformGravity
+from poinsot.forces.gravity import GravityGradient, OblateGravityGradient, UniformGravity
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
@@ -36,6 +36,7 @@ __all__ = [
     "GravityGradient",
     "KeplerOrbit",
     "LinearDamping",
+    "OblateGravityGradient",
     "Orbit",
     "Potential",
     "PropagationError",

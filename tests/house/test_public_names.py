@@ -15,6 +15,7 @@ NAMES = [
     "GravityGradient",
     "KeplerOrbit",
     "LinearDamping",
+    "OblateGravityGradient",
     "Orbit",
     "Potential",
     "PropagationError",

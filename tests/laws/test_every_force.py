@@ -10,6 +10,7 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.forces.gravity import OblateGravityGradient
 from poinsot.functions import Vector
 from poinsot.mechanics.quaternion import product
 from poinsot.motion import kernels
@@ -20,6 +21,8 @@ FORCES = (
     pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
     pt.GravityGradient(ELLIPSE),
     pt.GravityGradient(AT_REST),
+    OblateGravityGradient(ELLIPSE, 0.3, 0.7, (0.4, -0.3, 0.8)),
+    OblateGravityGradient(AT_REST, 0.3, 0.7, (0.4, -0.3, 0.8)),
     pt.LinearDamping(0.05),
 )
 POTENTIALS = tuple(force for force in FORCES if isinstance(force, pt.Potential))
@@ -123,7 +126,8 @@ def test_energy_is_one_for_floats_and_for_many_digits(force, body):
 
 def turned_world(force, turn):
     """The force with everything that it sees in space turned; uniform gravity stays along the vertical."""
-    return with_each_orbit(force, lambda orbit: turned_orbit(orbit, turn))
+    directions = {name: turn.apply(value) for name, value in vars(force).items() if name == "pole"}
+    return with_each_orbit(dataclasses.replace(force, **directions), lambda orbit: turned_orbit(orbit, turn))
 
 
 def turned_orbit(orbit, turn):

@@ -297,8 +297,8 @@ def write(groups):
 def check(groups):
     """Print how far the stored answers are from the elliptic functions, and `solve_long` from `solve`."""
     for group in groups:
-        attitudes, momentums = zip(*(_off_closed_form(case) for case in load_cases(group)), strict=True)
-        print(f"{group}: {max(attitudes):.1e} rad, {max(momentums):.1e} of |g|, {len(attitudes)} cases", flush=True)
+        turns, errors = zip(*(_off_closed_form(case) for case in load_cases(group)), strict=True)
+        print(f"{group}: {max(turns):.1e} rad, {max(errors):.1e} of |g|, {len(turns)} cases", flush=True)
     off = [_off_whole_time(case) for case in load_cases("random") if 50 < case.phase < 100]
     print(f"multiplied period: {max(off):.1e} rad, {len(off)} cases")
 

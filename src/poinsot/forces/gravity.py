@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from poinsot import functions
+from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
@@ -12,7 +13,7 @@ from poinsot.mechanics.force import Potential
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit, Sky
 
-__all__ = ["GravityGradient", "UniformGravity"]
+__all__ = ["GravityGradient", "OblateGravityGradient", "UniformGravity"]
 
 
 class UniformGravity(Potential):
@@ -62,3 +63,49 @@ class GravityGradient(Potential):
     def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: D102
         radial, inverse = attitude.to_body(sky.direction(self.orbit)), sky.inverse_distance(self.orbit)
         return inverse * inverse * inverse * (1.5 * self.orbit.mu) * body.moment_about(radial)
+
+
+class OblateGravityGradient(Potential):
+    """The gravity gradient of an attractor that is flattened along its pole, to second degree of the body.
+
+    U = 3 mu / (2 r^3) [J(n) (1 + 5/2 f (1 + 3 s^2)) - f J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, where
+    n points from the attractor to the body, k along the pole, s = n . k and J(v) = v . I v. It is the part of
+    -tr(W'' I) / 2 that depends on the attitude, with W'' the second derivatives of -mu/r (1 - f P2(s))
+    (Roithmayr 1990 derives the torque). With j2 = 0 it is `GravityGradient`.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Where the body is, and `mu`. The flattening does not act on it: a `KeplerOrbit` stays an ellipse.
+    j2 : float
+        -C20 of the attractor, not normalised: -sqrt(5) times the normalised coefficient. Oblate: positive.
+    equatorial_radius : float
+        The length to which `j2` refers, positive, in the unit of the orbit.
+    pole : array (3,)
+        Along the axis of the attractor, either way, space axes; any length but zero.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive or the pole is zero.
+    """
+
+    orbit: Orbit
+    j2: float
+    equatorial_radius: float
+    pole: Vector
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_nonpositive("equatorial_radius", self.equatorial_radius)
+        if np.any(np.all(np.asarray(self.pole) == 0, axis=-1)):
+            raise ValueError("pole must not be zero, but it is. It is a direction, along the attractor's axis.")
+
+    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: D102
+        radial, inverse = sky.direction(self.orbit), sky.inverse_distance(self.orbit)
+        pole = functions.Vector(self.pole) / functions.norm(self.pole)
+        height = functions.dot(radial, pole)
+        flattening = self.j2 * self.equatorial_radius**2 * (inverse * inverse)
+        own = body.moment_about(attitude.to_body(radial)) * (1 + flattening * (2.5 + 7.5 * (height * height)))
+        tilted = body.moment_about(attitude.to_body(pole - radial * (5 * height)))  # no unit vector: times its square
+        return inverse * inverse * inverse * (1.5 * self.orbit.mu) * (own - flattening * tilted)

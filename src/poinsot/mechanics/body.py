@@ -122,6 +122,74 @@ class Body(Parametric):
         return ObliqueBody(moments, axes)
 
     @staticmethod
+    def from_stokes(
+        C20: float,
+        C22: float,
+        polar_moment_factor: float,
+        *,
+        C21: float = 0.0,
+        S21: float = 0.0,
+        S22: float = 0.0,
+        mass: float = 1.0,
+        radius: float = 1.0,
+    ) -> Body:
+        """Return the body with a gravity field of second degree and a moment of inertia about its third axis.
+
+        With I33 = c: I11 = c + C20 - 2 C22, I22 = c + C20 + 2 C22, I12 = -2 S22, I13 = -C21, I23 = -S21, all
+        times mass radius^2 (MacCullagh's formula (19) in spherical harmonics).
+
+        Parameters
+        ----------
+        C20, C22, C21, S21, S22 : float
+            Coefficients along the body axes, not normalised: sqrt(5) (C20), sqrt(5/3) (C21, S21) and
+            sqrt(5/12) (C22, S22) times normalised ones, which cannot be told from them. J2 is -C20.
+            Principal axes with C20 < -2 C22 < 0 have A < B < C, the long axis on the prime meridian.
+        polar_moment_factor : float
+            c = I33 / (mass radius^2); C / (M R^2) of principal axes. A mean factor m has c = m - 2/3 C20.
+        mass, radius : float
+            Of the body, and of the sphere to which the coefficients refer.
+
+        Raises
+        ------
+        ValueError
+            If no rigid body has these moments.
+        """
+        c20, c22, c21, s21, s22 = _numbers(C20=C20, C22=C22, C21=C21, S21=S21, S22=S22)
+        size = _positive("mass", mass) * _positive("radius", radius) ** 2
+        c = float(_positive("polar_moment_factor", polar_moment_factor))
+        i11, i22, i12 = c + c20 - 2 * c22, c + c20 + 2 * c22, -2 * s22
+        return Body.from_inertia(size * np.array([(i11, i12, -c21), (i12, i22, -s21), (-c21, -s21, c)]))
+
+    @staticmethod
+    def from_ratios(
+        *,
+        alpha: float | None = None,
+        beta: float | None = None,
+        gamma: float | None = None,
+        polar_moment: float = 1.0,
+    ) -> Body:
+        """Return the body with two of the three ratios between its moments (A, B, C) along the body axes.
+
+        alpha = (C - B) / A, beta = (C - A) / B, gamma = (B - A) / C, each in [-1, 1]. Two of them determine
+        the third, beta (1 + alpha gamma) = alpha + gamma, and the shape: A : B : C =
+        (1 - gamma) : (1 + alpha gamma) : (1 + alpha). The polar moment C is the scale, which changes no free
+        rotation and none under gravity gradients. Of the Moon beta and gamma are published.
+
+        Raises
+        ------
+        ValueError
+            If not exactly two are given, or no rigid body has them.
+        """
+        named = {"alpha": alpha, "beta": beta, "gamma": gamma}
+        given = {name: ratio for name, ratio in named.items() if ratio is not None}
+        if len(given) != 2:
+            raise ValueError(
+                f"from_ratios must have exactly two of alpha, beta, gamma, but {' and '.join(given) or 'none'} came."
+            )
+        shape = _shape_of_ratios(**dict(zip(given, _numbers(**given), strict=True)))
+        return Body(shape / shape[2] * _positive("polar_moment", polar_moment))
+
+    @staticmethod
     def ellipsoid(mass: float, semiaxes: ArrayLike) -> Body:
         """Return the homogeneous ellipsoid with semiaxes (a, b, c) along the body axes."""
         a, b, c = _positive("semiaxes", semiaxes, (3,)) ** 2
@@ -241,6 +309,26 @@ def _positive(name: str, value: ArrayLike, shape: tuple[int | None, ...] = ()) -
     array = real_array(name, value, shape)
     refuse_nonpositive(name, array)
     return array
+
+
+def _numbers(**named: Any) -> list[float]:
+    return [float(real_array(name, value, ())) for name, value in named.items()]
+
+
+def _shape_of_ratios(**ratios: float) -> NDArray[np.float64]:
+    """Return moments in the proportion that two ratios between them make."""
+    for name, ratio in ratios.items():
+        if abs(ratio) > 1:
+            raise ValueError(f"{name} must lie in [-1, 1], but {ratio} came. No rigid body has these moments.")
+    (x, y), names = ratios.values(), set(ratios)
+    if "alpha" not in names:
+        shape = np.array([1 - x * y, 1 + y, 1 + x])
+    elif "beta" not in names:
+        shape = np.array([1 - y, 1 + x * y, 1 + x])
+    else:
+        shape = np.array([1 - y, 1 - x, 1 - x * y])
+    refuse_nonpositive("moments", shape)
+    return shape
 
 
 def _principal(inertia: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

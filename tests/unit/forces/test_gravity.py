@@ -1,5 +1,7 @@
 """Gravity on a body with a fixed point, and of a distant attractor."""
 
+import re
+
 import numpy as np
 import pytest
 import sympy
@@ -7,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import functions
+from poinsot.forces.gravity import OblateGravityGradient
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.sky import Sky
 
@@ -102,11 +105,174 @@ def test_gravity_gradient_is_the_attraction_of_far_point_masses():
     assert abs(difference) > 1e-6
 
 
-def test_two_attractors_add(body, start):
-    other = pt.FixedPoint((0, 5.0, 0), 3.0)
-    both = pt.System(body, pt.GravityGradient(POINT), pt.GravityGradient(other)).potential_energy(start)
-    separate = (pt.System(body, pt.GravityGradient(point)).potential_energy(start) for point in (POINT, other))
-    assert both == pytest.approx(sum(separate), rel=1e-15)
+# ---------------------------------------------------------------------- of an oblate attractor
+
+POLE = np.array([0.3, -0.2, 0.9])
+
+
+def oblate(j2=0.4, radius=9.0, pole=POLE, orbit=POINT):
+    return OblateGravityGradient(orbit, j2, radius, pole)
+
+
+@pytest.mark.parametrize(("body", "tensor"), [(BODY, np.diag([1.25, 1.0, 0.75])), (OBLIQUE, TENSOR)])
+def test_torque_of_an_oblate_attractor_as_it_is_published(body, tensor):
+    """3 mu/r^3 n x In + mu J2 R^2 / (2 r^5) {30 s (k x In + n x Ik) + (15 - 105 s^2) n x In - 6 k x Ik}."""
+    n, k = TURN.inv().apply(POSITION) / 13, TURN.inv().apply(POLE) / np.linalg.norm(POLE)
+    s = n @ k
+    across = 30 * s * (np.cross(k, tensor @ n) + np.cross(n, tensor @ k))
+    flat = across + (15 - 105 * s**2) * np.cross(n, tensor @ n) - 6 * np.cross(k, tensor @ k)
+    expected = 3 * 7.0 / 13**3 * np.cross(n, tensor @ n) + 7.0 * 0.4 * 9.0**2 / (2 * 13**5) * flat
+    assert np.allclose(torque(body, oblate()), expected, rtol=0, atol=2e-17)
+    assert np.linalg.norm(expected - torque(body, pt.GravityGradient(POINT))) > 1e-4
+
+
+def test_energy_of_an_oblate_attractor_is_that_of_its_second_derivatives():
+    """-tr(W'' I)/2 for W = -mu/r (1 - J2 (R/r)^2 P2(s)), up to a multiple of tr I, which no attitude changes."""
+    x, k, moments = (sympy.Matrix(sympy.symbols(names, real=True)) for names in ("x1:4", "k1:4", "A B C"))
+    mu, j2, radius, r = sympy.symbols("mu J2 R r", positive=True)
+    distance, s = sympy.sqrt(x.dot(x)), x.dot(k) / sympy.sqrt(x.dot(x))
+    W = -mu / distance * (1 - j2 * (radius / distance) ** 2 * (3 * s**2 - 1) / 2)
+    expected = -(sympy.hessian(W, list(x)) * sympy.diag(*moments)).trace() / 2
+    system = pt.System(BODY, oblate()).with_numbers(iter((*moments, *x, mu, j2, radius, *k)))
+    shipped = sympy.nsimplify(system.potential_at(functions.Vector((1, 0, 0, 0)), 0), rational=True)
+    f, height = j2 * radius**2 / r**2, x.dot(k) / r
+    no_attitude = -mu / (2 * r**3) * sum(moments) * (1 + f * (3 - 15 * height**2) / 2)
+    rest = (shipped - expected).subs(sympy.sqrt(k.dot(k)), 1).subs(distance, r) + no_attitude
+    numerator = sympy.expand(sympy.numer(sympy.together(rest.subs(x.dot(x), r**2))))
+    assert sympy.reduced(numerator, [x.dot(x) - r**2, k.dot(k) - 1], *x, *k)[1] == 0
+
+
+@pytest.mark.parametrize("orbit", [POINT, pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3)], ids=["point", "orbit"])
+def test_without_flattening_it_is_the_gravity_gradient(orbit):
+    round_one, flat = pt.GravityGradient(orbit), oblate(0.0, orbit=orbit)
+    for body in (BODY, OBLIQUE):
+        assert energy(body, flat) == pytest.approx(energy(body, round_one), rel=1e-15)
+        state = body.state(TURN, omega_body=(0, 0, 0))
+        torques = [pt.System(body, force).torque_body(state) for force in (flat, round_one)]
+        assert np.allclose(*torques, rtol=1e-14, atol=0)
+
+
+def test_only_the_line_of_the_pole_counts():
+    expected = energy(BODY, oblate())
+    for factor in (-1.0, 1e-3, 250.0):
+        assert energy(BODY, oblate(pole=factor * POLE)) == pytest.approx(expected, rel=1e-15)
+    assert abs(energy(BODY, oblate(pole=(0.3, 0.2, 0.9))) / expected - 1) > 1e-3
+
+
+def test_flattening_and_radius_come_together():
+    assert energy(BODY, oblate(0.1, 18.0)) == pytest.approx(energy(BODY, oblate(0.4, 9.0)), rel=1e-15)
+
+
+def test_members_with_their_own_flattening_and_pole():
+    poles, flattenings = np.array([POLE, (0, 0, 1.0), (1.0, 0, 0)]), np.array([0.4, -0.2, 0.0])
+    start = BODY.state(TURN, omega_body=(0.1, 0.3, -0.2))
+    together = pt.propagate(pt.System(BODY, oblate(flattenings, pole=poles)), start, [0.0, 30.0])
+    for i in range(3):
+        alone = pt.propagate(pt.System(BODY, oblate(flattenings[i], pole=poles[i])), start, [0.0, 30.0])
+        assert np.allclose(together.quaternion[i], alone.quaternion, rtol=0, atol=1e-13)
+
+
+CIRCLE = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("orbit", "pole", "expected"),
+    [
+        (POINT, POLE, ["energy"]),
+        (POINT, POSITION, ["energy", "angular_momentum_space_attractor"]),
+        (CIRCLE, CIRCLE.normal, ["jacobi_energy"]),
+        (CIRCLE, POLE, []),
+    ],
+    ids=["anywhere", "over the pole", "equatorial circle", "inclined circle"],
+)
+def test_integrals_about_an_oblate_attractor(orbit, pole, expected):
+    start = BODY.state(TURN, omega_body=(0.1, 0.3, -0.2))
+    motion = pt.propagate(pt.System(BODY, oblate(0.3, 0.9, pole, orbit)), start, np.linspace(0, 10, 21))
+    assert list(motion.drift) == expected
+    assert all(np.max(np.abs(drift)) < 5e-14 for drift in motion.drift.values())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"radius": 0.0}, "equatorial_radius must be positive, but 0.0 came."),
+        (
+            {"pole": (0, 0, 0)},
+            "pole must not be zero, but it is. It is a direction, along the attractor's axis.",
+        ),
+        ({"pole": (0, 1)}, "pole must have shape (3,) or (members, 3), but shape (2,) came."),
+        ({"j2": np.nan}, "j2 must be finite, but j2 = nan."),
+    ],
+)
+def test_what_is_no_oblate_attractor(wrong, sentence):
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        oblate(**wrong)
+
+
+# ---------------------------------------------------------------------- of several attractors
+
+ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3)
+SEVERAL = {
+    "two at rest": [pt.GravityGradient(POINT), pt.GravityGradient(pt.FixedPoint((0, 5.0, 0), 3.0))],
+    "an orbit and a point": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(POINT)],
+    "two orbits": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(CIRCLE)],
+    "an oblate one and two others": [oblate(orbit=ELLIPSE), pt.GravityGradient(CIRCLE), pt.GravityGradient(POINT)],
+}
+
+
+@pytest.mark.parametrize("forces", SEVERAL.values(), ids=SEVERAL)
+@pytest.mark.parametrize("body", [BODY, OBLIQUE], ids=["principal axes", "oblique axes"])
+def test_attractors_add(body, forces):
+    state = body.state(TURN, omega_body=(0.1, 0.3, -0.2), time=0.9)
+    together, alone = pt.System(body, *forces), [pt.System(body, force) for force in forces]
+    energies = [system.potential_energy(state) for system in alone]
+    assert together.potential_energy(state) == pytest.approx(sum(energies), rel=1e-15)
+    assert np.allclose(
+        together.torque_body(state), sum(system.torque_body(state) for system in alone), rtol=1e-14, atol=1e-16
+    )
+    assert all(np.linalg.norm(system.torque_body(state)) > 1e-3 for system in alone)
+
+
+def test_an_attractor_in_two_halves_is_one():
+    halves, whole = (
+        [pt.GravityGradient(pt.FixedPoint(POSITION, mu)) for mu in masses] for masses in ((3.5, 3.5), (7.0,))
+    )
+    start = BODY.state(TURN, omega_body=(0.1, 0.3, -0.2))
+    two, one = (pt.propagate(pt.System(BODY, *forces), start, [0.0, 50.0]) for forces in (halves, whole))
+    assert np.allclose(two.quaternion, one.quaternion, rtol=0, atol=1e-13)
+
+
+def circle(semimajor_axis, mu, **others):
+    return pt.GravityGradient(
+        pt.KeplerOrbit(mu, semimajor_axis, 0.0, 0.4, 1.1, 0.0, **others)  # n^2 = mu / a^3, normal of CIRCLE
+    )
+
+
+def at_rest(position):
+    return pt.GravityGradient(pt.FixedPoint(position, 0.8))
+
+
+INTEGRALS = {
+    "at rest on one line": (
+        [at_rest((1.0, 2, 2)), at_rest((-2.0, -4, -4))],
+        ["energy", "angular_momentum_space_attractor"],
+    ),
+    "at rest anywhere": ([at_rest((1.0, 2, 2)), at_rest((2.0, -1, 2))], ["energy"]),
+    "turning together": ([circle(1.5, 2.0), circle(3.0, 16.0, true_anomaly=0.8)], ["jacobi_energy"]),
+    "turning at other rates": ([circle(1.5, 2.0), circle(3.0, 15.0)], []),
+    "one at rest over the orbit": ([circle(1.5, 2.0), at_rest(1.7 * CIRCLE.normal)], ["jacobi_energy"]),
+    "one at rest beside it": ([circle(1.5, 2.0), at_rest((1.0, 2, 2))], []),
+    "one at rest, one on a circle": ([at_rest((1.0, 2, 2)), circle(1.5, 2.0)], []),
+}
+
+
+@pytest.mark.parametrize("case", INTEGRALS)
+def test_integrals_of_several_attractors(case):
+    forces, expected = INTEGRALS[case]
+    start = BODY.state(TURN, omega_body=(0.1, 0.3, -0.2))
+    motion = pt.propagate(pt.System(BODY, *forces), start, np.linspace(0, 10, 21))
+    assert list(motion.drift) == expected
+    assert all(np.max(np.abs(drift)) < 5e-14 for drift in motion.drift.values())
 
 
 # ---------------------------------------------------------------------- damping

@@ -1,6 +1,7 @@
 """The rigid body: moments, axes, rates and states."""
 
 import itertools
+import re
 
 import heyoka as hy
 import numpy as np
@@ -79,6 +80,147 @@ def test_point_masses_do_not_depend_on_the_origin(rng):
     masses, positions = rng.uniform(1, 2, 5), rng.normal(size=(5, 3))
     here, there = (pt.Body.point_masses(masses, positions + shift) for shift in (0, np.array([5.0, -3.0, 1.0])))
     assert np.allclose(here.inertia, there.inertia, rtol=0, atol=1e-13)
+
+
+# ---------------------------------------------------------------------- gravity fields and ratios
+
+RATIOS = ("alpha", "beta", "gamma")
+PAIRS = tuple(itertools.combinations(RATIOS, 2))
+
+
+def ratios_of(body):
+    a, b, c = body.moments
+    return dict(zip(RATIOS, ((c - b) / a, (c - a) / b, (b - a) / c), strict=True))
+
+
+def test_from_stokes_gives_europa():
+    """J2 = 435.5e-6, C22 = 131.5e-6, C/MR^2 = 0.346: A < B < C and (B - A)/C = 4 C22 / 0.346."""
+    europa = pt.Body.from_stokes(-435.5e-6, 131.5e-6, 0.346)
+    assert type(europa) is pt.Body
+    assert europa.moments == pytest.approx([0.3453015, 0.3458275, 0.346], rel=1e-15)
+    assert ratios_of(europa)["gamma"] == pytest.approx(1.52023e-3, rel=1e-5)
+
+
+def test_from_stokes_of_a_homogeneous_ellipsoid():
+    """C20 = (c^2 - (a^2 + b^2)/2) / (5 R^2), C22 = (a^2 - b^2) / (20 R^2)."""
+    a, b, c, mass, radius = 1.3, 1.1, 0.9, 4.0, 1.7
+    body = pt.Body.from_stokes(
+        (c**2 - (a**2 + b**2) / 2) / (5 * radius**2),
+        (a**2 - b**2) / (20 * radius**2),
+        (a**2 + b**2) / (5 * radius**2),
+        mass=mass,
+        radius=radius,
+    )
+    assert body.moments == pytest.approx(pt.Body.ellipsoid(mass, (a, b, c)).moments, rel=1e-14)
+    assert np.all(np.diff(body.moments) > 0)
+
+
+def test_from_stokes_keeps_the_given_axes():
+    body = pt.Body.from_stokes(-0.02, 0.005, 0.35, C21=0.003, S21=-0.002, S22=0.001, mass=3.0, radius=2.0)
+    expected = [(0.32, -0.002, -0.003), (-0.002, 0.34, 0.002), (-0.003, 0.002, 0.35)]
+    assert np.allclose(body.inertia, 12 * np.array(expected), rtol=0, atol=4e-15)
+
+
+def test_the_field_in_turned_axes_is_the_turned_body():
+    """A body turned by an angle about its third axis has (C22, S22) turned by twice the angle."""
+    angle, small = 0.3, 0.005
+    body = pt.Body.from_stokes(-0.02, small * np.cos(2 * angle), 0.35, S22=small * np.sin(2 * angle))
+    long_axis = body.principal_axes.as_matrix()[:, 0]
+    assert np.allclose(long_axis, [np.cos(angle), np.sin(angle), 0], rtol=0, atol=1e-13)
+    assert body.moments == pytest.approx(pt.Body.from_stokes(-0.02, small, 0.35).moments, rel=1e-15)
+
+
+def test_a_mean_moment_factor_becomes_a_polar_one():
+    body = pt.Body.from_stokes(-0.02, 0.005, 0.35)
+    assert np.mean(body.moments) - 2 / 3 * -0.02 == pytest.approx(0.35, rel=1e-15)
+
+
+@pytest.mark.parametrize("names", PAIRS, ids="-".join)
+@pytest.mark.parametrize("moments", [(0.3615, 0.4265, 0.5024), (2.0, 3.0, 4.0), (4.0, 2.5, 3.0), (1.0, 1.0, 1.0)])
+def test_any_two_ratios_make_the_body(moments, names):
+    """The first moments are those of Phobos over M R^2; the third is another order of the axes."""
+    ratios = ratios_of(pt.Body(moments))
+    made = pt.Body.from_ratios(**{name: ratios[name] for name in names}, polar_moment=moments[2])
+    assert made.moments == pytest.approx(moments, rel=1e-14)
+    assert ratios["beta"] * (1 + ratios["alpha"] * ratios["gamma"]) == pytest.approx(
+        ratios["alpha"] + ratios["gamma"], abs=1e-15
+    )
+
+
+def test_the_moon_by_its_ratios_and_by_its_field():
+    """beta and gamma of laser ranging, J2 and C22 of orbiters, to the digits of the polar moment."""
+    ranged = pt.Body.from_ratios(beta=631.02e-6, gamma=227.73e-6, polar_moment=0.3931)
+    orbited = pt.Body.from_stokes(-203.21e-6, 22.38e-6, 0.3931)
+    assert ranged.moments == pytest.approx(orbited.moments, abs=2e-7)
+    assert ranged.moments != pytest.approx(orbited.moments[::-1], abs=2e-5)
+
+
+def test_the_polar_moment_changes_nothing_of_what_gravity_does():
+    rates, orbit = {"attitude": TURN, "omega_body": (0.3, -0.2, 0.9)}, pt.KeplerOrbit(1.0, 1.0, 0.1, 0.3, 0, 0)
+    bodies = [pt.Body.from_ratios(alpha=0.3, gamma=0.2, polar_moment=polar) for polar in (1.0, 7.0)]
+    one, other = (
+        pt.propagate(pt.System(body, pt.GravityGradient(orbit)), body.state(**rates), [0.0, 10.0]) for body in bodies
+    )
+    assert np.allclose(one.quaternion, other.quaternion, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("names", PAIRS, ids="-".join)
+def test_ratios_of_flat_plates(names):
+    """A plate across the third axis has alpha = beta = 1, which leaves its own shape open."""
+    if names == ("alpha", "beta"):
+        with pytest.raises(ValueError, match=r"^moments must be positive, but 0\.0 came\.$"):
+            pt.Body.from_ratios(alpha=1, beta=1)
+    else:
+        body = pt.Body.from_ratios(**{names[0]: 1.0}, gamma=0.2)
+        assert body.moments == pytest.approx([0.4, 0.6, 1.0], rel=1e-15)
+
+
+BAD_CONSTRUCTORS = {
+    "stokes_of_no_body": (
+        lambda: pt.Body.from_stokes(-0.25, 0.125, 0.375),
+        "moments must be positive, but -0.125 came.",
+    ),
+    "stokes_beyond_the_triangle": (
+        lambda: pt.Body.from_stokes(-0.25, 0, 0.5 - 2**-5),
+        "moments must satisfy the triangle inequality, but 0.46875 > 0.21875 + 0.21875. "
+        "No rigid body has these moments.",
+    ),
+    "no_polar_moment": (
+        lambda: pt.Body.from_stokes(-1e-3, 1e-4, 0.0),
+        "polar_moment_factor must be positive, but 0.0 came.",
+    ),
+    "coefficient_of_members": (
+        lambda: pt.Body.from_stokes([-1e-3], 1e-4, 0.4),
+        "C20 must have shape (), but shape (1,) came.",
+    ),
+    "coefficient_that_is_none": (
+        lambda: pt.Body.from_stokes(-1e-3, np.nan, 0.4),
+        "C22 must be finite, but C22 = nan.",
+    ),
+    "one_ratio": (
+        lambda: pt.Body.from_ratios(beta=0.1),
+        "from_ratios must have exactly two of alpha, beta, gamma, but beta came.",
+    ),
+    "three_ratios": (
+        lambda: pt.Body.from_ratios(alpha=0.1, beta=0.2, gamma=0.1),
+        "from_ratios must have exactly two of alpha, beta, gamma, but alpha and beta and gamma came.",
+    ),
+    "no_ratio": (
+        lambda: pt.Body.from_ratios(),
+        "from_ratios must have exactly two of alpha, beta, gamma, but none came.",
+    ),
+    "ratio_of_no_body": (
+        lambda: pt.Body.from_ratios(alpha=0.1, gamma=-1.2),
+        "gamma must lie in [-1, 1], but -1.2 came. No rigid body has these moments.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_CONSTRUCTORS)
+def test_fields_and_ratios_of_no_body(name):
+    call, sentence = BAD_CONSTRUCTORS[name]
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        call()
 
 
 # ---------------------------------------------------------------------- limits of the possible
