@@ -30,14 +30,17 @@ from numpy.typing import NDArray
 
 from poinsot.functions import Vector
 from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.double_double import DoubleDouble, pick
 from poinsot.mechanics.kinetics import turned
 from poinsot.mechanics.state import State
-from poinsot.motion.free.double_double import DoubleDouble, pick
 
 __all__ = ["Elements", "elements_of"]
 
 MOST_ROUNDS = 64
 """Of the arithmetic-geometric mean; six suffice unless 1 - m is below 1e-9, one more for every factor 1/4 of r'."""
+
+NO_SQUARE = 1e-290
+"""A sum of squares that is smaller, of a momentum of the order of one, has too few digits and no inverse."""
 
 ENOUGH = 1e-17
 """The relative difference of the two means at which the next round ends below 1e-33."""
@@ -138,6 +141,7 @@ def _elements(moments: Any, principal: Any, state: State) -> Elements:
 
     squares = [x * x for x in g]
     P1, P3 = squares[0] + r_other * squares[1], squares[2] + r * squares[1]
+    P1 = pick(P1.hi < NO_SQUARE, 0.0, P1)
     G = (squares[0] + squares[1] + squares[2]).sqrt()
     round_ = r.hi == 0  # symmetric about the axis 3, or spherical
     m = pick(round_, 0.0, r * P1 / (r_other * P3))

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.double_double import DoubleDouble
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion.arguments import broadcast_members, check_kinds, checked_times, members_of
-from poinsot.motion.free.double_double import DoubleDouble
 from poinsot.motion.free.elements import Elements, elements_of
 from poinsot.motion.free.theta import is_near_separatrix, theta_functions
 from poinsot.motion.trajectory import Run, Trajectory, versions

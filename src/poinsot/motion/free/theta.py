@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.motion.free.double_double import PI, DoubleDouble, pick
+from poinsot.mechanics.double_double import PI, DoubleDouble, pick
 from poinsot.motion.free.elements import Elements
 
 __all__ = ["Theta", "is_near_separatrix", "theta_functions"]

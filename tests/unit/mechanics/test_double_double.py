@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from poinsot.motion.free.double_double import PI, DoubleDouble, pick
+from poinsot.mechanics.double_double import PI, DoubleDouble, pick
 
 WIDE = 2.0**-102
 numbers = st.builds(

@@ -1,0 +1,116 @@
+"""Numbers of twice the double precision, as unevaluated sums of two doubles: scalars or arrays.
+
+The error-free sum is Knuth's, the error-free product Dekker's with Veltkamp's splitting (Dekker 1971, Numer.
+Math. 18, 224-242).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+__all__ = ["HALF_PI", "PI", "DoubleDouble", "pick"]
+
+SPLITTER = 2.0**27 + 1
+
+
+class DoubleDouble:
+    """hi + lo, |lo| at most half a unit in the last place of hi: some 32 digits."""
+
+    __array_ufunc__ = None  # an array times such a number is this number's business
+    __slots__ = ("hi", "lo")
+
+    def __init__(self, hi: Any, lo: Any = 0.0) -> None:
+        self.hi, self.lo = hi, lo
+
+    @classmethod
+    def difference(cls, a: Any, b: Any) -> DoubleDouble:
+        """Return a - b of doubles, exactly."""
+        return cls(*_sum(a, -b))
+
+    def __neg__(self) -> DoubleDouble:
+        return DoubleDouble(-self.hi, -self.lo)
+
+    def __add__(self, other: Any) -> DoubleDouble:
+        other = _wide(other)
+        (high, low), (small, smaller) = _sum(self.hi, other.hi), _sum(self.lo, other.lo)
+        high, low = _sum_of_ordered(high, low + small)
+        return DoubleDouble(*_sum_of_ordered(high, low + smaller))
+
+    def __radd__(self, other: Any) -> DoubleDouble:
+        return _wide(other) + self
+
+    def __sub__(self, other: Any) -> DoubleDouble:
+        return self + (-_wide(other))
+
+    def __rsub__(self, other: Any) -> DoubleDouble:
+        return _wide(other) + (-self)
+
+    def __mul__(self, other: Any) -> DoubleDouble:
+        other = _wide(other)
+        high, low = _product(self.hi, other.hi)
+        return DoubleDouble(*_sum_of_ordered(high, low + (self.hi * other.lo + self.lo * other.hi)))
+
+    def __rmul__(self, other: Any) -> DoubleDouble:
+        return _wide(other) * self
+
+    def __truediv__(self, other: Any) -> DoubleDouble:
+        other = _wide(other)
+        first = self.hi / other.hi
+        rest = self - other * first
+        second = rest.hi / other.hi
+        rest = rest - other * second
+        high, low = _sum_of_ordered(first, second)
+        return DoubleDouble(*_sum_of_ordered(high, low + rest.hi / other.hi))
+
+    def __rtruediv__(self, other: Any) -> DoubleDouble:
+        return _wide(other) / self
+
+    def scaled(self, power_of_two: Any) -> DoubleDouble:
+        """Return the product with a power of two, which is exact."""
+        return DoubleDouble(self.hi * power_of_two, self.lo * power_of_two)
+
+    def sqrt(self) -> DoubleDouble:
+        """Return the square root; of a number whose rounding error made it negative, zero."""
+        root = np.sqrt(np.maximum(self.hi, 0.0))
+        correction = (self - DoubleDouble(root) * root).hi / np.where(root > 0, 2 * root, 1.0)
+        return DoubleDouble(*_sum_of_ordered(root, np.where(root > 0, correction, 0.0)[()]))
+
+
+PI = DoubleDouble(3.141592653589793, 1.2246467991473532e-16)
+HALF_PI = PI.scaled(0.5)
+
+
+def pick(condition: Any, a: Any, b: Any) -> DoubleDouble:
+    """Return a where the condition holds and b elsewhere."""
+    a, b = _wide(a), _wide(b)
+    return DoubleDouble(np.where(condition, a.hi, b.hi)[()], np.where(condition, a.lo, b.lo)[()])
+
+
+def _wide(number: Any) -> DoubleDouble:
+    return number if isinstance(number, DoubleDouble) else DoubleDouble(number, 0.0)
+
+
+def _sum(a: Any, b: Any) -> tuple[Any, Any]:
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def _sum_of_ordered(a: Any, b: Any) -> tuple[Any, Any]:
+    """Return the same where |a| >= |b|."""
+    total = a + b
+    return total, b - (total - a)
+
+
+def _product(a: Any, b: Any) -> tuple[Any, Any]:
+    product = a * b
+    (a1, a2), (b1, b2) = _split(a), _split(b)
+    return product, ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+def _split(a: Any) -> tuple[Any, Any]:
+    scaled = SPLITTER * a
+    high = scaled - (scaled - a)
+    return high, a - high
