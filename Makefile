@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run test slow clean
+.PHONY: run test verify slow clean
 
 run: $(READY)
 	$(BIN)/poinsot paper --out out
@@ -18,6 +18,9 @@ test: $(READY)
 	$(BIN)/lint-imports
 	@echo "== tests"
 	$(BIN)/python -m pytest
+
+verify: $(READY)
+	$(BIN)/poinsot verify
 
 slow: $(READY)
 	$(BIN)/python -m pytest -m slow

@@ -62,6 +62,51 @@ def paper(
     console.print(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {out}/fig1-torque-free.png")
 
 
+@app.command()
+def verify() -> None:
+    """Check this installation against motions that others published; exit status 1 if one differs too much.
+
+    Ten seconds, the first time half a minute. `expected` is the most that a difference may be.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    from poinsot import verify as checks
+
+    console = Console()
+    cases = track(checks.CASES, "Verifying", console=console, transient=True, disable=not console.is_terminal)
+    found = [(case, checks.rows_of(case)) for case in cases]
+    console.print(_comparisons(found))
+    rows = [row for _, rows in found for row in rows]
+    failed = sum(not row.holds for row in rows)
+    console.print(f"{failed} of {len(rows)} comparisons fail." if failed else f"All {len(rows)} comparisons hold.")
+    console.print(checks.installation(), highlight=False)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _comparisons(found: list) -> object:  # type: ignore[type-arg]
+    """Return the comparisons of all cases, each under its title and source."""
+    from rich import box
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column("case, source, what is compared")
+    for heading in ("difference", "expected"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    for number, (case, rows) in enumerate(found, 1):
+        table.add_row(Text(f"{number}. {case.title}", style="bold"))
+        table.add_row(Padding(Text(case.source, style="dim"), (0, 0, 0, 3)))
+        for row in rows:
+            verdict = Text("ok") if row.holds else Text("FAILED", style="bold red")
+            quantity = Padding(Text(row.quantity), (0, 0, 0, 3))
+            table.add_row(quantity, f"{row.difference:.1e}", f"{row.expected:.1e}", verdict)
+    return table
+
+
 def _table(title: str, rows: list) -> object:  # type: ignore[type-arg]
     """Return the rows of one case, narrow enough for any terminal."""
     from rich import box

@@ -82,7 +82,7 @@ def test_dzhanibekov_flip(free):
     start = body.state(IDENTITY, angular_momentum_body=(0, 2, 0.01))
     motion = free(body, start, [-10, 350])
     measured = period(lambda t: motion(t).angular_momentum_body[..., 0], np.linspace(-10, 350, 361))
-    assert abs(measured / 118.11088704644376 - 1) < 1e-12
+    assert abs(measured / 118.11088704644376 - 1) < 1e-11
     rotation = pt.FreeRotation(body, start)
     # The published digits are off by 5e-13: 4 K / lambda in 30 digits is this.
     assert abs(rotation.rotation_period / 118.110887046385744 - 1) < 3e-15

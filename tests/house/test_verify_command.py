@@ -1,0 +1,114 @@
+"""`poinsot verify` finds an installation right that is, and wrong that is not."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from poinsot import verify
+from poinsot.cli import app
+
+CASES = {case.title: case for case in verify.CASES}
+CHEAP = tuple(
+    CASES[title] for title in ("Tumbling brick", "4179 Toutatis", "Gravity gradient in orbit", "Fast heavy top")
+)
+WIDE = {"COLUMNS": "200"}
+
+
+def run(monkeypatch, cases):
+    monkeypatch.setattr(verify, "CASES", tuple(cases))
+    return CliRunner().invoke(app, ["verify"], env=WIDE)
+
+
+@pytest.mark.parametrize("case", verify.CASES, ids=lambda case: case.title)
+def test_case_holds(case):
+    rows = verify.rows_of(case)
+    assert rows
+    assert [row for row in rows if not row.holds] == []
+
+
+def test_command_prints_every_comparison_without_escape_codes(monkeypatch):
+    result = run(monkeypatch, CHEAP)
+    assert result.exit_code == 0, result.output
+    for case in CHEAP:
+        assert case.title in result.output
+        assert case.source in result.output
+        assert all(row.quantity in result.output for row in verify.rows_of(case))
+    assert "All 13 comparisons hold." in result.output
+    assert "heyoka" in result.output
+    assert "FAILED" not in result.output
+    assert "\x1b" not in result.output
+
+
+@pytest.mark.parametrize(
+    ("name", "case", "broken"),
+    [
+        ("TOUTATIS_ROTATION", "4179 Toutatis", 2),  # integrated and in closed form
+        ("JEOD_RATE", "Gravity gradient in orbit", 1),
+        ("TOP_QUATERNION_EXACT", "Fast heavy top", 1),
+    ],
+)
+def test_one_wrong_number_fails(monkeypatch, name, case, broken):
+    monkeypatch.setattr(verify, name, np.asarray(getattr(verify, name)) * (1 + 2e-12))
+    result = run(monkeypatch, [CASES[case]])
+    assert result.exit_code == 1, result.output
+    assert result.output.count("FAILED") == broken
+    assert f"{broken} of 4 comparisons fail." in result.output or f"{broken} of 3 comparisons fail." in result.output
+
+
+def test_case_that_does_not_run_fails_and_says_why(monkeypatch):
+    def broken():
+        raise OSError("libheyoka.so [x]: cannot open shared object file")
+
+    result = run(monkeypatch, [verify.Case("Broken", "nowhere", broken), CASES["4179 Toutatis"]])
+    assert result.exit_code == 1
+    assert "stopped by OSError: libheyoka.so [x]: cannot open shared object file" in result.output
+    assert "1 of 5 comparisons fail." in result.output
+
+
+def test_difference_that_is_not_a_number_does_not_hold():
+    assert not verify.Row("", np.nan, 1.0).holds
+    assert not verify.Row("", np.inf, 1.0).holds
+    assert verify.Row("", 0.0, 0.0).holds
+
+
+def failing(case):
+    return {row.quantity for row in verify.rows_of(case) if not row.holds}
+
+
+INTEGRATIONS = [case for case in verify.CASES if case.title not in ("Chaos of Hyperion", "Dzhanibekov flip", "File")]
+
+
+@pytest.mark.parametrize("case", INTEGRATIONS, ids=lambda case: case.title)
+def test_careless_integrator_is_noticed(monkeypatch, case):
+    right = verify.propagate
+    # The published rates of the brick have ten digits, the others are exact to rounding.
+    tolerance = 1e-9 if case.title == "Tumbling brick" else 1e-11
+
+    def careless(system, state, times, **options):
+        if options.get("precision", "double") == "double":
+            options["tolerance"] = tolerance
+        return right(system, state, times, **options)
+
+    monkeypatch.setattr(verify, "propagate", careless)
+    assert failing(case)
+
+
+@pytest.mark.parametrize("title", ["The paper's three problems", "Jacobi's elliptic functions"])
+def test_late_closed_form_is_noticed(monkeypatch, title):
+    right = verify.free_motion
+    monkeypatch.setattr(verify, "free_motion", lambda body, state, t: right(body, state, np.asarray(t) * (1 + 1e-14)))
+    assert {quantity.rpartition(", ")[2] for quantity in failing(CASES[title])} == {verify.CLOSED_FORM}
+
+
+@pytest.mark.slow
+def test_whole_command_in_a_pipe():
+    code = "from poinsot.cli import app; app()"
+    result = subprocess.run(
+        [sys.executable, "-c", code, "verify"], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert all(case.title in result.stdout for case in verify.CASES)
+    assert "\x1b" not in result.stdout
+    assert result.stderr == ""
