@@ -1,6 +1,7 @@
 """Rotation of rigid bodies: `propagate(System(body, *forces), state, times) -> Trajectory`."""
 
 from poinsot import functions
+from poinsot.analysis.equilibria import Equilibrium, equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.netcdf import save
@@ -20,6 +21,7 @@ from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.fixed import FixedPoint
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.orbits.lagrange import LagrangePoint, RotatingPoint
 from poinsot.pictures.geometry import plot_herpolhode, plot_poinsot, plot_polhode
 from poinsot.pictures.momentum_sphere import plot_momentum_sphere
 from poinsot.pictures.quaternions import plot_quaternions
@@ -30,11 +32,13 @@ __all__ = [
     "Andoyer",
     "Attitude",
     "Body",
+    "Equilibrium",
     "FixedPoint",
     "Frame",
     "FreeRotation",
     "GravityGradient",
     "KeplerOrbit",
+    "LagrangePoint",
     "LinearDamping",
     "OblateGravityGradient",
     "Orbit",
@@ -42,6 +46,7 @@ __all__ = [
     "PropagationError",
     "PropagationInterrupted",
     "RotatingFrame",
+    "RotatingPoint",
     "Sky",
     "State",
     "System",
@@ -49,6 +54,7 @@ __all__ = [
     "Trajectory",
     "UniformGravity",
     "Vector",
+    "equilibria",
     "free_motion",
     "functions",
     "plot_herpolhode",

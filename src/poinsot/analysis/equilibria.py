@@ -1,0 +1,457 @@
+"""Relative equilibria: attitudes at rest in a uniformly turning frame, their small oscillations and stability.
+
+x = (rotation vector, angular momentum), both along the body axes, obeys x' = matrix x to first order. The matrix is
+the derivative of the system's own equations, by dual numbers; Newton's method finds the equilibria with the same one.
+For satellites on circular orbits this is the analysis of DeBra and Delp (1961, J. Astronaut. Sci. 8, 14): "lyapunov"
+is Lagrange's region of stability, "linear" theirs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import operator
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot import functions
+from poinsot.errors import real_array
+from poinsot.functions import Vector
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.dual import Dual, partial
+from poinsot.mechanics.force import Torque
+from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
+from poinsot.mechanics.parameters import listed
+from poinsot.mechanics.samples import time_scale
+from poinsot.mechanics.sky import Sky
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+from poinsot.motion.arguments import check_kinds
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["Equilibrium", "equilibria"]
+
+Array = NDArray[Any]
+
+SLOW = 1e-6
+"""Rates below this count as zero, relative to the fastest; stiffnesses below its square. More in oblique axes."""
+ALIKE = 1e-5
+"""Attitudes that differ by less are the same, radians: where a stiffness vanishes, they are not known better."""
+UNIFORM = 1e-9
+"""By how much rates and torques, relative to their size, may change between times in a uniform frame."""
+RANDOM_STARTS = 100
+ROUNDS = 60
+LARGEST_STEP = 0.5
+"""Of Newton's method, radians."""
+OFF_COURSE = np.array([0.07, -0.11, 0.05])
+"""A turn that leaves the symmetric attitudes from which the shortest way to another one does not begin."""
+SKEW = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(0, 2, 1)
+"""SKEW[k] @ x = e_k x x."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium:
+    """An attitude at rest in a frame, and the small motion about it; radians, the user's unit of time.
+
+    Attributes
+    ----------
+    attitude : array (4,)
+        Unit quaternion body -> frame; body -> space without a frame.
+    state : State
+        The state at rest in the frame.
+    matrix : array (6, 6)
+        x' = matrix x, x = (rotation vector relative to the frame, change of angular momentum), body axes.
+    eigenvalues : complex array (6,)
+        Of the matrix.
+    frequencies, growth_rates : arrays, ascending
+        Positive imaginary and real parts of the eigenvalues, without those below 1e-6 of the fastest rate.
+    stability : {"lyapunov", "asymptotic", "linear", "unstable", "undecided"}
+        "lyapunov": U - omega . I omega / 2, omega that of the frame, has a minimum. "asymptotic": all eigenvalues
+        have negative real parts. "linear": the linear equations let nothing grow, but the energy proves nothing.
+        "undecided": terms of higher order decide. All this up to motion along the family.
+    family : int
+        The dimension of the continuous family of equilibria that this one stands for; 0 if it is isolated.
+    """
+
+    attitude: Array
+    state: State
+    matrix: Array
+    eigenvalues: Array
+    frequencies: Array
+    growth_rates: Array
+    stability: str
+    family: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is "lyapunov", "asymptotic" or "linear"."""
+        return self.stability in ("lyapunov", "asymptotic", "linear")
+
+    def __repr__(self) -> str:
+        names = ("attitude", "stability", "frequencies", "growth_rates", "family")
+        return f"Equilibrium({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
+
+
+def equilibria(
+    system: System, frame: Frame | None = None, *, guesses: Rotation | ArrayLike | None = None, time: float = 0.0
+) -> list[Equilibrium]:
+    """Return the relative equilibria of a system: its attitudes at rest in a uniformly turning frame.
+
+    There g x omega + tau = 0 with omega the rate of the frame. Newton's method looks for them from the guesses; that
+    it finds all is not certain. Equilibria along a continuous family (any angle about the vertical) come once.
+
+    Parameters
+    ----------
+    system : System
+        One, not an ensemble.
+    frame : Frame, optional
+        `orbit.frame` of a circular orbit; a `RotatingFrame`, about the vertical for a top, about the angular
+        momentum for a free body. Default: the space axes, for bodies at rest.
+    guesses : scipy Rotation or array (n, 4), optional
+        Attitudes body -> frame; those that lead nowhere give nothing. Default: the principal axes along those of
+        the frame in all 24 ways, and 100 others.
+    time : float
+        The time of the states. The equilibria do not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If the frame does not turn uniformly, or the system is not the same in it at all times.
+    """
+    check_kinds("equilibria(system, frame)", {"system": (system, System)})
+    if system.members:
+        raise ValueError(
+            f"system must be a single one, but {system.members[0]} members came. Take the members one by one."
+        )
+    frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
+    balance = _Balance(system, frame, float(real_array("time", time, ())))
+    starts = _starts(system) if guesses is None else np.atleast_2d(unit_quaternion(guesses, "guesses"))
+    with np.errstate(all="ignore"):
+        _check_frame(balance, frame)
+        _check_same_at_all_times(balance, frame)
+        points, settled = balance.settled(starts)
+        return [balance.equilibrium(point, frame) for point in balance.distinct(points[settled])]
+
+
+class _Balance:
+    """The balance of torques on a body at rest in a frame, and its derivatives, at one time.
+
+    Attitudes p are unit quaternions body -> frame, shape (n, 4).
+    """
+
+    def __init__(self, system: System, frame: Frame, time: float) -> None:
+        self.system, self.time = system, time
+        self.to_space, self.omega_space = frame.quaternion(time), np.asarray(frame.omega_space(time))
+        about_rates = float(np.max(system.body.moments) * np.linalg.norm(self.omega_space))
+        at_rest = system.body.state((1, 0, 0, 0), angular_momentum_body=(0, 0, about_rates))
+        self.momentum = float(system.momentum_scale(at_rest))
+        self.stiffness = self.momentum**2 / float(np.max(system.body.moments))
+        self.slenderness = _slenderness(system.body)
+        self.slow = min(SLOW * self.slenderness, 0.01)
+
+    # ------------------------------------------------------------------ equations
+
+    def flow(self, p: Array) -> tuple[Array, Array]:
+        """Return the rates (n, 6) of rotation vector and momentum, and their derivatives by both, (n, 6, 6)."""
+        matrix = rotation_matrix(quat.product(self.to_space, p))
+        turns = [matrix @ skew for skew in SKEW]
+        attitude = Attitude(
+            matrix_of(
+                [_variable(matrix[:, i, j], {("turn", k): turns[k][:, i, j] for k in range(3)}) for j in range(3)]
+                for i in range(3)
+            )
+        )
+        carried = attitude.to_body(self.omega_space)
+        body, kinetics = self.system.body, self.system.body.kinetics()
+        g = body.angular_momentum(np.stack([component.dual.value for component in carried], axis=-1))
+        momentum = Vector(_variable(g[:, i], {("momentum", i): 1.0}) for i in range(3))
+        omega: Any = kinetics.omega(momentum)
+        torque = self.system.torque_at(attitude, omega, Sky(self.time))
+        rates = [_opened(rate) for rate in (*(omega - carried), *(kinetics.gyration(momentum) + torque))]
+        names = [(block, i) for block in ("turn", "momentum") for i in range(3)]
+        values = [getattr(rate, "value", rate) for rate in rates]
+        slopes = [[partial(rate, *name) for name in names] for rate in rates]
+        return _stacked(values, len(p)), np.stack([_stacked(row, len(p)) for row in slopes], axis=-2)
+
+    def imbalance(self, p: Array) -> tuple[Array, Array]:
+        """Return g x omega + tau of the body at rest in the frame, (n, 3), and its derivative by turns, (n, 3, 3)."""
+        rates, matrix = self.flow(p)
+        return rates[:, 3:], _slope(matrix)
+
+    def torques(self, p: Array) -> tuple[Array, Array]:
+        """Return the rate of the momentum, (n, 3), and its derivatives by turn and omega, (n, 3, 6), as torques."""
+        rates, matrix = self.flow(p)
+        by_omega = matrix[:, 3:, 3:] @ np.linalg.inv(matrix[:, :3, 3:]) * (self.stiffness / self.momentum)
+        return rates[:, 3:], np.concatenate([matrix[:, 3:, :3], by_omega], axis=-1)
+
+    # ------------------------------------------------------------------ search
+
+    def settled(self, p: Array) -> tuple[Array, Array]:
+        """Return where Newton's method leads from attitudes, and whether there is an equilibrium, (n,)."""
+        p, moving = p.copy(), np.arange(len(p))
+        settled = np.zeros(len(p), dtype=bool)
+        for _ in range(ROUNDS):
+            if not moving.size:
+                break
+            force, slope = self.imbalance(p[moving])
+            finite = np.isfinite(force).all(axis=-1) & np.isfinite(slope).all(axis=(-1, -2))
+            moving, force, slope = moving[finite], force[finite], slope[finite]
+            step = -np.einsum("nij,nj->ni", self._inverse(slope), force)
+            size = np.linalg.norm(step, axis=-1)
+            p[moving] = _turned(p[moving], step * np.minimum(1, LARGEST_STEP / np.maximum(size, 1e-300))[:, None])
+            # Newton's error after a step is of the order of its square, unless a stiffness vanishes.
+            small = (size < SLOW / 10) & (np.linalg.norm(force, axis=-1) < SLOW * self.stiffness)
+            settled[moving[small]] = True
+            moving = moving[~small]
+        return p, settled
+
+    def distinct(self, points: Array) -> Array:
+        """Return one attitude of each family, the first."""
+        kept: list[Array] = []
+        while len(points):
+            kept.append(points[0])
+            points = points[rotation_angle(points, kept[-1]) > ALIKE]
+            points = points[rotation_angle(self._slid(points, kept[-1]), kept[-1]) > ALIKE]
+        return np.array(kept)
+
+    def _slid(self, points: Array, target: Array) -> Array:
+        """Return how near attitudes come to a target along directions in which nothing changes the balance."""
+        points = points.copy()
+        free = self._free(points)
+        sliding = np.flatnonzero(np.any(free, axis=(-1, -2)))
+        for start in (True, *(False,) * ROUNDS):
+            way = _turn_between(points[sliding], target) + OFF_COURSE * start
+            step = np.einsum("nij,nj->ni", free[sliding], way)
+            size = np.linalg.norm(step, axis=-1)
+            sliding, step, size = sliding[size > SLOW], step[size > SLOW], size[size > SLOW]
+            if not sliding.size:
+                break
+            step *= np.minimum(1, LARGEST_STEP / size)[:, None]
+            points[sliding], _ = self.settled(_turned(points[sliding], step))
+            free[sliding] = self._free(points[sliding])
+        return points
+
+    def _free(self, points: Array) -> Array:
+        """Return the projections on the turns without stiffness, (n, 3, 3)."""
+        if not len(points):
+            return np.empty((0, 3, 3))
+        _, stiffness, axes = np.linalg.svd(self.imbalance(points)[1])
+        free = axes * (stiffness <= SLOW * self.slow * self.stiffness)[..., None]
+        return np.asarray(np.swapaxes(free, -1, -2) @ free)
+
+    def _inverse(self, slope: Array) -> Array:
+        """Return the pseudo-inverses, which leave alone what has no stiffness."""
+        left, stiffness, right = np.linalg.svd(slope)
+        firm = stiffness > SLOW * self.slow * self.stiffness
+        inverse = np.where(firm, 1 / np.where(firm, stiffness, 1), 0)
+        return np.asarray(np.swapaxes(right, -1, -2) @ (inverse[..., None] * np.swapaxes(left, -1, -2)))
+
+    # ------------------------------------------------------------------ small motion
+
+    def equilibrium(self, p: Array, frame: Frame) -> Equilibrium:
+        """Return the equilibrium at an attitude."""
+        p = p / np.linalg.norm(p)
+        matrix = self.flow(p[None])[1][0]
+        free = self._free(p[None])[0]
+        unit = np.array([1.0] * 3 + [self.momentum] * 3)
+        scaled = matrix * unit / unit[:, None]
+        eigenvalues = np.linalg.eigvals(scaled)
+        fastest = max(np.max(np.abs(eigenvalues)), self.stiffness / self.momentum)
+        slow = self.slow * float(fastest)
+        frequencies = np.sort(eigenvalues.imag[eigenvalues.imag > slow])
+        growth = np.sort(eigenvalues.real[eigenvalues.real > slow])
+        family = self._family(p, free)
+        stability = "unstable" if growth.size else self._stability(scaled, eigenvalues, slow, free, family)
+        state = self.system.body.state(p, omega_body=(0, 0, 0), time=self.time, frame=frame)
+        return Equilibrium(p, state, matrix, eigenvalues, frequencies, growth, stability, family)
+
+    def _stability(self, scaled: Array, eigenvalues: Array, slow: float, free: Array, family: int) -> str:
+        """Return the kind of stability of an equilibrium at which nothing grows exponentially."""
+        freedom = round(float(np.trace(free)))
+        if family < freedom or _grows_with_time(scaled, eigenvalues, slow):
+            return "undecided"
+        if any(isinstance(force, Torque) for force in self.system.forces):
+            dies = int(np.sum(eigenvalues.real < -slow))
+            return "asymptotic" if dies == 6 - freedom else "linear"
+        slope = self.momentum * _slope(scaled[None])[0]
+        curvature = np.linalg.eigvalsh(-(slope + slope.T) / 2)  # of U - Omega . I Omega / 2
+        positive = int(np.sum(curvature > SLOW * self.slow * self.stiffness))
+        return "lyapunov" if positive == 3 - freedom else "linear"
+
+    def _family(self, p: Array, free: Array) -> int:
+        """Return in how many of the directions without stiffness there are equilibria also at a finite distance."""
+        stiffness, axes = np.linalg.eigh(free)
+        steps = 0.1 * axes.T[stiffness > 0.5]
+        if not len(steps):
+            return 0
+        ends, settled = self.settled(_turned(np.broadcast_to(p, (len(steps), 4)), steps))
+        return int(np.sum(settled & (rotation_angle(ends, p) > 0.05) & np.any(self._free(ends), axis=(-1, -2))))
+
+
+def _slenderness(body: Body) -> float:
+    """Return by how much rounding grows where rates come out of momenta: not at all in principal axes."""
+    oblique = np.any(body.inertia != np.diag(np.diag(body.inertia)))
+    return float(np.max(body.moments) / np.min(body.moments)) if oblique else 1.0
+
+
+def _slope(matrix: Array) -> Array:
+    """Return the derivative of g' by turns with omega that of the frame, from that of the flow, (n, 3, 3)."""
+    return np.asarray(matrix[:, 3:, :3] - matrix[:, 3:, 3:] @ np.linalg.solve(matrix[:, :3, 3:], matrix[:, :3, :3]))
+
+
+def _grows_with_time(matrix: Array, eigenvalues: Array, slow: float) -> bool:
+    """Return whether oscillations with equal frequencies grow, like t cos(w t): too few eigenvectors for them."""
+    for eigenvalue in eigenvalues[np.abs(eigenvalues.imag) > slow]:
+        cluster = eigenvalues[np.abs(eigenvalues - eigenvalue) < 10 * slow]
+        distance = np.linalg.svd(matrix - np.mean(cluster) * np.eye(6), compute_uv=False)
+        if np.sum(distance < 100 * slow) < len(cluster):
+            return True
+    return False
+
+
+# ---------------------------------------------------------------------- checks
+
+
+def _check_frame(balance: _Balance, frame: Frame) -> None:
+    rates = np.stack([frame.omega_space(time) for time in _other_times(balance)])
+    change = np.max(np.linalg.norm(rates - balance.omega_space, axis=-1))
+    fastest = np.max(np.linalg.norm(rates, axis=-1))
+    if change > UNIFORM * fastest:
+        raise ValueError(
+            f"frame must turn uniformly, but its angular velocity changes by {change / fastest:.2g} of its size. "
+            "That of an orbit does if the orbit is a circle."
+        )
+
+
+def _check_same_at_all_times(balance: _Balance, frame: Frame) -> None:
+    attitudes = _random_attitudes(4)
+    here = balance.torques(attitudes)
+    if not all(np.isfinite(part).all() for part in here):
+        raise ValueError(
+            "system must have a torque with a derivative where the body is at rest in the frame, but it is not finite. "
+            "The norm of a zero vector has none."
+        )
+    for time in _other_times(balance):
+        there = _Balance(balance.system, frame, time).torques(attitudes)
+        change = max(np.max(np.abs(a - b)) for a, b in zip(here, there, strict=True))
+        if not change <= UNIFORM * balance.slenderness * balance.stiffness:
+            raise ValueError(
+                "system must look the same from the frame at all times, but its torque changes by "
+                f"{change:.2g} until t = {time:.6g}. Name the frame with which the forces turn, such as orbit.frame."
+            )
+
+
+def _other_times(balance: _Balance) -> list[float]:
+    """Return times a fraction of a turn away, and several turns."""
+    rate = np.linalg.norm(balance.omega_space)
+    unit = 1 / rate if rate > 0 else time_scale(balance.system)
+    return [balance.time + float(unit) * step for step in (0.7, 2.3, -37.0)]
+
+
+# ---------------------------------------------------------------------- attitudes
+
+
+def _starts(system: System) -> Array:
+    """Return the 24 ways to lay principal axes along those of the frame, the smallest turns first, and random ones."""
+    from scipy.spatial.transform import Rotation
+
+    ways = Rotation.create_group("O").as_quat(canonical=True, scalar_first=True)
+    ways = ways[np.argsort(-ways[:, 0], kind="stable")]
+    to_principal = system.body.principal_axes.inv().as_quat(scalar_first=True)
+    return np.concatenate([quat.product(ways, to_principal), _random_attitudes(RANDOM_STARTS)])
+
+
+def _random_attitudes(count: int) -> Array:
+    q = np.random.default_rng(20061027).normal(size=(count, 4))
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
+def _turned(p: Array, turn: Array) -> Array:
+    """Return attitudes turned by rotation vectors along the body axes, (n, 3)."""
+    half = np.linalg.norm(turn, axis=-1, keepdims=True) / 2
+    p = quat.product(p, np.concatenate([np.cos(half), turn / 2 * np.sinc(half / np.pi)], axis=-1))
+    return np.asarray(p / np.linalg.norm(p, axis=-1, keepdims=True))
+
+
+def _turn_between(p: Array, target: Array) -> Array:
+    """Return the rotation vectors along the body axes that lead to an attitude, (n, 3)."""
+    turn = quat.product(quat.conjugate(p), target)
+    turn = turn * np.where(turn[..., :1] < 0, -1, 1)
+    sine = np.linalg.norm(turn[..., 1:], axis=-1, keepdims=True)
+    return np.asarray(turn[..., 1:] * 2 * np.arctan2(sine, turn[..., :1]) / np.where(sine > 0, sine, 1))
+
+
+def _stacked(scalars: list[Any], count: int) -> Array:
+    return np.stack([np.broadcast_to(scalar, (count,)) for scalar in scalars], axis=-1).astype(float)
+
+
+# ---------------------------------------------------------------------- derivatives of derivatives
+
+
+class _Nested:
+    """A dual that other duals take for a plain scalar, so that a torque derived from an energy is derived again."""
+
+    __array_ufunc__ = None
+
+    def __init__(self, dual: Dual) -> None:
+        self.dual = dual
+
+    def __add__(self, other: Any) -> Any:
+        return _nested(operator.add, self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return _nested(operator.add, other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return _nested(operator.sub, self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return _nested(operator.sub, other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return _nested(operator.mul, self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return _nested(operator.mul, other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        return _nested(operator.truediv, self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return _nested(operator.truediv, other, self)
+
+    def __pow__(self, other: Any) -> Any:
+        return _nested(operator.pow, self, other)
+
+    def __rpow__(self, other: Any) -> Any:
+        return _nested(operator.pow, other, self)
+
+    def __neg__(self) -> _Nested:
+        return _Nested(-self.dual)
+
+    def __bool__(self) -> bool:
+        return bool(self.dual)
+
+    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        return _nested(getattr(functions, name), *arguments)
+
+
+def _nested(operation: Callable[..., Any], *arguments: Any) -> Any:
+    if any(isinstance(argument, Dual | Vector) for argument in arguments):
+        return NotImplemented
+    value = operation(*map(_opened, arguments))
+    return _Nested(value) if isinstance(value, Dual) else value
+
+
+def _variable(value: Array, slopes: dict[Any, Any]) -> _Nested:
+    return _Nested(Dual(value, slopes))
+
+
+def _opened(scalar: Any) -> Any:
+    return scalar.dual if isinstance(scalar, _Nested) else scalar

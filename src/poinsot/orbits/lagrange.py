@@ -1,0 +1,190 @@
+"""The points at which a body keeps its place beside two attractors that circle each other."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.mechanics.frame import RotatingFrame
+from poinsot.mechanics.parameters import Vector
+from poinsot.mechanics.sky import Orbit
+
+__all__ = ["LagrangePoint", "RotatingPoint"]
+
+POINTS = ("L1", "L2", "L3", "L4", "L5")
+
+
+class RotatingPoint(Orbit):
+    """A body that goes round with its attractor at a constant rate, as if both were on one turning disc.
+
+    Parameters
+    ----------
+    position : array (3,)
+        The position of the body from the attractor at the epoch, space axes.
+    mu : float
+        Gravitational parameter of the attractor, length cubed over time squared.
+    rate : float
+        Angular velocity about the third space axis, radians per unit of time.
+    epoch : float
+        The time of the position.
+
+    Raises
+    ------
+    ValueError
+        If `mu` is not positive, or the body is at the attractor.
+    """
+
+    position: Vector
+    mu: float
+    rate: float
+    epoch: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_nonpositive("mu", self.mu)
+        if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
+            raise ValueError("position must not be zero, but the body is at the attractor.")
+
+    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        (x, y, z), (c, s) = self._position, self._turn(time)
+        return functions.Vector((c * x - s * y, s * x + c * y, z))
+
+    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        (x, y, z), (c, s) = self._position, self._turn(time)
+        return functions.Vector((-self.rate * (s * x + c * y), self.rate * (c * x - s * y), 0 * z))
+
+    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: ARG002, D102
+        return 1 / functions.norm(self._position)
+
+    @property
+    def uniform_rotation(self) -> NDArray[np.float64]:
+        """The rate about the third space axis; shape (..., 3)."""
+        return np.asarray(np.multiply.outer(self.rate, (0.0, 0.0, 1.0)))
+
+    @property
+    def frame(self) -> RotatingFrame:
+        """The axes that turn with the position, along the space axes at the epoch."""
+        return RotatingFrame((1, 0, 0, 0), self.uniform_rotation, self.epoch)
+
+    @property
+    def _position(self) -> functions.Vector:
+        position: Any = self.position
+        if isinstance(position, functions.Vector):
+            return position
+        return functions.Vector(np.moveaxis(np.asarray(position), -1, 0))
+
+    def _turn(self, time: Scalar) -> tuple[Scalar, Scalar]:
+        angle = self.rate * (time - self.epoch)
+        return functions.cos(angle), functions.sin(angle)
+
+
+@dataclasses.dataclass(frozen=True)
+class LagrangePoint:
+    """A libration point of two attractors on circles about each other, in the plane of the first two space axes.
+
+    At the epoch the secondary is in the direction of the first axis from the primary; the motion is about the third.
+    A body held there feels both: `GravityGradient(point.from_primary)` and `GravityGradient(point.from_secondary)`.
+
+    Parameters
+    ----------
+    mu_primary, mu_secondary : float
+        Gravitational parameters, length cubed over time squared.
+    separation : float
+        The distance of the attractors.
+    point : {"L1", "L2", "L3", "L4", "L5"}
+        L1 between the attractors, L2 beyond the secondary, L3 beyond the primary, L4 ahead of the secondary, L5
+        behind it.
+    epoch : float
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not positive, the secondary is the heavier one, or there is no such point.
+    """
+
+    mu_primary: float
+    mu_secondary: float
+    separation: float
+    point: str
+    epoch: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("mu_primary", "mu_secondary", "separation", "epoch"):
+            object.__setattr__(self, name, float(real_array(name, getattr(self, name), ())))
+        for name in ("mu_primary", "mu_secondary", "separation"):
+            refuse_nonpositive(name, getattr(self, name))
+        if self.mu_secondary > self.mu_primary:
+            raise ValueError(
+                f"mu_secondary must not exceed mu_primary, but {self.mu_secondary} and {self.mu_primary} came. "
+                "The primary is the heavier one."
+            )
+        if self.point not in POINTS:
+            raise ValueError(f"point must be one of {', '.join(POINTS)}, but {self.point!r} came.")
+
+    @property
+    def mass_ratio(self) -> float:
+        """mu, the part of the secondary in the mass of both."""
+        return self.mu_secondary / (self.mu_primary + self.mu_secondary)
+
+    @property
+    def mean_motion(self) -> float:
+        """The rate of the attractors, sqrt((mu1 + mu2)/separation^3), radians per unit of time."""
+        return float(np.sqrt((self.mu_primary + self.mu_secondary) / self.separation**3))
+
+    @property
+    def from_primary(self) -> RotatingPoint:
+        """The orbit of the body about the primary."""
+        return RotatingPoint(self._places[0], self.mu_primary, self.mean_motion, self.epoch)
+
+    @property
+    def from_secondary(self) -> RotatingPoint:
+        """The orbit of the body about the secondary."""
+        return RotatingPoint(self._places[1], self.mu_secondary, self.mean_motion, self.epoch)
+
+    @property
+    def frame(self) -> RotatingFrame:
+        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
+        return self.from_primary.frame
+
+    @functools.cached_property
+    def _places(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The positions from primary and secondary at the epoch."""
+        if self.point in ("L4", "L5"):
+            across = np.sqrt(0.75) if self.point == "L4" else -np.sqrt(0.75)
+            primary, secondary = (0.5, across, 0.0), (-0.5, across, 0.0)
+        else:
+            distance = self._distance
+            along, beside = {
+                "L1": (1 - distance, -distance),
+                "L2": (1 + distance, distance),
+                "L3": (-distance, -1 - distance),
+            }[self.point]
+            primary, secondary = (along, 0.0, 0.0), (beside, 0.0, 0.0)
+        return self.separation * np.array(primary), self.separation * np.array(secondary)
+
+    @functools.cached_property
+    def _distance(self) -> float:
+        """The distance from the nearer attractor over the separation: the positive root of Euler's quintic.
+
+        Szebehely, Theory of Orbits (1967), Sec. 4.4.
+        """
+        mu = self.mass_ratio
+        quintic = np.polynomial.Polynomial(
+            {
+                "L1": (-mu, 2 * mu, -mu, 3 - 2 * mu, -(3 - mu), 1),
+                "L2": (-mu, -2 * mu, -mu, 3 - 2 * mu, 3 - mu, 1),
+                "L3": (-(1 - mu), -2 * (1 - mu), -(1 - mu), 1 + 2 * mu, 2 + mu, 1),
+            }[self.point]
+        )
+        root = np.cbrt(mu / 3) if self.point != "L3" else 1 - 7 / 12 * mu
+        slope = quintic.deriv()
+        for _ in range(20):
+            root -= quintic(root) / slope(root)
+        return float(root)
