@@ -61,3 +61,30 @@ def test_torque_free_case_of_the_paper(start):
         assert attitude_error(q, row["q"]) < ROUNDING + input_rounding
         sign = np.sign(q @ np.array(row["q"], dtype=float))
         assert np.max(np.abs(sign * Q - np.array(row["Q"], dtype=float))) < 2 * (ROUNDING + input_rounding)
+
+
+@pytest.mark.parametrize("size", [1e-290, 1e-160, 1e150, 1e250])
+def test_any_unit_of_mass(size):
+    moments, momentum = np.array([2, 2.5, 3.5]), np.array([0.3, 1, 2])
+    reference, scaled = pt.Body(moments), pt.Body(moments * size)
+    starts = [
+        body.state((1, 0, 0, 0), angular_momentum_body=momentum * k) for body, k in ((reference, 1), (scaled, size))
+    ]
+    motions = [pt.free_motion(body, start, [1.0, 1e3]) for body, start in zip(bodies, starts, strict=True)]
+    # The moments round differently: their ratios are off by a unit in the last place, and so is the rate.
+    assert np.max(np.abs(motions[0].quaternion - motions[1].quaternion)) < 1e3 * 4 * EPS
+    rotations = [pt.FreeRotation(body, start) for body, start in zip(bodies, starts, strict=True)]
+    for name in ("precession_period", "rotation_period", "spin_period", "energy_ratio"):
+        assert abs(getattr(rotations[1], name) / getattr(rotations[0], name) - 1) < 8 * EPS
+    for name in ("energy", "angular_momentum", "dynamic_moment"):
+        assert abs(getattr(rotations[1], name) / getattr(rotations[0], name) / size - 1) < 8 * EPS
+
+
+@pytest.mark.parametrize("size", [1e-290, 1e290])
+def test_any_unit_of_time(size):
+    body = pt.Body((2, 2.5, 3.5))
+    quick = body.state((1, 0, 0, 0), angular_momentum_body=np.array([0.3, 1, 2]))
+    other = body.state((1, 0, 0, 0), angular_momentum_body=np.array([0.3, 1, 2]) / size)
+    times = np.array([0, 1.0, 100.0])
+    motions = pt.free_motion(body, quick, times), pt.free_motion(body, other, times * size)
+    assert np.max(np.abs(motions[0].quaternion - motions[1].quaternion)) < 1e2 * 8 * EPS

@@ -624,3 +624,25 @@ def test_wrong_arguments_get_a_sentence(name):
 
 def test_repr_shows_body_and_state():
     assert repr(pt.FreeRotation(BODY, STATE)) == f"FreeRotation({BODY!r}, {STATE!r})"
+
+
+def test_spin_period_is_that_of_the_spin_where_there_is_no_nutation():
+    for axis, moment in enumerate((2.0, 2.5, 3.5)):
+        if axis == 1:
+            continue  # the intermediate axis has no small nutation
+        momentum = 0.7 * np.eye(3)[axis]
+        rotation = pt.FreeRotation(
+            (body := pt.Body((2.0, 2.5, 3.5))), body.state((1, 0, 0, 0), angular_momentum_body=momentum)
+        )
+        assert abs(rotation.spin_period / (2 * np.pi * moment / 0.7) - 1) < 1e-15
+
+
+def test_a_member_at_rest_has_no_angles_and_the_others_do():
+    body = pt.Body((2.0, 2.5, 3.5))
+    momenta = np.array([[1.0, 2, 3], [0, 0, 0]])
+    rotation = pt.FreeRotation(body, body.state(np.tile([1.0, 0, 0, 0], (2, 1)), angular_momentum_body=momenta))
+    alone = pt.FreeRotation(body, body.state((1.0, 0, 0, 0), angular_momentum_body=momenta[0]))
+    assert list(rotation.mode) == [alone.mode, "rest"]
+    for angles, angle in zip(rotation.angles, alone.angles, strict=True):
+        assert angles[0] == angle
+        assert np.isnan(angles[1])

@@ -285,7 +285,7 @@ def test_a_spherical_body_has_no_curves_and_the_title_says_so():
     body = BODIES["sphere"]
     state = body.state((1, 0, 0, 0), omega_body=(1, 2, 3))
     axes = plot_momentum_sphere(body, state)
-    assert axes.figure.get_suptitle().startswith("Spherical body, ")
+    assert axes.figure.get_suptitle().startswith("Spherical body: ")
     assert not any(drawn(axes, colour) for colour in (BLUE, VERMILION, BLACK, GREEN))
     assert not plot_momentum_sphere(body).figure.legends
 

@@ -25,12 +25,15 @@ class FreeRotation:
     """The torque-free rotation of a body from a state, or of members; everything in the user's units, radians.
 
     The momentum circles either the short axis of the body (of the largest moment) or the long axis (of the
-    smallest); "the axis" below is the one that it circles.
+    smallest); "the axis" below is the one that it circles. Every property is a number, or an array of shape
+    (members,).
 
     Parameters
     ----------
     body : Body
+        Moments of shape (3,) or (members, 3).
     state : State
+        One, or one for each member.
 
     Raises
     ------
@@ -55,10 +58,11 @@ class FreeRotation:
 
     @property
     def mode(self) -> Any:
-        """One of "short-axis", "long-axis", "separatrix", "principal", "rest"; an array of them for members.
+        """One of "short-axis", "long-axis", "separatrix", "principal", "rest".
 
         "principal" is steady rotation about a principal axis, the intermediate one included, and any rotation of
-        a spherical body. A body with two equal moments is in the mode of its symmetry axis.
+        a spherical body. A body with two equal moments is in the mode of its symmetry axis. Zeros and equal moments
+        are taken exactly: of moments that differ by rounding the difference counts.
         """
         e = self._elements
         across = e.P3.hi == 0  # a symmetric body that turns about an axis across its own
@@ -82,7 +86,7 @@ class FreeRotation:
         with np.errstate(invalid="ignore"):
             widest = np.where(e.P1.hi > 0, np.sqrt(e.P1.hi / e.r_other.hi), 0.0)
         smallest = np.where(_is_about_middle_axis(e), np.pi / 2, np.arctan2(across, along))[()]
-        return smallest, np.arctan2(widest, along * np.sqrt(e.m_other.hi))
+        return _plain(smallest), _plain(np.arctan2(widest, along * np.sqrt(e.m_other.hi)))
 
     # ------------------------------------------------------------------ periods
 
@@ -93,11 +97,21 @@ class FreeRotation:
 
     @property
     def rotation_period(self) -> Any:
-        """The time in which the body turns about the axis, P_psi; infinite on the separatrix.
+        """The time in which the momentum, seen from the body, goes once round the axis, P_psi.
 
-        Rates and momentum along the body axes have this period.
+        Rates and momentum along the body axes have this period. It is infinite on the separatrix; in steady rotation
+        it is that of an infinitesimal nutation.
         """
         return _period(self._elements.winding.hi)
+
+    @property
+    def spin_period(self) -> Any:
+        """The mean time of a turn of the body about the axis, seen from space: 1/P = 1/P_phi - s/P_psi.
+
+        s is 1 in the short-axis mode and -1 in the long-axis mode. In steady rotation it is 2 pi / |omega|.
+        """
+        e = self._elements
+        return _period((e.precession - e.winding * e.sense).hi)
 
     @property
     def long_axis_precession_period(self) -> Any:
@@ -115,7 +129,7 @@ class FreeRotation:
     @property
     def energy(self) -> Any:
         """The kinetic energy T."""
-        return self._twice_energy.hi / 2 * self._elements.scale**2
+        return self._twice_energy.hi / 2 * self._elements.scale * self._elements.scale
 
     @property
     def dynamic_moment(self) -> Any:
@@ -124,7 +138,7 @@ class FreeRotation:
 
     @property
     def energy_ratio(self) -> Any:
-        """The energy relative to the least one with the same momentum, that of rotation about the short axis."""
+        """T over the least energy with the same momentum, that of rotation about the short axis; at least 1."""
         return np.max(self.body.moments, axis=-1) / self.dynamic_moment
 
     # ------------------------------------------------------------------ canonical variables
@@ -145,32 +159,39 @@ class FreeRotation:
         limit = np.where(e.r.hi > 0, 2 / np.pi * e.G.hi * np.arcsin(np.sqrt(e.r.hi)), e.momentum[2].hi) * e.scale
         with np.errstate(all="ignore"):
             J = ((e.G * e.precession - self._twice_energy.scaled(e.scale)) / (e.winding * e.sense)).hi * e.scale
-        H = self.state.angular_momentum_space[..., 2][()]
-        return np.where(e.winding.hi == 0, limit, J)[()], self.angular_momentum, H
+        H = self.state.angular_momentum_space[..., 2]
+        return _plain(np.where(e.winding.hi == 0, limit, J)), _plain(self.angular_momentum), _plain(H)
 
     @functools.cached_property
     def angles(self) -> tuple[Any, Any, Any]:
         """The angles of the state conjugate to the actions, radians, which grow with `frequencies`.
 
         They are Andoyer's (l, g, h) without the periodic part, of the principal axes in cyclic order with the axis
-        third and towards the momentum; a symmetric body has no periodic part. On the separatrix the first one, which
-        takes for ever, is NaN.
+        third and towards the momentum; a symmetric body has no periodic part. In steady rotation the body axes do
+        not tell l from g, and their sum alone grows. On the separatrix the first one, which takes for ever, is NaN; of
+        a member at rest all are.
+
+        Raises
+        ------
+        ValueError
+            If a single body is at rest.
         """
         e = self._elements
-        if np.any(e.scale == 0):
+        if np.all(e.scale == 0):
             raise ValueError("state must have an angular momentum for angles, but the body is at rest.")
         about_axis = Andoyer.of(_with_axes(self.state, e))
         rotation, periodic = _mean_angles(e)
         l = np.pi / 2 - e.sense * rotation
         g = about_axis.l + about_axis.g - periodic - l
         l = np.where(e.mean.hi == 0, np.nan, l - _angle_of_axes(e, self.body.principal_matrix))
-        return _reduced(l)[()], _reduced(g)[()], about_axis.h
+        moving = np.where(e.scale > 0, 1.0, np.nan)
+        return tuple(_plain(moving * _reduced(angle)) for angle in (l, g, about_axis.h))
 
     @property
     def frequencies(self) -> tuple[Any, Any, Any]:
         """The rates of the angles, radians per unit of time: derivatives of the energy by the actions."""
         e = self._elements
-        return -e.sense * e.winding.hi, e.precession.hi, np.zeros_like(e.precession.hi)[()]
+        return tuple(map(_plain, (-e.sense * e.winding.hi, e.precession.hi, np.zeros_like(e.precession.hi))))
 
     # ------------------------------------------------------------------ within
 
@@ -185,15 +206,22 @@ class FreeRotation:
         return f"FreeRotation({self.body!r}, {self.state!r})"
 
 
+def _plain(value: Any) -> Any:
+    """Return an array of members, or the number of one body as Python shows it."""
+    return value if np.ndim(value) else float(value)
+
+
 def _period(rate: Any) -> Any:
     with np.errstate(divide="ignore"):
         return 2 * np.pi / np.abs(rate)
 
 
 def _with_axes(state: State, e: Elements) -> State:
-    """Return the state of the axes 1, 2, 3 of the elements."""
+    """Return the state of the axes 1, 2, 3 of the elements; at rest, with a momentum in place of none."""
     axes = quaternion_from_matrix(e.axes)
-    return computed_state(quat.product(state.quaternion, axes), quat.product(state.conjugate_momenta, axes), state.time)
+    q, Q = quat.product(state.quaternion, axes), quat.product(state.conjugate_momenta, axes)
+    Q = np.where(np.asarray(e.scale)[..., None] > 0, Q, quat.product(q, np.array([0.0, 0.0, 0.0, 2.0])))
+    return computed_state(q, Q, state.time)
 
 
 def _is_about_middle_axis(e: Elements) -> Any:

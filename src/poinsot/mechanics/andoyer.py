@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State
 
 __all__ = ["Andoyer"]
@@ -25,7 +26,8 @@ class Andoyer:
 
     The attitude is R3(h) R1(I) R3(g) R1(J) R3(l) with cos I = H/G and cos J = L/G: from the space axes through
     the plane across the angular momentum to the body axes. Where I or J is zero the angles next to it are
-    determined by their sum only; the outer one is then zero. (Andoyer 1923; Deprit 1967, Am. J. Phys. 35, 424.)
+    determined by their sum only; the outer one is then zero. The cosines do not tell an I or J below 1e-8 from zero.
+    (Andoyer 1923; Deprit 1967, Am. J. Phys. 35, 424.)
 
     Attributes
     ----------
@@ -49,7 +51,8 @@ class Andoyer:
 
     def __post_init__(self) -> None:
         for name in ("l", "g", "h", "L", "G", "H"):
-            object.__setattr__(self, name, member_array(name, getattr(self, name), ())[()])
+            value = member_array(name, getattr(self, name), ())
+            object.__setattr__(self, name, value if value.ndim else float(value))
         (first, members), *others = [(name, len(x)) for name, x in vars(self).items() if np.ndim(x)] or [("", 0)]
         for name, count in others:
             if count != members:
@@ -64,13 +67,15 @@ class Andoyer:
     @classmethod
     def of(cls, state: State) -> Andoyer:
         """Return the variables of a state; angles in (-pi, pi]."""
+        if not isinstance(state, State):
+            raise TypeError(f"state must be a State, but {came(state)} came.")
         body, space = state.angular_momentum_body, state.angular_momentum_space
         l, h = _azimuth(body[..., 0], body[..., 1]), _azimuth(space[..., 0], -space[..., 1])
         J, I = (np.arctan2(np.hypot(x[..., 0], x[..., 1]), x[..., 2]) for x in (body, space))
         outer, inner = _turn(h, I, 0.0), _turn(0.0, J, l)
         middle = quat.product(quat.product(quat.conjugate(outer), state.quaternion), quat.conjugate(inner))
         g = 2 * np.arctan2(middle[..., 3], middle[..., 0])
-        return cls(l, np.arctan2(np.sin(g), np.cos(g)), h, body[..., 2], np.linalg.norm(body, axis=-1), space[..., 2])
+        return cls(l, np.arctan2(np.sin(g), np.cos(g)), h, body[..., 2], np.hypot.reduce(body, axis=-1), space[..., 2])
 
     def state(self, time: ArrayLike = 0.0) -> State:
         """Return the state with these variables."""

@@ -29,7 +29,7 @@ def checked_times(times: ArrayLike) -> NDArray[np.float64]:
     if t.size == 0:
         raise ValueError("times must not be empty, but shape (0,) came.")
     steps = np.diff(t)
-    wrong = np.flatnonzero(steps * (steps[0] if t.size > 1 else 1) <= 0)
+    wrong = np.flatnonzero(np.sign(steps) * np.sign(steps[:1]) <= 0)
     if wrong.size:
         i = int(wrong[0])
         relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"

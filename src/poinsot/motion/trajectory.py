@@ -174,7 +174,7 @@ class Trajectory:
         """Return the state at a time, or a batch of states at an array of times, from the dense output."""
         if self._interpolant is None:
             raise ValueError(
-                "a trajectory must have dense output to be called, but it has none. Propagate with dense=True."
+                "a trajectory must have dense output to be called, but it has none. Propagate one body with dense=True."
             )
         interpolant, first, last = self._interpolant
         t = real_array("time", time, (None,) * np.ndim(time))

@@ -176,5 +176,5 @@ def _names(moments: Array) -> list[str]:
 def _title(moments: Array) -> str:
     listed = "$I$ = (" + ", ".join(f"{moment:.4g}" for moment in moments) + ")"
     if spherical(moments):
-        return f"Spherical body, {listed}: every direction of the angular momentum is fixed"
-    return f"Directions of the angular momentum in the principal axes, {listed}"
+        return f"Spherical body: every direction of the angular momentum is fixed\n{listed}"
+    return f"Directions of the angular momentum in the principal axes\n{listed}"

@@ -61,7 +61,7 @@ class Elements:
     moments : tuple of 3
         I1, I2, I3.
     momentum : tuple of 3 DoubleDouble
-        g1, g2, g3 at the start, times 1 / `scale`; (0, 0, 1) for a body at rest.
+        g1, g2, g3 at the start, divided by `scale`; (0, 0, 1) for a body at rest.
     scale : float
         A power of two, or zero for a body at rest.
     P1, P3, G : DoubleDouble
@@ -123,8 +123,9 @@ def elements_of(moments: Any, principal: Any, state: State) -> Elements:
 
 
 def _elements(moments: Any, principal: Any, state: State) -> Elements:
-    g, scale = _scaled(_momentum(principal, state))
-    moments = np.broadcast_to(moments, (*np.shape(scale), 3))
+    g, exponent, at_rest = _scaled_momentum(principal, state)
+    size = _exponent(moments)
+    moments = np.broadcast_to(np.ldexp(moments, -size[..., None]), (*np.shape(exponent), 3))
     order = np.argsort(moments, axis=-1, kind="stable")
     a, b, c = _along(np.take_along_axis(moments, order, axis=-1))
     r, r_other = _ratios(a, b, c)
@@ -151,26 +152,31 @@ def _elements(moments: Any, principal: Any, state: State) -> Elements:
     spread = DoubleDouble.difference(I3, I1) / (DoubleDouble(I1) * I3)
     rate = pick(is_long, -spread, spread) * (r_other * P3).sqrt()
     precession = G * (1 / DoubleDouble(I1) - (DoubleDouble.difference(I2, I1) / (DoubleDouble(I1) * I2) * total) * 0.5)
+    scale, pace = (np.where(at_rest, 0.0, np.exp2(power))[()] for power in (exponent, exponent - size))
     return Elements(
-        axes, is_long, r, r_other, (I1, I2, I3), g, scale, P1, P3, G, m, m_other,
-        mean, mean_other, rate.scaled(scale), precession.scaled(scale),
+        axes, is_long, r, r_other, tuple(np.ldexp(moment, size) for moment in (I1, I2, I3)), g, scale, P1, P3, G,
+        m, m_other, mean, mean_other, rate.scaled(pace), precession.scaled(pace),
     )  # fmt: skip
 
 
-def _momentum(principal: Any, state: State) -> tuple[DoubleDouble, ...]:
-    """Return Im(q~ Q) / 2 along the principal axes, without rounding on the way."""
-    q, Q = (Vector(map(DoubleDouble, _along(array))) for array in (state.quaternion, state.conjugate_momenta))
-    g = quat.imaginary(quat.product(quat.conjugate(q), Q))
-    return tuple(x.scaled(0.5) for x in turned(np.swapaxes(principal, -1, -2), g))
+def _scaled_momentum(principal: Any, state: State) -> tuple[tuple[DoubleDouble, ...], Any, Any]:
+    """Return Im(q~ Q) / 2 along the principal axes, its largest component between 1/2 and 1, without rounding.
+
+    Also the exponent of the power of two that was taken out, and whether it is zero, which makes it (0, 0, 1).
+    """
+    first = _exponent(state.conjugate_momenta)
+    q = Vector(map(DoubleDouble, _along(state.quaternion)))
+    Q = Vector(map(DoubleDouble, _along(np.ldexp(state.conjugate_momenta, -first[..., None]))))
+    g = turned(np.swapaxes(principal, -1, -2), quat.imaginary(quat.product(quat.conjugate(q), Q)))
+    high = np.stack([x.hi for x in g], axis=-1)
+    second, at_rest = _exponent(high), np.all(high == 0, axis=-1)
+    g1, g2, g3 = (x.scaled(np.exp2(-second)[()]) for x in g)
+    return (g1, g2, pick(at_rest, 1.0, g3)), first + second - 1, at_rest
 
 
-def _scaled(g: tuple[DoubleDouble, ...]) -> tuple[tuple[DoubleDouble, ...], Any]:
-    """Return the momentum with a largest component between 1/2 and 1, and the power of two taken out of it."""
-    largest = np.max(np.abs(np.stack([x.hi for x in g], axis=-1)), axis=-1)
-    scale = np.where(largest > 0, np.exp2(np.frexp(largest)[1]), 0.0)[()]
-    back = 1 / np.where(largest > 0, scale, 1.0)[()]
-    g1, g2, g3 = (x.scaled(back) for x in g)
-    return (g1, g2, pick(largest > 0, g3, 1.0)), scale
+def _exponent(numbers: Any) -> Any:
+    """Return the exponent of the power of two above the largest number along the last axis; 0 where all are zero."""
+    return np.frexp(np.max(np.abs(numbers), axis=-1))[1]
 
 
 def _ratios(a: Any, b: Any, c: Any) -> tuple[DoubleDouble, DoubleDouble]:

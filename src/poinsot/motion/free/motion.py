@@ -32,7 +32,7 @@ def free_motion(body: Body, state: State, times: ArrayLike, *, units: Mapping[st
     """Return the torque-free motion of a body from a state, at the given times, in closed form.
 
     Any time costs the same and is as accurate: the rates are computed in twice the double precision from the
-    state as it is given, so that the error does not grow with time.
+    state as it is given, so that the error does not grow with time, up to phases of 1e15 radians.
 
     Parameters
     ----------

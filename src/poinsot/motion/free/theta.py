@@ -153,11 +153,11 @@ class Near(Theta):
 def _terms(nome: Any, exponent: Any) -> int:
     """Return the number of the last term that counts."""
     largest = np.max(nome, initial=0.0)
-    return next(n for n in range(10) if largest ** exponent(n + 1) < NEGLIGIBLE)
+    return int(np.argmax([largest ** exponent(n + 1) < NEGLIGIBLE for n in range(10)]))
 
 
 def _radians(turns: DoubleDouble) -> Any:
-    return 2 * np.pi * ((turns.hi - np.rint(turns.hi)) + turns.lo)
+    return 2 * np.pi * ((turns.hi - np.rint(turns.hi)) + (turns.lo - np.rint(turns.lo)))
 
 
 def _unit(q: Any) -> Array:
