@@ -66,9 +66,9 @@ def test_torque_free_case_of_the_paper(start):
 @pytest.mark.parametrize("size", [1e-290, 1e-160, 1e150, 1e250])
 def test_any_unit_of_mass(size):
     moments, momentum = np.array([2, 2.5, 3.5]), np.array([0.3, 1, 2])
-    reference, scaled = pt.Body(moments), pt.Body(moments * size)
+    bodies = pt.Body(moments), pt.Body(moments * size)
     starts = [
-        body.state((1, 0, 0, 0), angular_momentum_body=momentum * k) for body, k in ((reference, 1), (scaled, size))
+        body.state((1, 0, 0, 0), angular_momentum_body=momentum * k) for body, k in zip(bodies, (1, size), strict=True)
     ]
     motions = [pt.free_motion(body, start, [1.0, 1e3]) for body, start in zip(bodies, starts, strict=True)]
     # The moments round differently: their ratios are off by a unit in the last place, and so is the rate.
