@@ -19,9 +19,12 @@ from poinsot.mechanics.system import System
 from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
+from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.fixed import FixedPoint
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.orbits.lagrange import LagrangePoint, RotatingPoint
+from poinsot.orbits.precessing import PrecessingOrbit
+from poinsot.orbits.two_body import two_body_orbit
 from poinsot.pictures.geometry import plot_herpolhode, plot_poinsot, plot_polhode
 from poinsot.pictures.momentum_sphere import plot_momentum_sphere
 from poinsot.pictures.quaternions import plot_quaternions
@@ -33,6 +36,7 @@ __all__ = [
     "Attitude",
     "Body",
     "Equilibrium",
+    "EscapeOrbit",
     "FixedPoint",
     "Frame",
     "FreeRotation",
@@ -43,6 +47,7 @@ __all__ = [
     "OblateGravityGradient",
     "Orbit",
     "Potential",
+    "PrecessingOrbit",
     "PropagationError",
     "PropagationInterrupted",
     "RotatingFrame",
@@ -65,4 +70,5 @@ __all__ = [
     "project_to_tangent",
     "propagate",
     "save",
+    "two_body_orbit",
 ]

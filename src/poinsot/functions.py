@@ -209,13 +209,30 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
     full_turns = 2 * engine.pi * engine.floor(mean_anomaly / (2 * engine.pi) + 0.5)
     reduced = mean_anomaly - full_turns
     anomaly = reduced + 0.85 * eccentricity * engine.sign(engine.sin(reduced))
-    rounding = 4 * (np.finfo(float).eps if engine is np else engine.eps)
-    for _ in range(30):  # Halley's method from Danby's start; a handful of rounds, more only at e -> 1
-        slope = 1 - eccentricity * engine.cos(anomaly)
-        curvature = eccentricity * engine.sin(anomaly)
-        excess = anomaly - curvature - reduced
+    enough = 0.01 * (np.finfo(float).eps if engine is np else engine.eps) ** (1 / 3)
+    for _ in range(80):  # Halley's method from Danby's start; a handful of rounds, more only at e -> 1
+        sine, cosine = engine.sin(0.5 * anomaly), engine.cos(0.5 * anomaly)
+        slope = (1 - eccentricity) + 2 * eccentricity * sine * sine
+        curvature = 2 * eccentricity * sine * cosine
+        near = (1 - eccentricity) * anomaly + eccentricity * sine_defect(anomaly)
+        excess = where(less(abs(anomaly), 2), near, anomaly - curvature) - reduced
         step = excess / (slope - excess * curvature / (2 * slope))
         anomaly = anomaly - step
-        if np.all(abs(step) <= rounding):
+        if np.all(abs(step) <= enough * abs(anomaly)):  # the next one would be the cube of that
             break
     return full_turns + anomaly
+
+
+def sine_defect(angle: Scalar) -> Scalar:
+    """Return x - sin x, of numbers right to their last digit also near zero."""
+    if own := _own("sine_defect", (angle,)):
+        return own[0]
+    engine = _engine(angle)
+    if engine.__name__ in ("heyoka", "sympy"):
+        return angle - engine.sin(angle)
+    is_near = less(abs(angle), 2)
+    near = where(is_near, angle, 0 * angle)
+    square, series = near * near, 1
+    for k in range(14 if engine is np else 40, 0, -1):
+        series = 1 - square / ((2 * k + 2) * (2 * k + 3)) * series
+    return where(is_near, near * square * series / 6, angle - engine.sin(angle))

@@ -10,6 +10,7 @@ NAMES = [
     "Attitude",
     "Body",
     "Equilibrium",
+    "EscapeOrbit",
     "FixedPoint",
     "Frame",
     "FreeRotation",
@@ -20,6 +21,7 @@ NAMES = [
     "OblateGravityGradient",
     "Orbit",
     "Potential",
+    "PrecessingOrbit",
     "PropagationError",
     "PropagationInterrupted",
     "RotatingFrame",
@@ -42,6 +44,7 @@ NAMES = [
     "project_to_tangent",
     "propagate",
     "save",
+    "two_body_orbit",
 ]
 
 

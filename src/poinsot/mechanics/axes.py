@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.sky import Sky
+from poinsot.mechanics.sky import Orbit, Sky
 
-__all__ = ["SPACE_AXES", "Axes", "SpaceAxes"]
+__all__ = ["SPACE_AXES", "Axes", "SpaceAxes", "TrackingAxes"]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,10 @@ class Axes(Parametric, ABC):
     def quaternion(self, time: Array, variables: Array) -> Array:
         """Return the unit quaternions axes -> space; shape (..., 4)."""
 
+    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: ARG002
+        """Return the world of an orbit along the space axes, if it is the one that these axes follow."""
+        return None
+
 
 class SpaceAxes(Axes):
     """The space axes themselves."""
@@ -63,3 +67,56 @@ class SpaceAxes(Axes):
 
 
 SPACE_AXES = SpaceAxes()
+
+
+class TrackingAxes(SpaceAxes):
+    """The space axes, with the variables of an orbit whose formulas do not run on symbols, and of others.
+
+    Parameters
+    ----------
+    own : Axes
+        Those of the orbit.
+    others : Axes
+        `SPACE_AXES`, or those that track the other orbits.
+    """
+
+    own: Axes
+    others: Axes
+
+    @property
+    def size(self) -> int:  # type: ignore[override]  # noqa: D102
+        return self.own.size + self.others.size
+
+    def start(self, time: Array) -> Array:  # noqa: D102
+        return np.concatenate([self.own.start(time), self.others.start(time)], axis=-1)
+
+    def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
+        return _TrackingSky(time, self, variables)
+
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+        own, others = variables[: self.own.size], variables[self.own.size :]
+        return [*self.own.rates(time, own), *self.others.rates(time, others)]
+
+    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: D102
+        own, others = variables[: self.own.size], variables[self.own.size :]
+        return self.own.sky_in_space(orbit, time, own) or self.others.sky_in_space(orbit, time, others)
+
+
+class _TrackingSky(Sky):
+    """The world along the space axes: each orbit by its variables where it has some, else by its formulas."""
+
+    def __init__(self, time: Scalar, axes: TrackingAxes, variables: Any) -> None:
+        super().__init__(time)
+        self._axes, self._variables = axes, variables
+
+    def _of(self, orbit: Orbit) -> Sky:
+        return self._axes.sky_in_space(orbit, self.time, self._variables) or Sky(self.time)
+
+    def position(self, orbit: Orbit) -> Vector:
+        return self._of(orbit).position(orbit)
+
+    def velocity(self, orbit: Orbit) -> Vector:
+        return self._of(orbit).velocity(orbit)
+
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
+        return self._of(orbit).inverse_distance(orbit)

@@ -44,6 +44,16 @@ class Orbit(Parametric, ABC):
         return 1 / functions.norm(self.position_at(time))
 
     @property
+    def closed_form(self) -> bool:
+        """Whether the formulas run on symbols; if not, a kernel integrates the variables of `axes` along."""
+        return True
+
+    @property
+    def sample_time(self) -> Any:
+        """A time at which the attractor is felt, for trials of formulas; shape () or (members,)."""
+        return 0.0
+
+    @property
     def axes(self) -> Axes | None:
         """Axes carried along by the orbit, cheaper to integrate in than the space axes; None if it has none."""
         return None

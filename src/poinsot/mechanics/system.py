@@ -18,7 +18,7 @@ from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.samples import common_axes, samples
+from poinsot.mechanics.samples import common_axes, sample_time, samples, space_axes
 from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 
@@ -182,6 +182,11 @@ class System:
         return common_axes(self)
 
     @functools.cached_property
+    def space_axes(self) -> Axes:
+        """The space axes, with variables of orbits whose formulas do not run on symbols."""
+        return space_axes(self)
+
+    @functools.cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
         """The real parameters of body and forces, in the order in which `with_numbers` takes them."""
         return tuple(number for part in (self.body, *self.forces) for number in part.numbers)
@@ -270,7 +275,7 @@ def _formula_on_pairs(force: Any, body: Body) -> Any:
     body = body.with_numbers(np.ravel(number)[0] * pair for number in body.numbers)
     force = force.with_numbers(np.ravel(number)[0] * pair for number in force.numbers)
     attitude = Attitude.from_quaternion(Vector(np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]]).T))
-    sky = Sky(0.25 * pair)
+    sky = Sky(sample_time(force) + 0.25 * pair)
     if isinstance(force, Potential):
         energy = force.energy(body, attitude, sky)
         if _components(energy) == 1:

@@ -56,8 +56,10 @@ class Coordinates:
         axes = self.axes.with_numbers(map(np.longdouble, self.axes.numbers))  # to round once, at the end
         carried = axes.start(state.time)
         self._turn(own, quat.conjugate(axes.quaternion(state.time, carried)))
-        carried = np.broadcast_to(carried, (*own.shape[:-1], axes.size))
-        return np.concatenate([own, carried], axis=-1).astype(np.float64)
+        high = np.asarray(carried, dtype=np.float64)
+        low = np.asarray(carried - high, dtype=np.float64)
+        carried = high.astype(own.dtype) + low.astype(own.dtype)
+        return np.concatenate([own, np.broadcast_to(carried, (*own.shape[:-1], axes.size))], axis=-1)
 
     def _turn(self, own: Array, turn: Array) -> None:
         for block in self.formulation.quaternions:

@@ -17,7 +17,7 @@ import heyoka as hy
 import numpy as np
 
 from poinsot import functions
-from poinsot.mechanics.axes import SPACE_AXES, Axes
+from poinsot.mechanics.axes import Axes, TrackingAxes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
 from poinsot.mechanics.state import State
@@ -97,7 +97,7 @@ def coordinates(system: System, state: State, formulation: str, precision: str) 
     Wide precision stays in the space axes, so that it judges the carried ones.
     """
     chosen = FORMULATIONS[formulation]
-    axes: Axes = SPACE_AXES
+    axes: Axes = system.space_axes
     carried = None if isinstance(chosen, EulerAngles) or precision != "double" else system.common_axes
     if carried is not None and _pool.decide(system.structure, lambda: _can_be_carried(system, carried)):
         axes = carried
@@ -138,6 +138,8 @@ def _equations(system: System, variables: Coordinates, symbols: list[Any], const
     inputs = constants.inputs()
     scale, axes = next(inputs), variables.axes.with_numbers(inputs)
     twin = system.with_numbers(inputs)
+    if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
+        axes = twin.space_axes
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
     try:
         rates = twin.derivatives(variables.formulation.name, own, time, scale=scale, axes=axes)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_numbers
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.sky import Orbit
 
@@ -14,27 +16,27 @@ __all__ = ["OrbitFrame"]
 
 
 class OrbitFrame(Frame):
-    """Radial (away from the attractor), transverse (forward), normal (along r x v).
+    """Radial (away from the attractor), transverse (forward), normal to the plane of the orbit.
 
-    Its angular velocity is h / r^2 along the normal, which is exact while the plane of the orbit is fixed.
+    The axes are those in which a motion along the orbit is integrated; where the plane itself turns, their
+    angular velocity has its rates too. The sign of the quaternion does not jump.
     """
 
     def __init__(self, orbit: Orbit) -> None:
         self.orbit = orbit
+        self._axes: Any = orbit.axes
 
     def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
-        r, v = self._vectors(time)
-        radial = r / np.linalg.norm(r, axis=-1, keepdims=True)
-        normal = np.cross(r, v)
-        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        return quaternion_from_matrix(np.stack([radial, np.cross(normal, radial), normal], axis=-1))
+        return self._quaternion(*self._start(time))
 
     def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
-        r, v = self._vectors(time)
-        return np.asarray(np.cross(r, v) / np.sum(r * r, axis=-1, keepdims=True))
+        t, variables = self._start(time)
+        omega = self._axes.omega(t, np.moveaxis(variables, -1, 0))
+        return quat.rotate(self._quaternion(t, variables), np.stack(np.broadcast_arrays(*omega), axis=-1))
 
-    def _vectors(self, time: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(self._axes.quaternion(time, variables))
+
+    def _start(self, time: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         t = real_numbers("time", time)
-        return tuple(
-            np.stack(np.broadcast_arrays(*x), axis=-1) for x in (self.orbit.position_at(t), self.orbit.velocity_at(t))
-        )  # type: ignore[return-value]
+        return t, self._axes.start(t)

@@ -8,19 +8,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.mechanics import euler
-from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.quaternion import assemble
-from poinsot.mechanics.sky import Orbit, Sky
-from poinsot.orbits.frame import OrbitFrame
+from poinsot.orbits.conic import ConicAxes, ConicOrbit
+from poinsot.orbits.phase import angle_at, mean_motion_of
+from poinsot.orbits.vectors import exactly_one, passage
 
-__all__ = ["KeplerOrbit"]
+__all__ = ["KeplerAxes", "KeplerOrbit"]
 
 
-class KeplerOrbit(Orbit):
+class KeplerOrbit(ConicOrbit):
     """The elliptic two-body orbit of the body about an attractor.
+
+    The closed form is right to rounding at any time: the mean anomaly is reduced to one turn with twice the
+    digits, so that its error does not grow with the revolutions. A kernel uses it in its own precision.
 
     Parameters
     ----------
@@ -55,47 +56,67 @@ class KeplerOrbit(Orbit):
         super().__post_init__()
         for name in ("mu", "semimajor_axis"):
             refuse_nonpositive(name, getattr(self, name))
-        e = np.asarray(self.eccentricity)
-        if np.any((e < 0) | (e >= 1)):
-            wrong = e[(e < 0) | (e >= 1)].flat[0]
-            raise ValueError(f"eccentricity must be in [0, 1), but {wrong} came. A Kepler orbit is an ellipse.")
+        refuse_unbound(self.eccentricity)
+
+    @classmethod
+    def from_elements(
+        cls,
+        mu: float,
+        semimajor_axis: float,
+        eccentricity: float,
+        inclination: float,
+        node: float,
+        argument_of_periapsis: float,
+        *,
+        true_anomaly: Any = None,
+        mean_anomaly: Any = None,
+        eccentric_anomaly: Any = None,
+        epoch: float = 0.0,
+    ) -> KeplerOrbit:
+        """Return the ellipse with exactly one of the three anomalies at the epoch, radians.
+
+        The true anomaly is what is kept: at its error of one rounding, the place on an ellipse of
+        eccentricity e is off by up to 1/sqrt(1 - e) roundings.
+
+        Raises
+        ------
+        ValueError
+            If not exactly one of them is given, or the orbit is not an ellipse.
+        """
+        given = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
+        name, value = exactly_one("elements", given)
+        anomaly, e = member_array(name, value, ()), member_array("eccentricity", eccentricity, ())
+        refuse_unbound(e)
+        if name == "mean_anomaly":
+            anomaly = functions.eccentric_anomaly(e, anomaly)
+        if name != "true_anomaly":
+            half = 0.5 * anomaly
+            anomaly = 2 * np.arctan2(np.sqrt(1 + e) * np.sin(half), np.sqrt(1 - e) * np.cos(half))
+        elements: Any = (mu, semimajor_axis, eccentricity, inclination, node, argument_of_periapsis, anomaly, epoch)
+        return cls(*elements)
 
     @classmethod
     def from_vectors(cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0) -> KeplerOrbit:
         """Return the ellipse through a position with a velocity, space axes, shape (3,), at the epoch.
 
-        Angles that the orbit leaves open are zero: the node of an equatorial orbit, the argument of
-        periapsis of a circular one.
+        The position comes back to rounding, at any eccentricity and inclination. Angles that the orbit leaves
+        open are zero: the node of an equatorial orbit, the argument of periapsis of a circular one.
 
         Raises
         ------
         ValueError
-            If the two vectors are parallel, or the orbit is not an ellipse.
+            If the two vectors are parallel, or the orbit is not an ellipse (`two_body_orbit` takes any).
         """
-        mu = float(real_array("mu", mu, ()))
-        r, v = real_array("position", position, (3,)), real_array("velocity", velocity, (3,))
-        refuse_nonpositive("mu", mu)
-        if not np.any(r):
-            raise ValueError("position must not be zero, but the body is at the attractor.")
-        distance, h = float(np.linalg.norm(r)), np.cross(r, v)
-        if not np.linalg.norm(h) > 1e-12 * distance * np.linalg.norm(v):
-            raise ValueError("position and velocity must span a plane, but they are parallel.")
-        energy = v @ v / 2 - mu / distance
-        if not energy < 0:
+        here = passage(mu, position, velocity)
+        if not here.energy < 0:
             raise ValueError(
-                f"position and velocity must belong to an ellipse, but the orbital energy is {energy:.6g} >= 0."
+                f"position and velocity must belong to an ellipse, but the orbital energy is {here.energy:.6g} >= 0."
             )
-        node = float(np.arctan2(h[0], -h[1])) if np.hypot(h[0], h[1]) > 0 else 0.0
-        inclination = float(np.arctan2(np.hypot(h[0], h[1]), h[2]))
-        along_node = np.array([np.cos(node), np.sin(node), 0.0])
-        across = np.cross(h / np.linalg.norm(h), along_node)
-        latitude = float(np.arctan2(r @ across, r @ along_node))
-        # e cos f and e sin f from the distance and the radial speed: exact zeros on a circle stay zeros.
-        e_cos = h @ h / (mu * distance) - 1
-        e_sin = np.linalg.norm(h) * (r @ v) / (mu * distance)
-        anomaly = float(np.arctan2(e_sin, e_cos)) if np.hypot(e_cos, e_sin) > 0 else latitude
-        eccentricity, semimajor_axis = float(np.hypot(e_cos, e_sin)), float(-mu / (2 * energy))
-        return cls(mu, semimajor_axis, eccentricity, inclination, node, latitude - anomaly, anomaly, epoch)
+        e = min(here.eccentricity, float(np.nextafter(1.0, 0.0)))
+        anomaly = float(np.arctan2(here.e_sin, here.e_cos)) if e > 0 else here.latitude
+        # From the distance, r = a (1 - e)(1 + e)/(1 + e cos f), for that is what must come back.
+        a = here.distance * ((1 - e) + 2 * e * np.cos(0.5 * anomaly) ** 2) / ((1 - e) * (1 + e))
+        return cls(here.mu, a, e, here.inclination, here.node, here.latitude - anomaly, anomaly, epoch)
 
     # ------------------------------------------------------------------ derived
 
@@ -115,27 +136,14 @@ class KeplerOrbit(Orbit):
         return self.semimajor_axis * (1 - self.eccentricity) * (1 + self.eccentricity)
 
     @property
-    def frame(self) -> OrbitFrame:
-        """The moving axes radial (away from the attractor), transverse, normal."""
-        return OrbitFrame(self)
-
-    @property
-    def normal(self) -> NDArray[np.float64]:
-        """The unit vector along the orbital angular momentum, space axes."""
-        return np.stack(np.broadcast_arrays(*self._axes()[2]), axis=-1)
+    def periapsis_distance(self) -> Any:
+        """The smallest distance, a (1 - e)."""
+        return self.semimajor_axis * (1 - self.eccentricity)
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
         """On a circle (to rounding), the mean motion about the normal; None otherwise."""
-        return (
-            np.asarray(self.mean_motion)[..., None] * self.normal
-            if np.all(np.asarray(self.eccentricity) < 1e-14)
-            else None
-        )
-
-    @property
-    def directions(self) -> dict[str, NDArray[np.float64]]:  # noqa: D102
-        return {"normal": self.normal}
+        return np.asarray(self.mean_motion)[..., None] * self.normal if is_circle(self) else None
 
     @property
     def axes(self) -> KeplerAxes:
@@ -145,42 +153,67 @@ class KeplerOrbit(Orbit):
     # ------------------------------------------------------------------ motion
 
     def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
-        a, e = self.semimajor_axis, self.eccentricity
-        cosine, sine = self._eccentric_circle(time)
-        ahead, aside = a * (cosine - e), a * self._ratio * sine
-        return functions.Vector(ahead * p + aside * s for p, s in zip(*self._axes()[:2], strict=True))
+        return self.in_space(*self.place(self.phase_at(time)))
 
     def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
-        cosine, sine = self._eccentric_circle(time)
-        speed = self.semimajor_axis * self.mean_motion / (1 - self.eccentricity * cosine)
-        ahead, aside = -speed * sine, speed * self._ratio * cosine
-        return functions.Vector(ahead * p + aside * s for p, s in zip(*self._axes()[:2], strict=True))
+        ahead, aside = self.slope(self.phase_at(time))
+        return self.in_space(self.mean_motion * ahead, self.mean_motion * aside)
 
     def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
-        return 1 / (self.semimajor_axis * (1 - self.eccentricity * self._eccentric_circle(time)[0]))
+        return 1 / self.distance(self.phase_at(time))
 
     def mean_anomaly_at(self, time: Scalar) -> Scalar:
-        """Return the mean anomaly, radians, not reduced."""
-        e, f = self.eccentricity, self.true_anomaly
-        E = f - 2 * functions.atan2(e * functions.sin(f), 1 + self._ratio + e * functions.cos(f))
-        return (E - e * functions.sin(E)) + self.mean_motion * (time - self.epoch)
+        """Return the mean anomaly, radians, growing with the revolutions."""
+        return self._mean_anomaly(time, whole=True)
 
-    def _eccentric_circle(self, time: Scalar) -> tuple[Scalar, Scalar]:
-        E = functions.eccentric_anomaly(self.eccentricity, self.mean_anomaly_at(time))
-        return functions.cos(E), functions.sin(E)
+    def phase_at(self, time: Scalar) -> Scalar:
+        """Return the mean anomaly, radians; of floats less whole pairs of turns, right to rounding at any time."""
+        return self._mean_anomaly(time)
+
+    def _mean_anomaly(self, time: Scalar, whole: bool = False) -> Scalar:
+        rate = mean_motion_of(self.mu, self.semimajor_axis)
+        return angle_at(self.mean_anomaly_at_epoch, rate, time, self.epoch, whole)
+
+    @property
+    def mean_anomaly_at_epoch(self) -> Scalar:
+        """The mean anomaly that belongs to `true_anomaly`, radians."""
+        e, half = self.eccentricity, 0.5 * self.true_anomaly
+        ahead, aside = functions.sqrt(1 + e) * functions.cos(half), functions.sqrt(1 - e) * functions.sin(half)
+        E = 2 * functions.atan2(aside, ahead)
+        return (1 - e) * E + e * functions.sine_defect(E)
+
+    # ------------------------------------------------------------------ the ellipse, by the mean anomaly
+
+    def place(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
+        """Return a (cos E - e) and b sin E: the position along the axes of the ellipse."""
+        a, e = self.semimajor_axis, self.eccentricity
+        sine, cosine = self._half_anomaly(mean_anomaly)
+        return a * (1 - e) - 2 * a * (sine * sine), 2 * a * self._ratio * (sine * cosine)
+
+    def slope(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
+        """Return the derivatives of the place with respect to the mean anomaly."""
+        a, e = self.semimajor_axis, self.eccentricity
+        sine, cosine = self._half_anomaly(mean_anomaly)
+        fast = 1 / ((1 - e) + 2 * e * (sine * sine))
+        return -2 * a * (sine * cosine) * fast, a * self._ratio * (1 - 2 * (sine * sine)) * fast
+
+    def distance(self, mean_anomaly: Scalar) -> Scalar:
+        """Return a (1 - e cos E)."""
+        a, e = self.semimajor_axis, self.eccentricity
+        sine, _ = self._half_anomaly(mean_anomaly)
+        return a * (1 - e) + 2 * a * e * (sine * sine)
+
+    def _half_anomaly(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
+        """Return sin E/2 and cos E/2, from which 1 - cos E is right to its last digit near the periapsis."""
+        E = functions.eccentric_anomaly(self.eccentricity, mean_anomaly)
+        return functions.sin(0.5 * E), functions.cos(0.5 * E)
 
     @property
     def _ratio(self) -> Scalar:
         return functions.sqrt((1 - self.eccentricity) * (1 + self.eccentricity))
 
-    def _axes(self) -> tuple[functions.Vector, ...]:
-        """Return the directions to the periapsis, a quarter turn on, and normal, along space."""
-        angles = functions.Vector((self.node, self.inclination, self.argument_of_periapsis))
-        columns = euler.rotation_matrix_from_angles(angles).T
-        return tuple(functions.Vector(column) for column in columns)
 
-
-class KeplerAxes(Axes):
+class KeplerAxes(ConicAxes):
     """Radial, transverse, normal axes; their variable is f - M, the true less the mean anomaly.
 
     f itself would grow with every revolution and loosen the engine's step control, which looks at the
@@ -189,65 +222,31 @@ class KeplerAxes(Axes):
 
     orbit: KeplerOrbit
 
-    size = 1
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+        return centre_equation(self.orbit.eccentricity, self.orbit.phase_at(time))
 
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        e, mean = self.orbit.eccentricity, self.orbit.mean_anomaly_at(time)
-        E = functions.eccentric_anomaly(e, mean)
-        beta = e / (1 + np.sqrt((1 - e) * (1 + e)))
-        return np.asarray(E - mean + 2 * np.arctan2(beta * np.sin(E), 1 - beta * np.cos(E)))[..., None]
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+        return [self.anomaly_rate(time, variables) - self.orbit.mean_motion]
 
-    def sky(self, time: Scalar, variables: Any) -> Sky:
-        return _KeplerSky(time, self, variables)
-
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
-        return [self._rate(time, variables) - self.orbit.mean_motion]
-
-    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
-        return functions.Vector((0.0, 0.0, self._rate(time, variables)))
-
-    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return p of the paper's Sec. 6.2, which is (12) with node, inclination and argument of latitude."""
-        orbit = self.orbit
-        half = 0.5 * (orbit.argument_of_periapsis + self.true_anomaly(time, [variables[..., 0]]))
-        (c, s), (cn, sn), (ci, si) = ((np.cos(x), np.sin(x)) for x in (half, 0.5 * orbit.node, 0.5 * orbit.inclination))
-        k0, k1, k2, k3 = cn * ci, cn * si, sn * si, sn * ci  # of the plane
-        return assemble((k0 * c - k3 * s, k1 * c + k2 * s, k2 * c - k1 * s, k3 * c + k0 * s))
-
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
-        return variables[0] + self.orbit.mean_anomaly_at(time)
-
-    def inverse_distance(self, time: Scalar, variables: Any) -> Scalar:
-        """Return 1/r = (1 + e cos f) / (a (1 - e^2))."""
-        return (1 + self._e_cos(time, variables)) / self.orbit.parameter
-
-    def _rate(self, time: Scalar, variables: Any) -> Scalar:
-        """Return f' = sqrt(mu / p^3) (1 + e cos f)^2, p = a (1 - e^2)."""
-        closeness = 1 + self._e_cos(time, variables)
-        return closeness * closeness * functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
-
-    def _e_cos(self, time: Scalar, variables: Any) -> Scalar:
-        return self.orbit.eccentricity * functions.cos(self.true_anomaly(time, variables))
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+        return variables[0] + self.orbit.phase_at(time)
 
 
-class _KeplerSky(Sky):
-    """The world along radial, transverse, normal axes: the attractor is straight down."""
+def centre_equation(eccentricity: Any, mean_anomaly: Any) -> NDArray[np.float64]:
+    """Return the true less the mean anomaly, radians, with a last axis of one."""
+    e, E = eccentricity, functions.eccentric_anomaly(eccentricity, mean_anomaly)
+    beta = e / (1 + np.sqrt((1 - e) * (1 + e)))
+    return np.asarray(E - mean_anomaly + 2 * np.arctan2(beta * np.sin(E), 1 - beta * np.cos(E)))[..., None]
 
-    def __init__(self, time: Scalar, axes: KeplerAxes, variables: Any) -> None:
-        super().__init__(time)
-        self._axes, self._variables = axes, variables
 
-    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: ARG002
-        return self._axes.inverse_distance(self.time, self._variables)
+def is_circle(orbit: KeplerOrbit) -> bool:
+    """Whether the eccentricity is zero to rounding, of all members."""
+    return bool(np.all(np.asarray(orbit.eccentricity) < 1e-14))
 
-    def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return functions.CarriedVector((1.0, 0.0, 0.0))
 
-    def position(self, orbit: Orbit) -> functions.Vector:
-        return functions.CarriedVector((1 / self.inverse_distance(orbit), 0.0, 0.0))
-
-    def velocity(self, orbit: Orbit) -> functions.Vector:
-        own = self._axes.orbit
-        speed = functions.sqrt(own.mu / own.parameter)
-        upwards = own.eccentricity * functions.sin(self._axes.true_anomaly(self.time, self._variables))
-        return functions.CarriedVector((speed * upwards, speed * own.parameter * self.inverse_distance(orbit), 0.0))
+def refuse_unbound(eccentricity: Any) -> None:
+    """Raise a ValueError that shows the first eccentricity that is not one of an ellipse."""
+    e = np.asarray(eccentricity)
+    if np.any((e < 0) | (e >= 1)):
+        wrong = e[(e < 0) | (e >= 1)].flat[0]
+        raise ValueError(f"eccentricity must be in [0, 1), but {wrong} came. A Kepler orbit is an ellipse.")

@@ -1,0 +1,160 @@
+"""What the two-body orbits of every kind have in common: a plane, a conic in it, and the axes carried along."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.functions import Scalar
+from poinsot.mechanics import euler
+from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.quaternion import assemble
+from poinsot.mechanics.sky import Orbit, Sky
+from poinsot.orbits.frame import OrbitFrame
+
+__all__ = ["ConicAxes", "ConicOrbit", "plane_of"]
+
+
+def plane_of(node: Scalar, inclination: Scalar, argument_of_periapsis: Scalar) -> tuple[functions.Vector, ...]:
+    """Return the directions to the periapsis, a quarter turn on, and normal, along space."""
+    angles = functions.Vector((node, inclination, argument_of_periapsis))
+    return tuple(functions.Vector(column) for column in euler.rotation_matrix_from_angles(angles).T)
+
+
+class ConicOrbit(Orbit):
+    """A conic with a focus at the attractor, in a plane fixed in space."""
+
+    if TYPE_CHECKING:
+        # Of numbers of any kind, and with fields or properties of these names.
+        eccentricity: Any
+        inclination: Any
+        node: Any
+        argument_of_periapsis: Any
+
+    @property
+    @abstractmethod
+    def parameter(self) -> Any:
+        """The semi-latus rectum."""
+
+    @property
+    def frame(self) -> OrbitFrame:
+        """The moving axes radial (away from the attractor), transverse, normal."""
+        return OrbitFrame(self)
+
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """The unit vector along the orbital angular momentum, space axes."""
+        return np.stack(np.broadcast_arrays(*self.plane[2]), axis=-1)
+
+    @property
+    def directions(self) -> dict[str, NDArray[np.float64]]:  # noqa: D102
+        return {"normal": self.normal}
+
+    @property
+    def plane(self) -> tuple[functions.Vector, ...]:
+        """The directions to the periapsis, a quarter turn on, and normal, along space."""
+        return plane_of(self.node, self.inclination, self.argument_of_periapsis)
+
+    def in_space(self, ahead: Scalar, aside: Scalar) -> functions.Vector:
+        """Return a vector of the plane, given along the first two of its directions."""
+        return functions.Vector(ahead * p + aside * s for p, s in zip(*self.plane[:2], strict=True))
+
+
+class ConicAxes(Axes):
+    """Radial, transverse, normal axes along a conic; the one variable stands for the true anomaly."""
+
+    orbit: Any
+    size = 1
+
+    @abstractmethod
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
+        """Return the true anomaly, radians, up to whole pairs of turns."""
+
+    def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
+        return _ConicSky(time, self, variables)
+
+    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: D102
+        return _ConicSkyInSpace(time, self, variables) if orbit is self.orbit else None
+
+    def omega(self, time: Scalar, variables: Any) -> functions.Vector:  # noqa: D102
+        return functions.Vector((0.0, 0.0, self.anomaly_rate(time, variables)))
+
+    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return p of the paper's Sec. 6.2, which is (12) with node, inclination and argument of latitude."""
+        node, inclination, periapsis = self.angles(time)
+        half = 0.5 * (periapsis + self.true_anomaly(time, [variables[..., 0]]))
+        (c, s), (cn, sn), (ci, si) = ((np.cos(x), np.sin(x)) for x in (half, 0.5 * node, 0.5 * inclination))
+        k0, k1, k2, k3 = cn * ci, cn * si, sn * si, sn * ci  # of the plane
+        return assemble((k0 * c - k3 * s, k1 * c + k2 * s, k2 * c - k1 * s, k3 * c + k0 * s))
+
+    def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:  # noqa: ARG002
+        """Return node, inclination and argument of periapsis, radians."""
+        return self.orbit.node, self.orbit.inclination, self.orbit.argument_of_periapsis
+
+    def inverse_distance(self, time: Scalar, variables: Any) -> Scalar:
+        """Return 1/r = (1 + e cos f) / p."""
+        return (1 + self._e_cos(time, variables)) / self.orbit.parameter
+
+    def velocity(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Return the velocity along these axes, sqrt(mu / p) (e sin f, 1 + e cos f, 0)."""
+        own = self.orbit
+        speed = functions.sqrt(own.mu / own.parameter)
+        upwards = own.eccentricity * functions.sin(self.true_anomaly(time, variables))
+        return speed * upwards, speed * own.parameter * self.inverse_distance(time, variables), 0.0
+
+    def anomaly_rate(self, time: Scalar, variables: Any) -> Scalar:
+        """Return f' = sqrt(mu / p^3) (1 + e cos f)^2."""
+        closeness = 1 + self._e_cos(time, variables)
+        return closeness * closeness * self._rate_aside
+
+    @property
+    def _rate_aside(self) -> Scalar:
+        """The rate of the true anomaly a quarter turn from the periapsis."""
+        return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
+
+    def _e_cos(self, time: Scalar, variables: Any) -> Scalar:
+        return self.orbit.eccentricity * functions.cos(self.true_anomaly(time, variables))
+
+
+class _ConicSky(Sky):
+    """The world along radial, transverse, normal axes: the attractor is straight down."""
+
+    def __init__(self, time: Scalar, axes: ConicAxes, variables: Any) -> None:
+        super().__init__(time)
+        self._axes, self._variables = axes, variables
+
+    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: ARG002
+        return self._axes.inverse_distance(self.time, self._variables)
+
+    def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
+        return functions.CarriedVector((1.0, 0.0, 0.0))
+
+    def position(self, orbit: Orbit) -> functions.Vector:
+        return functions.CarriedVector((1 / self.inverse_distance(orbit), 0.0, 0.0))
+
+    def velocity(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
+        return functions.CarriedVector(self._axes.velocity(self.time, self._variables))
+
+
+class _ConicSkyInSpace(_ConicSky):
+    """The same along the space axes."""
+
+    def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
+        return self._in_space(1.0, 0.0)
+
+    def position(self, orbit: Orbit) -> functions.Vector:
+        return self._in_space(1 / self.inverse_distance(orbit), 0.0)
+
+    def velocity(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
+        upwards, onwards, _ = self._axes.velocity(self.time, self._variables)
+        return self._in_space(upwards, onwards)
+
+    def _in_space(self, upwards: Scalar, onwards: Scalar) -> functions.Vector:
+        f = self._axes.true_anomaly(self.time, self._variables)
+        cosine, sine = functions.cos(f), functions.sin(f)
+        conic: ConicOrbit = self._axes.orbit
+        return conic.in_space(upwards * cosine - onwards * sine, upwards * sine + onwards * cosine)

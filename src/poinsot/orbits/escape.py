@@ -1,0 +1,270 @@
+"""The two-body orbits that come from infinity and go there: parabola and hyperbola."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot import functions
+from poinsot.errors import member_array, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.orbits.conic import ConicAxes, ConicOrbit
+from poinsot.orbits.phase import elapsed
+from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
+from poinsot.orbits.vectors import exactly_one, passage
+
+__all__ = ["EscapeAxes", "EscapeOrbit"]
+
+
+class EscapeOrbit(ConicOrbit):
+    """The two-body orbit of a body that escapes: a hyperbola, or at e = 1 a parabola, without a jump.
+
+    Universal variables give the position, right to rounding at any time. Their formulas run on numbers alone; a
+    kernel integrates the true anomaly along instead.
+
+    Parameters
+    ----------
+    mu : float
+        Gravitational parameter, length cubed over time squared.
+    periapsis_distance : float
+        The smallest distance q, length.
+    eccentricity : float
+        At least 1.
+    inclination, node, argument_of_periapsis : float
+        Radians, the 3-1-3 angles of the plane and of the periapsis in it.
+    time_since_periapsis : float
+        At the epoch; negative before the passage.
+    epoch : float
+        Time.
+
+    Raises
+    ------
+    ValueError
+        If `mu` or the distance is not positive, or the eccentricity is below 1.
+    """
+
+    mu: float
+    periapsis_distance: float
+    eccentricity: float
+    inclination: float
+    node: float
+    argument_of_periapsis: float
+    time_since_periapsis: float = 0.0
+    epoch: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("mu", "periapsis_distance"):
+            refuse_nonpositive(name, getattr(self, name))
+        _refuse_bound(self.eccentricity)
+
+    @classmethod
+    def from_elements(
+        cls,
+        mu: float,
+        eccentricity: float,
+        inclination: float,
+        node: float,
+        argument_of_periapsis: float,
+        *,
+        periapsis_distance: Any = None,
+        semimajor_axis: Any = None,
+        true_anomaly: Any = None,
+        mean_anomaly: Any = None,
+        eccentric_anomaly: Any = None,
+        epoch: float = 0.0,
+    ) -> EscapeOrbit:
+        """Return the orbit with one of the two lengths and one of the three anomalies at the epoch.
+
+        Those of a hyperbola are a < 0, M = sqrt(mu/|a|^3) (t - t_p) and H with M = e sinh H - H; a parabola
+        has only the periapsis distance and the true anomaly.
+
+        Raises
+        ------
+        ValueError
+            If not exactly one of them is given, or they contradict the eccentricity.
+        """
+        e = member_array("eccentricity", eccentricity, ())
+        _refuse_bound(e)
+        lengths = {"periapsis_distance": periapsis_distance, "semimajor_axis": semimajor_axis}
+        anomalies = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
+        q = _periapsis_distance(e, *exactly_one("elements", lengths))
+        since = _scaled_time(e, *exactly_one("elements", anomalies)) * np.sqrt(q**3 / member_array("mu", mu, ()))
+        elements: Any = (mu, q, e, inclination, node, argument_of_periapsis, since, epoch)
+        return cls(*elements)
+
+    @classmethod
+    def from_vectors(cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0) -> EscapeOrbit:
+        """Return the orbit through a position with a velocity, space axes, shape (3,), at the epoch.
+
+        The position comes back to rounding. The velocity is off by up to r/q roundings, for that is what one
+        rounding of the eccentricity makes at the distance r.
+
+        Raises
+        ------
+        ValueError
+            If the two vectors are parallel, or the orbit is an ellipse (`two_body_orbit` takes any).
+        """
+        here = passage(mu, position, velocity)
+        if here.energy < 0:
+            raise ValueError(
+                "position and velocity must belong to a parabola or hyperbola, but the orbital energy is "
+                f"{here.energy:.6g} < 0. An ellipse is a KeplerOrbit."
+            )
+        e = max(here.eccentricity, 1.0)
+        S1 = here.climb / (e * np.sqrt(here.mu * here.parameter / (1 + e)))
+        S2 = S1 * S1 / (1 + np.sqrt(1 + (e - 1) * S1 * S1))
+        q = here.distance / (1 + e * S2)
+        since = universal_time(e, _anomaly_of(e, S1)) * np.sqrt(q**3 / here.mu)
+        periapsis = here.latitude - float(np.arctan2(np.sqrt(1 + e) * S1, 1 - S2))
+        return cls(here.mu, q, e, here.inclination, here.node, periapsis, since, epoch)
+
+    # ------------------------------------------------------------------ derived
+
+    @property
+    def parameter(self) -> Any:
+        """The semi-latus rectum p = q (1 + e)."""
+        return self.periapsis_distance * (1 + self.eccentricity)
+
+    @property
+    def semimajor_axis(self) -> Any:
+        """Half the distance of the vertices, q/(1 - e), negative; -inf for a parabola."""
+        with np.errstate(divide="ignore"):
+            return -np.divide(self.periapsis_distance, self.eccentricity - 1)
+
+    @property
+    def period(self) -> Any:
+        """Infinite: it does not come back."""
+        return np.full(np.shape(self.eccentricity), np.inf)[()]
+
+    @property
+    def excess_speed(self) -> Any:
+        """The speed that is left at infinity, sqrt(mu (e - 1)/q)."""
+        return functions.sqrt(self.mu * (self.eccentricity - 1) / self.periapsis_distance)
+
+    @property
+    def largest_anomaly(self) -> Any:
+        """The true anomaly of the asymptote, acos(-1/e), radians."""
+        return _largest_anomaly(self.eccentricity)
+
+    @property
+    def periapsis_time(self) -> Any:
+        """The time of the passage through the periapsis."""
+        return self.epoch - self.time_since_periapsis
+
+    @property
+    def sample_time(self) -> Any:  # noqa: D102
+        return self.periapsis_time
+
+    @property
+    def closed_form(self) -> bool:  # noqa: D102
+        return False
+
+    @property
+    def axes(self) -> EscapeAxes:
+        """The axes radial, transverse, normal, with the true anomaly integrated along."""
+        return EscapeAxes(self)
+
+    # ------------------------------------------------------------------ motion
+
+    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        S1, S2 = self._place(time)
+        q = self.periapsis_distance
+        return self.in_space(q * (1 - S2), q * functions.sqrt(1 + self.eccentricity) * S1)
+
+    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        S1, S2 = self._place(time)
+        e = self.eccentricity
+        speed = functions.sqrt(self.mu / self.periapsis_distance) / (1 + e * S2)
+        return self.in_space(-speed * S1, speed * functions.sqrt(1 + e) * (1 + (e - 1) * S2))
+
+    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+        return 1 / (self.periapsis_distance * (1 + self.eccentricity * self._place(time)[1]))
+
+    def true_anomaly_at(self, time: Scalar) -> Scalar:
+        """Return the true anomaly, radians, between those of the asymptotes."""
+        S1, S2 = self._place(time)
+        return functions.atan2(functions.sqrt(1 + self.eccentricity) * S1, 1 - S2)
+
+    def _place(self, time: Scalar) -> tuple[Scalar, Scalar]:
+        """Return S_1 and S_2."""
+        refuse_symbols(type(self).__name__, time, *(vars(self)[name] for name in ("mu", "eccentricity")))
+        rate = functions.sqrt(self.mu / self.periapsis_distance**3)
+        scaled = elapsed(self.time_since_periapsis, time, self.epoch) * rate
+        return universal_place(self.eccentricity, scaled)
+
+
+class EscapeAxes(ConicAxes):
+    """Radial, transverse, normal axes; their variable is a quarter of the true anomaly.
+
+    So it stays below one, the size of a quaternion: the engine's step control looks at the largest variable.
+    """
+
+    orbit: EscapeOrbit
+
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+        return np.asarray(0.25 * self.orbit.true_anomaly_at(time))[..., None]
+
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+        return [0.25 * self.anomaly_rate(time, variables)]
+
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: ARG002, D102
+        return 4 * variables[0]
+
+
+def _refuse_bound(eccentricity: Any) -> None:
+    e = np.asarray(eccentricity)
+    if np.any(e < 1):
+        raise ValueError(f"eccentricity must be at least 1, but {e[e < 1].flat[0]} came. An ellipse is a KeplerOrbit.")
+
+
+def _periapsis_distance(e: Any, name: str, value: Any) -> Any:
+    length = member_array(name, value, ())
+    if name == "periapsis_distance":
+        refuse_nonpositive(name, length)
+        return length
+    _refuse_parabola(e, "semimajor_axis", "Give the periapsis_distance.")
+    if np.any(length >= 0):
+        raise ValueError(
+            f"semimajor_axis must be negative with an eccentricity above 1, but {length[length >= 0].flat[0]} came. "
+            "A hyperbola has a = q/(1 - e)."
+        )
+    return length * (1 - e)
+
+
+def _scaled_time(e: Any, name: str, value: Any) -> Any:
+    """Return the time since the periapsis times sqrt(mu / q^3)."""
+    anomaly = member_array(name, value, ())
+    if name == "true_anomaly":
+        largest = np.broadcast_to(_largest_anomaly(e), np.broadcast_shapes(e.shape, anomaly.shape))
+        if np.any(np.abs(anomaly) >= largest):
+            i = np.argmax(np.abs(anomaly) >= largest)
+            raise ValueError(
+                f"true_anomaly must be within the asymptotes, |f| < {largest.flat[i]:.6g}, but "
+                f"{np.broadcast_to(anomaly, largest.shape).flat[i]} came."
+            )
+        w = np.tan(0.5 * anomaly) / np.sqrt(1 + e)  # tanh(H/2)/sqrt(e - 1)
+        return universal_time(e, _anomaly_of(e, 2 * w / (1 - (e - 1) * w * w)))
+    _refuse_parabola(e, name, "Give the true_anomaly.")
+    if name == "mean_anomaly":
+        return anomaly / (e - 1) ** 1.5
+    return universal_time(e, anomaly / np.sqrt(e - 1))
+
+
+def _refuse_parabola(e: Any, name: str, hint: str) -> None:
+    if np.any(e == 1):
+        raise ValueError(f"{name} must be that of a hyperbola, but the eccentricity is 1. {hint}")
+
+
+def _largest_anomaly(e: Any) -> Any:
+    """Return acos(-1/e), which is 2 atan(sqrt((e + 1)/(e - 1)))."""
+    return 2 * functions.atan2(functions.sqrt(e + 1), functions.sqrt(e - 1))
+
+
+def _anomaly_of(e: Any, S1: Any) -> Any:
+    """Return x of x c_1 = S1, which is sinh(sqrt(e - 1) x)/sqrt(e - 1)."""
+    rate = np.sqrt(e - 1)
+    small = rate * np.abs(S1) < 1e-8
+    return np.where(small, S1, np.arcsinh(rate * S1) / np.where(small, 1.0, rate))[()]

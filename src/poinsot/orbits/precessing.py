@@ -1,0 +1,201 @@
+"""The ellipse whose node and periapsis advance steadily, as those of moons and of satellites do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.errors import member_array, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.mechanics.sky import Orbit
+from poinsot.orbits.conic import ConicAxes, plane_of
+from poinsot.orbits.frame import OrbitFrame
+from poinsot.orbits.kepler import KeplerOrbit, centre_equation, is_circle
+from poinsot.orbits.phase import angle_at, mean_motion_of
+
+__all__ = ["PrecessingAxes", "PrecessingOrbit"]
+
+
+class PrecessingOrbit(Orbit):
+    """An ellipse with secular rates: at any time a Kepler ellipse, whose angles grow in proportion to time.
+
+    The node moves along the plane of the first two space axes, so these must be the ones to which the rates
+    refer (the equator of the attractor, or the Laplace plane). The velocity is the derivative of the position,
+    the rates included. All of them zero: the motion of the orbit itself.
+
+    Parameters
+    ----------
+    orbit : KeplerOrbit
+        The ellipse at its epoch.
+    node_rate, periapsis_rate : float
+        Of the node and of the argument of periapsis, radians per unit of time. The longitude of the periapsis
+        advances at their sum.
+    anomaly_rate : float
+        That of the mean anomaly beyond sqrt(mu / a^3).
+
+    Raises
+    ------
+    ValueError
+        If the sum, the mean motion, is not positive.
+    """
+
+    orbit: KeplerOrbit
+    node_rate: float = 0.0
+    periapsis_rate: float = 0.0
+    anomaly_rate: float = 0.0
+
+    @classmethod
+    def from_mean_motion(
+        cls, orbit: KeplerOrbit, mean_motion: float, node_rate: float = 0.0, periapsis_rate: float = 0.0
+    ) -> PrecessingOrbit:
+        """Return the orbit with an observed rate of the mean anomaly, radians per unit of time.
+
+        The rate of the mean longitude is the sum of the three.
+        """
+        total = member_array("mean_motion", mean_motion, ())
+        refuse_nonpositive("mean_motion", total)
+        beyond = total[()] - mean_motion_of(cls(orbit).mu, orbit.semimajor_axis)
+        return cls(orbit, node_rate, periapsis_rate, beyond.hi)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_nonpositive("mean_motion", self.mean_motion)
+
+    # ------------------------------------------------------------------ derived
+
+    @property
+    def mu(self) -> Any:
+        """Gravitational parameter of the attractor."""
+        return self.orbit.mu
+
+    @property
+    def epoch(self) -> Any:
+        """The time at which the angles are those of the orbit."""
+        return self.orbit.epoch
+
+    @property
+    def mean_motion(self) -> Any:
+        """The rate of the mean anomaly, radians per unit of time."""
+        return self.orbit.mean_motion + self.anomaly_rate
+
+    @property
+    def period(self) -> Any:
+        """The time from periapsis to periapsis."""
+        return 2 * np.pi / self.mean_motion
+
+    @property
+    def eccentricity(self) -> Any:
+        """That of the ellipse."""
+        return self.orbit.eccentricity
+
+    @property
+    def parameter(self) -> Any:
+        """The semi-latus rectum p = a (1 - e^2)."""
+        return self.orbit.parameter
+
+    @property
+    def frame(self) -> OrbitFrame:
+        """The moving axes radial (away from the attractor), transverse, normal to the moving plane."""
+        return OrbitFrame(self)
+
+    @property
+    def axes(self) -> PrecessingAxes:
+        """The axes radial, transverse, normal, with the true anomaly integrated along."""
+        return PrecessingAxes(self)
+
+    @property
+    def directions(self) -> dict[str, NDArray[np.float64]]:
+        """The normal, where it stays."""
+        return {"normal": self.orbit.normal} if not np.any(self.node_rate) else {}
+
+    @property
+    def uniform_rotation(self) -> NDArray[np.float64] | None:
+        """On a circle whose plane stays, the rate of the argument of latitude about the normal; else None."""
+        if not is_circle(self.orbit):
+            return None
+        rate = self.mean_motion + self.periapsis_rate
+        if np.any(self.node_rate):
+            if np.any(self.orbit.inclination):
+                return None
+            rate = rate + self.node_rate
+        return np.asarray(rate)[..., None] * self.orbit.normal
+
+    # ------------------------------------------------------------------ motion
+
+    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        return self._in_space(time, *self.orbit.place(self.phase_at(time)))
+
+    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        phase = self.phase_at(time)
+        (x, y), (dx, dy) = self.orbit.place(phase), self.orbit.slope(phase)
+        n, turn = self.mean_motion, self.periapsis_rate
+        along = self._in_space(time, n * dx - turn * y, n * dy + turn * x)
+        east, north, _ = self._in_space(time, x, y)
+        return along + functions.Vector((-self.node_rate * north, self.node_rate * east, 0.0))
+
+    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+        return 1 / self.orbit.distance(self.phase_at(time))
+
+    def phase_at(self, time: Scalar) -> Scalar:
+        """Return the mean anomaly, radians; of floats less whole pairs of turns, right to rounding at any time."""
+        rate = mean_motion_of(self.mu, self.orbit.semimajor_axis, self.anomaly_rate)
+        return angle_at(self.orbit.mean_anomaly_at_epoch, rate, time, self.epoch)
+
+    def angles_at(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """Return node, inclination and argument of periapsis, radians, up to whole pairs of turns."""
+        node = angle_at(self.orbit.node, self.node_rate, time, self.epoch)
+        periapsis = angle_at(self.orbit.argument_of_periapsis, self.periapsis_rate, time, self.epoch)
+        return node, self.orbit.inclination, periapsis
+
+    def _in_space(self, time: Scalar, ahead: Scalar, aside: Scalar) -> functions.Vector:
+        node, inclination, periapsis = self.angles_at(time)
+        directions = plane_of(node, inclination, periapsis)[:2]
+        return functions.Vector(ahead * p + aside * s for p, s in zip(*directions, strict=True))
+
+
+class PrecessingAxes(ConicAxes):
+    """Radial, transverse, normal axes of the moving ellipse; their variable is f - M."""
+
+    orbit: PrecessingOrbit
+
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+        return centre_equation(self.orbit.eccentricity, self.orbit.phase_at(time))
+
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+        return [self.anomaly_rate(time, variables) - self.orbit.mean_motion]
+
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+        return variables[0] + self.orbit.phase_at(time)
+
+    def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:  # noqa: D102
+        return self.orbit.angles_at(time)
+
+    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
+        """Return the rates of the node about the third space axis and of the others about the normal."""
+        _, inclination, periapsis = self.angles(time)
+        latitude = periapsis + self.true_anomaly(time, variables)
+        tilted = self.orbit.node_rate * functions.sin(inclination)
+        upright = self.orbit.node_rate * functions.cos(inclination) + self.orbit.periapsis_rate
+        return functions.Vector(
+            (
+                tilted * functions.sin(latitude),
+                tilted * functions.cos(latitude),
+                upright + self.anomaly_rate(time, variables),
+            )
+        )
+
+    def velocity(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Return r' and omega x r along these axes, r' = f' r^2 e sin(f)/p."""
+        distance = 1 / self.inverse_distance(time, variables)
+        e_sin = self.orbit.eccentricity * functions.sin(self.true_anomaly(time, variables))
+        upwards = self.anomaly_rate(time, variables) * distance * distance * e_sin / self.orbit.parameter
+        _, across, along = self.omega(time, variables)
+        return upwards, along * distance, -across * distance
+
+    @property
+    def _rate_aside(self) -> Scalar:
+        e = self.orbit.eccentricity
+        return self.orbit.mean_motion * ((1 - e) * (1 + e)) ** -1.5

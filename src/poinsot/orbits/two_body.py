@@ -1,0 +1,41 @@
+"""The two-body orbit of any kind through a position with a velocity."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from poinsot.orbits.escape import EscapeOrbit
+from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.orbits.vectors import passage
+
+__all__ = ["two_body_orbit"]
+
+
+def two_body_orbit(
+    mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0
+) -> KeplerOrbit | EscapeOrbit:
+    """Return the orbit through a position with a velocity: an ellipse, a parabola or a hyperbola.
+
+    Parameters
+    ----------
+    mu : float
+        Gravitational parameter of the attractor, length cubed over time squared.
+    position, velocity : array (3,)
+        Of the body relative to the attractor, space axes.
+    epoch : float
+        The time at which it is there.
+
+    Returns
+    -------
+    KeplerOrbit
+        If the energy is negative.
+    EscapeOrbit
+        Otherwise.
+
+    Raises
+    ------
+    ValueError
+        If `mu` is not positive, the position is zero or the two vectors are parallel.
+    """
+    kind = KeplerOrbit if passage(mu, position, velocity).energy < 0 else EscapeOrbit
+    return kind.from_vectors(mu, position, velocity, epoch)

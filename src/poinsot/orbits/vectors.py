@@ -1,0 +1,92 @@
+"""The plane and the shape of the two-body orbit through a position with a velocity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array, refuse_nonpositive
+
+__all__ = ["Passage", "exactly_one", "passage"]
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A body on its orbit at one instant.
+
+    Attributes
+    ----------
+    mu, distance, energy : float
+        Gravitational parameter, distance from the attractor, energy by mass.
+    climb : float
+        The product r . v.
+    e_cos, e_sin : float
+        e cos f and e sin f, with f the true anomaly.
+    parameter : float
+        The semi-latus rectum.
+    inclination, node, latitude : float
+        Radians; the node of an orbit in the equator is at zero.
+    """
+
+    mu: float
+    distance: float
+    energy: float
+    climb: float
+    e_cos: float
+    e_sin: float
+    parameter: float
+    inclination: float
+    node: float
+    latitude: float
+
+    @property
+    def eccentricity(self) -> float:
+        """The length of the eccentricity vector."""
+        return float(np.hypot(self.e_cos, self.e_sin))
+
+
+def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
+    """Return what position and velocity, space axes, shape (3,), say about the orbit.
+
+    Raises
+    ------
+    ValueError
+        If `mu` is not positive, the position is zero or the two vectors are parallel.
+    """
+    mu = float(real_array("mu", mu, ()))
+    r, v = real_array("position", position, (3,)), real_array("velocity", velocity, (3,))
+    refuse_nonpositive("mu", mu)
+    if not np.any(r):
+        raise ValueError("position must not be zero, but the body is at the attractor.")
+    distance, h = float(np.linalg.norm(r)), np.cross(r, v)
+    size = float(np.linalg.norm(h))
+    if not size > 1e-12 * distance * float(np.linalg.norm(v)):
+        raise ValueError("position and velocity must span a plane, but they are parallel.")
+    p = size * size / mu
+    # e cos f and e sin f from the distance and the radial speed: exact zeros on a circle stay zeros.
+    e_cos, e_sin = float(h @ h / (mu * distance) - 1), size * float(r @ v) / (mu * distance)
+    energy = float(v @ v / 2 - mu / distance)
+    return Passage(mu, distance, energy, float(r @ v), e_cos, e_sin, p, *_orientation(r / distance, h / size))
+
+
+def _orientation(radial: NDArray[np.float64], normal: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return inclination, node and argument of latitude."""
+    normal = normal - (normal @ radial) * radial  # of vectors nearly parallel their product has lost digits
+    normal /= np.linalg.norm(normal)
+    across = float(np.hypot(normal[0], normal[1]))
+    node = float(np.arctan2(normal[0], -normal[1])) if across > 0 else 0.0
+    along_node = np.array([np.cos(node), np.sin(node), 0.0])
+    latitude = float(np.arctan2(radial @ np.cross(normal, along_node), radial @ along_node))
+    return float(np.arctan2(across, normal[2])), node, latitude
+
+
+def exactly_one(what: str, given: dict[str, Any]) -> tuple[str, Any]:
+    """Return name and value of the one that is given, or raise a ValueError."""
+    chosen = [(name, value) for name, value in given.items() if value is not None]
+    if len(chosen) != 1:
+        came = " and ".join(name for name, _ in chosen) or "none"
+        raise ValueError(f"{what} must have exactly one of {', '.join(given)}, but {came} came.")
+    return chosen[0]

@@ -1,0 +1,251 @@
+"""Orbits from positions and velocities, and from each of their anomalies."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.orbits.escape import EscapeOrbit
+from poinsot.orbits.phase import angle_at
+from poinsot.orbits.precessing import PrecessingOrbit
+from poinsot.orbits.two_body import two_body_orbit
+
+EPS = np.finfo(float).eps
+MU, Q = 1.3, 0.9
+TILTS = (0.0, 1e-300, 1e-16, 1e-8, 0.4, np.pi / 2, np.pi - 1e-8, np.pi)
+ECCENTRICITIES = (0.0, 1e-15, 1e-8, 0.1, 0.7, 0.999, 1 - 1e-9, 1.0, 1 + 1e-12, 1.01, 2.0, 50.0)
+CORNERS = (0.0, 1e-9, 0.5, -0.5, 0.9, -0.9, 0.999, 0.99999)
+
+
+def floats(vector):
+    return np.array([float(x) for x in vector])
+
+
+def vectors(e, f, turn):
+    """Position and velocity on a conic, from its equation r = p/(1 + e cos f)."""
+    p = Q * (1 + e)
+    r = p / (1 + e * np.cos(f)) * np.array([np.cos(f), np.sin(f), 0])
+    v = np.sqrt(MU / p) * np.array([-np.sin(f), e + np.cos(f), 0])
+    return turn.apply(r), turn.apply(v)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("eccentricity", ECCENTRICITIES)
+def test_position_comes_back_to_rounding(eccentricity, tilt):
+    random = np.random.default_rng(8)
+    farthest = np.arccos(max(-1.0, -1 / eccentricity)) if eccentricity > 0 else np.pi
+    for corner in CORNERS:
+        r, v = vectors(eccentricity, corner * farthest, Rotation.from_euler("ZXZ", [random.uniform(-3, 3), tilt, 0.7]))
+        orbit = two_body_orbit(MU, r, v, 7.0)
+        distance = np.linalg.norm(r)
+        assert np.linalg.norm(floats(orbit.position_at(7.0)) - r) < 12 * EPS * distance
+        stretch = max(1.0, distance / orbit.periapsis_distance)
+        assert np.linalg.norm(floats(orbit.velocity_at(7.0)) - v) < 8 * EPS * stretch * np.linalg.norm(v)
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.4, 0.97, 1.0, 1.7])
+def test_the_motion_goes_on_as_it_was(eccentricity):
+    turn = Rotation.from_euler("ZXZ", [0.3, 1.0, -0.4])
+    first = two_body_orbit(MU, *vectors(eccentricity, 0.8, turn))
+    second = two_body_orbit(MU, floats(first.position_at(2.5)), floats(first.velocity_at(2.5)), 2.5)
+    for time in (-1.0, 0.0, 2.5, 9.0):
+        expected = floats(first.position_at(time))
+        assert np.allclose(floats(second.position_at(time)), expected, rtol=0, atol=1e-13 * np.linalg.norm(expected))
+
+
+def test_the_kind_follows_from_the_energy():
+    speed = np.sqrt(2.0)  # which rounds up, and its square too
+    assert isinstance(two_body_orbit(1.0, (1, 0, 0), (0, np.nextafter(speed, 0) - 1e-15, 0)), pt.KeplerOrbit)
+    assert isinstance(two_body_orbit(1.0, (1, 0, 0), (0, speed, 0)), EscapeOrbit)
+    exact = two_body_orbit(0.5, (1, 0, 0), (0, 1, 0))
+    assert (type(exact), exact.eccentricity, exact.periapsis_distance) == (EscapeOrbit, 1.0, 1.0)
+
+
+@pytest.mark.parametrize("offset", [1e-18, 1e-14, 1e-10])
+def test_nothing_jumps_at_the_circle_in_the_equator(offset):
+    """The motion of close vectors stays close, though node and periapsis may be anywhere."""
+    reference = two_body_orbit(1.0, (1, 0, 0), (0, 1, 0))
+    for change in np.concatenate([np.eye(3), -np.eye(3)]) * offset:
+        for r, v in ((np.array([1, 0, 0]) + change, (0, 1, 0)), ((1, 0, 0), np.array([0, 1, 0]) + change)):
+            orbit = two_body_orbit(1.0, r, v)
+            for time in (0.0, 1.0, 2.0):
+                difference = floats(orbit.position_at(time)) - floats(reference.position_at(time))
+                assert np.linalg.norm(difference) < 10 * offset + 8 * EPS
+
+
+def test_a_distant_encounter_keeps_its_plane():
+    """r and v almost parallel: their product alone would lose the plane, and the position with it."""
+    r, v = np.array([3e5, 1.0, -2e5]), np.array([-3.0, 1e-7, 2.00001])
+    orbit = two_body_orbit(MU, r, v)
+    assert np.linalg.norm(floats(orbit.position_at(0.0)) - r) < 12 * EPS * np.linalg.norm(r)
+    assert np.linalg.norm(floats(orbit.velocity_at(0.0)) - v) < 1e-10 * np.linalg.norm(v)
+
+
+# ---------------------------------------------------------------------- anomalies
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.3, 0.95])
+@pytest.mark.parametrize("E", [0.0, 0.7, -2.5, 3.0])
+def test_anomalies_of_an_ellipse_name_one_place(eccentricity, E):
+    e, shape = eccentricity, (MU, 1.2, eccentricity, 0.4, 1.1, -0.7)
+    x, y = np.cos(E) - e, np.sqrt(1 - e * e) * np.sin(E)
+    anomalies = {"eccentric_anomaly": E, "mean_anomaly": E - e * np.sin(E), "true_anomaly": np.arctan2(y, x)}
+    positions = [
+        floats(pt.KeplerOrbit.from_elements(*shape, **{name: value}, epoch=2.0).position_at(2.0))
+        for name, value in anomalies.items()
+    ]
+    expected = 1.2 * Rotation.from_euler("ZXZ", [1.1, 0.4, -0.7]).apply([x, y, 0])
+    assert np.allclose(positions, expected, rtol=0, atol=64 * EPS)
+
+
+@pytest.mark.parametrize("length", ["periapsis_distance", "semimajor_axis"])
+@pytest.mark.parametrize("H", [0.0, 0.7, -2.5, 9.0])
+def test_anomalies_of_a_hyperbola_name_one_place(H, length):
+    e, lengths = 1.6, {"periapsis_distance": 0.9, "semimajor_axis": -1.5}
+    x, y = 1.5 * (e - np.cosh(H)), 1.5 * np.sqrt(e * e - 1) * np.sinh(H)
+    anomalies = {"eccentric_anomaly": H, "mean_anomaly": e * np.sinh(H) - H, "true_anomaly": np.arctan2(y, x)}
+    for name, value in anomalies.items():
+        shape = {length: lengths[length], name: value}
+        orbit = EscapeOrbit.from_elements(MU, e, 0.4, 1.1, -0.7, **shape, epoch=2.0)
+        expected = Rotation.from_euler("ZXZ", [1.1, 0.4, -0.7]).apply([x, y, 0])
+        loss = np.linalg.norm(expected) / 0.9 if name == "true_anomaly" else 1
+        assert np.allclose(floats(orbit.position_at(2.0)), expected, rtol=0, atol=32 * EPS * loss * np.hypot(x, y))
+        assert float(orbit.true_anomaly_at(2.0)) == pytest.approx(np.arctan2(y, x), abs=1e-14)
+
+
+@pytest.mark.parametrize("f", [0.0, 1.0, -2.0, 3.0])
+@pytest.mark.parametrize("eccentricity", [1.0, 1 + 1e-15, 1 + 1e-9])
+def test_true_anomaly_of_a_parabola_and_next_to_it(eccentricity, f):
+    orbit = EscapeOrbit.from_elements(MU, eccentricity, 0, 0, 0, periapsis_distance=Q, true_anomaly=f, epoch=1.0)
+    assert float(orbit.true_anomaly_at(1.0)) == pytest.approx(f, rel=1e-7 if eccentricity > 1 + 1e-12 else 1e-13)
+
+
+def test_members_from_mean_anomalies():
+    M = np.array([0.1, 2.0, -1.0])
+    orbit = pt.KeplerOrbit.from_elements(MU, 1.2, 0.3, 0.4, 1.1, -0.7, mean_anomaly=M)
+    assert np.allclose(orbit.mean_anomaly_at(0.0), M, rtol=0, atol=4 * EPS)
+
+
+# ---------------------------------------------------------------------- phases
+
+
+def test_angles_of_a_million_turns_keep_their_digits():
+    times = np.array([0.0, 1e6, 2.0**40, -(2.0**50)])
+    angle = angle_at(0.25, 0.75, times, 0.0)
+    import mpmath
+
+    with mpmath.workdps(60):
+        for found, t in zip(angle, times, strict=True):
+            turns = (0.25 + 0.75 * mpmath.mpf(float(t)) - mpmath.mpf(float(found))) / (4 * mpmath.pi)
+            assert abs(turns - mpmath.nint(turns)) < 4 * EPS
+    assert np.all(np.abs(angle) <= 2 * np.pi + 1e-15)
+
+
+def test_an_angle_as_a_whole_grows():
+    assert angle_at(0.25, 0.75, 1e6, 0.0, whole=True) == 750000.25
+
+
+# ---------------------------------------------------------------------- wrong input
+
+ANOMALIES = "true_anomaly, mean_anomaly, eccentric_anomaly"
+ELEMENTS = (1.0, 2.0, 0.1, 0.0, 0.0, 0.0)
+ONE_ORBIT = pt.KeplerOrbit(*ELEMENTS)
+
+
+def hyperbola(e=1.5, **others):
+    return EscapeOrbit.from_elements(1.0, e, 0.0, 0.0, 0.0, **others)
+
+
+WRONG = {
+    "bound_escape": (
+        lambda: EscapeOrbit(1, 1, 0.5, 0, 0, 0),
+        "eccentricity must be at least 1, but 0.5 came. An ellipse is a KeplerOrbit.",
+    ),
+    "bound_member": (
+        lambda: EscapeOrbit(1, 1, [1.5, -3], 0, 0, 0),
+        "eccentricity must be at least 1, but -3.0 came. An ellipse is a KeplerOrbit.",
+    ),
+    "mu_of_escape": (lambda: EscapeOrbit(0, 1, 1.5, 0, 0, 0), "mu must be positive, but 0.0 came."),
+    "periapsis": (lambda: EscapeOrbit(1, -1, 1.5, 0, 0, 0), "periapsis_distance must be positive, but -1.0 came."),
+    "no_anomaly": (
+        lambda: pt.KeplerOrbit.from_elements(*ELEMENTS),
+        f"elements must have exactly one of {ANOMALIES}, but none came.",
+    ),
+    "two_anomalies": (
+        lambda: pt.KeplerOrbit.from_elements(*ELEMENTS, true_anomaly=1, mean_anomaly=1),
+        f"elements must have exactly one of {ANOMALIES}, but true_anomaly and mean_anomaly came.",
+    ),
+    "unbound_ellipse": (
+        lambda: pt.KeplerOrbit.from_elements(1, 2, 1.5, 0, 0, 0, mean_anomaly=0),
+        "eccentricity must be in [0, 1), but 1.5 came. A Kepler orbit is an ellipse.",
+    ),
+    "negative_axis_of_an_ellipse": (
+        lambda: pt.KeplerOrbit.from_elements(1, -2, 0.5, 0, 0, 0, mean_anomaly=0),
+        "semimajor_axis must be positive, but -2.0 came.",
+    ),
+    "positive_axis": (
+        lambda: hyperbola(semimajor_axis=2, true_anomaly=0),
+        "semimajor_axis must be negative with an eccentricity above 1, but 2.0 came. A hyperbola has a = q/(1 - e).",
+    ),
+    "axis_of_a_parabola": (
+        lambda: hyperbola(1, semimajor_axis=-2, true_anomaly=0),
+        "semimajor_axis must be that of a hyperbola, but the eccentricity is 1. Give the periapsis_distance.",
+    ),
+    "mean_anomaly_of_a_parabola": (
+        lambda: hyperbola(1, periapsis_distance=1, mean_anomaly=0),
+        "mean_anomaly must be that of a hyperbola, but the eccentricity is 1. Give the true_anomaly.",
+    ),
+    "beyond_the_asymptote": (
+        lambda: hyperbola(2, periapsis_distance=1, true_anomaly=2.5),
+        "true_anomaly must be within the asymptotes, |f| < 2.0944, but 2.5 came.",
+    ),
+    "two_lengths": (
+        lambda: hyperbola(periapsis_distance=1, semimajor_axis=-2, true_anomaly=0),
+        "elements must have exactly one of periapsis_distance, semimajor_axis, "
+        "but periapsis_distance and semimajor_axis came.",
+    ),
+    "ellipse_for_an_escape": (
+        lambda: EscapeOrbit.from_vectors(1, (1, 0, 0), (0, 1, 0)),
+        "position and velocity must belong to a parabola or hyperbola, but the orbital energy is -0.5 < 0. "
+        "An ellipse is a KeplerOrbit.",
+    ),
+    "at_the_attractor": (
+        lambda: two_body_orbit(1, (0, 0, 0), (0, 1, 0)),
+        "position must not be zero, but the body is at the attractor.",
+    ),
+    "radial": (
+        lambda: two_body_orbit(1, (1, 2, 3), (2, 4, 6)),
+        "position and velocity must span a plane, but they are parallel.",
+    ),
+    "dropped": (
+        lambda: two_body_orbit(1, (1, 2, 3), (0, 0, 0)),
+        "position and velocity must span a plane, but they are parallel.",
+    ),
+    "repelling": (lambda: two_body_orbit(-1, (1, 0, 0), (0, 1, 0)), "mu must be positive, but -1.0 came."),
+    "backwards": (
+        lambda: PrecessingOrbit(ONE_ORBIT, 0, 0, -2),
+        "mean_motion must be positive, but -1.6464466094067263 came.",
+    ),
+    "mean_motion": (
+        lambda: PrecessingOrbit.from_mean_motion(ONE_ORBIT, 0),
+        "mean_motion must be positive, but 0.0 came.",
+    ),
+    "rate": (
+        lambda: PrecessingOrbit(ONE_ORBIT, float("nan")),
+        "node_rate must be finite, but node_rate = nan.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_input_gives_one_sentence(name):
+    call, sentence = WRONG[name]
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        call()
+
+
+def test_only_ellipses_precess():
+    with pytest.raises(TypeError, match=r"^orbit must be a KeplerOrbit, but EscapeOrbit came\.$"):
+        PrecessingOrbit(EscapeOrbit(1, 1, 1.5, 0, 0, 0))
