@@ -210,12 +210,15 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
     reduced = mean_anomaly - full_turns
     anomaly = reduced + 0.85 * eccentricity * engine.sign(engine.sin(reduced))
     enough = 0.01 * (np.finfo(float).eps if engine is np else engine.eps) ** (1 / 3)
+    elongated = engine is not np or np.any(eccentricity > 0.5)
     for _ in range(80):  # Halley's method from Danby's start; a handful of rounds, more only at e -> 1
         sine, cosine = engine.sin(0.5 * anomaly), engine.cos(0.5 * anomaly)
         slope = (1 - eccentricity) + 2 * eccentricity * sine * sine
         curvature = 2 * eccentricity * sine * cosine
-        near = (1 - eccentricity) * anomaly + eccentricity * sine_defect(anomaly)
-        excess = where(less(abs(anomaly), 2), near, anomaly - curvature) - reduced
+        excess = anomaly - curvature - reduced
+        if elongated:
+            near = (1 - eccentricity) * anomaly + eccentricity * sine_defect(anomaly)
+            excess = where(less(abs(anomaly), 2), near - reduced, excess)
         step = excess / (slope - excess * curvature / (2 * slope))
         anomaly = anomaly - step
         if np.all(abs(step) <= enough * abs(anomaly)):  # the next one would be the cube of that

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.orbits.conic import ConicAxes, ConicOrbit
-from poinsot.orbits.phase import angle_at, mean_motion_of
+from poinsot.orbits.phase import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.vectors import exactly_one, passage
 
 __all__ = ["KeplerAxes", "KeplerOrbit"]
@@ -171,10 +172,17 @@ class KeplerOrbit(ConicOrbit):
         return self._mean_anomaly(time)
 
     def _mean_anomaly(self, time: Scalar, whole: bool = False) -> Scalar:
-        rate = mean_motion_of(self.mu, self.semimajor_axis)
-        return angle_at(self.mean_anomaly_at_epoch, rate, time, self.epoch, whole)
+        start = self.mean_anomaly_at_epoch
+        near = None if whole else angle_nearby(start, self._squared_rate, time, self.epoch)
+        if near is not None:
+            return near
+        return angle_at(start, mean_motion_of(self.mu, self.semimajor_axis), time, self.epoch, whole)
 
-    @property
+    def _squared_rate(self, kind: Any) -> Any:
+        a = np.asarray(self.semimajor_axis, dtype=kind)[()]
+        return np.asarray(self.mu, dtype=kind)[()] / (a * a * a)
+
+    @functools.cached_property
     def mean_anomaly_at_epoch(self) -> Scalar:
         """The mean anomaly that belongs to `true_anomaly`, radians."""
         e, half = self.eccentricity, 0.5 * self.true_anomaly
