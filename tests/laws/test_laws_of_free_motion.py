@@ -18,6 +18,7 @@ LAWS = settings(
 EPS = np.finfo(float).eps
 ROUNDING = 8 * EPS
 """Of a quaternion at any time; of the momentum, relative to its size."""
+EVER = 1e9
 
 # ---------------------------------------------------------------------- bodies and states
 
@@ -38,12 +39,12 @@ DEGENERATE = st.sampled_from(
     ]
 ).map(np.array)
 MOMENTS = GENERIC | DEGENERATE
-ANYWHERE = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)
+NOT_TINY = st.floats(-1.5, 1.5).map(lambda x: x if abs(x) > 1e-30 else 0.0)
+ANYWHERE = st.tuples(*[NOT_TINY] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)
 QUATERNIONS = (ANYWHERE | st.sampled_from([(1.0, 0, 0, 0), (0, 1.0, 0, 0), (0, 0, 0, 1.0), (0.5, 0.5, -0.5, 0.5)])).map(
     lambda q: np.array(q) / np.linalg.norm(q)
 )
-NOT_TINY = st.floats(-1.5, 1.5).map(lambda x: x if abs(x) > 1e-9 else 0.0)
-MOMENTA = st.tuples(*[NOT_TINY] * 3) | st.sampled_from(
+MOMENTA = st.tuples(*[NOT_TINY] * 3).filter(lambda g: np.linalg.norm(g) > 0.01) | st.sampled_from(
     [(0.0, 0, 0), (0, 1.0, 0), (0, 1.0, 1e-9), (0, 0, -1.0), (1.0, 0.75, 1.0), (-1.0, 0, 1.0), (1.0, 0.75, 1 + 1e-12)]
 )
 
@@ -81,7 +82,12 @@ def instability(body, state, phase):
     middle, rates = np.median(1 / body.moments), 1 / body.moments
     spread, G2 = np.ptp(rates), g @ g
     distance = abs(g**2 @ (rates - middle)) / (spread * G2) if spread and G2 else 1.0
-    return min(np.exp(phase * spread / np.max(rates) / 2), 1 / max(distance, 1e-300))
+    return min(np.exp(min(phase * spread / np.max(rates) / 2, 700)), 1 / max(distance, 1e-300))
+
+
+def rounding(body, state):
+    """What a rounding of the place on the trajectory of the momentum makes, a logarithm beside the separatrix."""
+    return ROUNDING * (1 + np.log(instability(body, state, EVER)) / 10)
 
 
 def momentum_error(found, expected):
@@ -119,7 +125,7 @@ def test_norm_energy_and_momentum_in_space_are_kept_at_any_time(body, state, pha
     motion = pt.free_motion(body, state, times)
     q, Q = motion.quaternion, motion.conjugate_momenta
     G = np.linalg.norm(state.angular_momentum_body)
-    assert np.max(np.abs(np.linalg.norm(q, axis=-1) - 1)) <= 4 * EPS
+    assert np.max(np.abs(np.linalg.norm(q, axis=-1) - 1)) <= 5 * EPS
     assert np.max(np.abs(np.sum(q * Q, axis=-1))) <= 8 * EPS * G
     momentum = motion.attitude.apply(motion.angular_momentum_body)
     assert np.max(np.abs(momentum - state.angular_momentum_space)) <= 16 * EPS * G
@@ -133,7 +139,7 @@ def test_norm_energy_and_momentum_in_space_are_kept_at_any_time(body, state, pha
 @given(bodies(), states())
 def test_it_starts_where_the_state_is(body, state):
     motion = pt.free_motion(body, state, [0.0])
-    assert differences(motion, state.quaternion, state.conjugate_momenta) <= ROUNDING
+    assert differences(motion, state.quaternion, state.conjugate_momenta) <= rounding(body, state)
 
 
 def test_rates_are_those_of_the_equations():
@@ -144,7 +150,7 @@ def test_rates_are_those_of_the_equations():
     motion = pt.free_motion(body, state, start + step * np.arange(-3, 4))
     rate = np.array([-1, 9, -45, 0, 45, -9, 1]) @ motion.quaternion / (60 * step)
     expected = quat.product(motion.quaternion[3], [0, *(motion.angular_momentum_body[3] / body.moments)]) / 2
-    assert np.max(np.abs(rate - expected)) < 1e-12
+    assert np.max(np.abs(rate - expected)) < 2e-14
 
 
 # ---------------------------------------------------------------------- time
@@ -169,7 +175,7 @@ def test_turning_the_momentum_over_runs_the_motion_back(body, state, phase):
     times = np.linspace(-0.3, 1, 27) * phase / largest_rate(body, state)
     back = pt.free_motion(body, pt.State(state.quaternion, -state.conjugate_momenta), times)
     motion = pt.free_motion(body, state, -times)
-    assert differences(back, motion.quaternion, -motion.conjugate_momenta) <= 2 * ROUNDING
+    assert differences(back, motion.quaternion, -motion.conjugate_momenta) <= 2 * rounding(body, state)
 
 
 @LAWS
@@ -205,7 +211,7 @@ def test_order_and_number_of_times_change_nothing(body, state):
     assert differences(falling, motion.quaternion[::-1], motion.conjugate_momenta[::-1]) <= 2 * EPS
     for i in (0, 17, 38):
         alone = pt.free_motion(body, state, times[[i]])
-        assert differences(alone, motion.quaternion[[i]], motion.conjugate_momenta[[i]]) <= 2 * EPS
+        assert differences(alone, motion.quaternion[[i]], motion.conjugate_momenta[[i]]) <= 4 * EPS
         called = motion(times[i])
         assert called.time == times[i]
         assert np.max(np.abs(called.quaternion - motion.quaternion[i])) <= 2 * EPS
@@ -248,7 +254,9 @@ def test_world_turned_by_half_a_turn_has_the_same_digits(body, state, turn, phas
     times = np.linspace(-0.3, 1, 27) * phase / largest_rate(body, state)
     motion, elsewhere = pt.free_motion(body, state, times), pt.free_motion(body, turned_by(state, turn), times)
     expected = [quat.product(turn, x) for x in (motion.quaternion, motion.conjugate_momenta)]
-    assert differences(elsewhere, *expected) <= ROUNDING
+    # The momentum along the body has 32 digits, of which the separatrix and time take some.
+    allowed = rounding(body, state) + 1e-31 * (1 + phase) * instability(body, state, phase)
+    assert differences(elsewhere, *expected) <= allowed
 
 
 @LAWS
@@ -308,6 +316,7 @@ def test_units_of_powers_of_two_change_no_digit(body, state, a, b):
 def test_oblique_axes_have_the_motion_of_the_principal_ones(moments, state, turn, phase):
     """The body axes are turned by t in the principal ones: I = R(t~) diag R(t), q' = q t."""
     principal = pt.Body(moments)
+    assume(instability(principal, state, phase) < 1e3)
     slanted = oblique(moments, Rotation.from_quat(turn, scalar_first=True).inv())
     times = np.linspace(-0.3, 1, 27) * phase / largest_rate(principal, state)
     motion = pt.free_motion(principal, state, times)
@@ -315,12 +324,12 @@ def test_oblique_axes_have_the_motion_of_the_principal_ones(moments, state, turn
     expected = [quat.product(x, turn) for x in (motion.quaternion, motion.conjugate_momenta)]
     # The tensor is rounded relative to its largest entry, rates relative to the smallest moment.
     allowed = 8 * ROUNDING * (1 + phase) * np.max(moments) / np.min(moments)
-    assert differences(other, *expected) < allowed * min(instability(principal, state, phase), 1e13)
+    assert differences(other, *expected) < allowed * instability(principal, state, phase)
 
 
 # ---------------------------------------------------------------------- continuity
 
-SIZES = [0.0, *(sign * 10.0**-n for n in range(3, 17) for sign in (1, -1))]
+SIZES = [0.0, *(s * 10.0**-n for n in (*range(3, 17), 20, 50, 100, *range(140, 165, 3), 200, 300) for s in (1, -1))]
 GENERAL = (0.5, -0.3, 0.8)
 # name: moments and momentum of the member of a family
 FAMILIES = {

@@ -250,6 +250,7 @@ BAD = {
         ValueError,
         "G must be positive, but -1.5 came. A body at rest has no such variables.",
     ),
+    "kind": (lambda: pt.Andoyer.of((1, 0, 0, 0)), TypeError, "state must be a State, but tuple came."),
     "rest": (
         lambda: pt.Andoyer.of(pt.State((1, 0, 0, 0), (0, 0, 0, 0))),
         ValueError,

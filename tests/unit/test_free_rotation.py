@@ -195,6 +195,19 @@ def test_axes_go_round_the_momentum_in_their_mean_periods(name):
         assert abs(turns * period / span - 1) < 5e-15
 
 
+@pytest.mark.parametrize("name", OFTEN)
+def test_body_turns_about_its_axis_in_the_mean_spin_period(name):
+    """The turn seen from space is l + g: from the fixed plane to the body, by way of the nodes of their planes."""
+    rotation = rotation_of(name)
+    axis = (np.argmax if rotation.mode == "short-axis" else np.argmin)(rotation.body.moments)
+    span = 10 * rotation.rotation_period
+    motion = propagated(rotation, span)
+    there = motion(rotation.state.time + np.linspace(0, span, 4000))
+    variables = about(there, cyclic(axis, TRIAXIAL[name][1][axis] > 0))
+    turns = np.diff(np.unwrap(variables.l + variables.g)[[0, -1]])[0] / (2 * np.pi)
+    assert abs(turns * rotation.spin_period / span - 1) < 5e-15
+
+
 @pytest.mark.parametrize("name", [*OFTEN, "short, near the separatrix", "long, near the separatrix"])
 def test_nutation_range_is_what_the_axis_does(name):
     rotation = rotation_of(name)
@@ -503,7 +516,7 @@ def test_angles_and_actions_are_canonical(order, g):
 def about(state, axes):
     """Andoyer's variables with respect to other axes, columns of a rotation matrix."""
     attitude = state.attitude * Rotation.from_matrix(axes)
-    return pt.Andoyer.of(pt.Body((1, 1, 1)).state(attitude, angular_momentum_body=axes.T @ state.angular_momentum_body))
+    return pt.Andoyer.of(pt.Body((1, 1, 1)).state(attitude, angular_momentum_body=state.angular_momentum_body @ axes))
 
 
 def cyclic(axis, up):

@@ -4,13 +4,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from poinsot.mechanics.double_double import PI, DoubleDouble, pick
 
 WIDE = 2.0**-102
+lawful = settings(derandomize=True, deadline=None, database=None)
 numbers = st.builds(
     lambda size, fine: DoubleDouble.difference(size, fine * size * 2.0**-54),
     st.floats(1e-8, 1e8) | st.floats(-1e8, -1e-8),
@@ -26,6 +27,7 @@ def close(number, expected, size=None):
     return abs(exact(number) - expected) <= WIDE * abs(expected if size is None else size)
 
 
+@lawful
 @given(numbers, numbers)
 def test_arithmetic_has_32_digits(a, b):
     x, y = exact(a), exact(b)
@@ -35,6 +37,7 @@ def test_arithmetic_has_32_digits(a, b):
     assert close(a / b, x / y)
 
 
+@lawful
 @given(numbers, st.floats(-1e6, 1e6).filter(lambda x: abs(x) > 1e-6))
 def test_doubles_take_part_on_either_side(a, b):
     x, y = exact(a), Fraction(b)
@@ -45,17 +48,20 @@ def test_doubles_take_part_on_either_side(a, b):
     assert exact(b + a) == exact(a + b)
 
 
+@lawful
 @given(st.floats(-1e300, 1e300), st.floats(-1e300, 1e300))
 def test_a_difference_of_doubles_is_exact(a, b):
     assert exact(DoubleDouble.difference(a, b)) == Fraction(a) - Fraction(b)
 
 
+@lawful
 @given(st.floats(-1e100, 1e100), st.floats(-1e100, 1e100))
 def test_a_product_of_doubles_is_exact(a, b):
     a, b = (0.0 if abs(x) < 1e-100 else x for x in (a, b))  # its error must not underflow
     assert exact(DoubleDouble(a) * b) == Fraction(a) * Fraction(b)
 
 
+@lawful
 @given(numbers)
 def test_square_root(a):
     a = a if a.hi > 0 else -a
