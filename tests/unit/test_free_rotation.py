@@ -299,6 +299,21 @@ def test_rotation_about_the_principal_axes():
     assert [about[axis].actions[:2] for axis in (0, 2)] == [(2, 2)] * 2
 
 
+@pytest.mark.parametrize("exponent", [120, 140, 146, 152, 155, 158, 161, 165, 200, 300])
+@pytest.mark.parametrize("axis", range(3))
+def test_next_to_a_principal_axis_is_nearly_on_it(axis, exponent):
+    g = np.full(3, 10.0**-exponent)
+    g[axis] = 2.0
+    rotation, steady = special((6, 4, 3), g), special((6, 4, 3), 2 * np.eye(3)[axis])
+    assert rotation.energy == steady.energy
+    assert rotation.dynamic_moment == steady.dynamic_moment
+    logarithm = 0 if axis != 1 else 2 / exponent  # with which rate and frequency vanish on the separatrix
+    assert abs(rotation.precession_period / steady.precession_period - 1) <= 2 * EPS + logarithm
+    assert abs(rotation.frequencies[0] - steady.frequencies[0]) <= 2 * EPS + logarithm
+    assert abs(rotation.nutation_range[1] - steady.nutation_range[1]) <= 2 * EPS
+    assert abs(rotation.actions[0] - steady.actions[0]) <= 4 * EPS
+
+
 @pytest.mark.parametrize(("unique", "equal"), [(1.6, 1.0), (0.3, 1.0), (1 + 1e-13, 1.0), (1.0, 1 + 1e-13)])
 @pytest.mark.parametrize("axis", range(3))
 def test_symmetric_body(unique, equal, axis):

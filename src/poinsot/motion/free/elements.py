@@ -39,8 +39,8 @@ __all__ = ["Elements", "elements_of"]
 MOST_ROUNDS = 64
 """Of the arithmetic-geometric mean; six suffice unless 1 - m is below 1e-9, one more for every factor 1/4 of r'."""
 
-NO_SQUARE = 1e-290
-"""A sum of squares that is smaller, of a momentum of the order of one, has too few digits and no inverse."""
+NOTHING = 1e-145
+"""The largest component of the momentum is of the order of one; a square of what is smaller has too few digits."""
 
 ENOUGH = 1e-17
 """The relative difference of the two means at which the next round ends below 1e-33."""
@@ -142,7 +142,6 @@ def _elements(moments: Any, principal: Any, state: State) -> Elements:
 
     squares = [x * x for x in g]
     P1, P3 = squares[0] + r_other * squares[1], squares[2] + r * squares[1]
-    P1 = pick(P1.hi < NO_SQUARE, 0.0, P1)
     G = (squares[0] + squares[1] + squares[2]).sqrt()
     round_ = r.hi == 0  # symmetric about the axis 3, or spherical
     m = pick(round_, 0.0, r * P1 / (r_other * P3))
@@ -162,7 +161,8 @@ def _elements(moments: Any, principal: Any, state: State) -> Elements:
 def _scaled_momentum(principal: Any, state: State) -> tuple[tuple[DoubleDouble, ...], Any, Any]:
     """Return Im(q~ Q) / 2 along the principal axes, its largest component between 1/2 and 1, without rounding.
 
-    Also the exponent of the power of two that was taken out, and whether it is zero, which makes it (0, 0, 1).
+    Components that are next to nothing are zero. Also the exponent of the power of two that was taken out, and
+    whether the momentum is zero, which makes it (0, 0, 1).
     """
     first = _exponent(state.conjugate_momenta)
     q = Vector(map(DoubleDouble, _along(state.quaternion)))
@@ -171,6 +171,7 @@ def _scaled_momentum(principal: Any, state: State) -> tuple[tuple[DoubleDouble, 
     high = np.stack([x.hi for x in g], axis=-1)
     second, at_rest = _exponent(high), np.all(high == 0, axis=-1)
     g1, g2, g3 = (x.scaled(np.exp2(-second)[()]) for x in g)
+    g1, g2, g3 = (pick(np.abs(x.hi) < NOTHING, 0.0, x) for x in (g1, g2, g3))
     return (g1, g2, pick(at_rest, 1.0, g3)), first + second - 1, at_rest
 
 
