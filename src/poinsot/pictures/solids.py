@@ -134,10 +134,10 @@ def solid_axes(eye: Array, title: str) -> Any:
     import matplotlib.pyplot as plt
 
     figure = plt.figure(figsize=(6.4, 6.8))
-    axes: Any = figure.add_axes((0, 0.1, 1, 0.84), projection="3d", computed_zorder=False, proj_type="ortho")
+    axes: Any = figure.add_axes((0, 0.07, 1, 0.84), projection="3d", computed_zorder=False, proj_type="ortho")
     axes.view_init(np.degrees(np.arcsin(eye[2])), np.degrees(np.arctan2(eye[1], eye[0])))
     axes.disable_mouse_rotation()
-    figure.suptitle(title, y=0.97, fontsize=11)
+    figure.suptitle(title, y=0.98, fontsize=11)
     return axes
 
 
