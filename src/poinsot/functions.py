@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import operator
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -81,6 +81,26 @@ class Vector(Sequence[Any]):
 
     def __neg__(self) -> Vector:
         return Vector(-a for a in self)
+
+
+class Commuting:
+    """The operators of a kind of scalar whose left operand is another kind, by those with the operands exchanged."""
+
+    if TYPE_CHECKING:
+
+        def __neg__(self) -> Any: ...
+
+    def __radd__(self, other: Any) -> Any:
+        return self + other
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __rmul__(self, other: Any) -> Any:
+        return self * other
+
+    def __bool__(self) -> bool:
+        raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
 
 class CarriedVector(Vector):

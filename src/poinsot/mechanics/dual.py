@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from poinsot import functions
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Commuting, Scalar, Vector
 
 __all__ = ["Dual", "partial", "seeded"]
 
 
-class Dual:
+class Dual(Commuting):
     """A scalar and its partial derivatives, by the name of the variable."""
 
     __array_ufunc__ = None
@@ -60,24 +60,12 @@ class Dual:
             return exponential
         return self.chain(self.value**power, power * self.value ** (power - 1))
 
-    def __radd__(self, other: Any) -> Any:
-        return self + other
-
-    def __rsub__(self, other: Any) -> Any:
-        return -self + other
-
-    def __rmul__(self, other: Any) -> Any:
-        return self * other
-
     def __rtruediv__(self, other: Any) -> Any:
         return other * self**-1
 
     def __rpow__(self, base: Any) -> Dual:
         exponential: Dual = functions.exp(self * functions.log(base))
         return exponential
-
-    def __bool__(self) -> bool:
-        raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""

@@ -20,7 +20,7 @@ import heyoka as hy
 import numpy as np
 
 from poinsot import functions as formulas
-from poinsot.functions import Vector
+from poinsot.functions import Commuting, Vector
 from poinsot.mechanics.dual import Dual
 
 __all__ = ["Constant", "Constants", "Multiple"]
@@ -157,7 +157,7 @@ class Constant:
         return self._with(getattr(formulas, name), *arguments)
 
 
-class Multiple:
+class Multiple(Commuting):
     """A number times a constant (or None) times the product of factors, expressions of the variables."""
 
     __array_ufunc__ = None
@@ -248,23 +248,11 @@ class Multiple:
     def __pow__(self, power: Any) -> Any:
         return self._applied(operator.pow, self, power)
 
-    def __radd__(self, other: Any) -> Any:
-        return self + other
-
-    def __rsub__(self, other: Any) -> Any:
-        return -self + other
-
-    def __rmul__(self, other: Any) -> Any:
-        return self * other
-
     def __rtruediv__(self, other: Any) -> Any:
         return self._applied(operator.truediv, other, self)
 
     def __rpow__(self, base: Any) -> Any:
         return self._applied(operator.pow, base, self)
-
-    def __bool__(self) -> bool:
-        raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""

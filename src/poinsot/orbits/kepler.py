@@ -15,7 +15,7 @@ from poinsot.orbits.conic import ConicAxes, ConicOrbit
 from poinsot.orbits.phase import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.vectors import exactly_one, passage
 
-__all__ = ["KeplerAxes", "KeplerOrbit"]
+__all__ = ["EllipticAxes", "KeplerAxes", "KeplerOrbit"]
 
 
 class KeplerOrbit(ConicOrbit):
@@ -221,14 +221,12 @@ class KeplerOrbit(ConicOrbit):
         return functions.sqrt((1 - self.eccentricity) * (1 + self.eccentricity))
 
 
-class KeplerAxes(ConicAxes):
+class EllipticAxes(ConicAxes):
     """Radial, transverse, normal axes; their variable is f - M, the true less the mean anomaly.
 
     f itself would grow with every revolution and loosen the engine's step control, which looks at the
     largest variable.
     """
-
-    orbit: KeplerOrbit
 
     def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
         return centre_equation(self.orbit.eccentricity, self.orbit.phase_at(time))
@@ -238,6 +236,12 @@ class KeplerAxes(ConicAxes):
 
     def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
         return variables[0] + self.orbit.phase_at(time)
+
+
+class KeplerAxes(EllipticAxes):
+    """Those of an ellipse at rest in space."""
+
+    orbit: KeplerOrbit
 
 
 def centre_equation(eccentricity: Any, mean_anomaly: Any) -> NDArray[np.float64]:

@@ -16,7 +16,6 @@ __all__ = ["angle_at", "angle_nearby", "elapsed", "mean_motion_of"]
 FULL = PI.scaled(4.0)
 """Two turns, which leave the half angles of a quaternion, and so its sign, as they are."""
 
-
 LONG = np.longdouble
 LONG_FULL = LONG(FULL.hi) + LONG(FULL.lo)
 LONG_ENOUGH = 1e-18

@@ -11,9 +11,9 @@ from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.sky import Orbit
-from poinsot.orbits.conic import ConicAxes, plane_of
+from poinsot.orbits.conic import plane_of
 from poinsot.orbits.frame import OrbitFrame
-from poinsot.orbits.kepler import KeplerOrbit, centre_equation, is_circle
+from poinsot.orbits.kepler import EllipticAxes, KeplerOrbit, is_circle
 from poinsot.orbits.phase import angle_at, mean_motion_of
 
 __all__ = ["PrecessingAxes", "PrecessingOrbit"]
@@ -156,19 +156,10 @@ class PrecessingOrbit(Orbit):
         return functions.Vector(ahead * p + aside * s for p, s in zip(*directions, strict=True))
 
 
-class PrecessingAxes(ConicAxes):
-    """Radial, transverse, normal axes of the moving ellipse; their variable is f - M."""
+class PrecessingAxes(EllipticAxes):
+    """Those of the moving ellipse."""
 
     orbit: PrecessingOrbit
-
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
-        return centre_equation(self.orbit.eccentricity, self.orbit.phase_at(time))
-
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
-        return [self.anomaly_rate(time, variables) - self.orbit.mean_motion]
-
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
-        return variables[0] + self.orbit.phase_at(time)
 
     def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:  # noqa: D102
         return self.orbit.angles_at(time)

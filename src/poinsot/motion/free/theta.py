@@ -157,7 +157,7 @@ def _terms(nome: Any, exponent: Any) -> int:
 
 
 def _radians(turns: DoubleDouble) -> Any:
-    return 2 * np.pi * ((turns.hi - np.rint(turns.hi)) + (turns.lo - np.rint(turns.lo)))
+    return 2 * np.pi * ((turns.hi - np.rint(turns.hi)) + turns.lo)
 
 
 def _unit(q: Any) -> Array:
