@@ -59,6 +59,7 @@ def paper(
         rows += found
         console.print(_table(problem.title, found))
         (out / "table.md").write_text(problems.markdown_table(rows))
+    console.print(problems.PERIGEE, highlight=False)
     console.print(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {out}/fig1-torque-free.png")
 
 

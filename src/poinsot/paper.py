@@ -27,11 +27,11 @@ from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.pictures.quaternions import plot_quaternions
 
-__all__ = ["PROBLEMS", "Problem", "Row", "markdown_table", "solve", "write"]
+__all__ = ["PERIGEE", "PROBLEMS", "Problem", "Row", "markdown_table", "solve", "write"]
 
 TOP = Body((1.25, 1.0, 0.75))
 SATELLITE = Body((400.0, 500.0, 600.0))
-EARTH_MU = 398600.4418  # km^3/s^2; the paper gives none
+EARTH_MU, EARTH_RADIUS = 398600.4418, 6378.137  # km^3/s^2 and km; the paper gives none
 ORBIT = KeplerOrbit(
     mu=EARTH_MU,
     semimajor_axis=7000.0,
@@ -39,6 +39,11 @@ ORBIT = KeplerOrbit(
     inclination=np.pi / 6,
     node=np.pi / 4,
     argument_of_periapsis=np.pi / 12,
+)
+PERIGEE = (
+    f"The perigee of the satellite, {ORBIT.periapsis_distance:g} km from the centre, is "
+    f"{EARTH_RADIUS - ORBIT.periapsis_distance:.3f} km below the surface (erratum E11): "
+    "the Earth is computed as a point."
 )
 PRINTED_PAIR = State(
     quaternion=(0.5, -1 / np.sqrt(2), 0, 0.5),

@@ -14,6 +14,7 @@ def test_paper_command_writes_figures_files_and_table(tmp_path, monkeypatch):
     monkeypatch.setattr(paper, "PROBLEMS", one_each)
     result = CliRunner().invoke(app, ["paper", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
+    assert "5600 km from the centre, is 778.137 km below the surface" in " ".join(result.output.split())
     for name in ("fig2-heavy-top", "fig3-kepler"):
         for suffix in (".png", ".pdf", ".nc"):
             assert (tmp_path / f"{name}{suffix}").stat().st_size > 5000

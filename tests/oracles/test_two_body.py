@@ -104,7 +104,7 @@ def test_precessing_ellipse_after_a_million_revolutions(revolutions):
 def test_forty_digits_of_an_ellipse(eccentricity):
     elements = (MU, 1.3, eccentricity, 0.4, 1.1, -0.7, 0.5, EPOCH)
     with mpmath.workdps(40):
-        orbit = pt.KeplerOrbit(*elements).with_numbers(map(mpmath.mpf, elements))
+        orbit = pt.KeplerOrbit(*elements).with_numbers(map(mpmath.mpf, (*elements, 0.0)))
         found = orbit.position_at(mpmath.mpf(2.75))
     with mpmath.workdps(oracle.DIGITS):
         exact = oracle.ellipse(elements, 2.75).position
@@ -115,7 +115,7 @@ def test_forty_digits_of_an_ellipse(eccentricity):
 def test_forty_digits_of_an_escape(eccentricity):
     elements = (MU, 1.3, eccentricity, 0.4, 1.1, -0.7, -2.0, EPOCH)
     with mpmath.workdps(40):
-        orbit = EscapeOrbit(*elements).with_numbers(map(mpmath.mpf, elements))
+        orbit = EscapeOrbit(*elements).with_numbers(map(mpmath.mpf, (*elements, 0.0)))
         found = orbit.position_at(mpmath.mpf(12.75))
     with mpmath.workdps(oracle.DIGITS):
         exact = oracle.escape(elements, 12.75).position

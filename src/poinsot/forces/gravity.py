@@ -12,6 +12,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit, Sky
+from poinsot.mechanics.surface import warn_below
 
 __all__ = ["GravityGradient", "OblateGravityGradient", "UniformGravity"]
 
@@ -80,7 +81,7 @@ class OblateGravityGradient(Potential):
     j2 : float
         -C20 of the attractor, not normalised: -sqrt(5) times the normalised coefficient. Oblate: positive.
     equatorial_radius : float
-        The length to which `j2` refers, positive, in the unit of the orbit.
+        The length to which `j2` refers, positive, in the unit of the orbit; a periapsis below it gives a warning.
     pole : array (3,)
         Along the axis of the attractor, either way, space axes; any length but zero.
 
@@ -100,6 +101,10 @@ class OblateGravityGradient(Potential):
         refuse_nonpositive("equatorial_radius", self.equatorial_radius)
         if np.any(np.all(np.asarray(self.pole) == 0, axis=-1)):
             raise ValueError("pole must not be zero, but it is. It is a direction, along the attractor's axis.")
+        distance = getattr(self.orbit, "periapsis_distance", None)
+        if distance is not None and not np.any(distance < getattr(self.orbit, "radius", 0.0)):
+            consequence = "the field outside the attractor is continued inwards"
+            warn_below(type(self).__name__, distance, self.equatorial_radius, "the equatorial radius", consequence)
 
     def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: D102
         radial, inverse = sky.direction(self.orbit), sky.inverse_distance(self.orbit)

@@ -14,15 +14,24 @@ from poinsot.mechanics import euler
 from poinsot.mechanics.axes import Axes
 from poinsot.mechanics.quaternion import assemble
 from poinsot.mechanics.sky import Orbit, Sky
+from poinsot.mechanics.surface import warn_below
 from poinsot.orbits.frame import OrbitFrame
 
-__all__ = ["ConicAxes", "ConicOrbit", "plane_of"]
+__all__ = ["ConicAxes", "ConicOrbit", "check_surface", "plane_of"]
 
 
 def plane_of(node: Scalar, inclination: Scalar, argument_of_periapsis: Scalar) -> tuple[functions.Vector, ...]:
     """Return the directions to the periapsis, a quarter turn on, and normal, along space."""
     angles = functions.Vector((node, inclination, argument_of_periapsis))
     return tuple(functions.Vector(column) for column in euler.rotation_matrix_from_angles(angles).T)
+
+
+def check_surface(orbit: Any) -> None:
+    """Refuse a negative radius of an orbit's attractor, and warn of a periapsis below it."""
+    if np.any(orbit.radius < 0):
+        raise ValueError(f"radius must not be negative, but {np.min(orbit.radius)} came. A point has the radius 0.")
+    consequence = "the motion is computed as if the attractor were a point"
+    warn_below(type(orbit).__name__, orbit.periapsis_distance, orbit.radius, "the surface", consequence)
 
 
 class ConicOrbit(Orbit):
@@ -77,8 +86,8 @@ class ConicAxes(Axes):
     def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
         return _ConicSky(time, self, variables)
 
-    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: D102
-        return _ConicSkyInSpace(time, self, variables) if orbit is self.orbit else None
+    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky:  # noqa: ARG002, D102
+        return _ConicSkyInSpace(time, self, variables)
 
     def omega(self, time: Scalar, variables: Any) -> functions.Vector:  # noqa: D102
         return functions.Vector((0.0, 0.0, self.anomaly_rate(time, variables)))

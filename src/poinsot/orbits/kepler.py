@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.orbits.conic import ConicAxes, ConicOrbit
+from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
 from poinsot.orbits.phase import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.vectors import exactly_one, passage
 
@@ -37,11 +37,14 @@ class KeplerOrbit(ConicOrbit):
         3-1-3 angles (node, inclination, argument of periapsis).
     epoch : float
         The time at which the body is at `true_anomaly`.
+    radius : float
+        That of the attractor's surface, in the unit of length: a warning says how far the periapsis is below it.
+        0: a point, never warned about.
 
     Raises
     ------
     ValueError
-        If `mu` or the semimajor axis is not positive, or the eccentricity is outside [0, 1).
+        If `mu` or the semimajor axis is not positive, the eccentricity is outside [0, 1), or the radius is negative.
     """
 
     mu: float
@@ -52,12 +55,14 @@ class KeplerOrbit(ConicOrbit):
     argument_of_periapsis: float
     true_anomaly: float = 0.0
     epoch: float = 0.0
+    radius: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("mu", "semimajor_axis"):
             refuse_nonpositive(name, getattr(self, name))
         refuse_unbound(self.eccentricity)
+        check_surface(self)
 
     @classmethod
     def from_elements(
@@ -73,6 +78,7 @@ class KeplerOrbit(ConicOrbit):
         mean_anomaly: Any = None,
         eccentric_anomaly: Any = None,
         epoch: float = 0.0,
+        radius: float = 0.0,
     ) -> KeplerOrbit:
         """Return the ellipse with exactly one of the three anomalies at the epoch, radians.
 
@@ -93,11 +99,14 @@ class KeplerOrbit(ConicOrbit):
         if name != "true_anomaly":
             half = 0.5 * anomaly
             anomaly = 2 * np.arctan2(np.sqrt(1 + e) * np.sin(half), np.sqrt(1 - e) * np.cos(half))
-        elements: Any = (mu, semimajor_axis, eccentricity, inclination, node, argument_of_periapsis, anomaly, epoch)
+        ellipse = (mu, semimajor_axis, eccentricity, inclination, node, argument_of_periapsis)
+        elements: Any = (*ellipse, anomaly, epoch, radius)
         return cls(*elements)
 
     @classmethod
-    def from_vectors(cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0) -> KeplerOrbit:
+    def from_vectors(
+        cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+    ) -> KeplerOrbit:
         """Return the ellipse through a position with a velocity, space axes, shape (3,), at the epoch.
 
         The position comes back to rounding, at any eccentricity and inclination. Angles that the orbit leaves
@@ -117,7 +126,7 @@ class KeplerOrbit(ConicOrbit):
         anomaly = float(np.arctan2(here.e_sin, here.e_cos)) if e > 0 else here.latitude
         # From the distance, r = a (1 - e)(1 + e)/(1 + e cos f), for that is what must come back.
         a = here.distance * ((1 - e) + 2 * e * np.cos(0.5 * anomaly) ** 2) / ((1 - e) * (1 + e))
-        return cls(here.mu, a, e, here.inclination, here.node, here.latitude - anomaly, anomaly, epoch)
+        return cls(here.mu, a, e, here.inclination, here.node, here.latitude - anomaly, anomaly, epoch, radius)
 
     # ------------------------------------------------------------------ derived
 

@@ -92,6 +92,16 @@ class PrecessingOrbit(Orbit):
         return self.orbit.eccentricity
 
     @property
+    def periapsis_distance(self) -> Any:
+        """The smallest distance, a (1 - e)."""
+        return self.orbit.periapsis_distance
+
+    @property
+    def radius(self) -> Any:
+        """That of the attractor's surface, in the unit of length; 0: a point."""
+        return self.orbit.radius
+
+    @property
     def parameter(self) -> Any:
         """The semi-latus rectum p = a (1 - e^2)."""
         return self.orbit.parameter

@@ -12,7 +12,7 @@ __all__ = ["two_body_orbit"]
 
 
 def two_body_orbit(
-    mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0
+    mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
 ) -> KeplerOrbit | EscapeOrbit:
     """Return the orbit through a position with a velocity: an ellipse, a parabola or a hyperbola.
 
@@ -24,6 +24,9 @@ def two_body_orbit(
         Of the body relative to the attractor, space axes.
     epoch : float
         The time at which it is there.
+    radius : float
+        That of the attractor's surface, in the unit of length: a warning says how far the periapsis is below it.
+        0: a point, never warned about.
 
     Returns
     -------
@@ -35,7 +38,7 @@ def two_body_orbit(
     Raises
     ------
     ValueError
-        If `mu` is not positive, the position is zero or the two vectors are parallel.
+        If `mu` is not positive, the position is zero, the two vectors are parallel or the radius is negative.
     """
     kind = KeplerOrbit if passage(mu, position, velocity).energy < 0 else EscapeOrbit
-    return kind.from_vectors(mu, position, velocity, epoch)
+    return kind.from_vectors(mu, position, velocity, epoch, radius)

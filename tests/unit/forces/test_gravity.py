@@ -144,7 +144,7 @@ def test_energy_of_an_oblate_attractor_is_that_of_its_second_derivatives():
 
 @pytest.mark.parametrize("orbit", [POINT, pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3)], ids=["point", "orbit"])
 def test_without_flattening_it_is_the_gravity_gradient(orbit):
-    round_one, flat = pt.GravityGradient(orbit), oblate(0.0, orbit=orbit)
+    round_one, flat = pt.GravityGradient(orbit), oblate(0.0, 0.9, orbit=orbit)
     for body in (BODY, OBLIQUE):
         assert energy(body, flat) == pytest.approx(energy(body, round_one), rel=1e-15)
         state = body.state(TURN, omega_body=(0, 0, 0))
@@ -216,7 +216,11 @@ SEVERAL = {
     "two at rest": [pt.GravityGradient(POINT), pt.GravityGradient(pt.FixedPoint((0, 5.0, 0), 3.0))],
     "an orbit and a point": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(POINT)],
     "two orbits": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(CIRCLE)],
-    "an oblate one and two others": [oblate(orbit=ELLIPSE), pt.GravityGradient(CIRCLE), pt.GravityGradient(POINT)],
+    "an oblate one and two others": [
+        oblate(radius=0.9, orbit=ELLIPSE),
+        pt.GravityGradient(CIRCLE),
+        pt.GravityGradient(POINT),
+    ],
 }
 
 

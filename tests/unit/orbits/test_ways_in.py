@@ -14,6 +14,8 @@ from poinsot.orbits.two_body import two_body_orbit
 
 EPS = np.finfo(float).eps
 MU, Q = 1.3, 0.9
+ELEMENTS = (1.0, 2.0, 0.1, 0.0, 0.0, 0.0)
+ONE_ORBIT = pt.KeplerOrbit(*ELEMENTS)
 TILTS = (0.0, 1e-300, 1e-16, 1e-8, 0.4, np.pi / 2, np.pi - 1e-8, np.pi)
 ECCENTRICITIES = (0.0, 1e-15, 1e-8, 0.1, 0.7, 0.999, 1 - 1e-9, 1.0, 1 + 1e-12, 1.01, 2.0, 50.0)
 CORNERS = (0.0, 1e-9, 0.5, -0.5, 0.9, -0.9, 0.999, 0.99999)
@@ -147,11 +149,100 @@ def test_an_angle_as_a_whole_grows():
     assert angle_at(0.25, 0.75, 1e6, 0.0, whole=True) == 750000.25
 
 
+# ---------------------------------------------------------------------- below the surface
+
+AS_A_POINT = "the motion is computed as if the attractor were a point."
+R_EARTH, SHAPES = 6378.137, {"ellipse": 0.2, "parabola": 1.0, "hyperbola": 1.7}
+PERIGEES = {"ellipse": 5600.0, "parabola": 6378.0, "hyperbola": 6300.25}
+DEPTHS = {"ellipse": "778.137", "parabola": "0.137", "hyperbola": "77.887"}  # R_EARTH less the perigee, by hand
+
+
+def conic(e, q, **others):
+    ahead = (0.4, 1.1, -0.7, 0.0)
+    return pt.KeplerOrbit(MU, q / (1 - e), e, *ahead, **others) if e < 1 else EscapeOrbit(MU, q, e, *ahead, **others)
+
+
+def conic_from_elements(e, q, **others):
+    ahead = {"true_anomaly": 0.0} | others
+    if e < 1:
+        return pt.KeplerOrbit.from_elements(MU, q / (1 - e), e, 0.4, 1.1, -0.7, **ahead)
+    return EscapeOrbit.from_elements(MU, e, 0.4, 1.1, -0.7, periapsis_distance=q, **ahead)
+
+
+def conic_from_vectors(e, q, **others):
+    return two_body_orbit(MU, (0, q, 0), (-np.sqrt(MU * (1 + e) / q), 0, 0), **others)
+
+
+@pytest.mark.parametrize("way", [conic, conic_from_elements, conic_from_vectors])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_periapsis_below_the_surface_is_told_with_its_depth(way, shape):
+    e, q = SHAPES[shape], PERIGEES[shape]
+    with pytest.warns(UserWarning, match="surface") as told:
+        orbit = way(e, q, radius=R_EARTH)
+    name, distance = type(orbit).__name__, f"(distance {q:g}, radius 6378.137)"
+    assert [str(warning.message) for warning in told] == [
+        f"{name}: the periapsis is {DEPTHS[shape]} below the surface {distance}; {AS_A_POINT}"
+    ]
+    assert told[0].filename == __file__
+    assert orbit.radius == R_EARTH
+
+
+@pytest.mark.parametrize("way", [conic, conic_from_elements, conic_from_vectors])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_no_word_above_the_surface_or_of_a_point(way, shape):
+    """Warnings are errors here."""
+    for others in ({}, {"radius": 0.0}, {"radius": 6299.99}):
+        assert way(SHAPES[shape], 6300.0, **others).radius == others.get("radius", 0.0)
+    assert conic(SHAPES[shape], 6400.0, radius=6400.0).periapsis_distance == 6400.0
+
+
+def test_of_an_ensemble_the_lowest_member_is_told():
+    with pytest.warns(UserWarning, match="lowest") as told:
+        pt.KeplerOrbit(MU, [7000, 6500, 9000, 6000], [0.2, 0.25, 0.1, 0.0], 0, 0, 0, radius=6378.137)
+    with pytest.warns(UserWarning, match="lowest") as told_of_radii:
+        EscapeOrbit(MU, 5.0, 1.5, 0, 0, 0, radius=[4.0, 5.5, 5.25])
+    assert [str(warning.message) for warning in (*told, *told_of_radii)] == [
+        "KeplerOrbit: the periapsis of 3 of 4 members is below the surface, the lowest, member 1, 1503.137 below it "
+        f"(distance 4875, radius 6378.137); {AS_A_POINT}",
+        "EscapeOrbit: the periapsis of 2 of 3 members is below the surface, the lowest, member 1, 0.5 below it "
+        f"(distance 5, radius 5.5); {AS_A_POINT}",
+    ]
+
+
+def test_a_surface_is_told_once_and_moves_nothing():
+    with pytest.warns(UserWarning, match="KeplerOrbit") as told:
+        orbit = pt.KeplerOrbit(*ELEMENTS, radius=1.9)
+    assert len(told) == 1
+    moving = PrecessingOrbit.from_mean_motion(orbit, 0.4, 0.01)
+    assert (moving.radius, moving.periapsis_distance) == (1.9, 1.8)
+    body = pt.Body((1, 1.2, 1.5))
+    start = body.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
+    for deep, point in ((orbit, ONE_ORBIT), (moving, PrecessingOrbit.from_mean_motion(ONE_ORBIT, 0.4, 0.01))):
+        ours, theirs = (pt.propagate(pt.System(body, pt.GravityGradient(o)), start, [0.0, 9.0]) for o in (deep, point))
+        assert np.array_equal(ours.quaternion, theirs.quaternion)
+
+
+def test_an_oblate_attractor_tells_what_its_orbit_did_not():
+    flat = {"j2": 0.1, "equatorial_radius": 1.875, "pole": (0, 0, 1)}
+    sentence = (
+        "OblateGravityGradient: the periapsis is 0.075 below the equatorial radius (distance 1.8, radius 1.875); "
+        "the field outside the attractor is continued inwards."
+    )
+    known = pt.KeplerOrbit(*ELEMENTS, radius=1.7)  # above that one
+    for orbit in (ONE_ORBIT, PrecessingOrbit(ONE_ORBIT, 0.1), known, EscapeOrbit(1, 1.8, 1.5, 0, 0, 0)):
+        with pytest.warns(UserWarning, match="equatorial") as told:
+            pt.OblateGravityGradient(orbit, **flat)
+        assert [str(warning.message) for warning in told] == [sentence]
+        assert told[0].filename == __file__
+    with pytest.warns(UserWarning, match="KeplerOrbit"):
+        orbit = pt.KeplerOrbit(*ELEMENTS, radius=1.9)
+    for quiet in (orbit, PrecessingOrbit(orbit), pt.FixedPoint((0, 0, 1), 1.0), pt.KeplerOrbit(1, 2, 0.01, 0, 0, 0)):
+        pt.OblateGravityGradient(quiet, **flat)
+
+
 # ---------------------------------------------------------------------- wrong input
 
 ANOMALIES = "true_anomaly, mean_anomaly, eccentric_anomaly"
-ELEMENTS = (1.0, 2.0, 0.1, 0.0, 0.0, 0.0)
-ONE_ORBIT = pt.KeplerOrbit(*ELEMENTS)
 
 
 def hyperbola(e=1.5, **others):
@@ -222,6 +313,14 @@ WRONG = {
     "dropped": (
         lambda: two_body_orbit(1, (1, 2, 3), (0, 0, 0)),
         "position and velocity must span a plane, but they are parallel.",
+    ),
+    "hollow": (
+        lambda: pt.KeplerOrbit(*ELEMENTS, radius=-1),
+        "radius must not be negative, but -1.0 came. A point has the radius 0.",
+    ),
+    "hollow_escape": (
+        lambda: EscapeOrbit(1, 1, 1.5, 0, 0, 0, radius=[0, -2]),
+        "radius must not be negative, but -2.0 came. A point has the radius 0.",
     ),
     "repelling": (lambda: two_body_orbit(-1, (1, 0, 0), (0, 1, 0)), "mu must be positive, but -1.0 came."),
     "backwards": (
