@@ -19,6 +19,7 @@ from poinsot.mechanics.system import System
 from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
+from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.fixed import FixedPoint
 from poinsot.orbits.kepler import KeplerOrbit
@@ -35,6 +36,7 @@ __all__ = [
     "Andoyer",
     "Attitude",
     "Body",
+    "Ephemeris",
     "Equilibrium",
     "EscapeOrbit",
     "FixedPoint",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ __all__ = [
     "PropagationError",
     "PropagationInterrupted",
     "member_array",
+    "optional",
     "real_array",
     "real_numbers",
     "refuse_nonpositive",
@@ -78,6 +80,17 @@ def refuse_nonpositive(name: str, value: Any) -> None:
     wrong = np.atleast_1d(value)[np.atleast_1d(value) <= 0]
     if wrong.size:
         raise ValueError(f"{name} must be positive, but {wrong.flat[0]} came.")
+
+
+def optional(name: str, purpose: str) -> Any:
+    """Return a module of the extra `sky`, or raise an ImportError that says how to install it."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError:
+        package = name.partition(".")[0]
+        raise ImportError(
+            f"{package} must be installed for {purpose}, but it is not. `pip install 'poinsot[sky]'` brings it."
+        ) from None
 
 
 def _short(value: Any) -> str:

@@ -9,6 +9,7 @@ NAMES = [
     "Andoyer",
     "Attitude",
     "Body",
+    "Ephemeris",
     "Equilibrium",
     "EscapeOrbit",
     "FixedPoint",

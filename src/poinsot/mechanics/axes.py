@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.sky import Orbit, Sky
 
-__all__ = ["SPACE_AXES", "Axes", "SpaceAxes", "TrackingAxes"]
+__all__ = ["SPACE_AXES", "Axes", "SpaceAxes", "TrackingAxes", "TrackingSky"]
 
 Array = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ class Axes(Parametric, ABC):
         """Return the unit quaternions axes -> space; shape (..., 4)."""
 
     def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: ARG002
-        """Return the world of an orbit along the space axes, if it is the one that these axes follow."""
+        """Return the world along the space axes for an orbit that these axes follow; None if they follow none."""
         return None
 
 
@@ -65,6 +66,10 @@ class SpaceAxes(Axes):
     def quaternion(self, time: Array, variables: Array) -> Array:  # noqa: ARG002, D102
         return np.array([1.0, 0.0, 0.0, 0.0])
 
+    def along(self, orbits: Sequence[Orbit]) -> SpaceAxes:  # noqa: ARG002
+        """Return the axes with the variables of other orbits, in the same order, shared in the same way."""
+        return self
+
 
 SPACE_AXES = SpaceAxes()
 
@@ -74,49 +79,70 @@ class TrackingAxes(SpaceAxes):
 
     Parameters
     ----------
-    own : Axes
-        Those of the orbit.
-    others : Axes
+    orbit : Orbit
+    offset : int
+        Where its variables begin: behind those of the others, or among them where it shares the path of another.
+    others : SpaceAxes
         `SPACE_AXES`, or those that track the other orbits.
     """
 
-    own: Axes
-    others: Axes
+    orbit: Orbit
+    offset: int
+    others: SpaceAxes
+
+    @property
+    def own(self) -> Axes:
+        """The axes of the orbit."""
+        axes = self.orbit.axes
+        assert axes is not None  # noqa: S101
+        return axes
 
     @property
     def size(self) -> int:  # type: ignore[override]  # noqa: D102
-        return self.own.size + self.others.size
+        return self.others.size + (0 if self._shares else self.own.size)
+
+    @property
+    def _shares(self) -> bool:
+        return self.offset < self.others.size
 
     def start(self, time: Array) -> Array:  # noqa: D102
-        return np.concatenate([self.own.start(time), self.others.start(time)], axis=-1)
+        others = self.others.start(time)
+        return others if self._shares else np.concatenate([others, self.own.start(time)], axis=-1)
 
     def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
-        return _TrackingSky(time, self, variables)
+        return TrackingSky(time, self, variables)
 
     def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
-        own, others = variables[: self.own.size], variables[self.own.size :]
-        return [*self.own.rates(time, own), *self.others.rates(time, others)]
+        others = self.others.rates(time, variables[: self.others.size])
+        return others if self._shares else [*others, *self.own.rates(time, variables[self.offset :])]
 
     def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: D102
-        own, others = variables[: self.own.size], variables[self.own.size :]
-        return self.own.sky_in_space(orbit, time, own) or self.others.sky_in_space(orbit, time, others)
+        if orbit is not self.orbit:
+            return self.others.sky_in_space(orbit, time, variables)
+        return self.own.sky_in_space(orbit, time, variables[self.offset : self.offset + self.own.size])
+
+    def along(self, orbits: Sequence[Orbit]) -> TrackingAxes:  # noqa: D102
+        return TrackingAxes(orbits[-1], self.offset, self.others.along(orbits[:-1]))
 
 
-class _TrackingSky(Sky):
+class TrackingSky(Sky):
     """The world along the space axes: each orbit by its variables where it has some, else by its formulas."""
 
-    def __init__(self, time: Scalar, axes: TrackingAxes, variables: Any) -> None:
+    def __init__(self, time: Scalar, axes: Axes, variables: Any) -> None:
         super().__init__(time)
         self._axes, self._variables = axes, variables
 
     def _of(self, orbit: Orbit) -> Sky:
         return self._axes.sky_in_space(orbit, self.time, self._variables) or Sky(self.time)
 
-    def position(self, orbit: Orbit) -> Vector:
+    def position(self, orbit: Orbit) -> Vector:  # noqa: D102
         return self._of(orbit).position(orbit)
 
-    def velocity(self, orbit: Orbit) -> Vector:
+    def velocity(self, orbit: Orbit) -> Vector:  # noqa: D102
         return self._of(orbit).velocity(orbit)
 
-    def inverse_distance(self, orbit: Orbit) -> Scalar:
+    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: D102
         return self._of(orbit).inverse_distance(orbit)
+
+    def direction(self, orbit: Orbit) -> Vector:  # noqa: D102
+        return self._of(orbit).direction(orbit)

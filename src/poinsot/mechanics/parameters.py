@@ -1,8 +1,9 @@
 """Records whose annotated fields are physical parameters: what bodies, forces and orbits have in common.
 
 A field is declared by its annotation: `float` (a scalar), `Vector` (three components),
-`Annotated[Any, (5, 5)]` (any other shape), another record, or structure (`int`, `bool`, `str`), which
-selects a formula and is no number to vary. Every real number may carry a leading member axis.
+`Annotated[Any, (5, 5)]` (any other shape; a length may be the name of an `int` field), another record, or
+structure (`int`, `bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may
+carry a leading member axis.
 """
 
 from __future__ import annotations
@@ -14,17 +15,21 @@ from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Self, dataclass_transform, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.errors import member_array
 from poinsot.functions import Scalar
 
-__all__ = ["Parametric", "Vector", "came"]
+__all__ = ["Parametric", "Table", "Vector", "came"]
 
 
 Vector = Annotated[Any, (3,)]
 """Annotation of a parameter with three components; the field's docstring says in which axes."""
+
+
+class Table:
+    """Base of data that no formula sees as a whole, such as an ephemeris; two of them are equal if they are one."""
 
 
 @dataclass_transform(frozen_default=True, eq_default=False)
@@ -63,7 +68,11 @@ class Parametric:
     @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations: the class and its structural fields, without any real number."""
-        return (type(self), *(_structure(getattr(self, name)) for name in _fields_of(self)))
+        fields = _fields_of(self).items()
+        return (
+            type(self),
+            *(None if isinstance(kind, tuple) else _structure(getattr(self, name)) for name, kind in fields),
+        )
 
     @functools.cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
@@ -75,8 +84,27 @@ class Parametric:
             value = getattr(self, name)
             if isinstance(value, Parametric):
                 yield from value.numbers
+            elif isinstance(value, functions.Vector):
+                yield from value
             elif isinstance(kind, tuple):
                 yield from np.moveaxis(np.reshape(value, (*_members(value, kind), -1)), -1, 0)
+
+    @functools.cached_property
+    def knots(self) -> NDArray[np.float64]:
+        """Times, ascending, at which formulas or numbers change; those of the parts. A kernel stops at each."""
+        return functools.reduce(np.union1d, (part.knots for part in self.parts), np.empty(0))
+
+    def between_knots(self, time: ArrayLike) -> Self:
+        """Return what the record is between the knots around a time, or around each of an array of times."""
+        if not self.knots.size:
+            return self
+        fields = {name: getattr(self, name) for name in _fields_of(self)}
+        return self.unchecked(
+            **{
+                name: value.between_knots(time) if isinstance(value, Parametric) else value
+                for name, value in fields.items()
+            }
+        )
 
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
         """Return the same record with each real parameter replaced by the next scalar, of any kind."""
@@ -92,13 +120,26 @@ class Parametric:
 
 
 def _fields_of(record: Any) -> dict[str, Any]:
-    return _fields(record.__class__)
+    fields, with_names = _fields(record.__class__)
+    if not with_names:
+        return fields
+    return fields | {name: tuple(_length(record, length) for length in fields[name]) for name in with_names}
+
+
+def _length(record: Any, length: int | str) -> int:
+    return getattr(record, length) if isinstance(length, str) else length
 
 
 @functools.cache
-def _fields(cls: Any) -> dict[str, Any]:
+def _fields(cls: Any) -> tuple[dict[str, Any], list[str]]:
+    """Return the kinds of the fields by name, and the names of those whose shape names an int field."""
     hints = get_type_hints(cls, include_extras=True)
-    return {field.name: _kind(cls, field.name, hints[field.name]) for field in dataclasses.fields(cls)}
+    kinds = {field.name: _kind(cls, field.name, hints[field.name]) for field in dataclasses.fields(cls)}
+    return kinds, [
+        name
+        for name, kind in kinds.items()
+        if isinstance(kind, tuple) and any(isinstance(length, str) for length in kind)
+    ]
 
 
 def _kind(cls: type, name: str, hint: Any) -> Any:
@@ -107,7 +148,7 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
         return ()
     if get_origin(hint) is Annotated:
         return get_args(hint)[1]
-    if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric)):
+    if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric | Table)):
         return hint
     raise TypeError(
         f"{cls.__name__}.{name} must be declared as float, Vector, Annotated[Any, shape], int, bool, str or Orbit, "
@@ -118,7 +159,7 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
 def _structure(value: Any) -> Any:
     if isinstance(value, Parametric):
         return value.structure
-    return None if isinstance(value, np.ndarray) else value
+    return value
 
 
 def _take(scalars: Iterator[Scalar], shape: tuple[int, ...]) -> Any:

@@ -9,14 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.mechanics.axes import SPACE_AXES, Axes, TrackingAxes
+from poinsot.mechanics.axes import SPACE_AXES, Axes, SpaceAxes, TrackingAxes
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.sky import Orbit
 
 if TYPE_CHECKING:
     from poinsot.mechanics.system import System
 
-__all__ = ["common_axes", "orbits_of", "sample_time", "samples", "space_axes", "time_scale"]
+__all__ = [
+    "common_axes",
+    "orbits_of",
+    "same",
+    "sample_time",
+    "samples",
+    "space_axes",
+    "span",
+    "time_scale",
+    "tracked_orbits",
+]
 
 Array = NDArray[np.float64]
 
@@ -26,8 +36,21 @@ def samples(system: System, count: int = 6) -> tuple[Array, Array, Array]:
     random = np.random.default_rng(20061027)
     q = random.normal(size=(count, 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
-    times = random.uniform(-1, 1, count) * 10.0 ** np.linspace(-1, 3, count)  # near and far, for what switches
-    return q, sample_time(system) + times * time_scale(system), random.normal(size=(count, 3))
+    scale = time_scale(system)
+    farthest = min(3.0, *(np.log10(np.min(orbit.sample_reach) / scale) for orbit in orbits_of(system)), 3.0)
+    times = random.uniform(-1, 1, count) * 10.0 ** np.linspace(-1, farthest, count)  # near and far, for what switches
+    return q, _within(span(system), sample_time(system) + times * scale), random.normal(size=(count, 3))
+
+
+def span(system: System) -> tuple[float, float]:
+    """Return the first and the last time at which all orbits of a system are known."""
+    spans = [(-np.inf, np.inf), *(orbit.span for orbit in orbits_of(system))]
+    return max(first for first, _ in spans), min(last for _, last in spans)
+
+
+def _within(limits: tuple[float, float], times: Array) -> Array:
+    first, last = limits
+    return first + np.mod(times - first, last - first) if np.isfinite(last - first) else times
 
 
 def time_scale(system: System) -> float:
@@ -56,23 +79,39 @@ def orbits_of(record: Any) -> Iterator[Orbit]:
 
 
 def common_axes(system: System) -> Axes | None:
-    """Return the axes of the one orbit that the forces of a system have in common; None if there is none."""
-    orbits = list(orbits_of(system))
-    if not orbits or any(not _equal(orbit, orbits[0]) for orbit in orbits[1:]):
+    """Return the axes that all the orbits of a system have in common; None if there are none."""
+    axes, *others = [orbit.axes for orbit in orbits_of(system)] or [None]
+    if axes is None or any(other is None or not same(other, axes) for other in others):
         return None
-    return orbits[0].axes
-
-
-def space_axes(system: System) -> Axes:
-    """Return the space axes, with the variables of those orbits whose formulas do not run on symbols."""
-    axes: Axes = SPACE_AXES
-    for orbit in orbits_of(system):
-        if not orbit.closed_form and orbit.axes is not None:
-            axes = TrackingAxes(orbit.axes, axes)
     return axes
 
 
-def _equal(a: Orbit, b: Orbit) -> bool:
+def tracked_orbits(system: System) -> list[Orbit]:
+    """Return the orbits whose formulas do not run on symbols."""
+    return [orbit for orbit in orbits_of(system) if not orbit.closed_form]
+
+
+def space_axes(system: System) -> Axes:
+    """Return the space axes, with the variables of those orbits; orbits that are one path share them."""
+    axes: SpaceAxes = SPACE_AXES
+    for orbit in tracked_orbits(system):
+        axes = TrackingAxes(orbit, _offset(axes, orbit), axes)
+    return axes
+
+
+def _offset(axes: SpaceAxes, orbit: Orbit) -> int:
+    """Return where the variables of an orbit begin that is tracked by axes and itself."""
+    node, own = axes, orbit.axes
+    while isinstance(node, TrackingAxes):
+        if own is not None and same(node.own, own):
+            return node.offset
+        node = node.others
+    return axes.size
+
+
+def same(a: Parametric, b: Parametric) -> bool:
+    """Whether two records of numbers are equal, whatever the shape of their members."""
     return a is b or (
-        a.structure == b.structure and all(np.array_equal(x, y) for x, y in zip(a.numbers, b.numbers, strict=True))
+        a.structure == b.structure
+        and all(np.array_equal(np.ravel(x), np.ravel(y)) for x, y in zip(a.numbers, b.numbers, strict=True))
     )

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from poinsot.mechanics.axes import Axes
     from poinsot.mechanics.frame import Frame
 
-__all__ = ["Orbit", "Sky"]
+__all__ = ["SPACE_AXES_UNNAMED", "Orbit", "Sky"]
+
+SPACE_AXES_UNNAMED = "space axes"
+"""The reference frame of an orbit whose axes have no other name than the user's."""
 
 
 class Orbit(Parametric, ABC):
@@ -52,6 +55,31 @@ class Orbit(Parametric, ABC):
     def sample_time(self) -> Any:
         """A time at which the attractor is felt, for trials of formulas; shape () or (members,)."""
         return 0.0
+
+    @property
+    def sample_reach(self) -> Any:
+        """How far from that time formulas may be tried; shape () or (members,)."""
+        return np.inf
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time at which the body's place is known."""
+        return -np.inf, np.inf
+
+    @property
+    def reference_frame(self) -> str:
+        """The name of the space axes."""
+        return SPACE_AXES_UNNAMED
+
+    @property
+    def origin(self) -> str:
+        """The name of the attractor."""
+        return "attractor"
+
+    @property
+    def calendar(self) -> Any:
+        """What times mean as dates; None if they are no more than numbers."""
+        return None
 
     @property
     def axes(self) -> Axes | None:

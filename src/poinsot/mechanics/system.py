@@ -18,8 +18,8 @@ from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.samples import common_axes, sample_time, samples, space_axes
-from poinsot.mechanics.sky import Sky
+from poinsot.mechanics.samples import common_axes, orbits_of, sample_time, samples, space_axes, span
+from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Sky
 from poinsot.mechanics.state import State
 
 __all__ = ["USE_FUNCTIONS", "System"]
@@ -56,6 +56,7 @@ class System:
         self.units = _checked_units({} if units is None else units)
         for force in forces:
             _check_force(force)
+        _check_skies(self)
         self._trial_push = sum(_try_formula(force, body) for force in forces)
 
     def __repr__(self) -> str:
@@ -66,18 +67,18 @@ class System:
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state, eq. (9); shape (...)."""
         g = state.angular_momentum_body
-        return self._beside(g.shape[:-1]).body.kinetic_energy(_scalars(g))
+        return self.beside(g.shape[:-1]).body.kinetic_energy(_scalars(g))
 
-    def potential_energy(self, state: State) -> Any:
-        """Return the sum of the energies of the potentials at a state; shape (...)."""
+    def potential_energy(self, state: State, sky: Sky | None = None) -> Any:
+        """Return the sum of the energies of the potentials at a state, in the world at its time; shape (...)."""
         shape = state.quaternion.shape[:-1]
-        total = self._beside(shape).potential_at(_scalars(state.quaternion), state.time)
+        total = self.beside(shape).potential_at(_scalars(state.quaternion), state.time, sky)
         return np.broadcast_to(total, shape)[()]
 
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
         g = state.angular_momentum_body
-        return np.stack(list(self._beside(g.shape[:-1]).body.omega(_scalars(g))), axis=-1)
+        return np.stack(list(self.beside(g.shape[:-1]).body.omega(_scalars(g))), axis=-1)
 
     def energy(self, state: State) -> Any:
         """Return kinetic plus potential energy, the Hamiltonian where there is one; shape (...)."""
@@ -114,11 +115,11 @@ class System:
         rates = chosen.derivatives(own, self.body.kinetics(scale), torque_of, axes.omega(time, carried))
         return [*rates, *axes.rates(time, carried)]
 
-    def torque_body(self, state: State) -> Any:
-        """Return the sum of all torques at a state along the body axes; shape (..., 3)."""
+    def torque_body(self, state: State, sky: Sky | None = None) -> Any:
+        """Return the sum of all torques at a state along the body axes, in the world at its time; shape (..., 3)."""
         shape, omega = state.quaternion.shape[:-1], self.omega_body(state)
         attitude = Attitude.from_quaternion(_scalars(state.quaternion))
-        torque = self._beside(shape).torque_at(attitude, _scalars(omega), Sky(state.time))
+        torque = self.beside(shape).torque_at(attitude, _scalars(omega), sky or Sky(state.time))
         return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
 
     def torque_at(self, attitude: Attitude, omega_body: Vector, sky: Sky, scale: Scalar = 1) -> Vector:
@@ -132,9 +133,9 @@ class System:
                 total = total + Vector(scale * component for component in torque)
         return total
 
-    def potential_at(self, q: Vector, time: Scalar) -> Scalar:
-        """Return the potential energy at one quaternion of four scalars."""
-        attitude, sky = Attitude.from_quaternion(q), Sky(time)
+    def potential_at(self, q: Vector, time: Scalar, sky: Sky | None = None) -> Scalar:
+        """Return the potential energy at one quaternion of four scalars, in the world at the time."""
+        attitude, sky = Attitude.from_quaternion(q), sky or Sky(time)
         return sum(f.energy(self.body, attitude, sky) for f in self.forces if isinstance(f, Potential))
 
     def momentum_scale(self, state: State) -> Any:
@@ -192,11 +193,36 @@ class System:
         return tuple(number for part in (self.body, *self.forces) for number in part.numbers)
 
     @functools.cached_property
+    def knots(self) -> NDArray[np.float64]:
+        """Times, ascending, at which the tables of its orbits change their polynomials."""
+        return functools.reduce(np.union1d, (force.knots for force in self.forces), np.empty(0))
+
+    @functools.cached_property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time at which all its orbits are known."""
+        return span(self)
+
+    @property
+    def calendar(self) -> Any:
+        """What its times mean as dates; None where no orbit has a calendar."""
+        return next((orbit.calendar for orbit in orbits_of(self) if orbit.calendar is not None), None)
+
+    def between_knots(self, time: ArrayLike | None = None) -> System:
+        """Return the system between the knots around a time, by default the first two."""
+        if not self.knots.size:
+            return self
+        time = 0.5 * (self.knots[0] + self.knots[1]) if time is None else time
+        twin = object.__new__(System)
+        twin.body, twin.forces = self.body, tuple(force.between_knots(time) for force in self.forces)
+        twin.units = self.units
+        return twin
+
+    @functools.cached_property
     def beside_samples(self) -> System:
         """The system with numbers that broadcast against a row of samples, members first."""
         return self.with_numbers(number[..., None] for number in self.numbers)
 
-    def _beside(self, shape: tuple[int, ...]) -> System:
+    def beside(self, shape: tuple[int, ...]) -> System:
         """Return the system with numbers that broadcast against arrays of a shape, members first."""
         return self.with_numbers(
             np.reshape(number, (*number.shape, *(1,) * (len(shape) - number.ndim))) for number in self.numbers
@@ -234,6 +260,17 @@ def _check_force(force: Any) -> None:
         )
     if not isinstance(force, Potential | Torque):
         raise TypeError(f"a force must be a Potential or a Torque, but {came(force)} came.")
+
+
+def _check_skies(system: System) -> None:
+    """Refuse orbits along different space axes, or with different calendars; those without a name go with any."""
+    orbits = list(orbits_of(system))
+    frames = dict.fromkeys(orbit.reference_frame for orbit in orbits if orbit.reference_frame != SPACE_AXES_UNNAMED)
+    calendars = dict.fromkeys(orbit.calendar for orbit in orbits if orbit.calendar is not None)
+    for what, found in (("reference frame", frames), ("calendar", calendars)):
+        if len(found) > 1:
+            first, second, *_ = found
+            raise ValueError(f"the orbits of a system must have one {what}, but {first} and {second} came.")
 
 
 def _try_formula(force: Force, body: Body) -> float:

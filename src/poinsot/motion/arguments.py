@@ -13,7 +13,7 @@ from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 
-__all__ = ["broadcast_members", "check_kinds", "checked_times", "members_of"]
+__all__ = ["broadcast_members", "check_kinds", "check_span", "checked_times", "members_of"]
 
 
 def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
@@ -35,6 +35,18 @@ def checked_times(times: ArrayLike) -> NDArray[np.float64]:
         relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
     return t
+
+
+def check_span(system: System, state: State, times: NDArray[np.float64]) -> None:
+    """Refuse times at which an orbit is not known."""
+    first, last = system.span
+    for name, values in (("times", times), ("the state's time", np.ravel(state.time))):
+        outside = values[(values < first) | (values > last)]
+        if outside.size:
+            raise ValueError(
+                f"{name} must lie within the span of the orbits, [{first:.10g}, {last:.10g}], but "
+                f"{outside[0]:.10g} came."
+            )
 
 
 def members_of(system: System, state: State) -> tuple[int, ...]:

@@ -38,6 +38,7 @@ class Constants:
         self._parameters: dict[int, Any] = {}
         self._factors: list[Any] = []
         self._numbered: dict[Any, int] = {}
+        self._conditions: dict[Any, int] = {}
 
     def _new_place(self) -> int:
         self._count += 1
@@ -74,9 +75,13 @@ class Constants:
             self._literals[argument] = self._new_place()
         return self._literals[argument]
 
-    def parameter(self, constant: Constant) -> Any:
-        """Return the kernel's parameter for a constant that meets a variable."""
-        return self._parameters.setdefault(constant.place, hy.par[len(self._parameters)])
+    def parameter(self, constant: Constant | Condition) -> Any:
+        """Return the kernel's parameter for a constant that meets a variable, or for a condition."""
+        return self._parameters.setdefault(constant.place, hy.par[self.next_parameter()])
+
+    def next_parameter(self) -> int:
+        """Return the number of the first parameter that none of the constants has."""
+        return len(self._parameters)
 
     def expression(self, scalar: Any) -> Any:
         """Return a scalar of a formula as an expression of the engine, or as the number it is."""
@@ -84,9 +89,26 @@ class Constants:
             return scalar.whole
         return self.parameter(scalar) if isinstance(scalar, Constant) else scalar
 
+    def condition(self, function: Any) -> Condition:
+        """Return the condition that a function of the variables is negative."""
+        function = self.expression(function)
+        if function not in self._conditions:
+            self._conditions[function] = self._new_place()
+        return Condition(self, self._conditions[function])
+
+    @property
+    def conditions(self) -> list[tuple[Any, int]]:
+        """The functions of the conditions on which a formula branches, and the numbers of their parameters."""
+        places = {place: number for number, place in enumerate(self._parameters)}
+        return [(function, places[place]) for function, place in self._conditions.items() if place in places]
+
     def values(self, numbers: Sequence[Any]) -> list[Any]:
-        """Return the values of the kernel's parameters for the numbers of a run, scalars or arrays."""
+        """Return the values of the kernel's parameters for the numbers of a run, scalars or arrays.
+
+        Those of conditions change on the way; they are zero here.
+        """
         known = dict(zip(self._inputs, numbers, strict=False))  # one input more was named than numbers came
+        known.update(dict.fromkeys(self._conditions.values(), 0.0))
         known.update(zip(self._literals.values(), self._literals, strict=True))
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
             for place, function, places in self._needed:
@@ -155,6 +177,26 @@ class Constant:
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""
         return self._with(getattr(formulas, name), *arguments)
+
+
+class Condition:
+    """Whether a function of the variables is negative: a parameter that changes where the function has a zero."""
+
+    def __init__(self, home: Constants, place: int) -> None:
+        self.home, self.place = home, place
+
+    def __bool__(self) -> bool:
+        raise TypeError("a formula must not branch with `if` on a value, but it does.")
+
+    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        """Return `where` of this condition and two scalars."""
+        condition, *branches = arguments
+        if name != "where" or condition is not self:
+            raise TypeError(f"{name} must be of numbers, but a condition came.")
+        if any(isinstance(branch, Dual) for branch in branches):
+            return NotImplemented
+        branches = [self.home.expression(branch) for branch in branches]
+        return self.home.variable(hy.select(self.home.parameter(self), *branches))
 
 
 class Multiple(Commuting):
@@ -256,6 +298,8 @@ class Multiple(Commuting):
 
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""
+        if name == "less" and not any(isinstance(argument, Dual) for argument in arguments):
+            return self.home.condition(arguments[0] - arguments[1])
         return self._applied(getattr(formulas, name), *arguments)
 
     def _applied(self, function: Callable[..., Any], *arguments: Any) -> Any:

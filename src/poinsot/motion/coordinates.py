@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics import quaternion as quat
-from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.axes import Axes, SpaceAxes, TrackingSky
 from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.samples import same, tracked_orbits
+from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
 
-__all__ = ["SMALL", "Coordinates"]
+__all__ = ["SMALL", "Coordinates", "IntegratedSky"]
 
 Array = NDArray[np.float64]
 
@@ -84,3 +87,20 @@ class Coordinates:
                 axes = axes.with_numbers(number[..., None] for number in axes.numbers)
             self._turn(own, axes.quaternion(times, carried))
         return self.formulation.to_canonical(own)
+
+    def sky(self, system: System, times: Array, carried: Array) -> Sky:
+        """Return the world at the times, with the variables of the axes there, shape (..., n, axes.size)."""
+        return IntegratedSky(times, system.beside(carried.shape[:-1]), self.axes, np.moveaxis(carried, -1, 0))
+
+
+class IntegratedSky(TrackingSky):
+    """The world at the times of a motion, along the space axes: orbits that were integrated along as they came out."""
+
+    def __init__(self, times: Array, system: System, axes: Axes, carried: Array) -> None:
+        own: Any = system.space_axes if isinstance(axes, SpaceAxes) else system.common_axes
+        super().__init__(times, own, carried)
+        self._orbits = tracked_orbits(system)
+
+    def _of(self, orbit: Orbit) -> Sky:
+        integrated = next((own for own in self._orbits if same(own, orbit)), None)
+        return Sky(self.time) if integrated is None else super()._of(integrated)

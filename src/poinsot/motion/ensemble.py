@@ -8,11 +8,11 @@ import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.mechanics.samples import tracked_orbits
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
@@ -29,6 +29,9 @@ SLAB_BYTES = 8_000_000
 
 BATCHES_IN_A_SLAB = 16
 
+NEAR = 1e6
+"""Roundings of a time between which and the next one the engine's grid has no room."""
+
 Array = NDArray[np.float64]
 
 
@@ -42,11 +45,14 @@ class Ensemble:
     failures : dict
         Member -> why it stopped.
     steps : array (members,)
+    carried : array (members, n, any)
+        The variables of the axes, kept if they are those of orbits without formulas on symbols.
     """
 
-    def __init__(self, members: int, times: int) -> None:
+    def __init__(self, members: int, times: int, carried: int) -> None:
         self.quaternion = np.full((members, times, 4), np.nan)
         self.conjugate_momenta = np.full((members, times, 4), np.nan)
+        self.carried = np.full((members, times, carried), np.nan)
         self.failures: dict[int, str] = {}
         self.steps = np.zeros(members, dtype=int)
         self.order, self.tolerance = 0, 0.0
@@ -64,7 +70,7 @@ def integrate_members(
         np.broadcast_to(state.conjugate_momenta, (members, 4)),
         np.broadcast_to(state.time, (members,)),
     )
-    out = Ensemble(members, times.size)
+    out = Ensemble(members, times.size, variables.axes.size if tracked_orbits(system) else 0)
     work = _Work(system, state, times, variables, tolerance, out)
     began = clock.perf_counter()
     with _bar(members, progress) as report, ThreadPoolExecutor(threads) as pool:
@@ -104,25 +110,22 @@ class _Work:
     def serve(self, report: Callable[[int], None]) -> None:
         """Integrate slab after slab, until none is left."""
         lent = kernels.integrator(self.system, self.variables, "double", self.tolerance, self.width)
-        with lent as (engine, values):
-            self.out.order, self.out.tolerance = engine.order, float(engine.tol)
-            members = len(self.out.steps)
-            parameters = np.array([np.broadcast_to(value, (members,)) for value in values()])
-            parameters = parameters.reshape(-1, members)
+        with lent as borrowed:
+            self.out.order, self.out.tolerance = borrowed.engine.order, float(borrowed.engine.tol)
             while not self.stop:
                 with self._lock:
                     slab = next(self._slabs, None)
                 if slab is None:
                     return
-                self._integrate(engine, slab, parameters, report)
+                self._integrate(borrowed, slab, report)
 
-    def _integrate(self, engine: Any, slab: NDArray[np.int_], parameters: Array, report: Callable[[int], None]) -> None:
+    def _integrate(self, borrowed: kernels.Borrowed, slab: NDArray[np.int_], report: Callable[[int], None]) -> None:
         rows = np.full((slab.size, self.times.size, self.variables.size), np.nan)
         finished = 0
         for first in range(0, slab.size, self.width):
             members = slab[first : first + self.width]
             lanes = members[np.minimum(np.arange(self.width), members.size - 1)]  # the tail repeats its last member
-            found = self._both_ways(engine, lanes, members.size, parameters[:, lanes])
+            found = self._both_ways(borrowed, lanes, members.size)
             if self.stop:
                 break
             finished = first + members.size
@@ -131,15 +134,17 @@ class _Work:
         kept = slab[:finished]
         q, Q = self.variables.of_members(kept).to_canonical(self.times, rows[:finished])
         self.out.quaternion[kept], self.out.conjugate_momenta[kept] = q, Q
+        self.out.carried[kept] = rows[:finished, :, self.variables.size - self.out.carried.shape[-1] :]
 
-    def _both_ways(self, engine: Any, lanes: NDArray[np.int_], count: int, parameters: Array) -> Array:
+    def _both_ways(self, borrowed: kernels.Borrowed, lanes: NDArray[np.int_], count: int) -> Array:
         """Return the variables of the first lanes at all times, shape (count, n, size), outwards from their start."""
         origins = self.state.time[lanes]
         middles = np.searchsorted(self.times, origins)
         halves = []
-        for grids in ([self.times[m:] for m in middles], [self.times[:m][::-1] for m in middles]):
-            batch = _Batch(engine, self.starts[lanes], origins, parameters)
-            batch.run(grids, lambda: self.stop)
+        for forwards in (True, False):
+            grids = [self.times[m:] if forwards else self.times[:m][::-1] for m in middles]
+            batch = _Batch(borrowed, lanes, self.starts[lanes], origins)
+            batch.run(grids, forwards, lambda: self.stop)
             halves.append(batch)
             with self._lock:
                 self.out.steps[lanes[:count]] += batch.steps[:count]
@@ -154,25 +159,38 @@ class _Work:
 class _Batch:
     """The lanes of one batch in one direction, each with its own start and its own remaining times."""
 
-    def __init__(self, engine: Any, starts: Array, origins: Array, parameters: Array) -> None:
-        self.engine, self.starts, self.origins, self.parameters = engine, starts, origins, parameters
+    def __init__(self, borrowed: kernels.Borrowed, members: NDArray[np.int_], starts: Array, origins: Array) -> None:
+        self.borrowed, self.engine = borrowed, borrowed.engine
+        self.members, self.starts, self.origins = members, starts, origins
         self.width = len(starts)
         self.rows: list[Array] = [np.empty((0, starts.shape[1]))] * self.width
         self.steps = np.zeros(self.width, dtype=int)
         self.failed = [""] * self.width
 
-    def run(self, grids: list[Array], stop: Callable[[], bool]) -> None:
+    def run(self, grids: list[Array], forwards: bool, stop: Callable[[], bool]) -> None:
         """Integrate every lane over its grid, a chunk of steps at a time."""
-        self.engine.state[:], self.engine.pars[:] = self.starts.T, self.parameters
+        self.engine.state[:] = self.starts.T
         self.engine.set_time(list(self.origins))
-        if self.engine.with_events:
-            self.engine.reset_cooldowns()
+        self.borrowed.begin(forwards, self.members)
         for lane, grid in enumerate(grids):
             if grid.size and grid[0] == self.origins[lane]:
                 self.rows[lane] = self.starts[lane : lane + 1]
         ahead = [grid[len(rows) :] for grid, rows in zip(grids, self.rows, strict=True)]
+        ahead = self._reach_near(ahead)
         while any(grid.size for grid in ahead) and not stop():
             ahead = self._advance(ahead)
+
+    def _reach_near(self, ahead: list[Array]) -> list[Array]:
+        """Reach first times so near that nothing can be put between, and return what remains of the grids."""
+        first = [grid[0] if grid.size else here for grid, here in zip(ahead, self.origins, strict=True)]
+        near = np.abs(np.array(first) - self.origins) < NEAR * np.spacing(np.abs(self.origins))
+        near &= [grid.size > 0 for grid in ahead]
+        if not np.any(near):
+            return ahead
+        self.engine.propagate_until(list(np.where(near, first, self.origins)))
+        for lane in np.flatnonzero(near):
+            self.rows[lane] = np.concatenate([self.rows[lane], self.engine.state[:, lane][None]])
+        return [grid[int(reached) :] for grid, reached in zip(ahead, near, strict=True)]
 
     def _advance(self, ahead: list[Array]) -> list[Array]:
         """Take a chunk of steps and return what remains of the grids."""
@@ -198,7 +216,7 @@ class _Batch:
         high[idle], low[idle] = high[busy], low[busy]
         self.engine.set_dtime(list(high), list(low))
         self.engine.state[:, idle] = self.engine.state[:, busy]
-        self.engine.pars[:, idle] = self.engine.pars[:, busy]
+        self.borrowed.repeat(busy, idle)
 
     def _read(self, lane: int, ahead: Array, found: Array, before: float, reached: float) -> Array:
         outcome, _, _, steps = self.engine.propagate_res[lane]
@@ -206,7 +224,7 @@ class _Batch:
         rows = rows[np.all(np.isfinite(rows), axis=-1)]
         self.rows[lane] = np.concatenate([self.rows[lane], rows])
         self.steps[lane] += steps
-        stopped = reason(outcome.name, abs(reached - before), reached, STEPS_AT_A_TIME)
+        stopped = reason(self.borrowed.outcome(outcome), abs(reached - before), reached, STEPS_AT_A_TIME)
         if stopped:
             self.failed[lane] = f"propagation stopped at t = {reached:.10g} of {ahead[-1]:.10g}: {stopped}"
         return ahead[len(rows) :] if not stopped else ahead[:0]

@@ -6,6 +6,7 @@ compile nothing. Idle integrators wait in one bounded, thread-safe pool, the pac
 
 from __future__ import annotations
 
+import functools
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
@@ -15,15 +16,18 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.mechanics.axes import Axes, TrackingAxes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
+from poinsot.mechanics.samples import tracked_orbits
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import USE_FUNCTIONS, System
 from poinsot.motion.constants import Constants
 from poinsot.motion.coordinates import SMALL, Coordinates
+from poinsot.motion.switches import Pieces, Switches, event_class
 
 PRECISIONS: dict[str, Any] = {
     "double": np.float64,
@@ -41,6 +45,9 @@ MANY_TERMS = 5000
 """Terms in the equations, repeated ones counted again, below which a system is not large."""
 
 
+FIRST = np.zeros(1, dtype=int)
+
+
 @dataclass(frozen=True)
 class Kernel:
     """What an integrator is built for: hashable, without any real number of the system but the tolerance."""
@@ -52,22 +59,31 @@ class Kernel:
     lanes: int
 
 
+@dataclass(frozen=True)
+class _Built:
+    """An integrator, the arithmetic of its parameters, and what changes them on the way, if anything does."""
+
+    engine: Any
+    constants: Constants
+    switches: Switches | None
+
+
 class _Pool:
     """Idle integrators by kernel, the least recently used dropped first."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._idle: OrderedDict[Kernel, list[Any]] = OrderedDict()
+        self._idle: OrderedDict[Kernel, list[_Built]] = OrderedDict()
         self._decided: OrderedDict[Any, bool] = OrderedDict()
 
-    def take(self, kernel: Kernel) -> Any | None:
+    def take(self, kernel: Kernel) -> _Built | None:
         with self._lock:
             idle = self._idle.get(kernel)
             return idle.pop() if idle else None
 
-    def give(self, kernel: Kernel, integrator: Any) -> None:
+    def give(self, kernel: Kernel, built: _Built) -> None:
         with self._lock:
-            self._idle.setdefault(kernel, []).append(integrator)
+            self._idle.setdefault(kernel, []).append(built)
             self._idle.move_to_end(kernel)
             while sum(map(len, self._idle.values())) > IDLE_INTEGRATORS:
                 oldest = next(iter(self._idle))
@@ -96,32 +112,80 @@ def coordinates(system: System, state: State, formulation: str, precision: str) 
 
     Wide precision stays in the space axes, so that it judges the carried ones.
     """
-    chosen = FORMULATIONS[formulation]
-    axes: Axes = system.space_axes
-    carried = None if isinstance(chosen, EulerAngles) or precision != "double" else system.common_axes
-    if carried is not None and _pool.decide(system.structure, lambda: _can_be_carried(system, carried)):
+    chosen, smooth = FORMULATIONS[formulation], system.between_knots()
+    axes: Axes = smooth.space_axes
+    carried = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
+    if carried is not None and _pool.decide(smooth.structure, lambda: _can_be_carried(smooth, carried)):
         axes = carried
     # A power of two scales without rounding.
     return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state)))))
 
 
+class Borrowed:
+    """An integrator on loan, and its parameters for a system and variables.
+
+    Attributes
+    ----------
+    engine : the engine's integrator
+        Its state and its time are the borrower's to set.
+    """
+
+    def __init__(self, built: _Built, system: System, variables: Coordinates, precision: str, lanes: int) -> None:
+        self.engine, self._switches = built.engine, built.switches
+        kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
+
+        def typed(number: Any) -> Any:
+            return kind(number) if lanes == 1 and not np.ndim(number) else np.asarray(number, kind)
+
+        def values(smooth: System) -> list[Any]:
+            numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)
+            return built.constants.values(tuple(map(typed, numbers)))
+
+        self._pieces = Pieces(system, values)
+        self._values = functools.partial(values, system)
+        self._members = np.broadcast_shapes(system.members, np.shape(variables.scale))
+
+    def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
+        """Set the parameters for the time and the state that the engine has, and for members in its lanes."""
+        pars = self.engine.pars
+        if self._switches is not None:
+            self._switches.begin(self.engine, self._pieces, forwards, members)
+        else:
+            pars[:] = self._table[:, members] if pars.ndim > 1 else self._values()[: len(pars)]
+        if self.engine.with_events:
+            self.engine.reset_cooldowns()
+
+    @functools.cached_property
+    def _table(self) -> NDArray[np.float64]:
+        """The values of the parameters of all members, one column each."""
+        values = self._values()[: len(self.engine.pars)]
+        return np.reshape([np.broadcast_to(value, self._members) for value in values], (len(values), *self._members))
+
+    def outcome(self, engines: Any) -> str:
+        """Return how steps ended: the engine's name for it, or "switch" or "angles" for its events."""
+        if engines.name in ("time_limit", "step_limit", "err_nf_state"):
+            return str(engines.name)
+        switches = len(self._switches.events) if self._switches else 0
+        return "switch" if -int(engines) <= switches else "angles"
+
+    def repeat(self, busy: int, idle: int) -> None:
+        """Let a lane follow another one."""
+        self.engine.pars[:, idle] = self.engine.pars[:, busy]
+        if self._switches is not None:
+            self._switches.repeat(busy, idle)
+
+
 @contextmanager
 def integrator(
     system: System, variables: Coordinates, precision: str, tolerance: float, lanes: int = 1
-) -> Iterator[tuple[Any, Callable[[], list[Any]]]]:
-    """Lend an integrator and the values of its parameters; those, state and time are the borrower's to set."""
-    structure = (*system.structure, *variables.axes.structure)
+) -> Iterator[Borrowed]:
+    """Lend an integrator for a system."""
+    smooth = system.between_knots()
+    structure = (*smooth.structure, smooth is not system, *variables.axes.structure)
     kernel = Kernel(structure, variables.formulation.name, precision, tolerance, lanes)
-    built, constants = lent = _pool.take(kernel) or _build(system, variables, kernel)
-
-    def values() -> list[Any]:
-        kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
-        numbers = (variables.scale, *variables.axes.numbers, *system.numbers)
-        numbers = tuple(map(kind, numbers)) if lanes == 1 else tuple(np.asarray(number, kind) for number in numbers)
-        return constants.values(numbers)[: len(built.pars)]  # the last ones may be unused
-
-    yield built, values
-    _pool.give(kernel, lent)
+    built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not system)
+    yield Borrowed(built, system, variables, precision, lanes)
+    _pool.give(kernel, built)
 
 
 def _can_be_carried(system: System, axes: Axes) -> bool:
@@ -139,7 +203,7 @@ def _equations(system: System, variables: Coordinates, symbols: list[Any], const
     scale, axes = next(inputs), variables.axes.with_numbers(inputs)
     twin = system.with_numbers(inputs)
     if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
-        axes = twin.space_axes
+        axes = axes.along(tracked_orbits(twin))
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
     try:
         rates = twin.derivatives(variables.formulation.name, own, time, scale=scale, axes=axes)
@@ -156,15 +220,18 @@ def available(precision: str) -> bool:
     return kind is not None
 
 
-def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any, Constants]:
+def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: bool) -> _Built:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
     equations = _equations(system, variables, symbols, constants)
     kind: Any = PRECISIONS[kernel.precision]
-    stops = {}
+    switches, stops = None, {}
+    if with_knots or constants.conditions:
+        switches = Switches(symbols, equations, constants, with_knots, kernel.lanes, kind)
+        stops["t_events"] = switches.events
     if kernel.formulation == "euler_angles":
         nearness = hy.sin(symbols[1]) ** 2 - SINGULAR_SINE**2
-        stops["t_events"] = [_terminal(kernel)(nearness)]
+        stops["t_events"] = [*stops.get("t_events", []), event_class(kernel.lanes, kind)(nearness)]
     build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch
     zeros = np.full((variables.size, *(kernel.lanes,) * (kernel.lanes > 1)), kind(0.0))
 
@@ -181,13 +248,5 @@ def _build(system: System, variables: Coordinates, kernel: Kernel) -> tuple[Any,
     if sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
         if len(built.decomposition) > LARGE:
-            return built, constants
-    return compiled(compact=False), constants
-
-
-def _terminal(kernel: Kernel) -> Any:
-    if kernel.lanes > 1:
-        return hy.t_event_batch_dbl
-    return {"double": hy.t_event_dbl, "extended": hy.t_event_ldbl, "quadruple": getattr(hy, "t_event_f128", None)}[
-        kernel.precision
-    ]
+            return _Built(built, constants, switches)
+    return _Built(compiled(compact=False), constants, switches)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 import time as clock
 from collections.abc import Callable
@@ -13,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array
 from poinsot.functions import Vector
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
+from poinsot.mechanics.samples import tracked_orbits
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
-from poinsot.motion.arguments import broadcast_members, check_kinds, checked_times, members_of
+from poinsot.motion.arguments import broadcast_members, check_kinds, check_span, checked_times, members_of
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.ensemble import allowed_threads, integrate_members
 from poinsot.motion.stops import INTERRUPTED, reason
@@ -80,6 +82,7 @@ def propagate(
     t = checked_times(times)
     chosen = _checked_formulation(formulation)
     asked = _checked_tolerance(tolerance, precision)
+    check_span(system, state, t)
     members = members_of(system, state)
     if members:
         _check_single(dense, precision)
@@ -88,13 +91,13 @@ def propagate(
         return _propagate_members(system, state, t, variables, asked, _checked_threads(threads), progress)
     variables = kernels.coordinates(system, state, chosen, precision)
     start, origin = variables.from_state(_in_precision(state, precision)), float(state.time)
-    with kernels.integrator(system, variables, precision, asked) as (engine, values):
-        engine.pars[:] = values()
+    with kernels.integrator(system, variables, precision, asked) as borrowed:
+        engine = borrowed.engine
         began = clock.perf_counter()
         rising = np.sort(t)
         middle = int(np.searchsorted(rising, origin))
         grids = (rising[middle:], rising[:middle][::-1])
-        halves = [_Half(engine, origin, start, grid, precision, dense) for grid in grids]
+        halves = [_Half(borrowed, origin, start, grid, precision, dense) for grid in grids]
         for half in halves:
             if not any(other.stopped == INTERRUPTED for other in halves):
                 half.run()
@@ -125,7 +128,9 @@ def _propagate_members(
     )
     order = slice(None, None, -1 if t.size > 1 and t[0] > t[1] else 1)
     canonical = done.quaternion[:, order], done.conjugate_momenta[:, order]
-    motion = Trajectory(system, state, t, lambda: canonical, run, failures=dict(sorted(done.failures.items())))
+    sky = functools.partial(variables.sky, system, t, done.carried[:, order]) if done.carried.size else None
+    failures = dict(sorted(done.failures.items()))
+    motion = Trajectory(system, state, t, lambda: canonical, run, failures=failures, sky=sky)
     if done.interrupted:
         finished = int(np.sum(np.isfinite(done.quaternion[:, -1, 0])))
         message = f"propagation was interrupted: {finished} of {len(done.steps)} members are done."
@@ -136,9 +141,12 @@ def _propagate_members(
 class _Half:
     """The integration in one direction, in chunks of steps between which an interrupt is heard."""
 
-    def __init__(self, engine: Any, origin: float, start: Array, grid: Array, precision: str, dense: bool) -> None:
+    def __init__(
+        self, borrowed: kernels.Borrowed, origin: float, start: Array, grid: Array, precision: str, dense: bool
+    ) -> None:
         self.kind: Any = kernels.PRECISIONS[precision]
-        self.engine, self.origin, self.start, self.grid, self.dense = engine, origin, start, grid, dense
+        self.borrowed, self.engine = borrowed, borrowed.engine
+        self.origin, self.start, self.grid, self.dense = origin, start, grid, dense
         self.last = float(grid[-1]) if grid.size else origin
         self.rows: list[Array] = []
         self.pieces: list[Any] = []
@@ -148,10 +156,7 @@ class _Half:
         """Integrate to the last time of the grid, or to where it stops."""
         if not self.grid.size:
             return
-        self.engine.time = self.kind(self.origin)
-        self.engine.state[:] = self._typed(self.start)
-        if self.engine.with_events:
-            self.engine.reset_cooldowns()
+        self._place(self.kind(self.origin), self._typed(self.start))
         try:
             while not self._advance():
                 pass
@@ -160,22 +165,27 @@ class _Half:
         if self.pieces:
             self._read_pieces()
 
+    def _place(self, time: Any, state: Array) -> None:
+        self.engine.time, self.engine.state[:] = time, state
+        self.borrowed.begin(self.last >= self.origin)
+
     def _advance(self) -> bool:
         """Take a chunk of steps; of one that fails, take again those before it. Return whether it was the last."""
         time, state, rows, pieces = self.engine.time, self.engine.state.copy(), len(self.rows), len(self.pieces)
         outcome, steps = self._step(STEPS_AT_A_TIME)
-        if outcome.name == "err_nf_state":
-            self.engine.time, self.engine.state[:] = time, state
+        if outcome == "err_nf_state":
+            self._place(time, state)
             del self.rows[rows:], self.pieces[pieces:]
             if steps:
                 self._step(steps)
         before, self.reached = self.reached, float(self.engine.time)
         self.steps += steps
-        self.stopped = reason(outcome.name, abs(self.reached - before), self.reached, STEPS_AT_A_TIME)
-        return outcome.name == "time_limit" or bool(self.stopped)
+        self.stopped = reason(outcome, abs(self.reached - before), self.reached, STEPS_AT_A_TIME)
+        return outcome == "time_limit" or bool(self.stopped)
 
-    def _step(self, steps: int) -> tuple[Any, int]:
-        return self._step_dense(steps) if self.dense else self._step_on_grid(steps)
+    def _step(self, most: int) -> tuple[str, int]:
+        outcome, steps = self._step_dense(most) if self.dense else self._step_on_grid(most)
+        return self.borrowed.outcome(outcome), steps
 
     def _step_dense(self, most: int) -> tuple[Any, int]:
         outcome, _, _, steps, piece, _ = self.engine.propagate_until(
@@ -231,7 +241,10 @@ def _join(
     if t.size > 1 and t[0] > t[1]:
         rows, times = rows[::-1], times[::-1]
     interpolant = (_interpolant(halves, variables), halves[1].reached, halves[0].reached) if dense else None
-    return Trajectory(system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant)
+    sky = None
+    if tracked_orbits(system):
+        sky = functools.partial(variables.sky, system, times, rows[:, variables.formulation.size :])
+    return Trajectory(system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant, sky=sky)
 
 
 def _stacked(parts: list[Array], size: int) -> Array:

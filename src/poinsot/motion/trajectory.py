@@ -16,6 +16,7 @@ from poinsot.errors import real_array
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 
@@ -91,6 +92,7 @@ class Trajectory:
         run: Run,
         interpolant: tuple[Interpolant, float, float] | None = None,
         failures: Mapping[int, str] | None = None,
+        sky: Callable[[], Sky] | None = None,
     ) -> None:
         self.system = system
         self.initial = initial
@@ -99,12 +101,21 @@ class Trajectory:
         self.run = run
         self.failures = dict(failures or {})
         self._interpolant = interpolant
+        self._sky = sky
 
     # ------------------------------------------------------------------ reading
 
     @functools.cached_property
     def _pair(self) -> tuple[Array, Array]:
         return self._canonical()
+
+    @functools.cached_property
+    def sky(self) -> Sky:
+        """The world at the times: `motion.sky.position(orbit)`, along the space axes, three arrays (n,).
+
+        An orbit that was integrated along is where it came out, any other where its formulas say.
+        """
+        return Sky(self.times) if self._sky is None else self._sky()
 
     @property
     def quaternion(self) -> Array:
@@ -149,7 +160,7 @@ class Trajectory:
     @property
     def potential_energy(self) -> Array:
         """The sum of the potentials; shape (n,)."""
-        return np.asarray(self.system.potential_energy(_computed_state(self)))
+        return np.asarray(self.system.potential_energy(_computed_state(self), self.sky))
 
     @property
     def energy(self) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.orbits.conic import ConicAxes, ConicOrbit
+from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
 from poinsot.orbits.phase import elapsed
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
 from poinsot.orbits.vectors import exactly_one, passage
@@ -38,11 +38,14 @@ class EscapeOrbit(ConicOrbit):
         At the epoch; negative before the passage.
     epoch : float
         Time.
+    radius : float
+        That of the attractor's surface, in the unit of length: a warning says how far the periapsis is below it.
+        0: a point, never warned about.
 
     Raises
     ------
     ValueError
-        If `mu` or the distance is not positive, or the eccentricity is below 1.
+        If `mu` or the distance is not positive, the eccentricity is below 1, or the radius is negative.
     """
 
     mu: float
@@ -53,12 +56,14 @@ class EscapeOrbit(ConicOrbit):
     argument_of_periapsis: float
     time_since_periapsis: float = 0.0
     epoch: float = 0.0
+    radius: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("mu", "periapsis_distance"):
             refuse_nonpositive(name, getattr(self, name))
         _refuse_bound(self.eccentricity)
+        check_surface(self)
 
     @classmethod
     def from_elements(
@@ -75,6 +80,7 @@ class EscapeOrbit(ConicOrbit):
         mean_anomaly: Any = None,
         eccentric_anomaly: Any = None,
         epoch: float = 0.0,
+        radius: float = 0.0,
     ) -> EscapeOrbit:
         """Return the orbit with one of the two lengths and one of the three anomalies at the epoch.
 
@@ -92,11 +98,13 @@ class EscapeOrbit(ConicOrbit):
         anomalies = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
         q = _periapsis_distance(e, *exactly_one("elements", lengths))
         since = _scaled_time(e, *exactly_one("elements", anomalies)) * np.sqrt(q**3 / member_array("mu", mu, ()))
-        elements: Any = (mu, q, e, inclination, node, argument_of_periapsis, since, epoch)
+        elements: Any = (mu, q, e, inclination, node, argument_of_periapsis, since, epoch, radius)
         return cls(*elements)
 
     @classmethod
-    def from_vectors(cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0) -> EscapeOrbit:
+    def from_vectors(
+        cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+    ) -> EscapeOrbit:
         """Return the orbit through a position with a velocity, space axes, shape (3,), at the epoch.
 
         The position comes back to rounding. The velocity is off by up to r/q roundings, for that is what one
@@ -119,7 +127,7 @@ class EscapeOrbit(ConicOrbit):
         q = here.distance / (1 + e * S2)
         since = universal_time(e, _anomaly_of(e, S1)) * np.sqrt(q**3 / here.mu)
         periapsis = here.latitude - float(np.arctan2(np.sqrt(1 + e) * S1, 1 - S2))
-        return cls(here.mu, q, e, here.inclination, here.node, periapsis, since, epoch)
+        return cls(here.mu, q, e, here.inclination, here.node, periapsis, since, epoch, radius)
 
     # ------------------------------------------------------------------ derived
 

@@ -7,14 +7,15 @@ import functools
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import member_array, real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit
+from poinsot.orbits.restricted import CirclingPair, ThreeBodyOrbit
 
 __all__ = ["LagrangePoint", "RotatingPoint"]
 
@@ -86,7 +87,7 @@ class RotatingPoint(Orbit):
 
 
 @dataclasses.dataclass(frozen=True)
-class LagrangePoint:
+class LagrangePoint(CirclingPair):
     """A libration point of two attractors on circles about each other, in the plane of the first two space axes.
 
     At the epoch the secondary is in the direction of the first axis from the primary; the motion is about the third.
@@ -118,25 +119,19 @@ class LagrangePoint:
     def __post_init__(self) -> None:
         for name in ("mu_primary", "mu_secondary", "separation", "epoch"):
             object.__setattr__(self, name, float(real_array(name, getattr(self, name), ())))
-        for name in ("mu_primary", "mu_secondary", "separation"):
-            refuse_nonpositive(name, getattr(self, name))
-        if self.mu_secondary > self.mu_primary:
-            raise ValueError(
-                f"mu_secondary must not exceed mu_primary, but {self.mu_secondary} and {self.mu_primary} came. "
-                "The primary is the heavier one."
-            )
+        self._check_pair()
         if self.point not in POINTS:
             raise ValueError(f"point must be one of {', '.join(POINTS)}, but {self.point!r} came.")
 
-    @property
-    def mass_ratio(self) -> float:
-        """mu, the part of the secondary in the mass of both."""
-        return self.mu_secondary / (self.mu_primary + self.mu_secondary)
+    def orbit(self, offset: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> ThreeBodyOrbit:
+        """Return the path of a body that is free to move, from near the point.
 
-    @property
-    def mean_motion(self) -> float:
-        """The rate of the attractors, sqrt((mu1 + mu2)/separation^3), radians per unit of time."""
-        return float(np.sqrt((self.mu_primary + self.mu_secondary) / self.separation**3))
+        Offset and velocity, shape (3,) or (members, 3), are relative to the point at the epoch, along the axes of
+        `frame`.
+        """
+        barycentre = np.array((self.mass_ratio * self.separation, 0.0, 0.0))
+        place: Any = self._places[0] - barycentre + member_array("offset", offset, (3,))
+        return ThreeBodyOrbit(self.mu_primary, self.mu_secondary, self.separation, place, velocity, self.epoch)
 
     @property
     def from_primary(self) -> RotatingPoint:

@@ -58,14 +58,14 @@ def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]
     return S1 + (1 + (e - 1) * S2) * change, S2 + S1 * change
 
 
-def refuse_symbols(name: str, *scalars: Scalar) -> None:
-    """Raise a TypeError if a scalar is no number."""
+def refuse_symbols(name: str, *scalars: Scalar, variable: str = "true anomaly") -> None:
+    """Raise a TypeError if a scalar is no number; the sentence says which variable a kernel integrates instead."""
     for scalar in scalars:
         value = getattr(scalar, "value", scalar)
         if functions._engine(value).__name__ in ("heyoka", "sympy") or hasattr(value, "apply"):
             raise TypeError(
-                f"the formulas of an {name} must have numbers, but a symbol came. "
-                "In a kernel its true anomaly is integrated along: ask the sky for the position."
+                f"the formulas of {'an' if name[0] in 'AEIOU' else 'a'} {name} must have numbers, but a symbol came. "
+                f"In a kernel its {variable} is integrated along: ask the sky for the position."
             )
 
 

@@ -69,6 +69,6 @@ def test_multiples_are_the_same_numbers(name):
 def test_a_kernel_has_the_products_of_series_that_a_person_would_write(system, products):
     state = paper.PRINTED_PAIR
     variables = kernels.coordinates(system, state, "lie_poisson", "double")
-    with kernels.integrator(system, variables, "double", 0.0) as (engine, _):
-        entries = [str(entry) for entry, _ in engine.decomposition]
+    with kernels.integrator(system, variables, "double", 0.0) as borrowed:
+        entries = [str(entry) for entry, _ in borrowed.engine.decomposition]
     assert sum(bool(re.fullmatch(r"\(u_\d+ \* u_\d+\)", entry)) for entry in entries) == products

@@ -222,3 +222,12 @@ def test_a_picture_is_of_one_body():
     motion = pt.propagate(TOP, states(3), TIMES)
     with pytest.raises(ValueError, match=r"^motion must be of one body, but an ensemble of 3 members came\.$"):
         pt.plot_quaternions(motion)
+
+
+@pytest.mark.parametrize("nudges", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)], ids=str)
+def test_members_that_start_within_rounding_of_a_time(nudges):
+    origins = np.array([TIMES[2], TIMES[4], 0.1]) + np.array(nudges) * np.spacing(TIMES[[2, 4, 4]])
+    batch = states(3, time=origins)
+    motion = pt.propagate(SATELLITE, batch, TIMES)
+    for i in range(3):
+        assert_member(motion, i, pt.propagate(SATELLITE, member(batch, i), TIMES))

@@ -1,0 +1,230 @@
+"""The dates that the times of an orbit stand for."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import datetime
+import re
+import sys
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import optional, real_numbers
+
+__all__ = ["SCALES", "Calendar"]
+
+SCALES = {"UTC": "tai", "TAI": "tai", "GPS": "tai", "TT": "tt", "TDB": "tdb", "TCB": "tcb", "TCG": "tcg"}
+"""Scales, each with the uniform one in which its time is counted."""
+
+SECONDS = {"s": 1, "min": 60, "h": 3600, "d": 86400}
+"""Units of time."""
+
+GPS_BEHIND_TAI = 19
+"""Seconds."""
+
+DIGITS = 10
+"""Of a second that are kept."""
+
+FIRST_YEAR_OF_UTC = 1960
+
+_DATE = r"(?P<year>\d{4})-(?P<day>\d\d-\d\d|\d{3})"
+_CLOCK = r"(?P<clock>\d\d:\d\d(:\d\d(\.\d*)?)?)"
+_EPOCH = re.compile(rf"{_DATE}([T ]{_CLOCK})?( *(?P<scale>[A-Za-z0-9]+))?", re.ASCII)
+
+
+@dataclasses.dataclass(frozen=True)
+class Calendar:
+    """The instant that the time 0 stands for, and the unit of time.
+
+    `time(epoch)` turns dates into times, `date(time)` turns them back. Dates need astropy; floats do not.
+
+    Parameters
+    ----------
+    zero : str
+        The instant of t = 0: a date such as "2000-01-01T12:00:00", or with the day of the year "2000-001T12:00:00".
+    scale : {"UTC", "TAI", "GPS", "TT", "TDB", "TCB", "TCG"}
+        Of that date. Time is counted in the same scale; from a UTC or GPS date it is counted in TAI, so that a leap
+        second is a second like any other.
+    unit : {"s", "min", "h", "d"}
+        Of time; a day has 86400 s.
+
+    Raises
+    ------
+    ValueError
+        If the date is none, or the scale or the unit is unknown.
+
+    Notes
+    -----
+    UTC has the leap seconds that astropy knows, and none after them. It begins in 1960.
+    """
+
+    zero: str
+    scale: str
+    unit: str = "s"
+
+    def __post_init__(self) -> None:
+        for name, value, known in (("scale", self.scale, SCALES), ("unit", self.unit, SECONDS)):
+            if not isinstance(value, str) or value not in known:
+                raise ValueError(f"{name} must be one of {', '.join(known)}, but {value!r} came.")
+        date, scale = _read(self.zero)
+        if scale:
+            raise ValueError(f"zero must be a date without a scale, but {self.zero!r} came. The scale is its own field.")
+        object.__setattr__(self, "zero", date)
+
+    def time(self, epoch: Any) -> Any:
+        """Return the time of an instant, or of an array of them.
+
+        Parameters
+        ----------
+        epoch : str, astropy.time.Time, float, or array of these
+            A date that says its scale: "2026-11-21T00:00:00 UTC", "... TDB"; a final Z is UTC. A number is a time
+            already, and returned as it is.
+
+        Returns
+        -------
+        float or array
+            As exact as a float can say it: to half a nanosecond within 50 days of zero, to 0.1 microseconds within
+            30 years.
+
+        Raises
+        ------
+        ValueError
+            If a date is none, or does not say its scale.
+        ImportError
+            If astropy is missing and a date came.
+        """
+        if _is_instant(epoch):
+            times = self._counted(epoch)
+        elif isinstance(epoch, str):
+            times = self._of_texts([epoch])[0]
+        elif _holds_dates(epoch):
+            times = self._of_array(np.asarray(epoch))
+        else:
+            times = real_numbers("epoch", epoch)
+        return float(times) if np.ndim(times) == 0 else times
+
+    def date(self, time: Any) -> Any:
+        """Return the instants of times as an `astropy.time.Time`, in the scale of this calendar (GPS as TAI)."""
+        seconds = real_numbers("time", time) * SECONDS[self.unit]
+        counted = SCALES[self.scale]
+        with _offline() as astropy:
+            passed = astropy.TimeDelta(seconds, format="sec", scale=counted)
+            instant = getattr(self._origin(astropy), counted) + passed
+            return instant.utc if self.scale == "UTC" else instant
+
+    def seconds_span(self, start: Any, stop: Any) -> tuple[float, float]:
+        """Return the times of two instants, the second later than the first, if this calendar counts seconds."""
+        self.check_seconds()
+        first, last = self.time(start), self.time(stop)
+        if np.ndim(first) or np.ndim(last):
+            raise ValueError(f"start and stop must be single instants, but {_short(start)} and {_short(stop)} came.")
+        if not first < last:
+            raise ValueError(f"stop must be later than start, but {_short(stop)} and {_short(start)} came.")
+        return first, last
+
+    def check_seconds(self) -> None:
+        """Refuse another unit of time, for an orbit in km and km/s."""
+        if self.unit != "s":
+            raise ValueError(f"calendar must count seconds for an orbit in km and km/s, but {self} came.")
+
+    def converted(self, times: NDArray[np.float64], calendar: Calendar) -> NDArray[np.float64]:
+        """Return the times at which this calendar has the instants that another one has at `times`."""
+        return times if calendar == self else np.asarray(self.time(calendar.date(times)))
+
+    def _of_array(self, epochs: NDArray[Any]) -> NDArray[np.float64]:
+        if epochs.dtype.kind == "U":
+            return self._of_texts(epochs.ravel().tolist()).reshape(epochs.shape)
+        return np.array([self.time(epoch) for epoch in epochs.ravel()]).reshape(epochs.shape)
+
+    def _of_texts(self, texts: list[str]) -> NDArray[np.float64]:
+        """Return the times of dates, those of one scale at once."""
+        read = [_read(text) for text in texts]
+        times = np.empty(len(texts))
+        for scale in {scale for _, scale in read}:
+            if scale is None:
+                text = next(text for text, (_, none) in zip(texts, read, strict=True) if none is None)
+                raise ValueError(f"epoch must say its scale, but {text!r} came. Write '{text.strip()} UTC', or TDB, TT.")
+            chosen = [i for i, (_, other) in enumerate(read) if other == scale]
+            with _offline() as astropy:
+                times[chosen] = self._counted(_instant(astropy, [read[i][0] for i in chosen], scale))
+        return times
+
+    def _counted(self, instants: Any) -> Any:
+        """Return the time between zero and instants."""
+        counted = SCALES[self.scale]
+        with _offline() as astropy:
+            passed = getattr(instants, counted) - getattr(self._origin(astropy), counted)
+        # The first part is whole days or their half, so that its product is exact; the second has some 1e-12 s of
+        # rounding in it, without which whole seconds stay whole.
+        return np.round(passed.jd1 * 86400 + passed.jd2 * 86400, DIGITS) / SECONDS[self.unit]
+
+    def _origin(self, astropy: Any) -> Any:
+        return _instant(astropy, self.zero, self.scale)
+
+
+def _is_instant(value: Any) -> bool:
+    module = sys.modules.get("astropy.time")  # without which there is no Time
+    return module is not None and isinstance(value, module.Time)
+
+
+def _holds_dates(values: Any) -> bool:
+    """Whether a list or an array begins with a date."""
+    first = values
+    while isinstance(first, list | tuple | np.ndarray) and np.ndim(first) > 0 and len(first):
+        first = first[0]
+    return isinstance(first, str) or _is_instant(first)
+
+
+def _read(text: Any) -> tuple[str, str | None]:
+    """Return a date in full, "2000-01-01T12:00:00", and its scale if it says one."""
+    match = _EPOCH.fullmatch(text.strip()) if isinstance(text, str) else None
+    if match is None:
+        raise ValueError(f"epoch must be a date such as '2026-11-21T00:00:00 UTC', but {_short(text)} came.")
+    scale = "UTC" if match["scale"] in ("Z", "z") else match["scale"] and match["scale"].upper()
+    if scale is not None and scale not in SCALES:
+        raise ValueError(f"epoch must be in one of the scales {', '.join(SCALES)}, but {_short(text)} came.")
+    if scale == "UTC" and int(match["year"]) < FIRST_YEAR_OF_UTC:
+        raise ValueError(f"epoch must be in {FIRST_YEAR_OF_UTC} or later in UTC, but {_short(text)} came. Say it in TT.")
+    day = match["day"] if "-" in match["day"] else _month_and_day(match["year"], match["day"], text)
+    clock = match["clock"] or "00:00"
+    return f"{match['year']}-{day}T{clock}" + (":00" if len(clock) == 5 else ""), scale
+
+
+def _month_and_day(year: str, day: str, text: str) -> str:
+    with contextlib.suppress(ValueError, OverflowError):
+        date = datetime.date(int(year), 1, 1) + datetime.timedelta(int(day) - 1)
+        if date.year == int(year):
+            return date.strftime("%m-%d")
+    raise ValueError(f"epoch must be a date that exists, but {_short(text)} came.")
+
+
+def _instant(astropy: Any, dates: Any, scale: str) -> Any:
+    """Return one date or several, in full and of one scale, as an astropy Time."""
+    try:
+        instants = astropy.Time(dates, format="isot", scale="tai" if scale == "GPS" else scale.lower())
+    except (ValueError, optional("erfa", "dates").ErfaWarning):
+        raise ValueError(f"epoch must be a date that exists in {scale}, but {_short(dates)} came.") from None
+    behind = astropy.TimeDelta(GPS_BEHIND_TAI, format="sec", scale="tai")
+    return instants + behind if scale == "GPS" else instants
+
+
+@contextlib.contextmanager
+def _offline() -> Iterator[Any]:
+    """Give `astropy.time` with the tables that it brings, and without its warning of leap seconds to come."""
+    astropy = optional("astropy.time", "dates")
+    tables = optional("astropy.utils.iers", "dates")
+    with tables.conf.set_temp("auto_download", False), warnings.catch_warnings():
+        kind = optional("erfa", "dates").ErfaWarning
+        warnings.filterwarnings("error", category=kind)  # a second after the end of a day
+        warnings.filterwarnings("ignore", message=".*dubious year", category=kind)
+        yield astropy
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

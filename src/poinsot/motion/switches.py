@@ -1,0 +1,190 @@
+"""What changes on the way of a run: the pieces of tables, and the conditions on which formulas branch.
+
+A Taylor polynomial sees neither a knot of a table nor a branch of `where`. So both are held in parameters of the
+kernel, and each change is a terminal event of the engine: the step ends there, the parameters change, and the next
+step begins with the other formula.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.mechanics.system import System
+from poinsot.motion.constants import Constants
+
+__all__ = ["Pieces", "Switches", "event_class"]
+
+AT_ONCE = 16 * np.finfo(float).eps
+"""Times that differ by less, relative to time and step, are one: conditions may change together."""
+
+BLOCK = 256
+"""Pieces whose parameters are computed together."""
+
+KEPT = 8
+"""Blocks that are kept during a run."""
+
+
+class Pieces:
+    """The values of a kernel's constants in each piece between two knots of a system.
+
+    Parameters
+    ----------
+    system : System
+    values : callable
+        A system without knots to the constants, numbers that broadcast to (pieces, members).
+    """
+
+    def __init__(self, system: System, values: Callable[[System], list[Any]]) -> None:
+        self.system, self.knots, self._values = system, system.knots, values
+        self._blocks: dict[int, list[Any]] = {}
+
+    def at(self, time: float, forwards: bool) -> int:
+        """Return the number of the piece in which a motion goes on from a time."""
+        return int(np.searchsorted(self.knots, time, side="right" if forwards else "left"))
+
+    def values(self, piece: int, member: int) -> list[float]:
+        """Return the constants of a piece, which is the one before the knot of this number."""
+        block, place = divmod(piece - 1, BLOCK)
+        if block not in self._blocks:
+            if len(self._blocks) >= KEPT:
+                self._blocks.clear()
+            self._blocks[block] = self._computed(block)
+        return [value[min(place, len(value) - 1), min(member, value.shape[1] - 1)] for value in self._blocks[block]]
+
+    def _computed(self, block: int) -> list[Any]:
+        system = self.system
+        if self.knots.size:
+            knots = self.knots[block * BLOCK : (block + 1) * BLOCK + 1]
+            system = system.between_knots(0.5 * (knots[1:] + knots[:-1])[:, None])
+        return [np.atleast_2d(value) for value in self._values(system)]
+
+
+class Switches:
+    """The events of one integrator, and the parameters that they change.
+
+    Parameters
+    ----------
+    symbols, equations : lists of expressions
+        Those of the integrator.
+    constants : Constants
+        Those of the equations; their conditions are the parameters that change.
+    with_knots : bool
+        Whether the system has tables.
+    lanes : int
+    kind : type
+        Of the numbers.
+    """
+
+    def __init__(
+        self,
+        symbols: list[Any],
+        equations: list[Any],
+        constants: Constants,
+        with_knots: bool,
+        lanes: int,
+        kind: Any,
+    ) -> None:
+        self._forwards = True
+        self._pieces: Any = None
+        self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
+        self._piece = np.zeros(lanes, dtype=int)
+        functions = [function for function, _ in constants.conditions]
+        self._places = [place for _, place in constants.conditions]
+        self._fixed = np.setdiff1d(np.arange(constants.next_parameter()), self._places)
+        self._knot = constants.next_parameter() if with_knots else None
+        self._look = _with_rates(functions, symbols, equations, kind) if functions else None
+        build = event_class(lanes, kind)
+        self.events = [build(function, callback=self._crossing(i)) for i, function in enumerate(functions)]
+        if self._knot is not None:
+            self.events.append(build(hy.time - hy.par[self._knot], callback=self._entering()))
+
+    def begin(self, engine: Any, pieces: Pieces, forwards: bool, members: NDArray[np.int_]) -> None:
+        """Set the parameters for the time and the state of an integrator, of all its lanes."""
+        self._pieces, self._forwards, self._members = pieces, forwards, members
+        for lane, time in enumerate(np.ravel(engine.time)):
+            self._enter(engine, lane, pieces.at(float(time), forwards))
+
+    def repeat(self, busy: int, idle: int) -> None:
+        """Let a lane follow another one."""
+        self._members[idle], self._piece[idle] = self._members[busy], self._piece[busy]
+
+    @property
+    def _sign(self) -> int:
+        return 1 if self._forwards else -1
+
+    # ------------------------------------------------------------------ events
+
+    # The engine copies what it is given, but for plain functions.
+
+    def _entering(self) -> Callable[..., bool]:
+        def entered(engine: Any, _: int, lane: int = 0) -> bool:
+            self._enter(engine, lane, self._piece[lane] + self._sign)
+            return True
+
+        return entered
+
+    def _crossing(self, number: int) -> Callable[..., bool]:
+        def crossed(engine: Any, slope: int, lane: int = 0) -> bool:
+            self._set_conditions(engine, lane)
+            if not slope:
+                return True
+            holds = (slope < 0) == self._forwards
+            _lane(engine.pars, lane)[self._places[number]] = holds
+            onwards = self._values_of_functions(engine, lane)[number + len(self._places)] * self._sign
+            return not (onwards > 0 if holds else onwards < 0)
+
+        return crossed
+
+    def _enter(self, engine: Any, lane: int, piece: int) -> None:
+        """Let a lane go on in a piece; beyond the last one, in that."""
+        knots = self._pieces.knots
+        self._piece[lane] = inside = min(max(piece, 1), max(knots.size - 1, 1))
+        constants = np.array(self._pieces.values(inside, self._members[lane]))
+        _lane(engine.pars, lane)[self._fixed] = constants[self._fixed]
+        if self._knot is not None:
+            end = knots[inside if self._forwards else inside - 1]
+            far = (knots[-1] - knots[0]) * self._sign
+            _lane(engine.pars, lane)[self._knot] = end if inside == piece else end + far
+        self._set_conditions(engine, lane)
+
+    def _set_conditions(self, engine: Any, lane: int) -> None:
+        """Set each condition by the sign of its function, at a zero by that of the derivative."""
+        for i, place in enumerate(self._places):
+            values = self._values_of_functions(engine, lane)
+            value, rate = values[i], values[i + len(self._places)] * self._sign
+            time, step = (abs(float(np.ravel(part)[lane])) for part in (engine.time, engine.last_h))
+            at_zero = abs(value) <= AT_ONCE * max(time, step) * abs(rate)
+            _lane(engine.pars, lane)[place] = (rate if at_zero else value) < 0
+
+    def _values_of_functions(self, engine: Any, lane: int) -> Any:
+        """Return the functions of the conditions, then their derivatives."""
+        state, pars = (_lane(part, lane) for part in (engine.state, engine.pars))
+        look: Any = self._look
+        return look(np.append(state, np.ravel(engine.time)[lane]), pars=np.ascontiguousarray(pars[: look.nparams]))
+
+
+def _lane(array: NDArray[Any], lane: int) -> NDArray[Any]:
+    """Return a view of what is one lane's."""
+    return array[:, lane] if array.ndim > 1 else array
+
+
+def _with_rates(functions: list[Any], symbols: list[Any], equations: list[Any], kind: Any) -> Any:
+    """Return compiled functions of the variables and the time, followed by their derivatives along the motion."""
+    time = hy.expression("time")
+    functions, equations = (hy.subs(part, {hy.time: time}) for part in (functions, equations))
+    variables, slopes = [*symbols, time], [*equations, hy.expression(1.0)]
+    rates = [hy.sum([hy.diff(f, x) * slope for x, slope in zip(variables, slopes, strict=True)]) for f in functions]
+    return hy.cfunc([*functions, *rates], vars=variables, fp_type=kind)
+
+
+def event_class(lanes: int, kind: Any) -> Any:
+    """Return the engine's class of terminal events for lanes and a kind of numbers."""
+    if lanes > 1:
+        return hy.t_event_batch_dbl
+    classes = {np.float64: hy.t_event_dbl, np.longdouble: hy.t_event_ldbl}
+    return classes.get(kind) or hy.t_event_f128

@@ -1,0 +1,346 @@
+"""Orbits known by numbers: a polynomial between each two knots, and a kernel that stops at every knot."""
+
+from __future__ import annotations
+
+import itertools
+import operator
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot import functions
+from poinsot.errors import real_array, real_numbers, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.mechanics.dual import partial, seeded
+from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.parameters import Table
+from poinsot.mechanics.sky import Orbit
+from poinsot.orbits import pieces
+
+if TYPE_CHECKING:
+    from poinsot.mechanics.calendar import Calendar
+
+__all__ = ["Ephemeris", "EphemerisFrame", "PolynomialArc"]
+
+Array = NDArray[np.float64]
+
+
+class PolynomialArc(Orbit):
+    """One piece of an ephemeris: a polynomial of s, the time less the middle over half the length of the piece.
+
+    Parameters
+    ----------
+    terms : int
+    mu, middle, half_length : float
+        Gravitational parameter; the time in the middle of the piece, and half its length.
+    coefficients : array (3, terms)
+        Of the powers of s, from the constant on, in the components of the position, space axes.
+    """
+
+    terms: int
+    mu: float
+    middle: float
+    half_length: float
+    coefficients: Annotated[Any, (3, "terms")]
+
+    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        s = (time - self.middle) / self.half_length
+        powers = list(itertools.accumulate([s] * (self.terms - 1), operator.mul))
+        rows = [self.coefficients[i] for i in range(3)]
+        return functions.Vector(sum((c * x for c, x in zip(row[1:], powers, strict=True)), row[0]) for row in rows)
+
+    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        (moving,) = seeded([time], "arc")
+        return functions.Vector(partial(component, "arc", 0) for component in self.position_at(moving))
+
+
+class _Pieces(Table):
+    """What an ephemeris is made of."""
+
+    def __init__(self, knots: Array, coefficients: Array, error: float, labels: tuple[str, str, Any]) -> None:
+        self.knots, self.coefficients, self.error = knots, coefficients, error
+        self.reference_frame, self.origin, self.calendar = labels
+        self.middles, self.half_lengths = 0.5 * (knots[1:] + knots[:-1]), 0.5 * np.diff(knots)
+        ends = [
+            pieces.values(coefficients, self.half_lengths, np.full(len(self.middles), end), order)
+            for order in (0, 1)
+            for end in (1.0, -1.0)
+        ]
+        self.position_jump, self.velocity_jump = (
+            float(np.max(np.linalg.norm(before[:-1] - after[1:], axis=-1), initial=0.0))
+            for before, after in (ends[:2], ends[2:])
+        )
+
+
+class Ephemeris(Orbit):
+    """The orbit of the body about an attractor from a table or from any function of time, as piecewise polynomials.
+
+    `Ephemeris.fit` takes a function, `Ephemeris.from_table` positions and velocities. In a kernel the polynomial of
+    the current piece is made of runtime parameters, and the integration stops at each knot.
+
+    Attributes
+    ----------
+    mu : float
+        Gravitational parameter of the attractor, length cubed over time squared.
+    span : (float, float)
+        The first and the last time for which it is known.
+    knots : array (n + 1,)
+    error : float
+        The largest estimated difference to the function, or to what lies between the rows of the table; length.
+        NaN for a table too short to tell.
+    position_jump, velocity_jump : float
+        The largest jump at a knot, length and length over time.
+    reference_frame, origin : str
+        The space axes and the attractor, as their source names them.
+    calendar : Calendar or None
+        What the times mean, where the source has dates.
+    """
+
+    mu: float
+    pieces: _Pieces
+
+    @classmethod
+    def fit(
+        cls,
+        mu: float,
+        position: Callable[[Array], ArrayLike],
+        start: float,
+        stop: float,
+        *,
+        tolerance: float = 1e-13,
+        reference_frame: str = "space axes",
+        origin: str = "attractor",
+        calendar: Calendar | None = None,
+    ) -> Ephemeris:
+        """Return the ephemeris of a function of time between two times.
+
+        Pieces are halved until the polynomials, of degree 12, are right at times between those that made them, or
+        until only the rounding of the function is left.
+
+        Parameters
+        ----------
+        mu : float
+        position : callable
+            Times, shape (n,), to the positions of the body from the attractor, space axes, shape (n, 3).
+        start, stop : float
+        tolerance : float
+            The error to reach, relative to the distance.
+        reference_frame, origin, calendar
+            As the attributes.
+
+        Raises
+        ------
+        ValueError
+            If the times do not rise, or the function returns another shape or numbers that are not finite.
+        """
+        first, last = (float(real_array(name, t, ())) for name, t in (("start", start), ("stop", stop)))
+        if not first < last:
+            raise ValueError(f"stop must be after start, but start = {first:.10g} and stop = {last:.10g} came.")
+
+        def positions(times: Array) -> Array:
+            return real_array("position(times)", position(times), (times.size, 3))
+
+        knots, coefficients, error = pieces.fitted(positions, first, last, tolerance)
+        return cls(mu, _Pieces(knots, coefficients, error, (reference_frame, origin, calendar)))
+
+    @classmethod
+    def from_table(
+        cls,
+        mu: float,
+        times: ArrayLike,
+        positions: ArrayLike,
+        velocities: ArrayLike,
+        *,
+        reference_frame: str = "space axes",
+        origin: str = "attractor",
+        calendar: Calendar | None = None,
+    ) -> Ephemeris:
+        """Return the ephemeris of a table, by Hermite's interpolation through 2, 4 or 6 rows around each interval.
+
+        The number of rows is the one that agrees best with two rows more, and the difference is the `error`.
+        Positions and velocities are those of the table at its times, so that both are continuous.
+
+        Parameters
+        ----------
+        mu : float
+        times : array (n,)
+            Strictly rising.
+        positions, velocities : array (n, 3)
+            Of the body from the attractor, space axes.
+        reference_frame, origin, calendar
+            As the attributes.
+
+        Raises
+        ------
+        ValueError
+            If the times do not rise, have a gap, or the shapes do not match.
+        """
+        t = real_array("times", times, (None,))
+        r = real_array("positions", positions, (t.size, 3))
+        v = real_array("velocities", velocities, (t.size, 3))
+        _check_times(t)
+        coefficients, error = pieces.interpolated(t, r, v)
+        return cls(mu, _Pieces(t, coefficients, error, (reference_frame, origin, calendar)))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_nonpositive("mu", self.mu)
+
+    def __repr__(self) -> str:
+        first, last = self.span
+        return (
+            f"Ephemeris(mu={float(self.mu)!r}, {len(self.knots) - 1} pieces over [{first:.10g}, {last:.10g}], "
+            f"{self.reference_frame}, origin {self.origin}, error {self.error:.2g}, jumps {self.position_jump:.2g} and "
+            f"{self.velocity_jump:.2g})"
+        )
+
+    # ------------------------------------------------------------------ what it says of itself
+
+    @property
+    def knots(self) -> Array:
+        """The times at which one polynomial follows another, the first and the last time included."""
+        return self.pieces.knots
+
+    @property
+    def span(self) -> tuple[float, float]:  # noqa: D102
+        return float(self.knots[0]), float(self.knots[-1])
+
+    @property
+    def error(self) -> float:
+        """The largest estimated error of a position."""
+        return self.pieces.error
+
+    @property
+    def position_jump(self) -> float:
+        """The largest jump of the position at a knot."""
+        return self.pieces.position_jump
+
+    @property
+    def velocity_jump(self) -> float:
+        """The largest jump of the velocity at a knot."""
+        return self.pieces.velocity_jump
+
+    @property
+    def reference_frame(self) -> str:  # noqa: D102
+        return self.pieces.reference_frame
+
+    @property
+    def origin(self) -> str:  # noqa: D102
+        return self.pieces.origin
+
+    @property
+    def calendar(self) -> Calendar | None:  # noqa: D102
+        calendar: Calendar | None = self.pieces.calendar
+        return calendar
+
+    @property
+    def frame(self) -> EphemerisFrame:
+        """The moving axes radial (away from the attractor), transverse (forward), normal."""
+        return EphemerisFrame(self)
+
+    @property
+    def sample_time(self) -> float:  # noqa: D102
+        return float(self.pieces.middles[len(self.pieces.middles) // 2])
+
+    # ------------------------------------------------------------------ motion
+
+    def between_knots(self, time: ArrayLike) -> PolynomialArc:  # type: ignore[override]
+        """Return the piece around a time; of an array of times, all of theirs side by side."""
+        table, i = self.pieces, self._piece(np.clip(time, *self.span))
+        coefficients = pieces.powers(table.coefficients[i])
+        fields = {"mu": self.mu, "middle": table.middles[i], "half_length": table.half_lengths[i]}
+        return PolynomialArc.unchecked(terms=coefficients.shape[-1], **fields, coefficients=coefficients)
+
+    def position_at(self, time: Scalar) -> functions.Vector:
+        """Return the components of the position; the time is a number, an array, or one with derivatives."""
+        here = getattr(time, "value", time)
+        position = self._derivative(here, 0)
+        return position if here is time else functions.Vector(position + self._derivative(here, 1) * (time - here))
+
+    def velocity_at(self, time: Scalar) -> functions.Vector:
+        """Return the components of the velocity."""
+        return self._derivative(time, 1)
+
+    def acceleration_at(self, time: Scalar) -> functions.Vector:
+        """Return the components of the second derivative of the position, which may jump at knots."""
+        return self._derivative(time, 2)
+
+    def _derivative(self, time: Any, order: int) -> functions.Vector:
+        t, table = real_numbers("time", time), self.pieces
+        i = self._piece(t)
+        s = (t - table.middles[i]) / table.half_lengths[i]
+        values = pieces.values(table.coefficients[i], table.half_lengths[i], s, order)
+        return functions.Vector(np.moveaxis(values, -1, 0))
+
+    def _piece(self, time: Array) -> NDArray[np.int_]:
+        first, last = self.span
+        outside = time[(time < first) | (time > last)]
+        if outside.size:
+            raise ValueError(
+                f"time must lie within the span of the ephemeris, [{first:.10g}, {last:.10g}], but "
+                f"{outside.flat[0]:.10g} came."
+            )
+        return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
+
+
+class EphemerisFrame(Frame):
+    """Radial (away from the attractor), transverse (forward), normal to position and velocity, along an ephemeris.
+
+    Along an array of times the quaternion does not jump.
+    """
+
+    def __init__(self, orbit: Ephemeris) -> None:
+        self.orbit = orbit
+
+    def quaternion(self, time: ArrayLike) -> Array:  # noqa: D102
+        q = quaternion_from_matrix(np.stack(self._axes(time), axis=-1))
+        if q.ndim > 1:
+            same = quat.dot(q[1:], q[:-1]) >= 0
+            q[1:] *= np.cumprod(np.where(same, 1, -1))[:, None]
+        return q
+
+    def omega_space(self, time: ArrayLike) -> Array:
+        """Return h/r^2 along the normal, and r (a . normal)/h along the radius, with which the plane turns."""
+        r, v, a = (np.stack(list(part(time)), axis=-1) for part in self._derivatives)
+        radial, _, normal = self._axes(time)
+        distance, h = (np.linalg.norm(x, axis=-1, keepdims=True) for x in (r, np.cross(r, v)))
+        across = np.sum(a * normal, axis=-1, keepdims=True)
+        return np.asarray(h / distance**2 * normal + distance * across / h * radial)
+
+    @property
+    def _derivatives(self) -> tuple[Callable[[Any], functions.Vector], ...]:
+        return self.orbit.position_at, self.orbit.velocity_at, self.orbit.acceleration_at
+
+    def _axes(self, time: ArrayLike) -> tuple[Array, Array, Array]:
+        r, v = (np.stack(list(part(time)), axis=-1) for part in self._derivatives[:2])
+        radial, normal = (x / np.linalg.norm(x, axis=-1, keepdims=True) for x in (r, np.cross(r, v)))
+        return radial, np.cross(normal, radial), normal
+
+
+GAP = 4
+"""An interval that is longer than this times both its neighbours is a gap."""
+
+
+def _check_times(t: Array) -> None:
+    if t.size < 2:
+        raise ValueError(f"times must be two or more, but {t.size} came.")
+    steps = np.diff(t)
+    if np.any(steps <= 0):
+        i = int(np.argmax(steps <= 0))
+        raise ValueError(
+            f"times must rise strictly, but times[{i}] = {t[i]:.17g} and times[{i + 1}] = {t[i + 1]:.17g} came. "
+            "Sort the rows, and keep one of each time."
+        )
+    if steps.size == 1:
+        return
+    neighbours = np.maximum(np.append(steps[1:], steps[-2:-1]), np.append(steps[1:2], steps[:-1]))
+    if np.any(steps > GAP * neighbours):
+        i = int(np.argmax(steps / neighbours))
+        raise ValueError(
+            f"times must have no gaps, but {steps[i]:.6g} lie between times[{i}] = {t[i]:.10g} and the next, "
+            f"{steps[i] / neighbours[i]:.3g} times the intervals beside. Make a table of each part."
+        )

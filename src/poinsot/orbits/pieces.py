@@ -1,0 +1,167 @@
+"""Piecewise polynomials of vectors: made of functions and tables, and evaluated.
+
+A piece is a row of Chebyshev coefficients, shape (3, terms), of s in [-1, 1].
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+__all__ = ["fitted", "interpolated", "powers", "values"]
+
+Array = NDArray[np.float64]
+
+DEGREE = 12
+"""Of fits. In a kernel a degree costs a product of series for each component, and a knot some ten microseconds."""
+
+CHECKS = np.array([-0.985, -0.83, -0.62, -0.31, -0.07, 0.19, 0.43, 0.71, 0.9, 0.993])
+ROUNDING = 1e-10
+"""Below this a fit that halving does not improve is left with the rounding of its function."""
+IMPROVEMENT = 8
+HALVINGS = 40
+MOST_PIECES = 200_000
+BLOCK = 4096
+ROWS = (2, 4, 6)
+
+
+def values(coefficients: Array, half_lengths: Array, s: Array, order: int) -> Array:
+    """Return the derivatives of an order with respect to time at one s in each piece, shape (..., 3)."""
+    derived: Array = np.asarray(chebyshev.chebder(coefficients, order, axis=-1))
+    polynomials = chebyshev.chebvander(s, derived.shape[-1] - 1)
+    return np.asarray(np.einsum("...ik,...k->...i", derived, polynomials) / half_lengths[..., None] ** order)
+
+
+def powers(coefficients: Array) -> Array:
+    """Return the coefficients of the powers of s, shape (3, terms), from those of Chebyshev's polynomials.
+
+    No digits are lost where these fall off faster than the powers of two, as in a piece that its polynomial fits.
+    """
+    return np.asarray(coefficients @ _powers_of_chebyshev(coefficients.shape[-1]))
+
+
+@functools.cache
+def _powers_of_chebyshev(terms: int) -> Array:
+    """Return the coefficients of the powers in each polynomial, one row each."""
+    return np.stack(
+        [np.pad(chebyshev.cheb2poly(row[: k + 1]), (0, terms - 1 - k)) for k, row in enumerate(np.eye(terms))]
+    )
+
+
+def fitted(
+    position: Callable[[Array], Array], start: float, stop: float, tolerance: float
+) -> tuple[Array, Array, float]:
+    """Return knots, coefficients and largest error of a function, in pieces halved until it is met.
+
+    Parameters
+    ----------
+    position : callable
+        Times (n,) to positions (n, 3).
+    start, stop : float
+    tolerance : float
+        Relative to the largest distance in a piece.
+
+    Raises
+    ------
+    ValueError
+        If it takes too many pieces.
+    """
+    left, right, before = np.array([start]), np.array([stop]), np.array([np.inf])
+    done: list[tuple[Array, Array, Array]] = []
+    for halving in range(HALVINGS + 1):
+        coefficients, error, size = _fits(position, left, right)
+        good = (error <= tolerance * size) | ((error > before / IMPROVEMENT) & (error <= ROUNDING * size))
+        good |= (halving == HALVINGS) | (0.5 * (right - left) <= 4 * np.spacing(np.maximum(abs(left), abs(right))))
+        done.append((left[good], coefficients[good], error[good]))
+        if np.all(good):
+            break
+        if sum(len(part[0]) for part in done) + 2 * np.sum(~good) > MOST_PIECES:
+            raise ValueError(
+                f"start and stop must be so near that {MOST_PIECES} polynomials suffice, but "
+                f"[{start:.10g}, {stop:.10g}] came. Shorten the span, or loosen the tolerance."
+            )
+        middle = 0.5 * (left[~good] + right[~good])
+        left, right = np.concatenate([left[~good], middle]), np.concatenate([middle, right[~good]])
+        before = np.tile(error[~good], 2)
+    left, coefficients, error = (np.concatenate(parts) for parts in zip(*done, strict=True))
+    order = np.argsort(left)
+    return np.append(left[order], stop), coefficients[order], float(np.max(error))
+
+
+def _fits(position: Callable[[Array], Array], left: Array, right: Array) -> tuple[Array, Array, Array]:
+    """Return the coefficients of the pieces, their errors at times between, and the largest distances."""
+    nodes = _nodes(DEGREE + 1)
+    s = np.concatenate([nodes, CHECKS])
+    times = 0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * s
+    times[:, 0], times[:, nodes.size - 1] = left, right
+    found = position(times.ravel()).reshape(*times.shape, 3)
+    coefficients = _through(found[:, : nodes.size])
+    between = np.einsum("nik,sk->nsi", coefficients, chebyshev.chebvander(CHECKS, DEGREE))
+    error = np.linalg.norm(between - found[:, nodes.size :], axis=-1).max(axis=-1)
+    return coefficients, error, np.linalg.norm(found, axis=-1).max(axis=-1)
+
+
+def interpolated(times: Array, positions: Array, velocities: Array) -> tuple[Array, float]:
+    """Return the coefficients (n - 1, 3, terms) between the rows of a table, and the estimated error.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two rows.
+    """
+    best: tuple[Array, float] | None = None
+    for rows in ROWS:
+        if rows > times.size:
+            break
+        coefficients = _hermite(times, positions, velocities, rows)
+        if rows + 1 > times.size:
+            return best or (coefficients, np.nan)
+        finer = _hermite(times, positions, velocities, min(rows + 2, times.size))
+        error = float(np.max(np.linalg.norm(_at_checks(coefficients) - _at_checks(finer), axis=-1)))
+        if best is None or error < best[1]:
+            best = coefficients, error
+    assert best is not None  # noqa: S101
+    return best
+
+
+def _hermite(times: Array, positions: Array, velocities: Array, rows: int) -> Array:
+    """Return the coefficients of each interval, from the rows around it with their derivatives."""
+    count = times.size - 1
+    coefficients = np.empty((count, 3, 2 * rows))
+    for first in range(0, count, BLOCK):
+        interval = np.arange(first, min(first + BLOCK, count))
+        around = np.clip(interval - rows // 2 + 1, 0, times.size - rows)[:, None] + np.arange(rows)
+        coefficients[interval] = _hermite_block(times[around], positions[around], velocities[around], times, interval)
+    return coefficients
+
+
+def _hermite_block(t: Array, r: Array, v: Array, times: Array, interval: NDArray[np.int_]) -> Array:
+    middle, half = 0.5 * (t[:, :1] + t[:, -1:]), 0.5 * (t[:, -1:] - t[:, :1])
+    degree = 2 * t.shape[1] - 1
+    s = (t - middle) / half
+    slopes = np.moveaxis(chebyshev.chebval(s, chebyshev.chebder(np.eye(degree + 1), axis=0)), 0, -1)
+    matrix = np.concatenate([chebyshev.chebvander(s, degree), slopes], axis=1)
+    wide = np.linalg.solve(matrix, np.concatenate([r, v * half[..., None]], axis=1))
+    ends = (times[interval][:, None] - middle, times[interval + 1][:, None] - middle)
+    near = 0.5 * ((ends[1] + ends[0]) + (ends[1] - ends[0]) * _nodes(degree + 1)) / half
+    return _through(np.einsum("nsk,nki->nsi", chebyshev.chebvander(near, degree), wide))
+
+
+def _nodes(count: int) -> Array:
+    """Return the extrema of a Chebyshev polynomial, from -1 to 1, both ends exact."""
+    nodes = -np.cos(np.pi * np.arange(count) / (count - 1))
+    return np.asarray(0.5 * (nodes - nodes[::-1]))
+
+
+def _through(samples: Array) -> Array:
+    """Return the coefficients (n, 3, count) of polynomials through values at the nodes, (n, count, 3)."""
+    inverse = np.linalg.inv(chebyshev.chebvander(_nodes(samples.shape[1]), samples.shape[1] - 1))
+    return np.asarray(np.einsum("ks,nsi->nik", inverse, samples))
+
+
+def _at_checks(coefficients: Array) -> Array:
+    return np.asarray(np.einsum("nik,sk->nsi", coefficients, chebyshev.chebvander(CHECKS, coefficients.shape[-1] - 1)))

@@ -1,0 +1,163 @@
+"""Formulas that branch on the way: the integrator stops at each branch, and goes on in the other one."""
+
+# ruff: noqa: ARG002
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot import functions as fn
+
+BODY = pt.Body((2.0, 3.0, 4.0))
+TIMES = np.array([0, 0.5, 1.0, 1.7, 2.5, 3.0, 10.0])
+
+
+class Thruster(pt.Torque):
+    """A constant torque between two times."""
+
+    size: pt.Vector
+    on: float
+    off: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        burns = fn.where(fn.less(sky.time, self.on), 0.0, fn.where(fn.less(sky.time, self.off), 1.0, 0.0))
+        return burns * fn.Vector(self.size)
+
+
+class BangBang(pt.Torque):
+    """A torque about the third axis against the angle from the first space axis."""
+
+    size: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        _, sine, _ = attitude.to_body((-1, 0, 0))
+        return fn.Vector((0.0, 0.0, self.size * fn.where(fn.less(sine, 0.0), 1.0, -1.0)))
+
+
+class Ridge(pt.Potential):
+    """An energy with a corner: |first component of the third body axis| times a strength."""
+
+    strength: float
+
+    def energy(self, body, attitude, sky):
+        x, _, _ = attitude.to_space((0, 0, 1))
+        return self.strength * fn.where(fn.less(x, 0.0), -x, x)
+
+
+class Friction(pt.Torque):
+    """Dry friction about the third axis."""
+
+    size: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        return fn.Vector((0.0, 0.0, self.size * fn.where(fn.less(omega_body[2], 0.0), 1.0, -1.0)))
+
+
+class Shadow(pt.Torque):
+    """A torque about the third axis where a planet does not hide the first space axis: a cylinder of a radius."""
+
+    orbit: pt.Orbit
+    radius: float
+    size: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        x, y, z = sky.position(self.orbit)
+        lit = fn.where(fn.less(0.0, x), 1.0, fn.where(fn.less(self.radius**2, y * y + z * z), 1.0, 0.0))
+        return fn.Vector((0.0, 0.0, self.size * lit))
+
+
+def rate(times, on=1.0, off=2.5):
+    return 0.1 + 0.5 / 4 * np.clip(times - on, 0, off - on)
+
+
+THRUSTED = pt.System(BODY, Thruster((0, 0, 0.5), 1.0, 2.5))
+
+
+@pytest.mark.parametrize("start", [0.0, 0.7, 1.0, 2.0, 2.5, 10.0])
+@pytest.mark.parametrize(
+    "ways",
+    [{}, {"dense": True}, {"formulation": "canonical"}, {"precision": "extended"}],
+    ids=lambda ways: "-".join(map(str, ways.values())),
+)
+def test_a_thrust_arc_is_exact_from_any_time_both_ways(start, ways):
+    state = BODY.state((1, 0, 0, 0), omega_body=(0, 0, rate(start)), time=start)
+    motion = pt.propagate(THRUSTED, state, TIMES, **ways)
+    assert np.max(np.abs(motion.omega_body[:, 2] - rate(TIMES))) < 4e-16
+    if "dense" in ways:
+        between = np.linspace(0, 10, 101)
+        assert np.max(np.abs(motion(between).angular_momentum_body[:, 2] / 4 - rate(between))) < 4e-16
+
+
+def test_the_angle_is_the_integral_of_the_rate():
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0.1))
+    motion = pt.propagate(THRUSTED, start, [10.0])
+    angle = 0.1 * 10 + 0.125 * (1.5**2 / 2 + 1.5 * 7.5)
+    expected = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
+    assert np.max(np.abs(motion.quaternion[0] - expected)) < 1e-15
+
+
+def test_members_switch_each_at_its_own_time():
+    on = np.linspace(0.5, 3, 21)
+    system = pt.System(BODY, Thruster(np.tile([0, 0, 0.5], (21, 1)), on, on + 1.5))
+    motion = pt.propagate(system, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0.1)), TIMES)
+    assert np.max(np.abs(motion.omega_body[..., 2] - rate(TIMES, on[:, None], on[:, None] + 1.5))) < 4e-16
+
+
+def test_switches_of_several_forces_at_one_time():
+    up, down = Thruster((0, 0, 0.5), 0.1 + 0.2, 1.0), Thruster((0, 0, -0.3), 0.3, 1.0)
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0.1))
+    for system in (pt.System(BODY, up, down), pt.System(BODY, down, up)):
+        motion = pt.propagate(system, start, [0.2, 0.3, 0.65, 1.0, 2.0])
+        assert np.allclose(motion.omega_body[:, 2], 0.1 + 0.05 * np.array([0, 0, 0.35, 0.7, 0.7]), rtol=0, atol=1e-15)
+
+
+def test_a_branch_in_the_attitude():
+    acceleration, start = 0.1, 0.6  # theta'' = -a sign(theta): parabolas
+    quarter = np.sqrt(2 * start / acceleration)
+    times = np.linspace(0, 60 * quarter, 97)
+    state = BODY.state((np.cos(start / 2), 0, 0, np.sin(start / 2)), omega_body=(0, 0, 0))
+    motion = pt.propagate(pt.System(BODY, BangBang(4 * acceleration)), state, times)
+    angle = 2 * np.arctan2(motion.quaternion[:, 3], motion.quaternion[:, 0])
+    phase = np.mod(times / quarter, 4)
+    expected = np.where(phase < 1, 1 - phase**2, np.where(phase < 3, (phase - 2) ** 2 - 1, 1 - (phase - 4) ** 2))
+    assert np.max(np.abs(angle - start * expected)) < 2e-13
+
+
+def test_energy_is_kept_across_the_corner_of_a_potential():
+    system = pt.System(BODY, Ridge(0.7))
+    motion = pt.propagate(
+        system, BODY.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.3, 0.2, 0.1)), np.linspace(0, 100, 201)
+    )
+    x = motion.attitude.as_matrix()[:, 0, 2]
+    assert np.sum(x[1:] * x[:-1] < 0) > 20
+    assert np.max(np.abs(motion.drift["energy"])) < 2e-14
+
+
+def test_a_run_that_a_switch_holds_stops_with_what_was_computed():
+    state = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0.5))
+    with pytest.raises(pt.PropagationError, match=r"stopped at t = 5 of 10: the branches of a `where` lead back"):
+        pt.propagate(pt.System(BODY, Friction(0.4)), state, np.linspace(0, 10, 11))
+    motion = pt.propagate(pt.System(BODY, Friction([0.4, 0.01])), state, np.linspace(0, 10, 11))
+    assert list(motion.failures) == [0]
+    assert np.allclose(motion.omega_body[0, :5, 2], 0.5 - 0.1 * np.arange(5), atol=1e-15)
+    assert np.allclose(motion.omega_body[1, :, 2], 0.5 - 0.0025 * np.arange(11), atol=1e-15)
+
+
+def test_the_shadow_of_a_planet():
+    orbit = pt.KeplerOrbit(1.0, 2.0, 0.0, 0.0, 0.0, 0.0)  # a circle of radius 2 about a planet of radius 1
+    n = orbit.mean_motion
+    system = pt.System(BODY, Shadow(orbit, 1.0, 0.4))
+    motion = pt.propagate(system, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [2 * np.pi / n, 200 * np.pi / n])
+    lit = (2 * np.pi - np.pi / 3) / n  # sin(half the angle in the dark) = 1/2
+    assert np.max(np.abs(motion.omega_body[:, 2] / (0.1 * lit * np.array([1, 100])) - 1)) < 2e-13
+
+
+def test_a_parameter_that_branches_needs_no_switch():
+    class Either(pt.Torque):
+        size: float
+
+        def torque(self, body, attitude, omega_body, sky):
+            return fn.Vector((0.0, 0.0, fn.where(fn.less(self.size, 0.0), 0.4, self.size)))
+
+    motion = pt.propagate(pt.System(BODY, Either([-1.0, 0.8])), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [1.0])
+    assert np.allclose(motion.omega_body[:, 0, 2], [0.1, 0.2], atol=1e-16)

@@ -1,0 +1,235 @@
+"""Orbits from tables and functions: polynomials between knots, at each of which a kernel stops."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+KEPLER = pt.KeplerOrbit(398600.4418, 7000.0, 0.1, 0.9, 0.3, 0.5, 0.2)
+T = KEPLER.period
+BODY = pt.Body((400.0, 500.0, 600.0))
+ROUNDING = 4 * np.spacing(6 * T) * 8.3  # of a time, in kilometres of the way: 2.4e-10
+START = BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.0, 0.001))
+
+
+def place(times):
+    return np.stack(list(KEPLER.position_at(times)), axis=-1)
+
+
+def speed(times):
+    return np.stack(list(KEPLER.velocity_at(times)), axis=-1)
+
+
+def table(rows):
+    return pt.Ephemeris.from_table(KEPLER.mu, rows, place(rows), speed(rows))
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return pt.Ephemeris.fit(KEPLER.mu, place, -T, 6 * T)
+
+
+@pytest.fixture(scope="module")
+def tabulated():
+    return table(np.linspace(-T, 6 * T, 701))
+
+
+def apart(ephemeris, first=-T, last=6 * T):
+    """The largest errors of position and velocity."""
+    times = np.linspace(first, last, 20011)
+    return (
+        np.max(np.linalg.norm(np.stack(list(got), axis=-1) - expected, axis=-1))
+        for got, expected in (
+            (ephemeris.position_at(times), place(times)),
+            (ephemeris.velocity_at(times), speed(times)),
+        )
+    )
+
+
+def test_a_fit_is_right_to_its_tolerance_and_says_its_error(fitted):
+    position, velocity = apart(fitted)
+    assert position < 1e-13 * 7700 * 2
+    assert fitted.error / 3 < position < 3 * fitted.error
+    assert velocity < 1e-10
+    assert fitted.position_jump < 2e-11
+    assert fitted.velocity_jump < 2e-10
+
+
+def test_a_looser_fit_has_fewer_pieces(fitted):
+    loose = pt.Ephemeris.fit(KEPLER.mu, place, -T, 6 * T, tolerance=1e-6)
+    assert len(loose.knots) < 0.4 * len(fitted.knots)
+    position, _ = apart(loose)
+    assert loose.error / 3 < position < 3 * loose.error < 3e-6 * 7700
+
+
+@pytest.mark.parametrize(("rows", "bound"), [(71, 1.0), (141, 1e-2), (351, 1e-5), (701, 2e-9), (7001, 4e-11)])
+def test_a_table_says_its_error(rows, bound):
+    ephemeris = table(np.linspace(-T, 6 * T, rows))
+    position, _ = apart(ephemeris)
+    assert position < bound
+    assert position / 3 < ephemeris.error + ROUNDING < 30 * position
+
+
+def test_a_table_keeps_its_rows(tabulated):
+    rows = np.linspace(-T, 6 * T, 701)
+    assert np.max(np.abs(np.stack(list(tabulated.position_at(rows)), axis=-1) - place(rows))) < ROUNDING
+    assert np.max(np.abs(np.stack(list(tabulated.velocity_at(rows)), axis=-1) - speed(rows))) < 4e-11
+    assert tabulated.position_jump < 2e-11
+
+
+def test_the_noise_of_a_table_is_its_error(rng):
+    rows = np.linspace(-T, 6 * T, 701)
+    noisy = pt.Ephemeris.from_table(KEPLER.mu, rows, place(rows) + 1e-3 * rng.normal(size=(701, 3)), speed(rows))
+    assert 2e-4 < noisy.error < 2e-2
+
+
+def test_two_rows_make_a_cubic_of_unknown_error():
+    ephemeris = table(np.array([0.0, 60.0]))
+    assert np.isnan(ephemeris.error)
+    position, _ = apart(ephemeris, 0, 60)
+    assert position < 1e-3
+
+
+def test_a_kink_is_found_between_two_knots():
+    def bent(times):
+        return np.stack([10 + np.abs(times - 1 / 3), 0 * times, 0 * times], axis=-1)
+
+    ephemeris = pt.Ephemeris.fit(1.0, bent, 0.0, 1.0)
+    assert np.min(np.abs(ephemeris.knots - 1 / 3)) < 1e-8
+    x, _, _ = ephemeris.position_at(np.array([0.2, 1 / 3, 0.9]))
+    assert np.max(np.abs(x - [10 + 2 / 15, 10, 10 + 17 / 30])) < 4 * ephemeris.error < 4e-9
+
+
+def test_velocity_and_acceleration_are_derivatives(fitted):
+    times, h = np.linspace(0, T, 101), 1e-2
+    for derived, of in ((fitted.velocity_at, fitted.position_at), (fitted.acceleration_at, fitted.velocity_at)):
+        difference = (np.array(list(of(times + h))) - np.array(list(of(times - h)))) / (2 * h)
+        assert np.allclose(np.array(list(derived(times))), difference, rtol=0, atol=1e-7)
+    pull = np.stack(list(fitted.acceleration_at(times)), axis=-1)
+    distance = np.linalg.norm(place(times), axis=-1, keepdims=True)
+    assert np.max(np.abs(pull + KEPLER.mu * place(times) / distance**3)) < 1e-9
+
+
+def test_its_frame_is_that_of_the_orbit(fitted):
+    times = np.linspace(-T, 6 * T, 1001)
+    q, expected = fitted.frame.quaternion(times), KEPLER.frame.quaternion(times)
+    assert np.max(np.abs(np.abs(np.sum(q * expected, axis=-1)) - 1)) < 1e-14
+    assert np.min(np.sum(q[1:] * q[:-1], axis=-1)) > 0.9
+    assert np.max(np.abs(fitted.frame.omega_space(times) - KEPLER.frame.omega_space(times))) < 1e-13
+
+
+def test_the_frame_of_a_plane_that_turns():
+    n, node = 1.0, 0.13
+    ellipse = pt.KeplerOrbit(1.0, 1.0, 0.2, 0.7, 0.3, 0.5)
+    orbit = pt.PrecessingOrbit(ellipse, node_rate=node)
+    found = pt.Ephemeris.fit(1.0, lambda t: np.stack(list(orbit.position_at(t)), axis=-1), 0, 20)
+    h, times = 1e-5, np.linspace(1, 19, 40) / n
+    ahead, behind = found.frame.attitude(times + h), found.frame.attitude(times - h)
+    turned = (ahead * behind.inv()).as_rotvec() / (2 * h)
+    assert np.max(np.abs(turned - found.frame.omega_space(times))) < 1e-9
+
+
+@pytest.mark.parametrize("kind", ["fitted", "tabulated"])
+@pytest.mark.parametrize("ways", [{}, {"dense": True}, {"precision": "extended"}], ids=["double", "dense", "extended"])
+def test_a_run_stops_at_knots(kind, ways, request):
+    ephemeris = request.getfixturevalue(kind)
+    times = np.linspace(-T, 6 * T, 71)
+    expected = pt.propagate(pt.System(BODY, pt.GravityGradient(KEPLER)), START, times, precision="extended")
+    motion = pt.propagate(pt.System(BODY, pt.GravityGradient(ephemeris)), START, times, **ways)
+    assert np.max(np.abs(motion.quaternion - expected.quaternion)) < 3e-11
+    assert motion.run.steps >= len(ephemeris.knots) - 1
+    if "dense" in ways:
+        assert np.max(np.abs(motion(times).quaternion - expected.quaternion)) < 3e-11
+
+
+def test_members_stop_each_at_every_knot(fitted):
+    rates = np.linspace([0.001, 0.0, 0.001], [0.004, 0.001, 0.001], 19)
+    times = np.linspace(3 * T, -T / 2, 15)
+    members = BODY.state(np.tile([0.5, 0.5, 0.5, 0.5], (19, 1)), omega_body=rates, time=np.linspace(0, T, 19))
+    expected = pt.propagate(pt.System(BODY, pt.GravityGradient(KEPLER)), members, times)
+    motion = pt.propagate(pt.System(BODY, pt.GravityGradient(fitted)), members, times)
+    assert not motion.failures
+    assert np.max(np.abs(motion.quaternion - expected.quaternion)) < 1e-10
+    assert np.allclose(motion.potential_energy, expected.potential_energy, rtol=1e-9)
+
+
+def test_two_tables_with_different_knots(fitted, tabulated):
+    twice = pt.System(BODY, pt.GravityGradient(fitted), pt.GravityGradient(tabulated))
+    motion = pt.propagate(twice, START, [3 * T])
+    expected = pt.propagate(pt.System(BODY, *[pt.GravityGradient(KEPLER)] * 2), START, [3 * T], precision="extended")
+    assert np.max(np.abs(motion.quaternion - expected.quaternion)) < 1e-10
+
+
+def test_a_run_to_the_very_ends_of_a_table(tabulated):
+    motion = pt.propagate(pt.System(BODY, pt.GravityGradient(tabulated)), START, [-T, 0, 6 * T])
+    assert np.all(np.isfinite(motion.quaternion))
+
+
+def test_new_tables_compile_nothing(tabulated):
+    other = table(np.linspace(-T, 6 * T, 699))
+    assert tabulated.between_knots(0.0).structure == other.between_knots(0.0).structure
+
+
+def test_nothing_is_conserved_along_a_table(fitted):
+    assert pt.System(BODY, pt.GravityGradient(fitted)).integrals == ()
+    assert any(
+        i.name == "angular_momentum_body_3" for i in pt.System(pt.Body((1, 1, 2)), pt.GravityGradient(fitted)).integrals
+    )
+
+
+def test_it_says_what_it_is(fitted):
+    assert repr(fitted).startswith("Ephemeris(mu=398600.4418, ")
+    assert fitted.span == (-T, 6 * T)
+    assert (fitted.reference_frame, fitted.origin, fitted.calendar) == ("space axes", "attractor", None)
+
+
+def test_orbits_along_different_axes_do_not_meet(fitted):
+    named = [
+        pt.Ephemeris.fit(1.0, place, 0, T, tolerance=1e-6, reference_frame=name) for name in ("ICRF", "TEME", "ICRF")
+    ]
+    with pytest.raises(
+        ValueError, match="the orbits of a system must have one reference frame, but ICRF and TEME came"
+    ):
+        pt.System(BODY, *map(pt.GravityGradient, named[:2]))
+    pt.System(BODY, pt.GravityGradient(named[0]), pt.GravityGradient(named[2]), pt.GravityGradient(fitted))
+
+
+BAD = {
+    "outside": (
+        lambda e: e.position_at(7 * T),
+        r"within the span of the ephemeris, \[-5828.516638, 34971.09983\], but 4",
+    ),
+    "run outside": (
+        lambda e: pt.propagate(pt.System(BODY, pt.GravityGradient(e)), START, [0, 7 * T]),
+        r"times must lie within the span of the orbits, \[-5828.51",
+    ),
+    "state outside": (
+        lambda e: pt.propagate(
+            pt.System(BODY, pt.GravityGradient(e)), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1), time=-1e5), [0]
+        ),
+        r"the state's time must lie within the span of the orbits",
+    ),
+    "unsorted": (
+        lambda _: table(np.array([0, 60, 50, 70.0])),
+        r"times must rise strictly, but times\[1\] = 60 and times\[2\] = 50",
+    ),
+    "twice": (lambda _: table(np.array([0, 60, 60, 70.0])), r"times must rise strictly, .* keep one of each time"),
+    "gap": (
+        lambda _: table(np.array([0, 60, 120, 900, 960.0])),
+        r"no gaps, but 780 lie between times\[2\] = 120 and the next, 13 times",
+    ),
+    "gap at the end": (lambda _: table(np.array([0, 60, 120, 900.0])), r"no gaps, but 780 lie between times\[2\]"),
+    "one row": (lambda _: table(np.array([0.0])), r"times must be two or more, but 1 came"),
+    "shape": (lambda _: pt.Ephemeris.from_table(1, [0, 1], [[0, 0]], [[0, 0]]), r"positions must have shape \(2, 3\)"),
+    "order": (lambda _: pt.Ephemeris.fit(1, place, 1, 0), r"stop must be after start, but start = 1 and stop = 0"),
+    "function": (lambda _: pt.Ephemeris.fit(1, lambda t: t, 0, 1), r"position\(times\) must have shape \(23, 3\)"),
+    "mu": (lambda _: pt.Ephemeris.fit(0, place, 0, 1), r"mu must be positive"),
+    "too long": (lambda _: pt.Ephemeris.fit(1, place, 0, 1e6 * T), r"so near that 200000 polynomials suffice"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_gets_one_sentence(case, fitted):
+    call, sentence = BAD[case]
+    with pytest.raises(ValueError, match=sentence):
+        call(fitted)
