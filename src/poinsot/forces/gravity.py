@@ -10,11 +10,13 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
+from poinsot.mechanics.gravity_field import GravityField
+from poinsot.mechanics.harmonics import SolidHarmonics
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.mechanics.surface import warn_below
 
-__all__ = ["GravityGradient", "OblateGravityGradient", "UniformGravity"]
+__all__ = ["GravityGradient", "HarmonicGravity", "OblateGravityGradient", "UniformGravity"]
 
 
 class UniformGravity(Potential):
@@ -64,6 +66,35 @@ class GravityGradient(Potential):
     def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: D102
         radial, inverse = attitude.to_body(sky.direction(self.orbit)), sky.inverse_distance(self.orbit)
         return inverse * inverse * inverse * (1.5 * self.orbit.mu) * body.moment_about(radial)
+
+
+class HarmonicGravity(Potential):
+    """An attractor's gravity on a body whose own field is known, to the degree of the field.
+
+    U = -mu M / r sum_(n >= 2) (R / r)^n sum_m P_nm (C_nm cos + S_nm sin) at the direction from the body to the attractor.
+    The series converges where the attractor is outside the sphere about the centre of mass that holds the body. To
+    degree 2 the torque is that of `GravityGradient`.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Where the body is; `mu` is the orbit's.
+    field : GravityField
+        Of the body, along its axes, with its mass in the unit of the moments; lengths in the unit of the orbit.
+    """
+
+    orbit: Orbit
+    field: GravityField
+
+    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        field, inverse = self.field, sky.inverse_distance(self.orbit)
+        size = power = field.radius * inverse
+        harmonics = SolidHarmonics(attitude.to_body(-sky.direction(self.orbit)), squared=1)
+        total: Scalar = 0.0
+        for n in range(2, field.degree + 1):
+            power = power * size
+            total = total + power * harmonics.sum(field.row(n))
+        return inverse * (-self.orbit.mu * field.mass) * total
 
 
 class OblateGravityGradient(Potential):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
+from poinsot.mechanics.calendar import Calendar, holds_dates
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
@@ -23,9 +24,9 @@ def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
             raise TypeError(f"{name} must be a {kind.__name__}, but {came(value)} came. The order is {call}.")
 
 
-def checked_times(times: ArrayLike) -> NDArray[np.float64]:
-    """Return strictly monotonic times; shape (n,), n > 0."""
-    t = real_array("times", times, (None,))
+def checked_times(times: ArrayLike, calendar: Calendar | None = None) -> NDArray[np.float64]:
+    """Return strictly monotonic times, also from dates where there is a calendar; shape (n,), n > 0."""
+    t = real_array("times", calendar.time(times) if calendar and holds_dates(times) else times, (None,))
     if t.size == 0:
         raise ValueError("times must not be empty, but shape (0,) came.")
     steps = np.diff(t)
@@ -40,6 +41,8 @@ def checked_times(times: ArrayLike) -> NDArray[np.float64]:
 def check_span(system: System, state: State, times: NDArray[np.float64]) -> None:
     """Refuse times at which an orbit is not known."""
     first, last = system.span
+    if last - first == np.inf:
+        return
     for name, values in (("times", times), ("the state's time", np.ravel(state.time))):
         outside = values[(values < first) | (values > last)]
         if outside.size:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -102,5 +103,9 @@ class IntegratedSky(TrackingSky):
         self._orbits = tracked_orbits(system)
 
     def _of(self, orbit: Orbit) -> Sky:
-        integrated = next((own for own in self._orbits if same(own, orbit)), None)
+        if orbit.closed_form:
+            return Sky(self.time)
+        path: Any = orbit.axes
+        paths: Iterator[tuple[Orbit, Any]] = ((own, own.axes) for own in self._orbits)
+        integrated = next((own for own, axes in paths if same(axes, path)), None)
         return Sky(self.time) if integrated is None else super()._of(integrated)

@@ -133,17 +133,13 @@ class Borrowed:
     def __init__(self, built: _Built, system: System, variables: Coordinates, precision: str, lanes: int) -> None:
         self.engine, self._switches = built.engine, built.switches
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
-
-        def typed(number: Any) -> Any:
-            return kind(number) if lanes == 1 and not np.ndim(number) else np.asarray(number, kind)
+        typed = kind if lanes == 1 and not system.knots.size else functools.partial(np.asarray, dtype=kind)
 
         def values(smooth: System) -> list[Any]:
             numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)
             return built.constants.values(tuple(map(typed, numbers)))
 
-        self._pieces = Pieces(system, values)
-        self._values = functools.partial(values, system)
-        self._members = np.broadcast_shapes(system.members, np.shape(variables.scale))
+        self._values, self._system, self._scale = values, system, variables.scale
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes."""
@@ -151,15 +147,20 @@ class Borrowed:
         if self._switches is not None:
             self._switches.begin(self.engine, self._pieces, forwards, members)
         else:
-            pars[:] = self._table[:, members] if pars.ndim > 1 else self._values()[: len(pars)]
+            pars[:] = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
         if self.engine.with_events:
             self.engine.reset_cooldowns()
 
     @functools.cached_property
     def _table(self) -> NDArray[np.float64]:
         """The values of the parameters of all members, one column each."""
-        values = self._values()[: len(self.engine.pars)]
-        return np.reshape([np.broadcast_to(value, self._members) for value in values], (len(values), *self._members))
+        values = self._values(self._system)[: len(self.engine.pars)]
+        members = np.broadcast_shapes(self._system.members, np.shape(self._scale))
+        return np.reshape([np.broadcast_to(value, members) for value in values], (len(values), *members))
+
+    @functools.cached_property
+    def _pieces(self) -> Pieces:
+        return Pieces(self._system, self._values)
 
     def outcome(self, engines: Any) -> str:
         """Return how steps ended: the engine's name for it, or "switch" or "angles" for its events."""

@@ -57,7 +57,7 @@ def propagate(
     state : State
         Its time may be anywhere.
     times : array (n,)
-        Strictly monotonic, up or down; the results are in this order.
+        Strictly monotonic, up or down; the results are in this order. Dates where an orbit has a calendar.
     formulation : {"lie_poisson", "canonical", "euler_angles"}, optional
         The variables integrated; results look the same. Default: the fastest, "lie_poisson".
     tolerance : float, optional
@@ -79,7 +79,7 @@ def propagate(
         On Ctrl-C (a KeyboardInterrupt), with the same two.
     """
     check_kinds("propagate(system, state, times)", {"system": (system, System), "state": (state, State)})
-    t = checked_times(times)
+    t = checked_times(times, system.calendar)
     chosen = _checked_formulation(formulation)
     asked = _checked_tolerance(tolerance, precision)
     check_span(system, state, t)

@@ -1,0 +1,102 @@
+"""The gravity field of a body in spherical harmonics along its own axes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.mechanics.parameters import Parametric
+
+__all__ = ["GravityField"]
+
+Array = NDArray[np.float64]
+
+
+class GravityField(Parametric):
+    """The field of a body about its centre of mass, by coefficients that are not normalised.
+
+    V = G M / r sum_n (radius / r)^n sum_m P_nm(sin latitude) (C_nm cos(m longitude) + S_nm sin(m longitude)), P_nm
+    without the sign (-1)^m, longitude and latitude along the body axes. The term of degree 0 is 1 and those of degree 1
+    are 0.
+
+    Parameters
+    ----------
+    degree : int
+        At least 2.
+    mass : float
+        In the user's unit: with moments of inertia over M R^2 it is 1.
+    radius : float
+        The length to which the coefficients refer.
+    C, S : array (degree + 1, degree + 1)
+        Rows are degrees n, columns orders m. S_n0 and what is right of the diagonal do not count.
+
+    Raises
+    ------
+    ValueError
+        If the degree is below 2, mass or radius is not positive, or a coefficient of degree 1 is not zero.
+    """
+
+    degree: int
+    mass: float
+    radius: float
+    C: Annotated[Any, ("orders", "orders")]
+    S: Annotated[Any, ("orders", "orders")]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.degree, int) and self.degree < 2:
+            raise ValueError(f"degree must be at least 2, but {self.degree} came.")
+        super().__post_init__()
+        for name in ("mass", "radius"):
+            refuse_nonpositive(name, getattr(self, name))
+        if np.any(self.C[..., 1, :2]) or np.any(self.S[..., 1, 1]):
+            raise ValueError("C and S must be zero in degree 1, but they are not. Refer them to the centre of mass.")
+
+    @property
+    def orders(self) -> int:
+        """The number of orders, degree + 1."""
+        return self.degree + 1
+
+    def row(self, n: int) -> list[tuple[Scalar, Scalar]]:
+        """Return the pairs (C_nm, S_nm) of one degree, m = 0 ... n."""
+        return [(self.C[n, m], self.S[n, m]) for m in range(n + 1)]
+
+    @classmethod
+    def from_normalized(cls, mass: float, radius: float, C: ArrayLike, S: ArrayLike) -> GravityField:
+        """Return the field of fully normalised coefficients, as most tables have them.
+
+        A normalised coefficient is one that is not, over sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!).
+        """
+        c = real_array("C", C, (None, None))
+        s = real_array("S", S, c.shape)
+        factors = _norms(len(c) - 1)
+        fields: Any = (len(c) - 1, mass, radius, c * factors, s * factors)
+        return cls(*fields)
+
+    @property
+    def normalized(self) -> tuple[Array, Array]:
+        """The fully normalised coefficients, C and S."""
+        factors = _norms(self.degree)
+        return np.divide(self.C, factors), np.divide(self.S, factors)
+
+    def truncated(self, degree: int) -> GravityField:
+        """Return the field up to a lower degree."""
+        if not 2 <= degree <= self.degree:
+            raise ValueError(f"degree must be from 2 to {self.degree}, that of the field, but {degree} came.")
+        kept = slice(degree + 1)
+        return GravityField(degree, self.mass, self.radius, self.C[..., kept, kept], self.S[..., kept, kept])
+
+
+def _norms(degree: int) -> Array:
+    """Return the factors by which normalised coefficients become plain ones, 1 right of the diagonal."""
+    factors = np.ones((degree + 1, degree + 1))
+    for n in range(degree + 1):
+        factors[n, 0] = np.sqrt(2 * n + 1)
+        falling = 1.0
+        for m in range(1, n + 1):
+            falling /= (n - m + 1) * (n + m)
+            factors[n, m] = np.sqrt(2 * (2 * n + 1) * falling)
+    return factors
