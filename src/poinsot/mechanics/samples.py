@@ -37,7 +37,7 @@ def samples(system: System, count: int = 6) -> tuple[Array, Array, Array]:
     q = random.normal(size=(count, 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     scale = time_scale(system)
-    farthest = min(3.0, *(np.log10(np.min(orbit.sample_reach) / scale) for orbit in orbits_of(system)), 3.0)
+    farthest = min([3.0, *(np.log10(np.min(orbit.sample_reach) / scale) for orbit in orbits_of(system))])
     times = random.uniform(-1, 1, count) * 10.0 ** np.linspace(-1, farthest, count)  # near and far, for what switches
     return q, _within(span(system), sample_time(system) + times * scale), random.normal(size=(count, 3))
 
