@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from poinsot import paper
 from poinsot.analysis.free_rotation import FreeRotation
+from poinsot.analysis.periodic import CassiniState, cassini_state
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.mechanics.body import Body
@@ -32,6 +33,7 @@ from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory, versions
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.orbits.precessing import PrecessingOrbit
 
 __all__ = ["CASES", "Case", "Row", "installation", "rows_of"]
 
@@ -313,6 +315,52 @@ def _frequency(moments: ArrayLike, tilt: tuple[float, float, float], component: 
     return float(2 * np.pi / _period(swing, times) / CIRCLE.mean_motion)
 
 
+# ---------------------------------------------------------------------- Cassini states
+
+YEAR = 365.25  # days
+WORLDS = {
+    # body; mu [km3/s2], a [km], e, i [deg], rate [deg/day], period of the node [yr], spin: see docs/worlds.md
+    "Moon": (Body.from_ratios(beta=6.31e-4, gamma=2.28e-4), 398600.4418, 384399, 0.0549, 5.145, 13.176358, 18.6, 1),
+    "Titan": (Body.from_stokes(-3.15e-5, 1.1235e-5, 0.31), 37931206, 1221870, 0.0288, 0.32, 22.5769749, 703, 1),
+    "Mercury": (Body.from_stokes(-6e-5, 1e-5, 0.34), 132712440018, 57909050, 0.2056, 8.6, 360 / 87.969, 328000, 1.5),
+}
+CASSINI_STATES = {
+    # Angle to the normal of the orbit, and wobble, precession, longitude in radians per day; to some 13 digits.
+    "Moon": (0.1165241930647365, 2.299056445954516e-4, 7.122533774344911e-4, 5.944449461198327e-3),
+    "Titan": (1.7446492786898598e-3, 5.6205457956291834e-5, 7.835745999933444e-5, 8.207665594609401e-3),
+    "Mercury": (4.857656426279645e-4, 2.9492603363605092e-5, 1.6143324852138236e-5, 1.08546727364682e-3),
+}
+CASSINI_BOUNDS = {"Moon": 2e-11, "Titan": 5e-12, "Mercury": 1e-10}
+"""Relative; 5 to 10 times what is measured."""
+
+
+def cassini_states() -> list[Row]:
+    """Return the differences in the axes and the free librations of two moons and of Mercury, 3 turns in 2 years."""
+    states = {name: _cassini_state(*inputs) for name, inputs in WORLDS.items()}
+    rows = [
+        # The model is an ellipse that precesses evenly: published values are of the Moon's orbit as it is.
+        Row("Moon, axis to the ecliptic, 1.54 deg", _apart(np.degrees(states["Moon"].inclination), 1.54), 0.01),
+        Row("Moon, longitude 1056.16 d (relative)", _apart(2 * np.pi / states["Moon"].longitude / 1056.16, 1), 1e-3),
+    ]
+    for name, years, bound in (("Titan", 2.0977, 1.5e-3), ("Mercury", 15.847, 1e-4)):
+        period = 2 * np.pi / states[name].longitude / YEAR
+        rows.append(Row(f"{name}, longitude {years} yr (relative)", _relative(period, years), bound))
+    for name, state in states.items():
+        own = np.array([state.obliquity, state.wobble, state.precession, state.longitude])
+        apart = _apart(own / CASSINI_STATES[name], 1)
+        rows.append(Row(f"{name}, axis and frequencies, more digits (relative)", apart, CASSINI_BOUNDS[name]))
+    return rows
+
+
+def _cassini_state(
+    body: Body, mu: float, a: float, e: float, inclination: float, rate: float, node_period: float, spin: float
+) -> CassiniState:
+    node_rate = -2 * np.pi / (node_period * YEAR)
+    ellipse = KeplerOrbit(mu * 86400.0**2, a, e, np.radians(inclination), 0.0, np.pi / 4)
+    orbit = PrecessingOrbit.from_mean_motion(ellipse, np.radians(rate) - node_rate, node_rate)
+    return cassini_state(body, orbit, spin)
+
+
 # ---------------------------------------------------------------------- Hyperion
 
 HYPERION = Body.from_ratios(beta=0.47, gamma=0.26)  # in the plane of the orbit, gamma = (B - A) / C alone counts
@@ -467,6 +515,11 @@ CASES = (
     Case("4179 Toutatis", "Takahashi, Busch and Scheeres (2013); elliptic integrals in 40 digits", toutatis),
     Case("Gravity gradient in orbit", "NASA JEOD, SIM_dyncomp RUN_10A", jeod),
     Case("Librations on a circle", "linear theory; Phobos: unit test of Tudat", librations),
+    Case(
+        "Cassini states",
+        "Yang et al. (2017), Noyelles et al. (2008), Rambaux and Bois (2004); extrapolated midpoint rule",
+        cassini_states,
+    ),
     Case(
         "Chaos of Hyperion",
         "planar model of Wisdom, Peale and Mignard (1984); DOP853 of scipy, variational equation",

@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from poinsot import verify
+from poinsot.analysis import periodic
 from poinsot.cli import app
 
 CASES = {case.title: case for case in verify.CASES}
@@ -92,7 +93,8 @@ def test_careless_integrator_is_noticed(monkeypatch, case):
             options["tolerance"] = tolerance
         return right(system, state, times, **options)
 
-    monkeypatch.setattr(verify, "propagate", careless)
+    for module in (verify, periodic):
+        monkeypatch.setattr(module, "propagate", careless)
     assert failing(case)
 
 

@@ -241,7 +241,7 @@ class Body(Parametric):
             Inertial rate or angular momentum, along the body or the space axes. With a frame, the rate
             relative to it, along the body axes (`omega_body`) or the frame's axes (`omega_space`).
         time : float
-            The time of the state.
+            The time of the state; that of a date is `orbit.calendar.time("2026-11-21T00:00:00 UTC")`.
         frame : Frame, optional
             Moving axes, such as `orbit.frame`.
         """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import datetime
+import datetime as dt
 import re
 import sys
 import warnings
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from poinsot.errors import optional, real_numbers
 
-__all__ = ["SCALES", "Calendar"]
+__all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "span_of"]
 
 SCALES = {"UTC": "tai", "TAI": "tai", "GPS": "tai", "TT": "tt", "TDB": "tdb", "TCB": "tcb", "TCG": "tcg"}
 """Scales, each with the uniform one in which its time is counted."""
@@ -29,6 +29,9 @@ GPS_BEHIND_TAI = 19
 
 DIGITS = 10
 """Of a second that are kept."""
+
+FURTHEST = 1e12
+"""Seconds from zero that are still a date."""
 
 FIRST_YEAR_OF_UTC = 1960
 
@@ -73,7 +76,9 @@ class Calendar:
                 raise ValueError(f"{name} must be one of {', '.join(known)}, but {value!r} came.")
         date, scale = _read(self.zero)
         if scale:
-            raise ValueError(f"zero must be a date without a scale, but {self.zero!r} came. The scale is its own field.")
+            raise ValueError(
+                f"zero must be a date without a scale, but {self.zero!r} came. The scale is its own field."
+            )
         object.__setattr__(self, "zero", date)
 
     def time(self, epoch: Any) -> Any:
@@ -102,35 +107,23 @@ class Calendar:
             times = self._counted(epoch)
         elif isinstance(epoch, str):
             times = self._of_texts([epoch])[0]
-        elif _holds_dates(epoch):
-            times = self._of_array(np.asarray(epoch))
+        elif holds_dates(epoch):
+            times = self._of_array(_rectangular(epoch))
         else:
             times = real_numbers("epoch", epoch)
         return float(times) if np.ndim(times) == 0 else times
 
     def date(self, time: Any) -> Any:
         """Return the instants of times as an `astropy.time.Time`, in the scale of this calendar (GPS as TAI)."""
-        seconds = real_numbers("time", time) * SECONDS[self.unit]
+        times = real_numbers("time", time)
+        if np.any(np.abs(times) > FURTHEST / SECONDS[self.unit]):
+            raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, but {_short(time)} came.")
+        seconds = times * SECONDS[self.unit]
         counted = SCALES[self.scale]
         with _offline() as astropy:
             passed = astropy.TimeDelta(seconds, format="sec", scale=counted)
             instant = getattr(self._origin(astropy), counted) + passed
             return instant.utc if self.scale == "UTC" else instant
-
-    def seconds_span(self, start: Any, stop: Any) -> tuple[float, float]:
-        """Return the times of two instants, the second later than the first, if this calendar counts seconds."""
-        self.check_seconds()
-        first, last = self.time(start), self.time(stop)
-        if np.ndim(first) or np.ndim(last):
-            raise ValueError(f"start and stop must be single instants, but {_short(start)} and {_short(stop)} came.")
-        if not first < last:
-            raise ValueError(f"stop must be later than start, but {_short(stop)} and {_short(start)} came.")
-        return first, last
-
-    def check_seconds(self) -> None:
-        """Refuse another unit of time, for an orbit in km and km/s."""
-        if self.unit != "s":
-            raise ValueError(f"calendar must count seconds for an orbit in km and km/s, but {self} came.")
 
     def converted(self, times: NDArray[np.float64], calendar: Calendar) -> NDArray[np.float64]:
         """Return the times at which this calendar has the instants that another one has at `times`."""
@@ -148,7 +141,9 @@ class Calendar:
         for scale in {scale for _, scale in read}:
             if scale is None:
                 text = next(text for text, (_, none) in zip(texts, read, strict=True) if none is None)
-                raise ValueError(f"epoch must say its scale, but {text!r} came. Write '{text.strip()} UTC', or TDB, TT.")
+                raise ValueError(
+                    f"epoch must say its scale, but {text!r} came. Write '{text.strip()} UTC', or TDB, TT."
+                )
             chosen = [i for i, (_, other) in enumerate(read) if other == scale]
             with _offline() as astropy:
                 times[chosen] = self._counted(_instant(astropy, [read[i][0] for i in chosen], scale))
@@ -167,17 +162,45 @@ class Calendar:
         return _instant(astropy, self.zero, self.scale)
 
 
+def checked_calendar(calendar: Any) -> Calendar:
+    """Return a calendar of an orbit in km and km/s, which must count seconds."""
+    if not isinstance(calendar, Calendar):
+        raise TypeError(f"calendar must be a Calendar, but {type(calendar).__name__} came.")
+    if calendar.unit != "s":
+        raise ValueError(f"calendar must count seconds for an orbit in km and km/s, but {calendar} came.")
+    return calendar
+
+
+def span_of(calendar: Any, start: Any, stop: Any) -> tuple[float, float]:
+    """Return the times of two instants, the second later than the first, in seconds of a calendar."""
+    first, last = (checked_calendar(calendar).time(instant) for instant in (start, stop))
+    if np.ndim(first) or np.ndim(last):
+        raise ValueError(f"start and stop must be single instants, but {_short(start)} and {_short(stop)} came.")
+    if not first < last:
+        raise ValueError(f"stop must be later than start, but {_short(stop)} and {_short(start)} came.")
+    return first, last
+
+
 def _is_instant(value: Any) -> bool:
     module = sys.modules.get("astropy.time")  # without which there is no Time
     return module is not None and isinstance(value, module.Time)
 
 
-def _holds_dates(values: Any) -> bool:
-    """Whether a list or an array begins with a date."""
+def holds_dates(values: Any) -> bool:
+    """Whether something is a date, or a list or an array that begins with one."""
     first = values
-    while isinstance(first, list | tuple | np.ndarray) and np.ndim(first) > 0 and len(first):
+    while (isinstance(first, list | tuple) or (isinstance(first, np.ndarray) and first.ndim)) and len(first):
         first = first[0]
     return isinstance(first, str) or _is_instant(first)
+
+
+def _rectangular(epochs: Any) -> NDArray[Any]:
+    try:
+        return np.asarray(epochs)
+    except ValueError:
+        raise ValueError(
+            f"epoch must be an array of dates, but rows of unequal length came: {_short(epochs)}."
+        ) from None
 
 
 def _read(text: Any) -> tuple[str, str | None]:
@@ -189,7 +212,9 @@ def _read(text: Any) -> tuple[str, str | None]:
     if scale is not None and scale not in SCALES:
         raise ValueError(f"epoch must be in one of the scales {', '.join(SCALES)}, but {_short(text)} came.")
     if scale == "UTC" and int(match["year"]) < FIRST_YEAR_OF_UTC:
-        raise ValueError(f"epoch must be in {FIRST_YEAR_OF_UTC} or later in UTC, but {_short(text)} came. Say it in TT.")
+        raise ValueError(
+            f"epoch must be in {FIRST_YEAR_OF_UTC} or later in UTC, but {_short(text)} came. Say it in TT."
+        )
     day = match["day"] if "-" in match["day"] else _month_and_day(match["year"], match["day"], text)
     clock = match["clock"] or "00:00"
     return f"{match['year']}-{day}T{clock}" + (":00" if len(clock) == 5 else ""), scale
@@ -197,7 +222,7 @@ def _read(text: Any) -> tuple[str, str | None]:
 
 def _month_and_day(year: str, day: str, text: str) -> str:
     with contextlib.suppress(ValueError, OverflowError):
-        date = datetime.date(int(year), 1, 1) + datetime.timedelta(int(day) - 1)
+        date = dt.date(int(year), 1, 1) + dt.timedelta(int(day) - 1)
         if date.year == int(year):
             return date.strftime("%m-%d")
     raise ValueError(f"epoch must be a date that exists, but {_short(text)} came.")

@@ -1,0 +1,355 @@
+"""Earth satellites from the mean elements of two-line element sets and of CCSDS Orbit Mean-Elements Messages."""
+
+from __future__ import annotations
+
+import csv
+import datetime as dt
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import optional, real_array
+from poinsot.files.strangers import local_name, parsed_xml
+from poinsot.mechanics.calendar import Calendar, span_of
+from poinsot.mechanics.parameters import came
+from poinsot.orbits.ephemeris import Ephemeris
+
+__all__ = ["omm_orbit", "tle_orbit"]
+
+MU_WGS72 = 398600.8
+"""km3/s2, of the gravity field that SGP4 and the elements are made with."""
+
+TOLERANCE = 1e-10
+"""Of the polynomials, relative to the distance; SGP4 itself is good to a km."""
+
+MOST_CHARACTERS = 1_000_000
+
+LINES = (
+    re.compile(
+        r"1 (?P<number>[A-Z\d ][\d ]{3}\d)[A-Z ] [\w ]{8} (?P<year>\d\d)(?P<day>[\d ]{2}\d\.\d{8}) "
+        r"[ +-]\.\d{8} [ +-]\d{5}[ +-]\d [ +-]\d{5}[ +-]\d (?P<kind>[\d ]) [\d ]{4}\d",
+        re.ASCII,
+    ),
+    re.compile(
+        r"2 (?P<number>[A-Z\d ][\d ]{3}\d) [\d ]{2}\d\.\d{4} [\d ]{2}\d\.\d{4} \d{7} [\d ]{2}\d\.\d{4} "
+        r"[\d ]{2}\d\.\d{4} [\d ]\d\.\d{8}[\d ]{5}\d",
+        re.ASCII,
+    ),
+)
+"""The two lines of a set, column by column."""
+
+ELEMENTS = {
+    "MEAN_MOTION": (0, 20),
+    "ECCENTRICITY": (0, 1),
+    "INCLINATION": (0, 180),
+    "RA_OF_ASC_NODE": (-360, 360),
+    "ARG_OF_PERICENTER": (-360, 360),
+    "MEAN_ANOMALY": (-360, 360),
+    "BSTAR": (-10, 10),
+}
+"""Fields that SGP4 cannot do without, besides the epoch, and their ranges: revolutions a day, degrees, 1 / radius."""
+
+UNUSED = {
+    "NORAD_CAT_ID": "0",
+    "OBJECT_ID": "",
+    "CLASSIFICATION_TYPE": "U",
+    "ELEMENT_SET_NO": "0",
+    "REV_AT_EPOCH": "0",
+    "MEAN_MOTION_DOT": "0",
+    "MEAN_MOTION_DDOT": "0",
+    "EPHEMERIS_TYPE": "0",
+}
+"""Fields of a message that no position depends on, with values that SGP4's initialisation takes."""
+
+ONLY = {"CENTER_NAME": ("EARTH",), "REF_FRAME": ("TEME",), "TIME_SYSTEM": ("UTC",), "EPHEMERIS_TYPE": ("0", "2")}
+"""What these fields of a message must say, where they are there."""
+
+FRAMES = ("TEME", "ICRF")
+
+Array = NDArray[np.float64]
+
+
+def tle_orbit(
+    lines: str | Sequence[str],
+    start: Any,
+    stop: Any,
+    *,
+    max_age: float = 14.0,
+    reference_frame: str = "TEME",
+    calendar: Calendar | None = None,
+) -> Ephemeris:
+    """Return the position of an Earth satellite from a two-line element set, by SGP4.
+
+    Parameters
+    ----------
+    lines : str or sequence of str
+        The two lines, with a line for the name before them or without; as text, or one by one.
+    start, stop : float, str or astropy.time.Time
+        The span: times of the calendar, or dates that say their scale.
+    max_age : float
+        The most days that the span may reach before or after the epoch of the set; the errors of SGP4 grow to
+        kilometres within days.
+    reference_frame : {"TEME", "ICRF"}
+        Axes: true equator and mean equinox of date, those of SGP4; or those of the planets, which needs astropy.
+    calendar : Calendar, optional
+        Counts seconds; default: from the epoch of the set, which is UTC. Orbits of one system share one.
+
+    Returns
+    -------
+    Ephemeris
+        km and km/s, with the `mu` of WGS-72, 398600.8 km3/s2. Its time is the one that passes: where UTC has a leap
+        second, a minute of SGP4 is still 60 s.
+
+    Raises
+    ------
+    ValueError
+        If a line is not right, the span too far from the epoch, or SGP4 stops in it (a satellite that decays).
+    ImportError
+        If the package sgp4 is missing.
+    """
+    first, second = _set_of(lines)
+    satellite = optional("sgp4.api", "two-line element sets").Satrec.twoline2rv(first, second)
+    return _orbit(satellite, _epoch_of(first), start, stop, max_age, reference_frame, calendar)
+
+
+def omm_orbit(
+    message: str | Mapping[str, Any],
+    start: Any,
+    stop: Any,
+    *,
+    max_age: float = 14.0,
+    reference_frame: str = "TEME",
+    calendar: Calendar | None = None,
+) -> Ephemeris:
+    """Return the position of an Earth satellite from a CCSDS Orbit Mean-Elements Message for SGP4.
+
+    Parameters
+    ----------
+    message : str or mapping
+        The text of a message about one satellite, in XML, KVN, CSV or JSON; or its fields by name.
+    start, stop, max_age, reference_frame, calendar
+        As of `tle_orbit`.
+
+    Returns
+    -------
+    Ephemeris
+        As of `tle_orbit`.
+
+    Raises
+    ------
+    ValueError
+        If a field is missing or wrong, the elements are not for SGP4, or as `tle_orbit`.
+    ImportError
+        If the package sgp4 is missing.
+    """
+    fields = _checked_fields(_fields_of(message))
+    satellite = optional("sgp4.api", "mean elements").Satrec()
+    date, microseconds = _epoch_of_message(fields["EPOCH"])
+    fields["EPOCH"] = f"{date}.{microseconds}"
+    optional("sgp4.omm", "mean elements").initialize(satellite, fields)
+    epoch = Calendar(fields["EPOCH"], "UTC")
+    return _orbit(satellite, epoch, start, stop, max_age, reference_frame, calendar)
+
+
+def _orbit(
+    satellite: Any,
+    epoch: Calendar,
+    start: Any,
+    stop: Any,
+    max_age: float,
+    reference_frame: str,
+    calendar: Calendar | None,
+) -> Ephemeris:
+    if reference_frame not in FRAMES:
+        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, but {reference_frame!r} came.")
+    calendar = epoch if calendar is None else calendar
+    first, last = span_of(calendar, start, stop)
+    _check_age(epoch, epoch.converted(np.array([first, last]), calendar), max_age)
+
+    def position(times: Array) -> Array:
+        elapsed = epoch.converted(times, calendar)
+        places = _propagated(satellite, elapsed, epoch)
+        return places if reference_frame == "TEME" else _in_icrf(places, epoch.date(elapsed))
+
+    return Ephemeris.fit(
+        MU_WGS72,
+        position,
+        first,
+        last,
+        tolerance=TOLERANCE,
+        reference_frame=reference_frame,
+        origin="EARTH",
+        calendar=calendar,
+    )
+
+
+def _check_age(epoch: Calendar, span: Array, max_age: float) -> None:
+    most = float(real_array("max_age", max_age, ()))
+    ages = span / 86400
+    oldest = ages[np.argmax(np.abs(ages))]
+    if abs(oldest) > most:
+        side = "after" if oldest > 0 else "before"
+        raise ValueError(
+            f"start and stop must be at most {most:.6g} days from the epoch {epoch.zero} UTC of the elements, but the "
+            f"span reaches {abs(oldest):.6g} days {side} it. Take newer elements, or say how old they may be: max_age."
+        )
+
+
+def _propagated(satellite: Any, seconds: Array, epoch: Calendar) -> Array:
+    """Return the positions at seconds from the epoch, km, TEME."""
+    days, rest = np.divmod(seconds / 86400, 1)
+    errors, places, _ = satellite.sgp4_array(satellite.jdsatepoch + days, satellite.jdsatepochF + rest)
+    if np.any(errors):
+        i = int(np.argmax(errors != 0))
+        reason = optional("sgp4.api", "mean elements").SGP4_ERRORS.get(int(errors[i]), f"error {errors[i]}")
+        raise ValueError(
+            f"start and stop must be times at which SGP4 has a position, but {seconds[i]:.6g} s from the epoch "
+            f"{epoch.zero} UTC it has none: {reason}."
+        )
+    return np.asarray(places)
+
+
+def _in_icrf(places: Array, dates: Any) -> Array:
+    """Turn positions from TEME to ICRF: by the equation of the equinoxes, nutation, precession and bias, to 1 mas."""
+    erfa = optional("erfa", "positions along the ICRF")
+    instants = dates.tt.jd1, dates.tt.jd2
+    turned = erfa.rxp(erfa.rz(-erfa.ee00b(*instants), np.eye(3)), places)
+    return np.asarray(erfa.trxp(erfa.pnm00b(*instants), turned))
+
+
+# ------------------------------------------------------------------ two-line element sets
+
+
+def _set_of(lines: str | Sequence[str]) -> tuple[str, str]:
+    """Return the two lines of the one set, checked."""
+    if isinstance(lines, str):
+        if len(lines) > MOST_CHARACTERS:
+            raise ValueError(f"lines must be one set of elements, but {len(lines)} characters came.")
+        lines = lines.splitlines()
+    if not isinstance(lines, Sequence) or not all(isinstance(line, str) for line in lines):
+        raise TypeError(f"lines must be the two lines of a set as text, but {came(lines)} came.")
+    kept = [line.rstrip() for line in lines if line.strip()]
+    if len(kept) == 3:
+        kept = kept[1:]  # after the name
+    if len(kept) != 2:
+        raise ValueError(f"lines must be the two lines of one set, perhaps after its name, but {len(kept)} lines came.")
+    numbers = [_checked_line(line, i) for i, line in enumerate(kept)]
+    if numbers[0] != numbers[1]:
+        raise ValueError(f"lines must be of one satellite, but {numbers[0].strip()} and {numbers[1].strip()} came.")
+    return kept[0], kept[1]
+
+
+def _checked_line(line: str, index: int) -> str:
+    """Return the number of the satellite."""
+    match = LINES[index].fullmatch(line)
+    if match is None:
+        raise ValueError(
+            f"line {index + 1} must have the 69 columns of line {index + 1} of a set, but {line[:80]!r} came."
+        )
+    checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[:68]) % 10
+    if checksum != int(line[68]):
+        raise ValueError(f"line {index + 1} must end in its checksum {checksum}, but it ends in {line[68]}.")
+    if index == 0 and match["kind"] == "4":
+        raise ValueError("lines must be elements for SGP4, but these are of type 4, for SGP4-XP.")
+    return match["number"]
+
+
+def _epoch_of(line: str) -> Calendar:
+    """Return the calendar from the epoch of a first line, whose digits are whole microseconds."""
+    year, day, part = int(line[18:20]), int(line[20:23]), int(line[24:32])
+    january = dt.datetime(1900 + year if year >= 57 else 2000 + year, 1, 1)
+    date = january + dt.timedelta(days=day - 1, microseconds=part * 864)
+    if date.year != january.year:
+        raise ValueError(f"line 1 must have an epoch within its year, but its day {line[20:32].strip()} is not.")
+    return Calendar(date.isoformat(timespec="microseconds"), "UTC")
+
+
+# ------------------------------------------------------------------ orbit mean-elements messages
+
+
+def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
+    if isinstance(message, Mapping):
+        return {str(key): str(value) for key, value in message.items() if value is not None}
+    if not isinstance(message, str):
+        raise TypeError(f"message must be text or fields by name, but {came(message)} came.")
+    if len(message) > MOST_CHARACTERS:
+        raise ValueError(f"message must be about one satellite, but {len(message)} characters came.")
+    text = message.strip().lstrip("\ufeff")
+    if text.startswith("<"):
+        found = _fields_of_xml(text)
+    elif text.startswith(("{", "[")):
+        found = _fields_of_json(text)
+    elif "=" in text:
+        found = [_fields_of_kvn(text)]
+    else:
+        found = _fields_of_csv(text)
+    if len(found) != 1:
+        raise ValueError(f"message must be about one satellite, but {len(found)} came.")
+    return {str(key): str(value).strip() for key, value in found[0].items() if value is not None}
+
+
+def _fields_of_xml(text: str) -> list[dict[str, Any]]:
+    segments = [part for part in parsed_xml(text, "message").iter() if local_name(part) == "segment"]
+    return [{local_name(part): part.text for part in segment.iter() if len(part) == 0} for segment in segments]
+
+
+def _fields_of_json(text: str) -> list[dict[str, Any]]:
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"message must be JSON where it begins with a bracket, but {error}.") from None
+    found = content if isinstance(content, list) else [content]
+    if not all(isinstance(fields, dict) for fields in found):
+        raise ValueError("message must be the fields of a satellite by name, but its JSON is something else.")
+    return found
+
+
+def _fields_of_kvn(text: str) -> dict[str, Any]:
+    pairs = [line.partition("=") for line in text.splitlines() if "=" in line and not line.startswith("COMMENT")]
+    keys = [key.strip() for key, _, _ in pairs]
+    if len(set(keys)) != len(keys):
+        raise ValueError("message must be about one satellite, but a field comes twice.")
+    return {key: re.sub(r"\[[^\]]*\]\s*$", "", value).strip() for key, (_, _, value) in zip(keys, pairs, strict=True)}
+
+
+def _fields_of_csv(text: str) -> list[dict[str, Any]]:
+    try:
+        return [{key: value for key, value in row.items() if key} for row in csv.DictReader(text.splitlines())]
+    except csv.Error as error:
+        raise ValueError(f"message must be XML, KVN, CSV or JSON, but {error}.") from None
+
+
+def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
+    for name in ("EPOCH", *ELEMENTS):
+        if not fields.get(name):
+            raise ValueError(f"message must have the field {name}, but it has none.")
+    for name, (low, high) in ELEMENTS.items():
+        if not low <= _number(fields[name]) <= high:
+            raise ValueError(f"{name} must be a number from {low} to {high}, but {fields[name][:40]!r} came.")
+    for name, allowed in ONLY.items():
+        if fields.get(name) and fields[name].upper() not in allowed:
+            raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, but {fields[name][:40]!r} came.")
+    theory = fields.get("MEAN_ELEMENT_THEORY") or "SGP4"
+    if theory.upper() not in ("SGP4", "SGP/SGP4"):
+        raise ValueError(f"MEAN_ELEMENT_THEORY must be SGP4, but {theory[:40]!r} came.")
+    return UNUSED | {name: fields[name] for name in ("EPOCH", *ELEMENTS)}
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _epoch_of_message(text: str) -> tuple[str, str]:
+    """Return the date to the second, and six digits of the second."""
+    date, _, fraction = Calendar(text.removesuffix("Z"), "UTC").zero.partition(".")
+    if len(fraction) > 6 and fraction[6:].strip("0"):
+        raise ValueError(f"EPOCH must have at most six digits of a second, but {text[:40]!r} came.")
+    return date, fraction[:6].ljust(6, "0")

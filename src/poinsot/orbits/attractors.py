@@ -1,0 +1,47 @@
+"""The gravitational parameters of the Sun, the planets and the Moon."""
+
+from __future__ import annotations
+
+__all__ = ["MU", "attractor_mu"]
+
+MU = {
+    "SUN": 132712440041.27942,
+    "MERCURY": 22031.868551400003,
+    "VENUS": 324858.592,
+    "EARTH": 398600.43550702266,
+    "MOON": 4902.8001184575496,
+    "MARS": 42828.37362069909,
+    "JUPITER": 126686531.9003704,
+    "SATURN": 37931206.23436167,
+    "URANUS": 5793951.256527211,
+    "NEPTUNE": 6835103.145462294,
+    "PLUTO": 869.6138177608748,
+    "EARTH BARYCENTER": 403503.23562548019,
+    "MARS BARYCENTER": 42828.375815756102,
+    "JUPITER BARYCENTER": 126712764.09999998,
+    "SATURN BARYCENTER": 37940584.841799997,
+    "URANUS BARYCENTER": 5794556.3999999985,
+    "NEPTUNE BARYCENTER": 6836527.1005803989,
+    "PLUTO BARYCENTER": 975.5,
+}
+"""km3/s2, those of DE440 (Park et al. 2021, Table 2; NAIF's gm_de440.tpc); a barycenter has its moons in it."""
+
+NAMES = {
+    "MERCURY BARYCENTER": "MERCURY",
+    "VENUS BARYCENTER": "VENUS",
+    "EARTH-MOON BARYCENTER": "EARTH BARYCENTER",
+    "EARTH MOON BARYCENTER": "EARTH BARYCENTER",
+}
+"""Further names of the same."""
+
+
+def attractor_mu(name: str, mu: float | None) -> float:
+    """Return `mu` if it is given, otherwise that of the attractor of this name, km3/s2."""
+    if mu is not None:
+        return mu
+    known = NAMES.get(name.upper(), name.upper())
+    if known not in MU:
+        raise ValueError(
+            f"mu must be given for an attractor that is not the Sun, a planet or the Moon, but {name!r} came."
+        )
+    return MU[known]

@@ -1,0 +1,148 @@
+"""Where Sun, Moon and planets are, from the theories VSOP2013 and ELP2000."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import heyoka
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.mechanics.calendar import Calendar, span_of
+from poinsot.orbits.attractors import MU
+from poinsot.orbits.ephemeris import Ephemeris
+
+__all__ = ["planet_orbit"]
+
+J2000 = Calendar("2000-01-01T12:00:00", "TDB")
+
+PLANETS = {
+    "mercury": (1, 1e-9),
+    "venus": (2, 1e-9),
+    "earth": (3, 1e-9),
+    "mars": (4, 1e-9),
+    "jupiter": (5, 1e-9),
+    "saturn": (6, 1e-8),
+    "uranus": (7, 1e-8),
+    "neptune": (8, 1e-8),
+    "pluto": (9, 1e-7),
+}
+"""Number in VSOP2013, and the smallest amplitude that is kept, au."""
+
+WITH_MOONS = ("mars", "jupiter", "saturn", "uranus", "neptune", "pluto")
+
+MOON_THRESHOLD = 1e-7
+
+BODIES = ("sun", "moon", *PLANETS)
+
+AU = 149597870.7
+"""km."""
+
+JULIAN_CENTURY = 36525 * 86400.0
+
+FIRST, LAST = -60 * JULIAN_CENTURY, 60 * JULIAN_CENTURY
+"""The years -4000 to 8000, for which VSOP2013 was made."""
+
+MOON_IN_EARTH_AND_MOON = MU["MOON"] / MU["EARTH BARYCENTER"]
+
+TOLERANCE = 1e-12
+"""Of the polynomials; the theories have 1e-7 and worse."""
+
+Array = NDArray[np.float64]
+
+
+def planet_orbit(body: str, attractor: str, start: Any, stop: Any, *, calendar: Calendar = J2000) -> Ephemeris:
+    """Return the position of the Sun, the Moon or a planet relative to another of them, without any data file.
+
+    The planets are those of VSOP2013 (Simon et al. 2013), the Moon that of ELP2000-82B (Chapront-Touze and Chapront
+    1988), as heyoka has them, and without their smallest terms. docs/ephemerides.md says how far they are from DE440:
+    some km for Mercury to Mars, less than one for the Moon.
+
+    Parameters
+    ----------
+    body, attractor : str
+        Two of "sun", "moon", "mercury", "venus", "earth", "mars", "jupiter", "saturn", "uranus", "neptune", "pluto".
+        From Mars on they are the barycenter of the planet and its moons, with the `mu` of both.
+    start, stop : float, str or astropy.time.Time
+        The span: times of the calendar, or dates that say their scale. Within the years -4000 to 8000.
+    calendar : Calendar, optional
+        Counts seconds; default: TDB from 2000-01-01T12:00:00. Orbits of one system share one.
+
+    Returns
+    -------
+    Ephemeris
+        km and km/s along the axes of the ICRF, with the attractor's `mu` of DE440, km3/s2.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown, both are the same, or the span is empty or too far from now.
+    """
+    body, attractor = _checked("body", body), _checked("attractor", attractor)
+    if body == attractor:
+        raise ValueError(f"body and attractor must be two, but both are {body!r}.")
+    first, last = span_of(calendar, start, stop)
+    between = J2000.converted(np.array([first, last]), calendar)
+    if between[0] < FIRST or between[1] > LAST:
+        raise ValueError(f"start and stop must be in the years -4000 to 8000, but {start!r} and {stop!r} came.")
+    name = attractor.upper() + (" BARYCENTER" if attractor in WITH_MOONS else "")
+
+    def position(times: Array) -> Array:
+        return _between(body, attractor, J2000.converted(times, calendar)).T
+
+    return Ephemeris.fit(
+        MU[name], position, first, last, tolerance=TOLERANCE, reference_frame="ICRF", origin=name, calendar=calendar
+    )
+
+
+def _checked(argument: str, name: Any) -> str:
+    if not isinstance(name, str) or name.lower() not in BODIES:
+        raise ValueError(f"{argument} must be one of {', '.join(BODIES)}, but {name!r} came.")
+    return name.lower()
+
+
+def _between(body: str, attractor: str, seconds: Array) -> Array:
+    """Return the position of one body from another, km; shape (3, n)."""
+    if {body, attractor} == {"earth", "moon"}:
+        return _moon(seconds) * (1 if body == "moon" else -1)
+    return _heliocentric(body, seconds) - _heliocentric(attractor, seconds)
+
+
+def _heliocentric(body: str, seconds: Array) -> Array:
+    if body == "sun":
+        return np.zeros((3, seconds.size))
+    if body in ("earth", "moon"):
+        share = -MOON_IN_EARTH_AND_MOON if body == "earth" else 1 - MOON_IN_EARTH_AND_MOON
+        return _planet("earth", seconds) + share * _moon(seconds)
+    return _planet(body, seconds)
+
+
+def _planet(name: str, seconds: Array) -> Array:
+    """Return the position of a planet, or of Earth and Moon, from the Sun, km."""
+    return AU * _planet_theory(name)(seconds[None, :] / (10 * JULIAN_CENTURY))
+
+
+def _moon(seconds: Array) -> Array:
+    """Return the position of the Moon from the Earth, km."""
+    return _moon_theory()(seconds[None, :] / JULIAN_CENTURY)
+
+
+@functools.cache
+def _planet_theory(name: str) -> Callable[[Array], Array]:
+    time = heyoka.make_vars("millennia")
+    number, threshold = PLANETS[name]
+    return _compiled(heyoka.model.vsop2013_cartesian_icrf(number, time_expr=time, thresh=threshold)[:3], time)
+
+
+@functools.cache
+def _moon_theory() -> Callable[[Array], Array]:
+    time = heyoka.make_vars("centuries")
+    return _compiled(heyoka.model.elp2000_cartesian_fk5(time_expr=time, thresh=MOON_THRESHOLD), time)
+
+
+def _compiled(formulas: list[Any], time: Any) -> Callable[[Array], Array]:
+    """Return a function of many times; it is built once and runs seldom, so it is not optimised."""
+    compiled: Callable[[Array], Array] = heyoka.cfunc(formulas, [time], compact_mode=True, opt_level=0)
+    return compiled

@@ -1,0 +1,91 @@
+"""The orbit about a far attractor of a body whose orbit about a near one is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import real_array
+from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Orbit
+from poinsot.orbits.ephemeris import Ephemeris
+
+__all__ = ["orbit_sum"]
+
+TOLERANCE = 1e-12
+
+
+def orbit_sum(*orbits: Orbit, start: Any = None, stop: Any = None) -> Ephemeris:
+    """Return the orbit of the body of the first about the attractor of the last: the sum of their positions.
+
+    Each orbit but the first is that of the attractor of the one before: `orbit_sum(satellite, earth)`, of a
+    satellite about the Earth and the Earth about the Sun, is the satellite about the Sun. That one is the attractor
+    of the other is not checked.
+
+    Parameters
+    ----------
+    *orbits : Orbit
+        Two or more, along the same axes, in the same units, of one calendar; those whose axes have no name, or that
+        have no calendar, go with any.
+    start, stop : float, str or astropy.time.Time, optional
+        The span; default: the times at which all are known.
+
+    Returns
+    -------
+    Ephemeris
+        With the `mu` and the origin of the last.
+
+    Raises
+    ------
+    ValueError
+        If their axes or calendars differ, or the span is empty or without an end.
+    """
+    for orbit in orbits:
+        if not isinstance(orbit, Orbit):
+            raise TypeError(f"orbits must be Orbits, but {came(orbit)} came.")
+    if len(orbits) < 2:
+        raise ValueError(f"orbits must be two or more, but {len(orbits)} came.")
+    frame = _common("reference frame", (orbit.reference_frame for orbit in orbits), SPACE_AXES_UNNAMED)
+    calendar = _common("calendar", (orbit.calendar for orbit in orbits), None)
+    first, last = _span(orbits, calendar, start, stop)
+
+    def position(times: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.stack([sum(parts) for parts in zip(*(orbit.position_at(times) for orbit in orbits), strict=True)], -1)
+
+    return Ephemeris.fit(
+        orbits[-1].mu,
+        position,
+        first,
+        last,
+        tolerance=TOLERANCE,
+        reference_frame=frame,
+        origin=orbits[-1].origin,
+        calendar=calendar,
+    )
+
+
+def _common(what: str, values: Iterable[Any], unsaid: Any) -> Any:
+    """Return the one thing that those orbits that say it say."""
+    said = list(dict.fromkeys(value for value in values if value != unsaid))
+    if len(said) > 1:
+        raise ValueError(f"orbits must have one {what} to be added, but {' and '.join(map(str, said))} came.")
+    return said[0] if said else unsaid
+
+
+def _span(orbits: Iterable[Orbit], calendar: Calendar | None, start: Any, stop: Any) -> tuple[float, float]:
+    spans = [orbit.span for orbit in orbits]
+    common = max(span[0] for span in spans), min(span[1] for span in spans)
+    first, last = (
+        known if asked is None else float(real_array(name, asked if calendar is None else calendar.time(asked), ()))
+        for known, name, asked in zip(common, ("start", "stop"), (start, stop), strict=True)
+    )
+    if not (np.isfinite(first) and np.isfinite(last) and first < last):
+        raise ValueError(
+            f"orbits must be known at common times with an end, but they are from {first} to {last}. "
+            "Say start and stop."
+        )
+    return first, last

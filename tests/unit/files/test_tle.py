@@ -1,0 +1,354 @@
+"""Earth satellites from two-line elements and mean-elements messages: published vectors, axes, age, bad input."""
+
+import json
+import re
+import sys
+import warnings
+
+import numpy as np
+import pytest
+from astropy import units
+from astropy.coordinates import GCRS, TEME, CartesianRepresentation
+from astropy.utils import iers
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sgp4 import api
+
+import poinsot as pt
+
+# Vallado, Crawford, Hujsak and Kelso, "Revisiting Spacetrack Report #3", AIAA 2006-6753: elements, and positions in km
+# at minutes from the epoch, of its verification output.
+VANGUARD = (
+    "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753",
+    "2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667",
+)
+PUBLISHED = {
+    VANGUARD: {
+        0: (7022.46529266, -1400.08296755, 0.03995155),
+        360: (-7154.03120202, -3783.17682504, -3536.19412294),
+        1440: (-938.55923943, -6268.18748831, -4294.02924751),
+        4320: (-9060.47373569, 4658.70952502, 813.68673153),
+    },
+    (  # near the Earth, with drag
+        "1 06251U 62025E   06176.82412014  .00008885  00000-0  12808-3 0  3985",
+        "2 06251  58.0579  54.0425 0030035 139.1568 221.1854 15.56387291  6774",
+    ): {
+        0: (3988.31022699, 5498.96657235, 0.90055879),
+        120: (-3935.69800083, 409.10980837, 5471.33577327),
+        960: (-4990.91637950, -2303.42547880, 3920.86335598),
+    },
+    (  # far from the Earth, where Sun and Moon are felt; before the epoch
+        "1 04632U 70093B   04031.91070959 -.00000084  00000-0  10000-3 0  9955",
+        "2 04632  11.4628 273.1101 1450506 207.6000 143.9350  1.20231981 44145",
+    ): {
+        0: (2334.11450085, -41920.44035349, -0.03867437),
+        -5184: (-29020.02587128, 13819.84419063, -5713.33679183),
+        -4896: (-15129.94694545, -36907.74526221, -3487.56256701),
+    },
+}
+MESSAGE = {  # the fields of VANGUARD's elements, as a message says them
+    "OBJECT_NAME": "VANGUARD 1",
+    "OBJECT_ID": "1958-002B",
+    "CENTER_NAME": "EARTH",
+    "REF_FRAME": "TEME",
+    "TIME_SYSTEM": "UTC",
+    "MEAN_ELEMENT_THEORY": "SGP4",
+    "EPOCH": "2000-06-27T18:50:19.733568",
+    "MEAN_MOTION": "10.82419157",
+    "ECCENTRICITY": "0.1859667",
+    "INCLINATION": "34.2682",
+    "RA_OF_ASC_NODE": "348.7242",
+    "ARG_OF_PERICENTER": "331.7664",
+    "MEAN_ANOMALY": "19.3264",
+    "NORAD_CAT_ID": "799500005",
+    "BSTAR": "0.28098E-4",
+}
+DAY = 86400.0
+
+
+def place(orbit, times):
+    return np.stack(orbit.position_at(np.atleast_1d(times)), axis=-1)
+
+
+@pytest.mark.parametrize("lines", PUBLISHED)
+def test_published_positions(lines):
+    minutes = np.array(list(PUBLISHED[lines]), dtype=float)
+    orbit = pt.tle_orbit(lines, min(60 * minutes.min(), 0), max(60 * minutes.max(), 0))
+    expected = np.array(list(PUBLISHED[lines].values()))
+    # Published to 1e-8 km; the polynomials add 1e-10 of the distance.
+    np.testing.assert_allclose(place(orbit, 60 * minutes), expected, rtol=0, atol=2e-8 + 2e-10 * 42000)
+
+
+def test_polynomials_keep_sgp4():
+    orbit = pt.tle_orbit(VANGUARD, 0, 3 * DAY)
+    satellite = api.Satrec.twoline2rv(*VANGUARD)
+    times = np.linspace(0, 3 * DAY, 4001)
+    exact = np.array([satellite.sgp4_tsince(t / 60)[1] for t in times])
+    assert np.max(np.linalg.norm(place(orbit, times) - exact, axis=-1)) < 2e-6
+    assert orbit.error < 2e-6
+    speeds = np.array([satellite.sgp4_tsince(t / 60)[2] for t in times])
+    # SGP4's velocities differ by a metre per second from the derivatives of its positions.
+    assert np.max(np.linalg.norm(np.stack(orbit.velocity_at(times), axis=-1) - speeds, axis=-1)) < 1.3e-3
+    differences = np.stack(orbit.velocity_at(times), axis=-1) - derivatives(satellite, times)
+    assert np.max(np.linalg.norm(differences, axis=-1)) < 1e-6
+
+
+def derivatives(satellite, times):
+    before, after = (np.array([satellite.sgp4_tsince((t + h) / 60)[1] for t in times]) for h in (-0.5, 0.5))
+    return after - before
+
+
+def test_what_an_orbit_says_of_itself():
+    orbit = pt.tle_orbit(VANGUARD, 0, 1000)
+    assert (orbit.mu, orbit.reference_frame, orbit.origin) == (398600.8, "TEME", "EARTH")
+    assert orbit.calendar == pt.Calendar("2000-06-27T18:50:19.733568", "UTC")
+
+
+def test_lines_as_text_with_a_name():
+    text = "VANGUARD 1\r\n" + "\r\n".join(VANGUARD) + "\r\n\r\n"
+    assert place(pt.tle_orbit(text, 0, 1000), 0)[0, 0] == place(pt.tle_orbit(VANGUARD, 0, 1000), 0)[0, 0]
+
+
+def test_axes_of_the_icrf():
+    times = np.linspace(0, 3 * DAY, 7)
+    orbit = pt.tle_orbit(VANGUARD, 0, 3 * DAY, reference_frame="ICRF")
+    inertial, of_date = place(orbit, times), place(pt.tle_orbit(VANGUARD, 0, 3 * DAY), times)
+    np.testing.assert_allclose(np.linalg.norm(inertial, axis=-1), np.linalg.norm(of_date, axis=-1), rtol=1e-9)
+    with iers.conf.set_temp("auto_download", False), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        dates = orbit.calendar.date(times)
+        through = TEME(CartesianRepresentation(of_date.T * units.km), obstime=dates)
+        expected = through.transform_to(GCRS(obstime=dates)).cartesian.xyz.to_value("km").T
+    # Through the rotating Earth, with its measured UT1 and pole, by another theory of precession.
+    assert np.max(np.linalg.norm(inertial - expected, axis=-1)) < 1e-3
+    assert np.max(np.linalg.norm(of_date - expected, axis=-1)) > 0.5
+    # Vallado et al. (2006), Eq. C-5: J2000 by the nutation of 1980.
+    assert np.linalg.norm(inertial[-1] - (-9059.9413786, 4659.6972000, 813.9588875)) < 3e-3
+
+
+def test_dates_and_another_calendar():
+    own = pt.tle_orbit(VANGUARD, "2000-06-28T00:00:00 UTC", "2000-06-28T12:00:00 UTC")
+    calendar = pt.Calendar("2000-06-28T00:00:00", "TDB")
+    other = pt.tle_orbit(VANGUARD, 3600, "2000-06-28T12:00:00 TDB", calendar=calendar)
+    for date in ("2000-06-28T02:00:00 UTC", "2000-06-28T11:00:00 TDB"):
+        here, there = place(own, own.calendar.time(date)), place(other, calendar.time(date))
+        np.testing.assert_allclose(here, there, atol=3e-6)
+
+
+def test_leap_second_takes_a_second():
+    # The same elements with an epoch 12 h before the leap second at the end of 2016.
+    lines = tuple(checked(line.replace("00179.78495062", "16366.50000000")) for line in VANGUARD)
+    before = pt.tle_orbit(lines, "2016-12-31T23:59:50 UTC", "2017-01-01T00:00:10 UTC")
+    assert before.span == pytest.approx((43190, 43211), abs=1e-9)
+    assert np.linalg.norm(np.diff(place(before, np.array([43199.5, 43200.5])), axis=0)) == pytest.approx(5.4, abs=2.5)
+
+
+def test_a_body_in_that_orbit():
+    orbit = pt.tle_orbit(VANGUARD, 0, 6001)
+    body = pt.Body((400.0, 500.0, 600.0))
+    start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1e-3))
+    motion = pt.propagate(pt.System(body, pt.GravityGradient(orbit)), start, np.linspace(0, 6000, 5))
+    dates = orbit.calendar.date(np.linspace(0, 6000, 5))
+    dated = pt.propagate(pt.System(body, pt.GravityGradient(orbit)), start, dates)
+    np.testing.assert_array_equal(dated.quaternion, motion.quaternion)
+    spoken = pt.propagate(pt.System(body, pt.GravityGradient(orbit)), start, [f"{date} UTC" for date in dates.isot])
+    np.testing.assert_allclose(spoken.times, motion.times, atol=6e-4)
+    still = pt.KeplerOrbit.from_vectors(
+        398600.8, place(orbit, 0)[0], np.stack(orbit.velocity_at(np.array([0.0])), axis=-1)[0]
+    )
+    near = pt.propagate(pt.System(body, pt.GravityGradient(still)), start, np.linspace(0, 6000, 5))
+    np.testing.assert_allclose(motion.omega_body, near.omega_body, atol=2e-5)
+
+
+# ------------------------------------------------------------------ messages
+
+
+def as_xml(fields):
+    inner = "".join(f"<{key}>{value}</{key}>" for key, value in fields.items())
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?><ndm xmlns="urn:ccsds:schema:ndmxml"><omm id="CCSDS_OMM_VERS">'
+        f"<header><ORIGINATOR/></header><body><segment><metadata/><data>{inner}</data></segment></body></omm></ndm>"
+    )
+
+
+def as_csv(fields):
+    return ",".join(fields) + "\n" + ",".join(fields.values()) + "\n"
+
+
+def as_kvn(fields):
+    return "CCSDS_OMM_VERS = 2.0\nCOMMENT a = b\n" + "".join(f"{key} = {value}\n" for key, value in fields.items())
+
+
+def as_json(fields):
+    return json.dumps(
+        [{key: float(v) if re.fullmatch(r"[\d.E-]+", v) and "." in v else v for key, v in fields.items()}]
+    )
+
+
+@pytest.mark.parametrize("written", [dict, as_xml, as_csv, as_kvn, as_json])
+def test_messages_say_what_lines_say(written):
+    orbit = pt.omm_orbit(written(MESSAGE), 0, DAY)
+    times = np.linspace(0, DAY, 50)
+    np.testing.assert_allclose(place(orbit, times), place(pt.tle_orbit(VANGUARD, 0, DAY), times), rtol=0, atol=5e-6)
+    assert orbit.calendar == pt.Calendar("2000-06-27T18:50:19.733568", "UTC")
+
+
+def test_units_and_day_of_year_in_a_message():
+    fields = MESSAGE | {"INCLINATION": "34.2682 [deg]", "EPOCH": "2000-179T18:50:19.733568"}
+    orbit = pt.omm_orbit(as_kvn(fields), 0, 1000)
+    np.testing.assert_allclose(place(orbit, 0)[0], PUBLISHED[VANGUARD][0], atol=5e-6)
+
+
+@pytest.mark.parametrize(
+    ("message", "sentence"),
+    [
+        (MESSAGE | {"BSTAR": ""}, "message must have the field BSTAR, but it has none"),
+        (MESSAGE | {"EPHEMERIS_TYPE": "4"}, "EPHEMERIS_TYPE must be 0 or 2 for SGP4, but '4' came"),
+        (MESSAGE | {"MEAN_ELEMENT_THEORY": "DSST"}, "MEAN_ELEMENT_THEORY must be SGP4, but 'DSST' came"),
+        (MESSAGE | {"REF_FRAME": "ICRF"}, "REF_FRAME must be TEME for SGP4, but 'ICRF' came"),
+        (MESSAGE | {"TIME_SYSTEM": "TDB"}, "TIME_SYSTEM must be UTC"),
+        (MESSAGE | {"CENTER_NAME": "MARS"}, "CENTER_NAME must be EARTH"),
+        (MESSAGE | {"INCLINATION": "steep"}, "INCLINATION must be a number from 0 to 180, but 'steep' came"),
+        (MESSAGE | {"ECCENTRICITY": "1.5"}, "ECCENTRICITY must be a number from 0 to 1, but '1.5' came"),
+        (MESSAGE | {"ECCENTRICITY": "0.9"}, "start and stop must be times at which SGP4 has a position, but .* s from"),
+        (MESSAGE | {"MEAN_ANOMALY": "nan"}, "MEAN_ANOMALY must be a number from -360 to 360, but 'nan' came"),
+        (MESSAGE | {"RA_OF_ASC_NODE": "1e9"}, "RA_OF_ASC_NODE must be a number from -360 to 360"),
+        (MESSAGE | {"EPOCH": "yesterday"}, "epoch must be a date"),
+        (MESSAGE | {"EPOCH": "2000-06-27T18:50:19.7335681"}, "EPOCH must have at most six digits"),
+        (
+            as_xml(MESSAGE).replace("<ndm", '<!DOCTYPE ndm [<!ENTITY a "b">]><ndm', 1),
+            "message must be XML without a document",
+        ),
+        (as_xml(MESSAGE)[:-9], "message must be XML, but it is not well-formed"),
+        (as_json(MESSAGE)[:-3], "message must be JSON where it begins with a bracket"),
+        ("[1, 2]", "message must be the fields of a satellite by name"),
+        (as_csv(MESSAGE) + ",".join(MESSAGE.values()), "message must be about one satellite, but 2 came"),
+        (as_kvn(MESSAGE) * 2, "message must be about one satellite, but a field comes twice"),
+        ("", "message must be about one satellite, but 0 came"),
+        ("x" * 1_000_001, "message must be about one satellite, but 1000001 characters came"),
+    ],
+)
+def test_bad_messages(message, sentence):
+    with pytest.raises(ValueError, match=f"^{sentence}"):
+        pt.omm_orbit(message, 0, 1000)
+
+
+# ------------------------------------------------------------------ bad input
+
+
+def checked(line):
+    """A line with the right checksum, as the rules of the format say it."""
+    return line[:68] + str(sum(int(c) if c.isdigit() else int(c == "-") for c in line[:68]) % 10)
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        (VANGUARD[:1], "lines must be the two lines of one set, perhaps after its name, but 1 lines came"),
+        (VANGUARD * 2, "lines must be the two lines of one set, perhaps after its name, but 4 lines came"),
+        (VANGUARD[::-1], "line 1 must have the 69 columns of line 1 of a set, but '2 00005"),
+        ((VANGUARD[0][:-1] + "4", VANGUARD[1]), "line 1 must end in its checksum 3, but it ends in 4"),
+        (
+            (VANGUARD[0], VANGUARD[1].replace("34.2682", "34.2683")),
+            "line 2 must end in its checksum 8, but it ends in 7",
+        ),
+        (
+            (VANGUARD[0], checked(VANGUARD[1].replace("00005", "00006"))),
+            "lines must be of one satellite, but 00005 and",
+        ),
+        ((VANGUARD[0][:60], VANGUARD[1]), "line 1 must have the 69 columns"),
+        (
+            (checked(VANGUARD[0][:62] + "4" + VANGUARD[0][63:]), VANGUARD[1]),
+            "lines must be elements for SGP4, but .* 4",
+        ),
+        ((checked(VANGUARD[0].replace("00179", "00379")), VANGUARD[1]), "line 1 must have an epoch within its year"),
+        ("", "lines must be the two lines of one set, perhaps after its name, but 0 lines came"),
+        ("x" * 1_000_001, "lines must be one set of elements, but 1000001 characters came"),
+    ],
+)
+def test_bad_lines(lines, sentence):
+    with pytest.raises(ValueError, match=f"^{sentence}"):
+        pt.tle_orbit(lines, 0, 1000)
+
+
+def test_lines_of_another_kind():
+    with pytest.raises(TypeError, match=r"^lines must be the two lines of a set as text, but int came\.$"):
+        pt.tle_orbit(5, 0, 1000)
+    with pytest.raises(TypeError, match=r"^message must be text or fields by name, but list came\.$"):
+        pt.omm_orbit([], 0, 1000)
+
+
+def test_old_elements_are_refused_unless_asked_for():
+    with pytest.raises(
+        ValueError,
+        match=r"at most 14 days from the epoch 2000-06-27T18:50:19.733568 UTC of the elements, but the span reaches "
+        r"14.5 days after it\. Take newer elements, or say how old they may be: max_age\.$",
+    ):
+        pt.tle_orbit(VANGUARD, 0, 14.5 * DAY)
+    with pytest.raises(ValueError, match=r"reaches 20 days before it"):
+        pt.tle_orbit(VANGUARD, -20 * DAY, -19 * DAY)
+    assert pt.tle_orbit(VANGUARD, 14.4 * DAY, 14.5 * DAY, max_age=15).span == (14.4 * DAY, 14.5 * DAY)
+
+
+def test_decayed_satellite():
+    lines = (  # of the same report, a rocket body on its last day
+        "1 22312U 93002D   06094.46235912  .99999999  81888-5  49949-3 0  3953",
+        "2 22312  62.1486  77.4698 0308723 267.9229  88.7392 15.95744531 98783",
+    )
+    sentence = (
+        r"^start and stop must be times at which SGP4 has a position, but .* s from the epoch 2006-04-04T.* it has"
+    )
+    with pytest.raises(ValueError, match=sentence):
+        pt.tle_orbit(lines, 0, 3 * DAY)
+
+
+def test_other_bad_arguments():
+    with pytest.raises(ValueError, match=r"^reference_frame must be one of TEME, ICRF, but 'ITRF' came\.$"):
+        pt.tle_orbit(VANGUARD, 0, 1000, reference_frame="ITRF")
+    with pytest.raises(ValueError, match=r"^stop must be later than start"):
+        pt.tle_orbit(VANGUARD, 1000, 0)
+    with pytest.raises(ValueError, match=r"^calendar must count seconds"):
+        pt.tle_orbit(VANGUARD, 0, 1, calendar=pt.Calendar("2000-06-28", "UTC", "d"))
+
+
+def test_missing_package_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sgp4.api", None)
+    sentence = r"^sgp4 must be installed for {}, but it is not\. `pip install 'poinsot\[sky\]'` brings it\.$"
+    with pytest.raises(ImportError, match=sentence.format("two-line element sets")):
+        pt.tle_orbit(VANGUARD, 0, 1)
+    with pytest.raises(ImportError, match=sentence.format("mean elements")):
+        pt.omm_orbit(MESSAGE, 0, 1)
+
+
+@given(st.data())
+@settings(max_examples=150, deadline=None)
+def test_any_change_of_the_text_is_a_result_or_a_sentence(data):
+    text = "\n".join(VANGUARD)
+    for _ in range(data.draw(st.integers(1, 3))):
+        at, gone = data.draw(st.integers(0, len(text))), data.draw(st.integers(0, 3))
+        text = text[:at] + data.draw(st.text(st.sampled_from("0123456789 .-+AUZ\n\0é"), max_size=3)) + text[at + gone :]
+    if data.draw(st.booleans()):
+        text = "\n".join(checked(line) if len(line) == 69 else line for line in text.splitlines())
+    outcome(pt.tle_orbit, text)
+
+
+@given(st.text(max_size=300), st.sampled_from([as_xml, as_csv, as_kvn, as_json]), st.data())
+@settings(max_examples=50, deadline=None)
+def test_any_message_is_a_result_or_a_sentence(noise, written, data):
+    text = written(MESSAGE)
+    at, gone = data.draw(st.integers(0, len(text))), data.draw(st.integers(0, 40))
+    outcome(pt.omm_orbit, text[:at] + noise + text[at + gone :])
+    key = data.draw(st.sampled_from(sorted(MESSAGE)))
+    outcome(
+        pt.omm_orbit, MESSAGE | {key: data.draw(st.text(max_size=20) | st.floats().map(str) | st.integers().map(str))}
+    )
+    outcome(pt.omm_orbit, noise)
+
+
+def outcome(read, text):
+    said = "nothing, but a result"
+    try:
+        assert np.all(np.isfinite(place(read(text, 0, 600), 300.0)))
+    except ValueError as error:
+        said = str(error)
+    assert ", but " in said

@@ -1,0 +1,321 @@
+"""Periodic motions: against equilibria, symplectic geometry and Liouville's theorem; what comes out, what goes in."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import poinsot as pt
+from poinsot.analysis import periodic
+from poinsot.analysis.periodic import cassini_state, periodic_motion
+
+IDENTITY = (1, 0, 0, 0)
+BODY = pt.Body((1.0, 1.3, 1.6))
+MOON = pt.Body((0.99, 0.993, 1.0))
+CIRCLE = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, -0.7, 2.0, 0.25)
+ELLIPSE = pt.KeplerOrbit(1.1, 1.2, 0.07, 0.3, 0.5, 2.1, 1.0, -0.4)
+PRECESSING = pt.PrecessingOrbit(ELLIPSE, -0.004, 0.0, 0.002)
+
+
+def system(orbit, body=BODY, *more):
+    return pt.System(body, pt.GravityGradient(orbit), *more)
+
+
+def upright(orbit, body=BODY, time=0.0):
+    return body.state(IDENTITY, omega_body=(0, 0, 0), time=time, frame=orbit.frame)
+
+
+@pytest.fixture(scope="module")
+def cassini():
+    return cassini_state(MOON, PRECESSING)
+
+
+def folded(frequencies, period):
+    """The angular frequencies that a look once in a period cannot tell from these, in (0, pi/period]."""
+    turns = np.asarray(frequencies) * period / (2 * np.pi)
+    return np.sort(np.abs(turns - np.rint(turns))) * 2 * np.pi / period
+
+
+def symplectic(motion):
+    """The form that motions under potentials keep, of rotation vectors and momenta along the body axes."""
+    x, y, z = motion.state.angular_momentum_body
+    gyration = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.block([[-gyration, np.eye(3)], [-np.eye(3), np.zeros((3, 3))]])
+
+
+# ---------------------------------------------------------------------- against what is known otherwise
+
+
+@pytest.mark.parametrize("body", [BODY, pt.Body((1.3, 1.0, 1.6))], ids=["stable", "unstable"])
+@pytest.mark.parametrize("share", [1.0, 0.31])
+def test_equilibrium_repeats_itself_after_any_period(body, share):
+    (e,) = pt.equilibria(system(CIRCLE, body), CIRCLE.frame, guesses=IDENTITY, time=0.6)
+    period = share * CIRCLE.period
+    found = periodic_motion(system(CIRCLE, body), upright(CIRCLE, body, 0.6), period, CIRCLE.frame)
+    np.testing.assert_allclose(found.state.conjugate_momenta, e.state.conjugate_momenta, atol=1e-13)
+    expected = expm(e.matrix * period)
+    np.testing.assert_allclose(found.matrix, expected, rtol=0, atol=1e-11 * np.max(np.abs(expected)))
+    np.testing.assert_allclose(found.frequencies, folded(e.frequencies, period), atol=1e-11)
+    np.testing.assert_allclose(found.growth_rates, e.growth_rates, rtol=1e-11)
+    assert found.stable == e.stable
+
+
+def test_motion_on_an_ellipse_is_the_same_in_space_and_in_the_axes_of_the_orbit():
+    period = ELLIPSE.period
+    in_space = periodic_motion(system(ELLIPSE, MOON), upright(ELLIPSE, MOON), period)
+    in_orbit = periodic_motion(system(ELLIPSE, MOON), upright(ELLIPSE, MOON), period, ELLIPSE.frame)
+    np.testing.assert_allclose(in_space.state.quaternion, in_orbit.state.quaternion, atol=1e-12)
+    np.testing.assert_allclose(in_space.matrix, in_orbit.matrix, atol=1e-10)
+    assert in_space.stable
+
+
+def test_motion_repeats_itself(cassini):
+    motion = cassini.motion
+    times = motion.state.time + motion.period * np.array([0.0, 0.3, 1.0, 1.3, 2.0])
+    along = pt.propagate(system(PRECESSING, MOON), motion.state, times)
+    p = along.relative_to(motion.frame).attitude
+    for before, after in ((0, 2), (1, 3), (2, 4)):
+        assert (p[before].inv() * p[after]).magnitude() < 1e-12
+        np.testing.assert_allclose(along.omega_body[after], along.omega_body[before], atol=1e-12)
+
+
+def test_matrix_of_potentials_is_symplectic(cassini):
+    unstable = periodic_motion(system(ELLIPSE, pt.Body((1.3, 1.0, 1.6))), upright(ELLIPSE), ELLIPSE.period)
+    assert not unstable.stable
+    for motion, bound in ((cassini.motion, 2e-12), (unstable, 1e-9)):
+        J = symplectic(motion)
+        np.testing.assert_allclose(motion.matrix.T @ J @ motion.matrix, J, atol=bound)
+        pairs = motion.multipliers[:, None] * motion.multipliers
+        assert np.all(np.min(np.abs(pairs - 1), axis=0) < bound)
+
+
+def test_friction_shrinks_the_phase_space_as_liouville_says():
+    """The trace of g' = -c I^-1 g + ... makes det = exp(-c period (1/A + 1/B + 1/C))."""
+    friction = 1e-4
+    forced = system(ELLIPSE, MOON, pt.LinearDamping(friction))
+    motion = periodic_motion(forced, upright(ELLIPSE, MOON), ELLIPSE.period)
+    expected = np.exp(-friction * ELLIPSE.period * np.sum(1 / MOON.moments))
+    assert np.linalg.det(motion.matrix) == pytest.approx(expected, rel=1e-11)
+    assert motion.stable
+    assert np.all(np.abs(motion.multipliers) < 1)
+
+
+def test_permanent_rotation_of_a_free_body():
+    """One of a family: the wobble (C - A)(C - B)/(A B), and multipliers that are 1."""
+    A, B, C = BODY.moments
+    spin = 0.9
+    period = 2 * np.pi / spin
+    motion = periodic_motion(pt.System(BODY), BODY.state(IDENTITY, omega_body=(0, 0, spin)), period)
+    wobble = spin * np.sqrt((C - A) * (C - B) / (A * B))
+    np.testing.assert_allclose(motion.frequencies, folded([wobble], period), rtol=1e-11)
+    assert np.sum(np.abs(motion.multipliers - 1) < 1e-6) == 4
+    assert motion.stable
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e12])
+@pytest.mark.parametrize("pace", [1e-4, 1e3])
+def test_units_do_not_matter(cassini, scale, pace):
+    orbit = pt.PrecessingOrbit(
+        pt.KeplerOrbit(1.1 * pace**2, 1.2, 0.07, 0.3, 0.5, 2.1, 1.0, -0.4 / pace), -0.004 * pace, 0.0, 0.002 * pace
+    )
+    same = cassini_state(pt.Body(scale * MOON.moments), orbit)
+    assert same.obliquity == pytest.approx(cassini.obliquity, rel=1e-9)
+    np.testing.assert_allclose(same.motion.frequencies / pace, cassini.motion.frequencies, rtol=1e-9)
+
+
+def test_period_may_start_anywhere(cassini):
+    own = cassini.motion
+    along = pt.propagate(system(PRECESSING, MOON), own.state, [own.state.time + 0.4 * own.period], dense=True)
+    later = along(along.times[0])
+    other = periodic_motion(system(PRECESSING, MOON), later, own.period, own.frame)
+    np.testing.assert_allclose(other.state.quaternion, later.quaternion, atol=1e-11)
+    np.testing.assert_allclose(other.frequencies, own.frequencies, rtol=1e-9)
+
+
+def test_numbers_of_a_motion_fit_together(cassini):
+    motion = cassini.motion
+    assert np.all(np.diff(motion.frequencies) > 0)
+    assert np.all((motion.frequencies > 0) & (motion.frequencies <= np.pi / motion.period))
+    characteristic = np.poly(np.linalg.eigvals(motion.matrix))
+    np.testing.assert_allclose(np.poly(motion.multipliers), characteristic, atol=1e-10)
+    text = r"PeriodicMotion\(state=State\(.*\), period=\d+\.\d+, stable=True, frequencies=\[.*\], growth_rates=\[\]\)"
+    assert re.fullmatch(text, repr(motion))
+
+
+# ---------------------------------------------------------------------- Cassini states
+
+
+def test_names_go_with_the_modes(cassini):
+    """About the third axis; axis and momentum together; the momentum at rest while the axis goes round it."""
+    motion = cassini.motion
+    size = np.linalg.norm(motion.state.angular_momentum_body)
+    to_space = np.array([[0, -1], [1, 0]]) * size  # what a turn across the third axis adds to the momentum in space
+    assert sorted([cassini.longitude, cassini.precession, cassini.wobble]) == pytest.approx(motion.frequencies)
+    multipliers, modes = np.linalg.eig(motion.matrix)
+    shares = {}
+    for name in ("longitude", "precession", "wobble"):
+        mode = modes[:, np.argmin(np.abs(np.angle(multipliers) - getattr(cassini, name) * motion.period))]
+        across = np.linalg.norm(mode[:2])
+        swing = np.linalg.norm(mode[3:5] - to_space @ mode[:2]) / size
+        shares[name] = across / abs(mode[2]), swing / across
+    assert shares["longitude"][0] < 0.2
+    assert shares["precession"][1] > 0.8
+    assert shares["wobble"][1] < 0.2
+
+
+def test_axis_is_in_the_plane_of_pole_and_normal(cassini):
+    assert cassini.inclination == pytest.approx(cassini.obliquity + 0.3, abs=1e-4)
+    opposite = cassini_state(MOON, PRECESSING, obliquity=np.radians(170.0))
+    assert opposite.obliquity > 3.0
+    assert opposite.inclination == pytest.approx(2 * np.pi - opposite.obliquity - 0.3, abs=1e-4)
+
+
+@pytest.mark.parametrize("lean", [0.2, -0.2])
+def test_guess_leans_away_from_the_pole(monkeypatch, lean):
+    guesses = []
+    monkeypatch.setattr(periodic, "periodic_motion", lambda _, guess, *__: guesses.append(guess))
+    with pytest.raises(AttributeError):
+        cassini_state(MOON, PRECESSING, obliquity=lean)
+    assert np.arccos(guesses[0].attitude.as_matrix()[2, 2]) == pytest.approx(0.3 + lean, abs=1e-12)
+
+
+def test_without_motion_of_the_node_the_axis_is_normal_to_the_orbit():
+    state = cassini_state(MOON, pt.PrecessingOrbit(ELLIPSE))
+    assert state.obliquity < 1e-11
+    assert state.inclination == pytest.approx(0.3, abs=1e-11)
+
+
+def test_unstable_state_has_no_names():
+    state = cassini_state(pt.Body((0.993, 0.99, 1.0)), PRECESSING)
+    assert not state.motion.stable
+    assert np.isnan([state.longitude, state.precession, state.wobble]).all()
+
+
+# ---------------------------------------------------------------------- wrong input
+
+
+class Growing(pt.Potential):
+    """It depends on the time."""
+
+    slope: float
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return self.slope * sky.time * attitude.to_body((0, 0, 1))[0]
+
+
+class Motor(pt.Torque):
+    """It spins the body up for ever, or without end in a finite time."""
+
+    strength: float
+    growth: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        x, y, z = omega_body
+        return 0.0 * x, 0.0 * y, self.strength + self.growth * z * z
+
+
+MEMBERS = pt.System(pt.Body([(1, 1, 1), (1, 1, 1.5)]))
+FREE = BODY.state(IDENTITY, omega_body=(0, 0, 1))
+HYPERION = pt.KeplerOrbit(1.0, 1.0, 0.123233, 0.0, 0.0, 0.0)
+WILD = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.26), pt.GravityGradient(HYPERION))
+WRONG = {
+    "system": (
+        lambda: periodic_motion(BODY, FREE, 1.0),
+        TypeError,
+        r"system must be a System, but Body came\. The order is periodic_motion\(system, guess, period\)\.",
+    ),
+    "guess": (
+        lambda: periodic_motion(pt.System(BODY), IDENTITY, 1.0),
+        TypeError,
+        r"guess must be a State, but tuple came\. The order is .*",
+    ),
+    "members": (
+        lambda: periodic_motion(MEMBERS, FREE, 1.0),
+        ValueError,
+        r"system and guess must be single ones, but 2 members came\. Take the members one by one\.",
+    ),
+    "members of the guess": (
+        lambda: periodic_motion(pt.System(BODY), BODY.state([IDENTITY] * 3, omega_body=(0, 0, 1)), 1.0),
+        ValueError,
+        r"system and guess must be single ones, but 3 members came\. .*",
+    ),
+    "period": (
+        lambda: periodic_motion(pt.System(BODY), FREE, -1.0),
+        ValueError,
+        r"period must be positive, but -1\.0 came\.",
+    ),
+    "frame": (
+        lambda: periodic_motion(pt.System(BODY), FREE, 1.0, CIRCLE),
+        TypeError,
+        r"frame must be a Frame, but KeplerOrbit came\. An orbit has one: orbit\.frame\.",
+    ),
+    "frame that does not repeat itself": (
+        lambda: periodic_motion(pt.System(BODY), FREE, 1.0, ELLIPSE.frame),
+        ValueError,
+        r"frame must turn in the same way in every period, but its angular velocity changes by 0\.\d+ of its size\. "
+        r"A RotatingFrame turns at a constant rate\.",
+    ),
+    "another period": (
+        lambda: periodic_motion(system(ELLIPSE), FREE, 7.0),
+        ValueError,
+        r"system must repeat itself in the frame after the period 7, but its torque changes by \d\.\d+ of its size\. "
+        r"Name the period of the orbit, and the frame that turns with its node\.",
+    ),
+    "another frame": (
+        lambda: periodic_motion(system(PRECESSING), FREE, PRECESSING.period),
+        ValueError,
+        r"system must repeat itself .*",
+    ),
+    "periapsis that moves": (
+        lambda: cassini_state(MOON, pt.PrecessingOrbit(ELLIPSE, -0.004, 0.001)),
+        ValueError,
+        r"system must repeat itself .*",
+    ),
+    "time": (
+        lambda: periodic_motion(pt.System(BODY, Growing(0.1)), FREE, 1.0),
+        ValueError,
+        r"system must repeat itself .*",
+    ),
+    "too long": (
+        lambda: periodic_motion(WILD, BODY.state(IDENTITY, omega_body=(0, 0, 1)), 100 * HYPERION.period),
+        ValueError,
+        r"guess must lead to a motion that depends smoothly on its start, but over the period 628\.319 its derivative "
+        r"is known to \S+ of itself only\. Choose a shorter period\.",
+    ),
+    "nothing to find": (
+        lambda: periodic_motion(pt.System(BODY, Motor(0.1, 0.0)), FREE, 1.0),
+        ValueError,
+        r"guess must be near a motion that repeats itself, but after 40 steps of Newton's method it still misses "
+        r"itself by 0\.06\d* rad in a period\. Start nearer, or elsewhere\.",
+    ),
+    "motion that ends": (
+        lambda: periodic_motion(pt.System(BODY, Motor(0.0, 4.0)), FREE, 1.0),
+        ValueError,
+        r"guess must lead to a motion without end, but propagation stopped at t = 0\.\d+ of 1: .*",
+    ),
+    "body": (
+        lambda: cassini_state(PRECESSING, MOON),
+        TypeError,
+        r"body must be a Body, but PrecessingOrbit came\. The order is cassini_state\(body, orbit\)\.",
+    ),
+    "orbit": (lambda: cassini_state(MOON, ELLIPSE), TypeError, r"orbit must be a PrecessingOrbit, but KeplerOrbit .*"),
+    "spin": (
+        lambda: cassini_state(MOON, PRECESSING, 1.3),
+        ValueError,
+        r"spin must be a positive multiple of 1/2, but 1\.3 came\. It is 1 of moons, 1\.5 of Mercury\.",
+    ),
+    "members of the body": (
+        lambda: cassini_state(pt.Body([(1, 1, 1), (1, 1, 1.5)]), PRECESSING),
+        ValueError,
+        r"body and orbit must be single ones, but 2 members came\. Take the members one by one\.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_input_is_refused_with_a_sentence(name):
+    call, kind, sentence = WRONG[name]
+    with pytest.raises(kind) as raised:
+        call()
+    assert re.fullmatch(sentence, str(raised.value)), str(raised.value)
