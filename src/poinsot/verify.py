@@ -21,19 +21,25 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from poinsot import paper
+from poinsot.analysis.equilibria import equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.periodic import CassiniState, cassini_state
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
+from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.sky import Orbit
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory, versions
+from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.orbits.lagrange import POINTS, LagrangePoint
 from poinsot.orbits.precessing import PrecessingOrbit
+from poinsot.orbits.restricted import ThreeBodyOrbit
 
 __all__ = ["CASES", "Case", "Row", "installation", "rows_of"]
 
@@ -361,6 +367,62 @@ def _cassini_state(
     return cassini_state(body, orbit, spin)
 
 
+# ---------------------------------------------------------------------- orbits
+
+EARTH_MOON = 1.215058560962404e-02  # the part of the Moon in both masses
+HALO = (1.1252564593293650, 0.18187257007554328, -0.22544675199362010, 2.9587012252195288)  # x, z, v_y, period
+SPACECRAFT = (60.0, 120.0, 150.0)
+
+
+def beside_two_attractors() -> list[Row]:
+    """Return the differences in frequencies at the collinear points, and by how much a halo does not close."""
+    pair = (1 - EARTH_MOON, EARTH_MOON, 1.0)
+    x, z, v, period = HALO
+    path = ThreeBodyOrbit(*pair, (x, 0, z), (0, v, 0))
+    body = Body(SPACECRAFT)
+    system = System(body, GravityGradient(path.from_primary), GravityGradient(path.from_secondary))
+    motion = propagate(system, body.state(IDENTITY, omega_body=(0, 0, 1)), [period])
+    ahead = np.array(list(motion.sky.position(path.from_secondary)))[:, 0]
+    end = quat.rotate(quat.conjugate(path.frame.quaternion(period)), ahead)
+    return [
+        *(Row(f"libration at {name} (relative)", _libration(LagrangePoint(*pair, name)), 4e-15) for name in POINTS[:3]),
+        Row("halo orbit after a period", _apart(end, (x - 1 + EARTH_MOON, 0, z)), 1e-13),
+    ]
+
+
+def _libration(point: LagrangePoint) -> float:
+    """Return the relative difference of the frequency in the plane to sqrt(3 c (B - A)/C) n, the nearest one.
+
+    c = (1 - mu)/r1^3 + mu/r2^3 in units of the separation.
+    """
+    system = System(Body(SPACECRAFT), *map(GravityGradient, (point.from_primary, point.from_secondary)))
+    rest = next(found for found in equilibria(system, point.frame) if found.stability == "lyapunov")
+    r1, r2 = (np.linalg.norm(orbit.position) for orbit in (point.from_primary, point.from_secondary))
+    c = (1 - point.mass_ratio) / r1**3 + point.mass_ratio / r2**3
+    A, B, C = SPACECRAFT
+    return _least(rest.frequencies / (np.sqrt(3 * c * (B - A) / C) * point.mean_motion) - 1)
+
+
+def table() -> list[Row]:
+    """Return by how much a motion along a table of an ellipse differs from that along the ellipse."""
+    ellipse = KeplerOrbit(1.7, 1.3, 0.2, 0.4, -0.8, 0.3)
+    times = np.linspace(-1, 21, 1101)
+    rows = (np.stack(list(part(times)), axis=-1) for part in (ellipse.position_at, ellipse.velocity_at))
+    ephemeris = Ephemeris.from_table(1.7, times, *rows)
+    body = Body(SPACECRAFT)
+    start = body.state(IDENTITY, omega_body=(0.1, 0.2, 1))
+    along, expected = (propagate(System(body, GravityGradient(orbit)), start, [20.0]) for orbit in (ephemeris, ellipse))
+    return [
+        Row("position between rows, of 1.56", float(np.max(_distances(ephemeris, ellipse))), 4e-14),
+        Row("attitude at the end", _apart(along.quaternion, expected.quaternion), 1e-13),
+    ]
+
+
+def _distances(orbit: Orbit, other: Orbit) -> Array:
+    times = np.linspace(-0.99, 20.99, 1999)
+    return np.asarray(np.linalg.norm(list(orbit.position_at(times) - other.position_at(times)), axis=0))
+
+
 # ---------------------------------------------------------------------- Hyperion
 
 HYPERION = Body.from_ratios(beta=0.47, gamma=0.26)  # in the plane of the orbit, gamma = (B - A) / C alone counts
@@ -494,6 +556,10 @@ def _largest(difference: ArrayLike) -> float:
     return float(np.max(np.abs(difference)))
 
 
+def _least(difference: ArrayLike) -> float:
+    return float(np.min(np.abs(difference)))
+
+
 def _apart(value: ArrayLike, expected: ArrayLike) -> float:
     return _largest(np.asarray(value) - np.asarray(expected))
 
@@ -520,6 +586,12 @@ CASES = (
         "Yang et al. (2017), Noyelles et al. (2008), Rambaux and Bois (2004); extrapolated midpoint rule",
         cassini_states,
     ),
+    Case(
+        "Beside two attractors",
+        "Abad, Arribas and Elipe (1989); NASA/JPL, three-body periodic orbits",
+        beside_two_attractors,
+    ),
+    Case("Orbit known by numbers", "the ellipse itself", table),
     Case(
         "Chaos of Hyperion",
         "planar model of Wisdom, Peale and Mignard (1984); DOP853 of scipy, variational equation",

@@ -112,7 +112,7 @@ def _sentences(spice: Any, rule: str) -> Iterator[None]:
     """Say an error of SPICE as one sentence."""
     try:
         yield
-    except spice.exceptions.SpiceyError as error:
+    except spice.utils.exceptions.SpiceyError as error:
         reason = getattr(error, "short", "") or str(error).strip().splitlines()[0]
         raise ValueError(f"{rule}, but SPICE says {reason}.") from None
 
@@ -120,7 +120,7 @@ def _sentences(spice: Any, rule: str) -> Iterator[None]:
 def _number(spice: Any, name: str, body: str | int) -> int:
     try:
         return int(spice.bods2c(str(body)))
-    except spice.exceptions.SpiceyError:
+    except spice.utils.exceptions.SpiceyError:
         raise ValueError(f"{name} must be a body that SPICE knows, but {body!r} came.") from None
 
 

@@ -177,6 +177,13 @@ def test_nothing_is_conserved_along_a_table(fitted):
     )
 
 
+def test_a_single_time_gives_scalars(fitted):
+    for part in (fitted.position_at, fitted.velocity_at, fitted.acceleration_at):
+        assert [np.shape(component) for component in part(5.0)] == [()] * 3
+    assert fitted.frame.quaternion(5.0).shape == (4,)
+    assert fitted.frame.omega_space(5.0).shape == (3,)
+
+
 def test_it_says_what_it_is(fitted):
     assert repr(fitted).startswith("Ephemeris(mu=398600.4418, ")
     assert fitted.span == (-T, 6 * T)
