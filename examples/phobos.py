@@ -3,18 +3,22 @@
 Linear theory of the angle psi between the long axis and the mean direction to Mars, with mean motion n and
 w^2 = 3 (B - A)/C n^2: psi'' + w^2 psi = 2 e w^2 sin(n t). The free libration has the frequency w, the forced one the
 amplitude 2 e w^2/(w^2 - n^2), negative as w < n; observers find 1.1 degrees. Moments: a unit test of Tudat.
+
+The gravity gradient is of the second degree of the body's own field. What the fourth degree adds is seen on the
+homogeneous ellipsoid of its size; docs/worlds.md has the theory.
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.optimize import brentq
 
 import poinsot as pt
 
 phobos = pt.Body((0.3615, 0.4265, 0.5024))  # over M R^2: the axes towards Mars, along the orbit, normal to it
 
 
-def libration(eccentricity, orbits, angle=0.0, rate=0.0):
-    """Mean motion, times and libration angle, from an angle and a rate over n at the periapsis."""
+def libration(eccentricity, orbits, angle=0.0, rate=0.0, body=phobos, gravity=pt.GravityGradient):
+    """The libration angle after numbers of orbits, from an angle and a rate over n at the periapsis."""
     orbit = pt.KeplerOrbit(
         mu=42828.37,
         semimajor_axis=9376.0,
@@ -23,38 +27,77 @@ def libration(eccentricity, orbits, angle=0.0, rate=0.0):
         node=0.0,
         argument_of_periapsis=0.0,
     )
-    n = orbit.mean_motion
-    system = pt.System(phobos, pt.GravityGradient(orbit), units={"time": "s"})
-    start = phobos.state((np.cos(angle / 2), 0, 0, np.sin(angle / 2)), omega_body=(0, 0, n * (1 + rate)))
-    motion = pt.propagate(system, start, np.linspace(0, orbits * orbit.period, 40 * orbits + 1))
+    system = pt.System(body, gravity(orbit), units={"time": "s"})
+    start = body.state((np.cos(angle / 2), 0, 0, np.sin(angle / 2)), omega_body=(0, 0, orbit.mean_motion * (1 + rate)))
+    motion = pt.propagate(system, start, orbits * orbit.period)
     turned = 2 * np.arctan2(motion.quaternion[:, 3], motion.quaternion[:, 0])
-    return n, motion.times, (turned - n * motion.times + np.pi) % (2 * np.pi) - np.pi
+    return (turned - 2 * np.pi * (orbits % 1) + np.pi) % (2 * np.pi) - np.pi
+
+
+def linear(body):
+    """The frequency of the free libration over n."""
+    return np.sqrt(3 * (body.moments[1] - body.moments[0]) / body.moments[2])
 
 
 # Free, on a circle: its frequency is that of the zeros.
-n, t, free = libration(eccentricity=0.0, orbits=100, angle=np.radians(0.01))
+orbits = np.linspace(0, 100, 4001)
+phase = 2 * np.pi * orbits
+free = libration(0.0, orbits, angle=np.radians(0.01))
 i = np.flatnonzero(free[:-1] * free[1:] < 0)
-zeros = t[i] - free[i] * np.diff(t)[i] / (free[i + 1] - free[i])
-frequency = np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0]) / n
-w = np.sqrt(3 * (phobos.moments[1] - phobos.moments[0]) / phobos.moments[2])
+zeros = phase[i] - free[i] * np.diff(phase)[i] / (free[i + 1] - free[i])
+frequency = np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0])
+w = linear(phobos)
 print(f"free libration: {frequency:.5f} n, linear theory {w:.5f} n")
 assert abs(frequency - 0.6230063745604) < 5e-6
 
 # Forced, on the ellipse, with as little free libration as linear theory can ask for.
 e = 0.0151
 amplitude = 2 * e * w**2 / (w**2 - 1)
-n, t, forced = libration(eccentricity=e, orbits=100, rate=amplitude)
-waves = [wave(x * n * t) for x in (1, 2, w) for wave in (np.sin, np.cos)]
+forced = libration(e, orbits, rate=amplitude)
+waves = [wave(x * phase) for x in (1, 2, w) for wave in (np.sin, np.cos)]
 measured = np.linalg.lstsq(np.transpose(waves), forced)[0][0]
 print(f"forced libration: {np.degrees(measured):.3f} deg, linear theory {np.degrees(amplitude):.3f} deg")
 assert abs(measured / amplitude - 1) < 5e-3
 
+# The fourth degree, of the homogeneous ellipsoid of its size in km: w^2 grows by (R/a)^2 (1680 C44 - 30 C42)/(12 C22).
+shape = pt.Ellipsoid((13.0, 11.4, 9.1), mass=1.0)
+body, field = pt.Body.from_inertia(shape.inertia), shape.field(4)
+w = linear(body)
+growth = (field.radius / 9376.0) ** 2 * (1680 * field.C[4, 4] - 30 * field.C[4, 2]) / (12 * field.C[2, 2])
+degrees = {2: pt.GravityGradient, 4: lambda orbit: pt.HarmonicGravity(orbit, field)}
+
+
+def free_frequency(gravity):
+    """Its difference to w makes an angle where linear theory passes zero, a hundred librations later."""
+    start, later = 1e-3, 100.25 / w
+    (angle,) = libration(0.0, np.array([later]), angle=start, body=body, gravity=gravity)
+    return w - np.arcsin(angle / start) / (2 * np.pi * later)
+
+
+def forced_libration(gravity):
+    """Its amplitude: the motion that passes the mean direction at the periapsis passes it at the apoapsis too."""
+
+    def angles(rate, orbits):
+        return libration(e, orbits, rate=rate, body=body, gravity=gravity)
+
+    rate = brentq(lambda rate: angles(rate, np.array([0.5]))[0], -0.03, -0.01, xtol=1e-16)
+    once = np.arange(400) / 400
+    return 2 * np.mean(angles(rate, once) * np.sin(2 * np.pi * once))
+
+
+for what, measure, expected in (
+    ("free libration, frequency", free_frequency, growth / 2),
+    ("forced libration, amplitude", forced_libration, growth / (1 - w**2)),
+):
+    second, fourth = (measure(gravity) for gravity in degrees.values())
+    change = fourth / second - 1
+    print(f"{what}: {second:.7f}, of degree 4 {change:.5e} more, linear theory {expected:.5e}")
+    assert abs(change / expected - 1) < (1e-2 if measure is forced_libration else 1e-5)
+
 figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
-shown = n * t < 2 * np.pi * 8
-axes.plot(n * t[shown] / (2 * np.pi), np.degrees(forced[shown]), color="#0072B2", label="forced by the ellipse")
-axes.plot(
-    n * t[shown] / (2 * np.pi), 100 * np.degrees(free[shown]), color="#D55E00", label="free on a circle, 100 times"
-)
+shown = orbits < 8
+axes.plot(orbits[shown], np.degrees(forced[shown]), color="#0072B2", label="forced by the ellipse")
+axes.plot(orbits[shown], 100 * np.degrees(free[shown]), color="#D55E00", label="free on a circle, 100 times")
 axes.set_xlabel("orbits")
 axes.set_ylabel("libration [deg]")
 axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)

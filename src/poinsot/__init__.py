@@ -5,18 +5,29 @@ from poinsot.analysis.equilibria import Equilibrium, equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from poinsot.errors import PropagationError, PropagationInterrupted
+from poinsot.files.aem import read_aem, write_aem
+from poinsot.files.apm import read_apm, write_apm
+from poinsot.files.attitude_table import AttitudeTable
+from poinsot.files.ck import spice_attitude, write_ck
+from poinsot.files.fields import read_field
+from poinsot.files.meshes import read_mesh
 from poinsot.files.netcdf import save
 from poinsot.files.oem import read_oem
+from poinsot.files.quaternion_csv import read_quaternion_csv, write_quaternion_csv
 from poinsot.files.spk import spice_orbit
+from poinsot.files.stk import read_stk_attitude, write_stk_attitude
 from poinsot.files.tle import omm_orbit, tle_orbit
 from poinsot.forces.damping import LinearDamping
-from poinsot.forces.gravity import GravityGradient, OblateGravityGradient, UniformGravity
+from poinsot.forces.ellipsoid import EllipsoidGravity
+from poinsot.forces.gravity import GravityGradient, HarmonicGravity, OblateGravityGradient, UniformGravity
+from poinsot.forces.mascons import MasconGravity
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame
+from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.mechanics.state import State, project_to_tangent
@@ -35,27 +46,51 @@ from poinsot.orbits.restricted import ThreeBodyOrbit
 from poinsot.orbits.sums import orbit_sum
 from poinsot.orbits.two_body import two_body_orbit
 from poinsot.pictures.geometry import plot_herpolhode, plot_poinsot, plot_polhode
+from poinsot.pictures.histories import (
+    plot_angular_momentum,
+    plot_difference,
+    plot_drift,
+    plot_euler_angles,
+    plot_quaternions,
+    plot_rates,
+    plot_roll_pitch_yaw,
+)
 from poinsot.pictures.momentum_sphere import plot_momentum_sphere
-from poinsot.pictures.quaternions import plot_quaternions
+from poinsot.pictures.view import view
+from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.mascons import Mascons
+from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.shape import Shape
+from poinsot.shapes.solids import Cylinder, Ellipsoid
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Andoyer",
+    "Assembly",
     "Attitude",
+    "AttitudeTable",
     "Body",
     "Calendar",
     "CassiniState",
+    "Cylinder",
+    "Ellipsoid",
+    "EllipsoidGravity",
     "Ephemeris",
     "Equilibrium",
     "EscapeOrbit",
     "FixedPoint",
     "Frame",
     "FreeRotation",
+    "GravityField",
     "GravityGradient",
+    "HarmonicGravity",
     "KeplerOrbit",
     "LagrangePoint",
     "LinearDamping",
+    "MasconGravity",
+    "Mascons",
+    "Mesh",
     "OblateGravityGradient",
     "Orbit",
     "PeriodicMotion",
@@ -65,6 +100,7 @@ __all__ = [
     "PropagationInterrupted",
     "RotatingFrame",
     "RotatingPoint",
+    "Shape",
     "Sky",
     "State",
     "System",
@@ -81,16 +117,35 @@ __all__ = [
     "orbit_sum",
     "periodic_motion",
     "planet_orbit",
+    "plot_angular_momentum",
+    "plot_difference",
+    "plot_drift",
+    "plot_euler_angles",
     "plot_herpolhode",
     "plot_momentum_sphere",
     "plot_poinsot",
     "plot_polhode",
     "plot_quaternions",
+    "plot_rates",
+    "plot_roll_pitch_yaw",
     "project_to_tangent",
     "propagate",
+    "read_aem",
+    "read_apm",
+    "read_field",
+    "read_mesh",
     "read_oem",
+    "read_quaternion_csv",
+    "read_stk_attitude",
     "save",
+    "spice_attitude",
     "spice_orbit",
     "tle_orbit",
     "two_body_orbit",
+    "view",
+    "write_aem",
+    "write_apm",
+    "write_ck",
+    "write_quaternion_csv",
+    "write_stk_attitude",
 ]

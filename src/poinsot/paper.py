@@ -25,7 +25,7 @@ from poinsot.motion import kernels
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.pictures.quaternions import plot_quaternions
+from poinsot.pictures.histories import plot_quaternions
 
 __all__ = ["PERIGEE", "PROBLEMS", "Problem", "Row", "markdown_table", "solve", "write"]
 

@@ -36,6 +36,7 @@ from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory, versions
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.orbits.lagrange import POINTS, LagrangePoint
 from poinsot.orbits.precessing import PrecessingOrbit
@@ -283,6 +284,27 @@ def jeod() -> list[Row]:
         # The same with 64 bits of mantissa and a Cartesian orbit is 5.0e-13 away from JEOD's matrix too.
         Row("first row of the matrix", _apart(motion.attitude.as_matrix()[0, :, 0], JEOD_ROW), 6e-13),
         Row("position [m], of 6.8e6", _apart(orbit.position_at(28800.0), JEOD_POSITION), 4e-6),
+    ]
+
+
+FLYBY_MATRIX = (  # body -> space, and the rate along the body axes [rad/s], five days after the perigee
+    (-0.8871807753027592314, -0.1271134300877969439, 0.4435678615775829564),
+    (-0.2379708370491448560, -0.6975516969800042215, -0.6758635296821731270),
+    (0.3953228460983821921, -0.7051693455700064165, 0.5886051659822945269),
+)
+FLYBY_RATE = (3.103414837233138528e-5, -1.399289994140653627e-5, 8.492191284577626921e-5)
+
+
+def flyby() -> list[Row]:
+    """Return the differences after Apophis, or a body like it, has passed the Earth on a hyperbola; km, s."""
+    mu, perigee, excess_speed, far = 398600.4418, 38000.0, 5.84, 5 * 86400.0
+    orbit = EscapeOrbit(mu, perigee, 1 + perigee * excess_speed**2 / mu, 0.0, 0.0, 0.0)
+    body, attitude = Body((0.61, 0.965, 1.0)), Rotation.from_euler("ZXZ", (40, 60, 80), degrees=True)
+    start = body.state(attitude, omega_body=(2e-5, 0, 5.6e-5), time=-far)
+    motion = propagate(System(body, GravityGradient(orbit)), start, [far])
+    return [
+        Row("attitude, matrix", _apart(motion.attitude.as_matrix()[0], FLYBY_MATRIX), 2e-12),
+        Row("rate [rad/s], of 9e-5", _apart(motion.omega_body[0], FLYBY_RATE), 1e-16),
     ]
 
 
@@ -580,6 +602,7 @@ CASES = (
     Case("Constant momentum at a separatrix", "test data of Principia", constant_momentum),
     Case("4179 Toutatis", "Takahashi, Busch and Scheeres (2013); elliptic integrals in 40 digits", toutatis),
     Case("Gravity gradient in orbit", "NASA JEOD, SIM_dyncomp RUN_10A", jeod),
+    Case("Flyby of the Earth", "Newton's and Euler's equations in 33 digits, with rotation matrices", flyby),
     Case("Librations on a circle", "linear theory; Phobos: unit test of Tudat", librations),
     Case(
         "Cassini states",

@@ -441,7 +441,7 @@ REST = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0))
 FREE = pt.System(BODY)
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)))
 MANY = BODY.state([(1, 0, 0, 0)] * 3, omega_body=(0.4, -0.3, 0.6))
-ENSEMBLE = "must be of one body, but an ensemble of 3 members came."
+ENSEMBLE = "must be of one body, but an ensemble of 3 members came. Propagate the member to draw alone."
 NO_MOTION = "motion must be a Trajectory, but State came."
 AT_REST = "motion must have an angular momentum, but g = 0. A body at rest has no axis of rotation."
 NO_TIMES = "motion must have times to draw, but it has none."

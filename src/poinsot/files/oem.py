@@ -12,25 +12,14 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.files.strangers import local_name, parsed_xml, read_text
+from poinsot.files import ccsds
+from poinsot.files.ccsds import FRAMES, ROTATING
+from poinsot.files.strangers import local_name, read_text
 from poinsot.mechanics.calendar import SCALES, Calendar, checked_calendar
 from poinsot.orbits.attractors import attractor_mu
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["read_oem"]
-
-INERTIAL = {
-    "ICRF": ("ICRF", "ICRF1", "ICRF2", "ICRF3", "ICRS", "GCRF", "GCRF1", "GCRF2", "GCRF3", "GCRS", "EME2000", "J2000"),
-    "TEME": ("TEME", "TEMEOFDATE", "TEMEOFEPOCH"),
-    "TOD": ("TOD", "TOD_EARTH"),
-    "MOD": ("MOD", "MOD_EARTH"),
-    "MCI": ("MCI",),
-}
-"""Names of frames that do not rotate. EME2000 is within 0.03 arcseconds of the ICRF, and taken for it."""
-
-FRAMES = {name: frame for frame, names in INERTIAL.items() for name in names}
-
-ROTATING = re.compile(r"ITRF|DTRF|WGS|GRC|TDR|EFG|ECEF|FIXED|IAU_|GTOD|PEF|TIRS")
 
 NEEDED = ("CENTER_NAME", "REF_FRAME", "TIME_SYSTEM")
 
@@ -226,7 +215,7 @@ def _joined(segments: list[_Segment], name: str) -> _Segment:
 
 
 def _segments_of_kvn(text: str, name: str) -> list[_Segment]:
-    lines = _lines(text)
+    lines = ccsds.kvn_lines(text)
     _, opening = next(lines, (0, ""))
     if not re.fullmatch(r"CCSDS_OEM_VERS\s*=\s*[123](\.\d+)?", opening):
         raise ValueError(
@@ -235,7 +224,7 @@ def _segments_of_kvn(text: str, name: str) -> list[_Segment]:
     segments: list[_Segment] = []
     for number, line in lines:
         if line == "META_START":
-            segments.append(_Segment(name, _metadata(lines, name, number)))
+            segments.append(_Segment(name, ccsds.kvn_metadata(lines, name, number)))
         elif line == "COVARIANCE_START":
             _skip_covariance(lines, f"{name}, line {number}")
         elif segments:
@@ -244,26 +233,6 @@ def _segments_of_kvn(text: str, name: str) -> list[_Segment]:
         elif "=" not in line:
             raise ValueError(f"{name}, line {number} must come after META_START, but {line[:60]!r} comes before.")
     return segments
-
-
-def _lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield the lines that say something, each after its number."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        line = line.strip()
-        if line and not re.match(r"COMMENT\b", line):
-            yield number, line
-
-
-def _metadata(lines: Iterator[tuple[int, str]], name: str, begin: int) -> dict[str, str]:
-    says: dict[str, str] = {}
-    for number, line in lines:
-        if line == "META_STOP":
-            return says
-        key, equals, value = line.partition("=")
-        if not equals:
-            raise ValueError(f"{name}, line {number} must be KEY = VALUE or META_STOP, but {line[:60]!r} came.")
-        says[key.strip()] = value.strip()
-    raise ValueError(f"{name}, line {begin} must be followed by META_STOP, but the file ends.")
 
 
 def _skip_covariance(lines: Iterator[tuple[int, str]], begin: str) -> None:
@@ -275,11 +244,7 @@ def _skip_covariance(lines: Iterator[tuple[int, str]], begin: str) -> None:
 
 
 def _segments_of_xml(text: str, name: str) -> list[_Segment]:
-    root = parsed_xml(text, name)
-    messages = [part for part in root.iter() if local_name(part) == "oem"]
-    if len(messages) != 1:
-        raise ValueError(f"{name} must hold one oem element, but it holds {len(messages)}.")
-    found = [part for part in messages[0].iter() if local_name(part) == "segment"]
+    found = [part for part in ccsds.one_message(text, name, "oem").iter() if local_name(part) == "segment"]
     return [_segment_of_xml(part, name, i) for i, part in enumerate(found)]
 
 

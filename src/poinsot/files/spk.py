@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.errors import optional
+from poinsot.files.spice import ET, check_inertial, loaded, sentences
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import attractor_mu
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["spice_orbit"]
 
-ET = Calendar("2000-01-01T12:00:00", "TDB")
-
 TOLERANCE = 1e-12
-
-INERTIAL_CLASS = 1
 
 
 def spice_orbit(
@@ -67,18 +63,18 @@ def spice_orbit(
     """
     spice = optional("spiceypy", "SPICE kernels")
     first, last = span_of(calendar, start, stop)
-    with _loaded(spice, kernels):
+    with loaded(spice, kernels):
         target_id, center_id = _number(spice, "target", target), _number(spice, "center", center)
         if target_id == center_id:
             raise ValueError(f"target and center must be two, but both are {target!r}.")
-        _check_inertial(spice, frame)
+        check_inertial(spice, frame)
         origin = str(spice.bodc2s(center_id))
         mu = _pool_mu(spice, center_id) if mu is None else mu
         mu = attractor_mu(origin, mu)
 
         def position(times: NDArray[np.float64]) -> NDArray[np.float64]:
             et = ET.converted(times, calendar)
-            with _sentences(spice, f"kernels must cover {target!r} from {center!r} at all times from start to stop"):
+            with sentences(spice, f"kernels must cover {target!r} from {center!r} at all times from start to stop"):
                 return np.asarray(spice.spkpos(str(target_id), et, frame, "NONE", str(center_id))[0])
 
         return Ephemeris.fit(
@@ -93,43 +89,11 @@ def spice_orbit(
         )
 
 
-@contextlib.contextmanager
-def _loaded(spice: Any, kernels: Sequence[str | Path]) -> Iterator[None]:
-    if isinstance(kernels, str | Path):
-        raise TypeError(f"kernels must be a list of paths, but {str(kernels)!r} came.")
-    with contextlib.ExitStack() as stack:
-        for path in map(Path, kernels):
-            if not path.is_file():
-                raise FileNotFoundError(f"kernels must be files, but there is no {path}.")
-            with _sentences(spice, f"{path} must be a SPICE kernel"):
-                stack.callback(spice.unload, str(path))
-                spice.furnsh(str(path))
-        yield
-
-
-@contextlib.contextmanager
-def _sentences(spice: Any, rule: str) -> Iterator[None]:
-    """Say an error of SPICE as one sentence."""
-    try:
-        yield
-    except spice.utils.exceptions.SpiceyError as error:
-        reason = getattr(error, "short", "") or str(error).strip().splitlines()[0]
-        raise ValueError(f"{rule}, but SPICE says {reason}.") from None
-
-
 def _number(spice: Any, name: str, body: str | int) -> int:
     try:
         return int(spice.bods2c(str(body)))
     except spice.utils.exceptions.SpiceyError:
         raise ValueError(f"{name} must be a body that SPICE knows, but {body!r} came.") from None
-
-
-def _check_inertial(spice: Any, frame: str) -> None:
-    number = spice.namfrm(frame) if isinstance(frame, str) and frame else 0
-    if not number:
-        raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
-    if spice.frinfo(number)[1] != INERTIAL_CLASS:
-        raise ValueError(f"frame must be one that does not rotate, but {frame!r} came.")
 
 
 def _pool_mu(spice: Any, center: int) -> float | None:

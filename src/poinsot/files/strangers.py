@@ -6,9 +6,31 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-__all__ = ["local_name", "parsed_xml", "read_text"]
+__all__ = ["local_name", "parsed_xml", "read_bytes", "read_text"]
 
 MOST_BYTES = 64 * 1024 * 1024
+
+
+def read_bytes(path: str | Path, most: int) -> bytes:
+    """Return the content of a file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        If it is no file, or longer than the most bytes.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"path must lead to a file, but there is no {path}.")
+    if not path.is_file():
+        raise ValueError(f"path must lead to a file, but {path} is none.")
+    with path.open("rb") as stream:
+        content = stream.read(min(most, path.stat().st_size) + 1)
+    if len(content) > most:
+        raise ValueError(f"{path} must have at most {most} bytes, but it has more.")
+    return content
 
 
 def read_text(path: str | Path) -> str:
@@ -21,15 +43,7 @@ def read_text(path: str | Path) -> str:
     ValueError
         If it is no file, longer than 64 MiB, or no text.
     """
-    path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(f"path must lead to a file, but there is no {path}.")
-    if not path.is_file():
-        raise ValueError(f"path must lead to a file, but {path} is none.")
-    with path.open("rb") as stream:
-        content = stream.read(MOST_BYTES + 1)
-    if len(content) > MOST_BYTES:
-        raise ValueError(f"{path} must have at most {MOST_BYTES} bytes, but it has more.")
+    content = read_bytes(path, MOST_BYTES)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from poinsot import functions
 from poinsot.errors import refuse_nonpositive
+from poinsot.forces.inertia import deviator, refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
@@ -81,6 +84,12 @@ class HarmonicGravity(Potential):
         Where the body is; `mu` is the orbit's.
     field : GravityField
         Of the body, along its axes, with its mass in the unit of the moments; lengths in the unit of the orbit.
+
+    Raises
+    ------
+    ValueError
+        By `System`, if the differences between the moments of the body, and its products of inertia, are not those of
+        the field to 1e-9 of the largest moment.
     """
 
     orbit: Orbit
@@ -95,6 +104,13 @@ class HarmonicGravity(Potential):
             power = power * size
             total = total + power * harmonics.sum(field.row(n))
         return inverse * (-self.orbit.mu * field.mass) * total
+
+    def check(self, body: Body) -> None:  # noqa: D102
+        hint = "Take it from the field: Body.from_stokes with the coefficients of degree 2, mass and radius."
+        refuse_other_inertia("the field's degree 2", self.field.inertia_deviator, deviator(body.inertia), body, hint)
+
+    def doubts(self, attitude: Attitude, sky: Sky) -> Mapping[str, Scalar]:  # noqa: ARG002, D102
+        return {"inside_sphere": functions.less(1, self.field.extent * sky.inverse_distance(self.orbit))}
 
 
 class OblateGravityGradient(Potential):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
-from poinsot.mechanics.parameters import Parametric, Vector
+from poinsot.mechanics.parameters import Parametric, Vector, came
 from poinsot.mechanics.quaternion import assemble
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from poinsot.mechanics.frame import Frame
     from poinsot.mechanics.state import State
 
-__all__ = ["Body"]
+__all__ = ["Body", "inertia_of_spread"]
 
 EQUAL_MOMENTS = 64 * np.finfo(float).eps
 """Moments of a tensor that differ by less, relative to the largest, are equal: their axes are free."""
@@ -52,6 +52,8 @@ class Body(Parametric):
     """
 
     moments: Vector
+    shape: ClassVar[Any] = None
+    """The shape that the body was made of by `from_shape`."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -120,6 +122,25 @@ class Body(Parametric):
             return Body(np.diag(inertia))
         moments, axes = _principal(inertia)
         return ObliqueBody(moments, axes)
+
+    @staticmethod
+    def from_shape(shape: Any) -> Body:
+        """Return the body of a shape (`Mesh`, `Ellipsoid`, ...) about its centre of mass, along the shape's axes.
+
+        `body.shape` is the shape. Products of inertia below 1.5e-14 of the largest moment are rounding and become 0.
+
+        Raises
+        ------
+        ValueError
+            If a moment is zero, as those of points along a line.
+        """
+        if not hasattr(shape, "circumscribing_radius"):
+            raise TypeError(f"shape must be a shape, such as a Mesh, but {came(shape)} came.")
+        inertia = shape.inertia
+        negligible = np.abs(inertia) <= EQUAL_MOMENTS * np.max(np.diag(inertia))
+        body = Body.from_inertia(np.where(negligible & ~np.eye(3, dtype=bool), 0, inertia))
+        object.__setattr__(body, "shape", shape)
+        return body
 
     @staticmethod
     def from_stokes(
@@ -216,7 +237,7 @@ class Body(Parametric):
             raise ValueError("masses must not be empty, but shape (0,) came.")
         x = real_array("positions", positions, (m.size, 3))
         x = x - m @ x / m.sum()
-        return Body.from_inertia(np.einsum("n,nk,nk->", m, x, x) * np.eye(3) - np.einsum("n,ni,nj->ij", m, x, x))
+        return Body.from_inertia(inertia_of_spread(np.einsum("n,ni,nj->ij", m, x, x)))
 
     # ------------------------------------------------------------------ states
 
@@ -291,6 +312,11 @@ class ObliqueBody(Body):
     def inertia(self) -> NDArray[np.float64]:
         axes = np.asarray(self.axes)
         return np.asarray((axes * np.asarray(self.moments)[..., None, :]) @ np.swapaxes(axes, -1, -2))
+
+
+def inertia_of_spread(spread: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inertia tensor of second moments, the integral of x x^T over the mass; both (3, 3)."""
+    return np.asarray(np.trace(spread) * np.eye(3) - spread)
 
 
 def _check_moments(moments: NDArray[np.float64]) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from poinsot import functions
 from poinsot.functions import Commuting, Scalar, Vector
 
-__all__ = ["Dual", "partial", "seeded"]
+__all__ = ["Dual", "composed", "partial", "seeded"]
 
 
 class Dual(Commuting):
@@ -111,6 +111,14 @@ def seeded(scalars: Iterable[Scalar], block: Any) -> Vector:
 def partial(expression: Any, block: Any, index: int) -> Scalar:
     """Return the derivative of a result with respect to one variable."""
     return _dual(expression).partials.get((block, index), 0.0)
+
+
+def composed(function: Callable[[Scalar], Scalar], scalar: Scalar) -> Scalar:
+    """Return a function of one scalar; its derivative is taken once, whatever the number of variables behind it."""
+    if not isinstance(scalar, Dual):
+        return function(scalar)
+    inner = _dual(function(Dual(scalar.value, {"inner": 1})))
+    return scalar.chain(inner.value, inner.partials.get("inner", 0.0))
 
 
 def _where(condition: Any, a: Any, b: Any) -> Dual:

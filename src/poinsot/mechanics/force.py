@@ -7,6 +7,7 @@ its physics. It is frozen and becomes a dataclass by itself.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from poinsot import functions
@@ -24,6 +25,13 @@ __all__ = ["Potential", "Torque"]
 
 class Force(Parametric, ABC):
     """What a system takes: a potential or a torque."""
+
+    def check(self, body: Body) -> None:  # noqa: B027
+        """Raise a ValueError if the force is that on another body; a system asks once, when it is made."""
+
+    def doubts(self, attitude: Attitude, sky: Sky) -> Mapping[str, Scalar]:  # noqa: ARG002
+        """Return, by name, whether the formula is used where it need not hold: a result counts these times."""
+        return {}
 
 
 class Potential(Force):

@@ -11,12 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import real_array, real_numbers
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation, unit_quaternion
+from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
 from poinsot.mechanics.parameters import came
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Frame", "RotatingFrame"]
+__all__ = ["Frame", "RotatingFrame", "from_roll_pitch_yaw", "roll_pitch_yaw"]
+
+LEVEL = np.array([0.5, -0.5, -0.5, 0.5])
+"""Forward, opposite to the normal, down -> radial, transverse, normal."""
 
 
 class Frame(ABC):
@@ -40,6 +44,22 @@ def checked_frame(frame: Any) -> Frame:
     if not isinstance(frame, Frame):
         raise TypeError(f"frame must be a Frame, but {came(frame)} came. An orbit has one: orbit.frame.")
     return frame
+
+
+def roll_pitch_yaw(quaternion: ArrayLike) -> NDArray[np.float64]:
+    """Return roll, pitch and yaw, radians, of attitudes body -> radial, transverse, normal of an orbit; (..., 3).
+
+    They lead from axes forward (transverse), opposite to the normal, and down to the body axes: yaw about the third,
+    then pitch about the second, then roll about the first.
+    """
+    angles = angles_from_quaternion(quat.product(quat.conjugate(LEVEL), np.asarray(quaternion)), "321")
+    return np.asarray(np.pi - np.mod(np.pi - angles[..., ::-1], 2 * np.pi))
+
+
+def from_roll_pitch_yaw(angles: ArrayLike) -> NDArray[np.float64]:
+    """Return the attitude body -> radial, transverse, normal with roll, pitch and yaw, radians; (..., 4)."""
+    turn = quaternion_from_angles(np.asarray(angles)[..., ::-1], "321")
+    return np.asarray(quat.product(LEVEL, turn))
 
 
 class RotatingFrame(Frame):

@@ -11,7 +11,7 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Parametric
 
-__all__ = ["GravityField"]
+__all__ = ["GravityField", "norms"]
 
 Array = NDArray[np.float64]
 
@@ -33,11 +33,15 @@ class GravityField(Parametric):
         The length to which the coefficients refer.
     C, S : array (degree + 1, degree + 1)
         Rows are degrees n, columns orders m. S_n0 and what is right of the diagonal do not count.
+    extent : float, optional
+        The radius of the smallest sphere about the centre of mass that holds the body. Inside it the series need not
+        converge, and a run counts the times at which an attractor was there. 0: unknown, nothing is counted.
 
     Raises
     ------
     ValueError
-        If the degree is below 2, mass or radius is not positive, or a coefficient of degree 1 is not zero.
+        If the degree is below 2, mass or radius is not positive, the extent is negative, or a coefficient of degree 1
+        is not zero.
     """
 
     degree: int
@@ -45,6 +49,7 @@ class GravityField(Parametric):
     radius: float
     C: Annotated[Any, ("orders", "orders")]
     S: Annotated[Any, ("orders", "orders")]
+    extent: float = 0.0
 
     def __post_init__(self) -> None:
         if isinstance(self.degree, int) and self.degree < 2:
@@ -52,6 +57,8 @@ class GravityField(Parametric):
         super().__post_init__()
         for name in ("mass", "radius"):
             refuse_nonpositive(name, getattr(self, name))
+        if np.any(np.asarray(self.extent) < 0):
+            raise ValueError(f"extent must not be negative, but {np.min(self.extent)} came. 0 means unknown.")
         if np.any(self.C[..., 1, :2]) or np.any(self.S[..., 1, 1]):
             raise ValueError("C and S must be zero in degree 1, but they are not. Refer them to the centre of mass.")
 
@@ -65,21 +72,23 @@ class GravityField(Parametric):
         return [(self.C[n, m], self.S[n, m]) for m in range(n + 1)]
 
     @classmethod
-    def from_normalized(cls, mass: float, radius: float, C: ArrayLike, S: ArrayLike) -> GravityField:
+    def from_normalized(
+        cls, mass: float, radius: float, C: ArrayLike, S: ArrayLike, extent: float = 0.0
+    ) -> GravityField:
         """Return the field of fully normalised coefficients, as most tables have them.
 
         A normalised coefficient is one that is not, over sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!).
         """
         c = real_array("C", C, (None, None))
         s = real_array("S", S, c.shape)
-        factors = _norms(len(c) - 1)
-        fields: Any = (len(c) - 1, mass, radius, c * factors, s * factors)
+        factors = norms(len(c) - 1)
+        fields: Any = (len(c) - 1, mass, radius, c * factors, s * factors, extent)
         return cls(*fields)
 
     @property
     def normalized(self) -> tuple[Array, Array]:
         """The fully normalised coefficients, C and S."""
-        factors = _norms(self.degree)
+        factors = norms(self.degree)
         return np.divide(self.C, factors), np.divide(self.S, factors)
 
     def truncated(self, degree: int) -> GravityField:
@@ -87,10 +96,23 @@ class GravityField(Parametric):
         if not 2 <= degree <= self.degree:
             raise ValueError(f"degree must be from 2 to {self.degree}, that of the field, but {degree} came.")
         kept = slice(degree + 1)
-        return GravityField(degree, self.mass, self.radius, self.C[..., kept, kept], self.S[..., kept, kept])
+        C, S = self.C[..., kept, kept], self.S[..., kept, kept]
+        return GravityField(degree, self.mass, self.radius, C, S, self.extent)
+
+    @property
+    def inertia_deviator(self) -> Array:
+        """The inertia tensor less its mean, which no gravity field tells; shape (..., 3, 3).
+
+        Times mass radius^2: I11, I22, I33 less their mean are C20/3 -+ 2 C22 and -2/3 C20; I12 = -2 S22, I13 = -C21,
+        I23 = -S21.
+        """
+        (c20, c21, c22), (s21, s22) = (np.moveaxis(x[..., 2, k:3], -1, 0) for x, k in ((self.C, 0), (self.S, 1)))
+        rows = [(c20 / 3 - 2 * c22, -2 * s22, -c21), (-2 * s22, c20 / 3 + 2 * c22, -s21), (-c21, -s21, -2 * c20 / 3)]
+        tensor = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+        return np.asarray(np.asarray(self.mass * self.radius**2)[..., None, None] * tensor)
 
 
-def _norms(degree: int) -> Array:
+def norms(degree: int) -> Array:
     """Return the factors by which normalised coefficients become plain ones, 1 right of the diagonal."""
     factors = np.ones((degree + 1, degree + 1))
     for n in range(degree + 1):

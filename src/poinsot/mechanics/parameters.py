@@ -21,7 +21,7 @@ from poinsot import functions
 from poinsot.errors import member_array
 from poinsot.functions import Scalar
 
-__all__ = ["Parametric", "Table", "Vector", "came"]
+__all__ = ["Parametric", "Table", "Vector", "came", "kinds_of"]
 
 
 Vector = Annotated[Any, (3,)]
@@ -117,6 +117,11 @@ class Parametric:
                 value = _take(scalars, kind)
             fields[name] = value
         return self.unchecked(**fields)
+
+
+def kinds_of(cls: type[Parametric]) -> dict[str, Any]:
+    """Return the kind of each field by name: the shape of a real parameter, or the class of anything else."""
+    return _fields(cls)[0]
 
 
 def _fields_of(record: Any) -> dict[str, Any]:

@@ -57,6 +57,8 @@ class System:
         for force in forces:
             _check_force(force)
         _check_skies(self)
+        for force in forces:
+            force.check(body)
         self._trial_push = sum(_try_formula(force, body) for force in forces)
 
     def __repr__(self) -> str:
@@ -74,6 +76,13 @@ class System:
         shape = state.quaternion.shape[:-1]
         total = self.beside(shape).potential_at(_scalars(state.quaternion), state.time, sky)
         return np.broadcast_to(total, shape)[()]
+
+    def doubts(self, state: State, sky: Sky | None = None) -> dict[str, NDArray[np.bool_]]:
+        """Return, by name, whether a formula is used at a state where it need not hold; each of shape (...)."""
+        shape = state.quaternion.shape[:-1]
+        attitude, sky = Attitude.from_quaternion(_scalars(state.quaternion)), sky or Sky(state.time)
+        found = [force.doubts(attitude, sky) for force in self.beside(shape).forces]
+        return {name: np.broadcast_to(condition, shape) for each in found for name, condition in each.items()}
 
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""

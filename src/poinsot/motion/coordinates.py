@@ -95,12 +95,16 @@ class Coordinates:
 
 
 class IntegratedSky(TrackingSky):
-    """The world at the times of a motion, along the space axes: orbits that were integrated along as they came out."""
+    """The world at the times of a motion, along the space axes: orbits that were integrated along as they came out.
+
+    `carried` are the variables of the axes, shape (..., n, size).
+    """
 
     def __init__(self, times: Array, system: System, axes: Axes, carried: Array) -> None:
         own: Any = system.space_axes if isinstance(axes, SpaceAxes) else system.common_axes
         super().__init__(times, own, carried)
         self._orbits = tracked_orbits(system)
+        self.carried = np.moveaxis(carried, 0, -1)
 
     def _of(self, orbit: Orbit) -> Sky:
         if orbit.closed_form:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import real_array
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
 from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
@@ -77,6 +77,8 @@ class Trajectory:
         Method, order, steps, tolerance, versions.
     failures : dict
         Of an ensemble: member -> why it stopped; its rows from there on are NaN.
+    provenance : dict
+        Of a motion that a scenario made: its `title`, the `seed` of its spread, and its text, the `scenario`.
 
     Notes
     -----
@@ -102,6 +104,7 @@ class Trajectory:
         self.failures = dict(failures or {})
         self._interpolant = interpolant
         self._sky = sky
+        self.provenance: dict[str, Any] = {}
 
     # ------------------------------------------------------------------ reading
 
@@ -166,6 +169,11 @@ class Trajectory:
     def energy(self) -> Array:
         """T + U; shape (n,)."""
         return self.kinetic_energy + self.potential_energy
+
+    @property
+    def has_dense_output(self) -> bool:
+        """Whether the motion can be called at any time."""
+        return self._interpolant is not None
 
     def euler(self, sequence: str = "313") -> tuple[Array, Array]:
         """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does."""
@@ -236,11 +244,13 @@ class Trajectory:
     def summary(self) -> dict[str, Any]:
         """How the motion was computed and how far its invariants moved, as one flat record."""
         largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
+        doubts = self.system.doubts(_computed_state(self), self.sky).items()
         return {
             **{key: value for key, value in asdict(self.run).items() if key != "versions"},
             "norm_error": _largest(self.norm_error),
             "tangency_error": _largest(self.tangency_error),
             **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
+            **{name: f"{np.count_nonzero(at)} of {at.size} times" for name, at in doubts if np.any(at)},
         }
 
     def __repr__(self) -> str:
@@ -283,6 +293,11 @@ class RelativeMotion:
     def attitude(self) -> Rotation:
         """The attitudes as a scipy rotation, body -> frame."""
         return rotation(self.quaternion)
+
+    @property
+    def roll_pitch_yaw(self) -> Array:
+        """Roll, pitch and yaw, radians, if the frame is an orbit's: see `roll_pitch_yaw`; shape (n, 3)."""
+        return roll_pitch_yaw(self.quaternion)
 
     @property
     def omega_frame(self) -> Array:

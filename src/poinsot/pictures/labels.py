@@ -35,7 +35,10 @@ def checked_motion(motion: Any, name: str = "motion") -> Trajectory:
     if not isinstance(motion, Trajectory):
         raise TypeError(f"{name} must be a Trajectory, but {came(motion)} came.")
     if motion.quaternion.ndim != 2:
-        raise ValueError(f"{name} must be of one body, but an ensemble of {len(motion.quaternion)} members came.")
+        raise ValueError(
+            f"{name} must be of one body, but an ensemble of {len(motion.quaternion)} members came. "
+            "Propagate the member to draw alone."
+        )
     return motion
 
 

@@ -218,10 +218,10 @@ def test_unequal_members_are_refused():
         pt.propagate(pt.System(system.body, pt.UniformGravity([1, 2], (1, 0, 0))), states(4), TIMES)
 
 
-def test_a_picture_is_of_one_body():
+def test_a_picture_in_space_is_of_one_body():
     motion = pt.propagate(TOP, states(3), TIMES)
-    with pytest.raises(ValueError, match=r"^motion must be of one body, but an ensemble of 3 members came\.$"):
-        pt.plot_quaternions(motion)
+    with pytest.raises(ValueError, match=r"^motion must be of one body, but an ensemble of 3 members came\. "):
+        pt.plot_herpolhode(motion)
 
 
 @pytest.mark.parametrize("nudges", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)], ids=str)

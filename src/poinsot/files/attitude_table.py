@@ -1,0 +1,265 @@
+"""Attitudes that others computed or measured, as a table in time."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import real_array
+from poinsot.files.ccsds import FRAMES
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.samples import orbits_of
+from poinsot.mechanics.sky import SPACE_AXES_UNNAMED
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+from poinsot.motion.trajectory import Run, Trajectory, versions
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["AttitudeTable", "calendar_of", "check_rising", "rates_per_second", "table_of"]
+
+Array = NDArray[np.float64]
+
+MIN_ROWS = 4
+"""Of a table without rates, which a spline must replace."""
+
+SAME_TIME = 2e-9
+"""Seconds: files of dates have nine digits of a second."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class AttitudeTable:
+    """Attitudes at times, as they come from a file or as they go into one: x_space = q x_body q~.
+
+    Parameters
+    ----------
+    times : array (n,)
+        Rising.
+    quaternion : array (n, 4)
+        Scalar first, Hamilton, body -> reference frame, of unit norm.
+    omega_body : array (n, 3), optional
+        Inertial rate along the body axes, radians per unit of the times.
+    calendar : Calendar, optional
+        What instant t = 0 is, and the unit of the times.
+    reference_frame, body_frame : str
+        The names of the axes between which the quaternion turns; the first ones do not rotate.
+    norm_error : float
+        The largest | |q| - 1 | in the file from which the table came; the readers divide by the norm.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not what its name says.
+    """
+
+    times: Array
+    quaternion: Array
+    omega_body: Array | None = None
+    calendar: Calendar | None = None
+    reference_frame: str = SPACE_AXES_UNNAMED
+    body_frame: str = "SC_BODY_1"
+    norm_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        times = real_array("times", self.times, (None,))
+        if not times.size:
+            raise ValueError("times must not be empty, but shape (0,) came.")
+        wrong = np.flatnonzero(np.diff(times) <= 0)
+        if wrong.size:
+            i = int(wrong[0])
+            raise ValueError(f"times must rise, but times[{i + 1}] = {times[i + 1]} follows {times[i]}.")
+        object.__setattr__(self, "times", times)
+        q = unit_quaternion(real_array("quaternion", self.quaternion, (times.size, 4)), "quaternion")
+        object.__setattr__(self, "quaternion", q)
+        if self.omega_body is not None:
+            object.__setattr__(self, "omega_body", real_array("omega_body", self.omega_body, (times.size, 3)))
+        if self.calendar is not None and not isinstance(self.calendar, Calendar):
+            raise TypeError(f"calendar must be a Calendar, but {came(self.calendar)} came.")
+
+    def __repr__(self) -> str:
+        rates = "without rates" if self.omega_body is None else "with rates"
+        return (
+            f"AttitudeTable({self.body_frame} -> {self.reference_frame}, {self.times.size} times, "
+            f"{self.times[0]:.10g} ... {self.times[-1]:.10g}, {rates}, {self.calendar})"
+        )
+
+    @property
+    def attitude(self) -> Rotation:
+        """The attitudes as a scipy rotation, body -> reference frame."""
+        return rotation(self.quaternion)
+
+    def state(self, body: Body, row: int = 0) -> State:
+        """Return the state of a body in one row, from which a propagation may start."""
+        return body.state(self.quaternion[row], omega_body=self._rates()[row], time=self.times[row])
+
+    def trajectory(self, system: System) -> Trajectory:
+        """Return the table as a motion of a system, to see what it conserves, draw it, or save it.
+
+        The momenta are those of the system's body with the rates of the table, or, where it has none, with those of
+        a spline of fifth degree through the quaternions, which needs several rows in each turn of the body.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the first argument is no system of one body, its orbits are along other axes, or there are no rates and
+            fewer than four rows.
+        """
+        if not isinstance(system, System):
+            raise TypeError(f"system must be a System, but {came(system)} came.")
+        if system.members:
+            raise ValueError(f"system must be of one body, but it has {system.members[0]} members.")
+        times, q = self._times_of(system), self.quaternion
+        Q = 2 * quat.product(q, quat.pure(system.body.angular_momentum(self._rates())))
+        given = "differentiated attitudes" if self.omega_body is None else "given rates"
+        run = Run("table", given, "double", 0.0, 0, 0, 0.0, versions())
+        return Trajectory(system, computed_state(q[0], Q[0], times[0]), times, lambda: (q, Q), run)
+
+    def angle_to(self, motion: Trajectory) -> Array:
+        """Return the angles in [0, pi] between the attitudes of the table and of a motion at the same instants; (n,).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the argument is no motion of one body, is along other axes, or has neither the times of the table nor
+            dense output.
+        """
+        _check_motion(motion)
+        times = self._times_of(motion.system)
+        unit = SECONDS[self.calendar.unit] if self.calendar else 1
+        same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= SAME_TIME / unit)
+        return np.asarray(rotation_angle(self.quaternion, motion.quaternion if same else motion(times).quaternion))
+
+    def _times_of(self, system: System) -> Array:
+        """Return the times by the calendar of a system, if both have one."""
+        frame = _frame_of(system)
+        if frame != self.reference_frame and SPACE_AXES_UNNAMED not in (frame, self.reference_frame):
+            raise ValueError(
+                f"the table must be along the axes of the system, {frame}, but {self.reference_frame} came."
+            )
+        if system.calendar is None or self.calendar is None:
+            return self.times
+        return np.asarray(system.calendar.converted(self.times, self.calendar))
+
+    def _rates(self) -> Array:
+        if self.omega_body is not None:
+            return self.omega_body
+        if self.times.size < MIN_ROWS:
+            raise ValueError(f"a table without rates must have {MIN_ROWS} rows or more, but it has {self.times.size}.")
+        from scipy.interpolate import make_interp_spline
+
+        turned = quat.dot(self.quaternion[1:], self.quaternion[:-1]) < 0  # q and -q are one attitude
+        signs = np.cumprod(np.where(np.append(False, turned), -1.0, 1.0))
+        q = self.quaternion * signs[:, None]
+        spline = make_interp_spline(self.times, q, k=5 if self.times.size > 5 else 3)
+        return omega_body(q, spline.derivative()(self.times))
+
+
+def table_of(
+    motion: Any,
+    calendar: Calendar | None = None,
+    reference_frame: str | None = None,
+    body_frame: str | None = None,
+    *,
+    dated: bool = True,
+) -> AttitudeTable:
+    """Return what a writer writes of a motion or a table, with rising times; dated, it has a calendar and a frame.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no motion of one body, has no row, or the calendar or the frame is missing or another one.
+    """
+    if isinstance(motion, AttitudeTable):
+        own = motion
+    else:
+        _check_motion(motion)
+        order = slice(None, None, -1 if motion.times.size > 1 and motion.times[1] < motion.times[0] else 1)
+        own = AttitudeTable(
+            motion.times[order],
+            motion.quaternion[order],
+            motion.omega_body[order],
+            motion.system.calendar,
+            _frame_of(motion.system),
+        )
+    if calendar is not None and not isinstance(calendar, Calendar):
+        raise TypeError(f"calendar must be a Calendar, but {came(calendar)} came.")
+    if calendar is not None and own.calendar is not None and calendar != own.calendar:
+        raise ValueError(f"calendar must be that of the motion, {own.calendar}, but {calendar} came.")
+    calendar = calendar or own.calendar
+    _check_unit(motion, calendar)
+    table = dataclasses.replace(
+        own,
+        calendar=calendar,
+        reference_frame=_named(own.reference_frame, reference_frame, dated),
+        body_frame=body_frame or own.body_frame,
+    )
+    if dated:
+        calendar_of(table)
+    return table
+
+
+def calendar_of(table: AttitudeTable) -> Calendar:
+    """Return the calendar of a table, which must have one."""
+    if table.calendar is None:
+        raise ValueError(
+            "calendar must be given for a motion without one, but none came. It says what instant t = 0 is: "
+            "calendar=Calendar('2026-11-21T00:00:00', 'UTC')."
+        )
+    return table.calendar
+
+
+def rates_per_second(table: AttitudeTable, wanted: bool) -> Array | None:
+    """Return the rates of a dated table in radians per second, None if it has none or they are not wanted."""
+    if table.omega_body is None or not wanted:
+        return None
+    return np.asarray(table.omega_body / SECONDS[calendar_of(table).unit])
+
+
+def check_rising(times: Array, places: list[str]) -> None:
+    """Refuse rows of which one is not later than the one before."""
+    wrong = np.flatnonzero(np.diff(times) <= 0)
+    if wrong.size:
+        i = int(wrong[0]) + 1
+        raise ValueError(
+            f"{places[i]} must be later than the row before, but t = {times[i]:.15g} follows {times[i - 1]:.15g}."
+        )
+
+
+def _check_motion(motion: Any) -> None:
+    if not isinstance(motion, Trajectory):
+        raise TypeError(f"motion must be a Trajectory or an AttitudeTable, but {came(motion)} came.")
+    if motion.quaternion.ndim == 3:
+        raise ValueError(f"motion must be of one body, but it is of an ensemble of {len(motion.quaternion)} members.")
+
+
+def _named(own: str, given: str | None, dated: bool) -> str:
+    """Return the name of the reference frame, as given if it is the one of the motion."""
+    if given is not None and own != SPACE_AXES_UNNAMED and FRAMES.get(given, given) != FRAMES.get(own, own):
+        raise ValueError(f"reference_frame must be that of the motion, {own!r}, but {given!r} came.")
+    if dated and given is None and own == SPACE_AXES_UNNAMED:
+        raise ValueError(
+            "reference_frame must be given for a motion whose space axes have no name, but none came. "
+            "reference_frame='ICRF' says that they are the ICRF."
+        )
+    if dated and (given or own) not in FRAMES:
+        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, but {given or own!r} came.")
+    return given or own
+
+
+def _check_unit(motion: Any, calendar: Calendar | None) -> None:
+    unit = motion.system.units["time"] if isinstance(motion, Trajectory) else "1"
+    if calendar is not None and unit not in ("1", calendar.unit):
+        raise ValueError(f"calendar must count {unit!r} as the system does, but it counts {calendar.unit!r}.")
+
+
+def _frame_of(system: System) -> str:
+    frames = (orbit.reference_frame for orbit in orbits_of(system))
+    return next((frame for frame in frames if frame != SPACE_AXES_UNNAMED), SPACE_AXES_UNNAMED)

@@ -1,0 +1,261 @@
+"""Attitudes in SPICE kernels: any frame that kernels know, and C-kernels of motions."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import optional, real_array
+from poinsot.files.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
+from poinsot.files.ccsds import FRAMES
+from poinsot.files.spice import ET, check_inertial, loaded, sentences
+from poinsot.files.writing import new_file
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.motion.trajectory import Trajectory
+
+__all__ = ["spice_attitude", "write_ck"]
+
+Array = NDArray[np.float64]
+
+MARGIN = 1e-3
+"""Seconds by which a C-kernel reaches beyond the first and the last attitude."""
+
+TICKS = 1_000_000
+"""In a second of the clock of a C-kernel."""
+
+CLOCK = """KPL/SCLK
+
+The clock of {frame}: microseconds of TDB. Written by poinsot.
+
+\\begindata
+SCLK_KERNEL_ID             = ( @{date} )
+SCLK_DATA_TYPE_{clock}        = ( 1 )
+SCLK01_TIME_SYSTEM_{clock}    = ( 1 )
+SCLK01_N_FIELDS_{clock}       = ( 2 )
+SCLK01_MODULI_{clock}         = ( 10000000000 {ticks} )
+SCLK01_OFFSETS_{clock}        = ( 0 0 )
+SCLK01_OUTPUT_DELIM_{clock}   = ( 1 )
+SCLK_PARTITION_START_{clock}  = ( 0 )
+SCLK_PARTITION_END_{clock}    = ( 1.0E+16 )
+SCLK01_COEFFICIENTS_{clock}   = ( 0 {zero!r} 1 )
+\\begintext
+"""
+
+FRAME = """KPL/FK
+
+{frame}: axes of a body whose attitude a C-kernel says. Written by poinsot.
+
+\\begindata
+FRAME_{frame} = {number}
+FRAME_{number}_NAME = '{frame}'
+FRAME_{number}_CLASS = 3
+FRAME_{number}_CLASS_ID = {number}
+FRAME_{number}_CENTER = {spacecraft}
+CK_{number}_SCLK = {spacecraft}
+CK_{number}_SPK = {spacecraft}
+\\begintext
+"""
+
+
+# ------------------------------------------------------------------ reading
+
+
+def spice_attitude(
+    frame: str,
+    times: ArrayLike,
+    kernels: Sequence[str | Path],
+    *,
+    reference_frame: str = "J2000",
+    calendar: Calendar = ET,
+) -> AttitudeTable:
+    """Return the attitude of a frame of SPICE at given times: of a C-kernel, a planet, or any other that kernels know.
+
+    SPICE counts times as floats from 2000: they are 0.1 microseconds apart.
+
+    Parameters
+    ----------
+    frame : str
+        The axes of the body, such as "IAU_MOON" or one of a frame kernel.
+    times : array (n,) of float, str or astropy.time.Time
+        Rising: times of the calendar, or dates that say their scale.
+    kernels : sequence of paths
+        Files to load, unloaded again in the end: for a C-kernel also those of its clock and its frames.
+    reference_frame : str
+        An inertial frame of SPICE. Its J2000 is the ICRF.
+    calendar : Calendar
+        Counts the times; default: TDB from 2000-01-01T12:00:00 in seconds, which is SPICE's ET.
+
+    Returns
+    -------
+    AttitudeTable
+        With rates, unless the kernels have none.
+
+    Raises
+    ------
+    OSError, ValueError
+        If a kernel is missing or no kernel, a frame is unknown, the reference frame rotates, or the kernels do not
+        cover the times.
+    ImportError
+        If spiceypy is missing.
+    """
+    spice = optional("spiceypy", "SPICE kernels")
+    if not isinstance(calendar, Calendar):
+        raise TypeError(f"calendar must be a Calendar, but {type(calendar).__name__} came.")
+    t = real_array("times", calendar.time(times), (None,))
+    with loaded(spice, kernels):
+        check_inertial(spice, reference_frame)
+        if not isinstance(frame, str) or not spice.namfrm(frame):
+            raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
+        with sentences(spice, f"kernels must say the attitude of {frame!r} at all times"):
+            matrices, omega = _turned(spice, reference_frame, frame, ET.converted(t, calendar))
+    q = quaternion_from_matrix(np.swapaxes(matrices, -1, -2))
+    if omega is not None:
+        omega = quat.rotate(quat.conjugate(q), omega) * SECONDS[calendar.unit]
+    named = "ICRF" if reference_frame.upper() == "J2000" else reference_frame.upper()
+    return AttitudeTable(t, q, omega, calendar, named, frame.upper())
+
+
+def _turned(spice: Any, reference: str, frame: str, ets: Array) -> tuple[Array, Array | None]:
+    """Return the matrices from the reference to the body axes, and the rates along the reference axes if known."""
+    try:
+        parts = [spice.xf2rav(spice.sxform(reference, frame, et)) for et in ets]
+    except spice.utils.exceptions.SpiceyError:
+        return np.array([spice.pxform(reference, frame, et) for et in ets]).reshape(-1, 3, 3), None
+    matrices, rates = zip(*parts, strict=True) if parts else ((), ())
+    return np.array(matrices).reshape(-1, 3, 3), np.array(rates).reshape(-1, 3)
+
+
+# ------------------------------------------------------------------ writing
+
+
+def write_ck(
+    motion: Trajectory | AttitudeTable,
+    path: str | Path,
+    *,
+    calendar: Calendar | None = None,
+    reference_frame: str | None = None,
+    body_frame: str | None = None,
+    spacecraft: int = -1000,
+    rates: bool = True,
+    overwrite: bool = False,
+) -> tuple[Path, Path, Path]:
+    """Write the attitudes of a motion as a SPICE C-kernel of type 3, with its clock and its frame; return their paths.
+
+    SPICE turns from one attitude to the next at a constant rate, and interpolates rates linearly. The first and the
+    last attitude go on for a millisecond at the rate there, so that instants that another program converts fall inside.
+
+    Parameters
+    ----------
+    motion : Trajectory or AttitudeTable
+    path : str or Path
+        Of the C-kernel, ending in .bc; clock and frame take the same name with .tsc and .tf.
+    calendar : Calendar, optional
+        What instant t = 0 is and the unit of the times; default: that of the system's orbits or of the table.
+    reference_frame : str, optional
+        The name of the space axes; a C-kernel refers to the ICRF, which SPICE calls J2000.
+    body_frame : str
+        The name of the frame: up to 26 letters, digits and underscores.
+    spacecraft : int
+        Its number in SPICE, negative; frame and structure have a thousand times that number.
+    rates : bool
+        Whether angular velocities go along.
+    overwrite : bool
+        Whether existing files may be replaced.
+
+    Raises
+    ------
+    TypeError, ValueError, OSError
+        If an argument is not what its name says, the motion is an ensemble or has fewer than two times, or a file
+        exists.
+    ImportError
+        If spiceypy is missing.
+    """
+    spice = optional("spiceypy", "SPICE kernels")
+    table = table_of(motion, calendar, reference_frame, body_frame)
+    frame, path = table.body_frame.upper(), Path(path)
+    _check_arguments(table, frame, path, spacecraft)
+    zero, seconds, date = _clock_of(table)
+    names = {"frame": frame, "spacecraft": spacecraft, "number": 1000 * spacecraft, "clock": -spacecraft}
+    texts = (CLOCK.format(**names, ticks=TICKS, zero=zero, date=date), FRAME.format(**names))
+    others = (path.with_suffix(".tsc"), path.with_suffix(".tf"))
+    with contextlib.ExitStack() as stack:
+        kernel, *parts = (stack.enter_context(new_file(name, overwrite)) for name in (path, *others))
+        for part, text in zip(parts, texts, strict=True):
+            part.write_text(text, encoding="ascii")
+        with sentences(spice, "motion must be one that a C-kernel can say"), _opened(spice, kernel) as handle:
+            _write_segment(spice, handle, table, seconds, 1000 * spacecraft, rates)
+    return path, *others
+
+
+def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: Any) -> None:
+    if path.suffix != ".bc":
+        raise ValueError(f"path must end in .bc, but {path.name!r} came.")
+    if FRAMES[table.reference_frame] != "ICRF":
+        raise ValueError(f"reference_frame must be the ICRF for a C-kernel, but {table.reference_frame} came.")
+    if not re.fullmatch(r"[A-Z]\w{0,25}", frame, re.ASCII):
+        raise ValueError(f"body_frame must be up to 26 letters, digits and underscores, but {frame!r} came.")
+    if isinstance(spacecraft, bool) or not isinstance(spacecraft, int) or not -2_000_000 < spacecraft < 0:
+        raise ValueError(f"spacecraft must be a negative number above -2000000, but {spacecraft!r} came.")
+    if table.times.size < 2:
+        raise ValueError(f"motion must have two times or more for a C-kernel, but it has {table.times.size}.")
+
+
+def _clock_of(table: AttitudeTable) -> tuple[float, Array, str]:
+    """Return the instant at which the clock is zero, as ET, the seconds of the clock at the times, and the date."""
+    instants = calendar_of(table).date(table.times)
+    first = instants[0].tdb
+    first.precision = 9
+    begin = Calendar(str(first.isot), "TDB")
+    at_first = ET.time(f"{begin.zero} TDB")
+    zero = at_first - MARGIN
+    return zero, np.asarray(begin.time(instants)) + (at_first - zero), begin.zero[:10]
+
+
+@contextlib.contextmanager
+def _opened(spice: Any, path: Path) -> Iterator[int]:
+    handle = spice.ckopn(str(path), "poinsot", 0)
+    try:
+        yield handle
+    finally:
+        spice.ckcls(handle)
+
+
+def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array, number: int, rates: bool) -> None:
+    """Write the attitudes, as quaternions of the matrices from space to body, and rates along the space axes."""
+    known = rates_per_second(table, rates)
+    omega = np.zeros((seconds.size, 3)) if known is None else known
+    before, after = (
+        quat.product(table.quaternion[i], _small_turn(omega[i] * ahead)) for i, ahead in ((0, -MARGIN), (-1, MARGIN))
+    )
+    q = np.concatenate([before[None], table.quaternion, after[None]])
+    omega = np.concatenate([omega[:1], omega, omega[-1:]])
+    ticks = TICKS * np.concatenate([[0.0], seconds, [seconds[-1] + MARGIN]])
+    spice.ckw03(
+        handle,
+        ticks[0],
+        ticks[-1],
+        number,
+        "J2000",
+        known is not None,
+        "poinsot",
+        ticks.size,
+        ticks,
+        quat.conjugate(q),
+        quat.rotate(q, omega),
+        1,
+        ticks[:1],
+    )
+
+
+def _small_turn(vector: Array) -> Array:
+    """Return the quaternion of a rotation by a vector."""
+    half = np.linalg.norm(vector) / 2
+    return np.append(np.cos(half), np.sinc(half / np.pi) * vector / 2)

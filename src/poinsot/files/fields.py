@@ -1,0 +1,188 @@
+"""Gravity fields from tables of coefficients: PDS SHADR and ICGEM."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.files.strangers import read_text
+from poinsot.mechanics.gravity_field import GravityField
+from poinsot.shapes.shape import HIGHEST_DEGREE
+
+__all__ = ["read_field"]
+
+Array = NDArray[np.float64]
+
+SLACK = 1e-9
+"""How far C_00 may be from 1: some tables have it as a ratio of two constants."""
+
+
+class _Table(NamedTuple):
+    radius: float
+    degree: int
+    order: int
+    normalized: bool
+    rows: Iterable[tuple[int, list[str]]]  # number of the line, and n, m, C, S, ...
+
+
+def read_field(path: str | Path, degree: int | None = None, *, mass: float, unit: float = 1.0) -> GravityField:
+    """Return the gravity field in a table: SHADR of the PDS (comma-separated) or ICGEM (.gfc).
+
+    Parameters
+    ----------
+    path : str or Path
+        At most 64 MiB; whether the coefficients are normalised is what the table says.
+    degree : int, optional
+        Where to stop, from 2 to 80; default: the degree of the table.
+    mass : float
+        Of the body, in the unit of its moments. The GM of the table is not used: G, known to 2e-5, would be.
+    unit : float
+        The unit of length of the table in the user's: 1000.0 for SHADR, in km, where lengths are in m. ICGEM is in m.
+
+    Returns
+    -------
+    GravityField
+        About the centre of mass, along the axes of the table.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If a line is not right, a coefficient is missing or there twice, S_n0, C_00 - 1 or a coefficient of degree 1
+        is not zero, the field changes with time, or the degree is beyond the table.
+    """
+    text, factor = read_text(path), float(real_array("unit", unit, ()))
+    refuse_nonpositive("unit", factor)
+    try:
+        table = _icgem(text) if "end_of_head" in text else _shadr(text)
+        last = table.degree if degree is None else degree
+        _check_degree(last, table.degree)
+        C, S = _coefficients(table, last)
+        if table.normalized:
+            return GravityField.from_normalized(mass, factor * table.radius, C, S)
+        return GravityField(last, mass, factor * table.radius, C, S)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _check_degree(degree: int, most: int) -> None:
+    highest = min(most, HIGHEST_DEGREE)
+    if isinstance(degree, bool) or not isinstance(degree, int):
+        raise TypeError(f"degree must be an int, but {degree!r} came.")
+    if not 2 <= degree <= highest:
+        raise ValueError(f"degree must be from 2 to {highest}, but {degree} came. The table has {most}.")
+
+
+def _shadr(text: str) -> _Table:
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    header = _fields(lines[0][1]) if lines else []
+    if not 6 <= len(header) <= 8:
+        raise ValueError(
+            "the header must have radius, GM, its error, degree, order and normalization, "
+            f"but it has {len(header)} fields."
+        )
+    radius, degree, order, flag = _number(1, header[0]), *(_whole(1, header[k]) for k in (3, 4, 5))
+    if flag not in (0, 1):
+        raise ValueError(f"the normalization must be 0 (none) or 1 (full), but {flag} came.")
+    if any(_number(1, turn) for turn in header[6:]):
+        raise ValueError("the reference longitude and latitude must be 0, but they are not.")
+    return _Table(radius, degree, order, flag == 1, ((k, _fields(line)) for k, line in lines[1:]))
+
+
+def _icgem(text: str) -> _Table:
+    head, _, body = text.partition("end_of_head")
+    known = dict(_pairs(head.rpartition("begin_of_head")[2]))
+    for name in ("radius", "max_degree"):
+        if name not in known:
+            raise ValueError(f"the header must have {name}, but it has not.")
+    norm = known.get("norm", "fully_normalized")
+    if norm not in ("fully_normalized", "unnormalized"):
+        raise ValueError(f"norm must be fully_normalized or unnormalized, but {norm[:40]} came.")
+    degree = _whole(0, known["max_degree"])
+    return _Table(_number(0, known["radius"]), degree, degree, norm == "fully_normalized", _static(head, body))
+
+
+def _pairs(head: str) -> Iterator[tuple[str, str]]:
+    for line in head.splitlines():
+        words = line.split()
+        if len(words) >= 2:
+            yield words[0], words[1]
+
+
+def _static(head: str, body: str) -> Iterator[tuple[int, list[str]]]:
+    before = head.count("\n") + 1
+    for k, line in enumerate(body.splitlines()[1:], start=before + 1):
+        words = line.split()
+        if not words:
+            continue
+        if words[0] != "gfc":
+            raise ValueError(f"the field must be static, lines of gfc, but line {k} has {words[0][:40]}.")
+        yield k, words[1:]
+
+
+def _coefficients(table: _Table, degree: int) -> tuple[Array, Array]:
+    C, S = np.full((2, degree + 1, degree + 1), math.nan)
+    C[0, 0], C[1, :2], S[0, 0], S[1, :2] = 1, 0, 0, 0  # where the table does not begin before degree 2
+    seen: set[tuple[int, int]] = set()
+    for line, fields in table.rows:
+        if len(fields) < 4:
+            raise ValueError(f"a line must have n, m, C and S, but line {line} has {len(fields)} fields.")
+        n, m = _whole(line, fields[0]), _whole(line, fields[1])
+        if not 0 <= m <= n <= table.degree:
+            raise ValueError(f"n and m must have 0 <= m <= n <= {table.degree}, but line {line} has {n}, {m}.")
+        if n > degree:
+            continue
+        if (n, m) in seen:
+            raise ValueError(f"a coefficient must come once, but line {line} has n = {n}, m = {m} again.")
+        seen.add((n, m))
+        C[n, m], S[n, m] = _number(line, fields[2]), _number(line, fields[3])
+    _check_coefficients(C, S, table.order)
+    return np.tril(C), np.tril(S)
+
+
+def _check_coefficients(C: Array, S: Array, order: int) -> None:
+    n, m = np.tril_indices(len(C))
+    beyond = m > order
+    C[n[beyond], m[beyond]] = S[n[beyond], m[beyond]] = 0
+    missing = np.flatnonzero(np.isnan(C[n, m]))
+    if missing.size:
+        raise ValueError(f"every coefficient must be there, but n = {n[missing[0]]}, m = {m[missing[0]]} is not.")
+    zonal = np.flatnonzero(S[:, 0])
+    if zonal.size:
+        raise ValueError(f"S must be zero where m = 0, but S_{zonal[0]}0 = {S[zonal[0], 0]:g}.")
+    if abs(C[0, 0] - 1) > SLACK:
+        raise ValueError(f"C_00 must be 1, but {C[0, 0]:g} came.")
+    C[0, 0] = 1
+
+
+def _fields(line: str) -> list[str]:
+    return [field.strip() for field in line.split(",")] if "," in line else line.split()
+
+
+def _place(line: int) -> str:
+    return f"line {line}" if line else "the header"
+
+
+def _number(line: int, field: str) -> float:
+    """Return a finite number, also with the exponent of Fortran; line 0 is in the header of ICGEM."""
+    try:
+        number = float(field.upper().replace("D", "E"))
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f"a number must be finite, but {_place(line)} has {field[:40]!r}.")
+    return number
+
+
+def _whole(line: int, field: str) -> int:
+    number: Any = _number(line, field)
+    if number != int(number) or "_" in field:
+        raise ValueError(f"degrees and orders must be whole numbers, but {_place(line)} has {field[:40]!r}.")
+    return int(number)

@@ -1,0 +1,152 @@
+"""Shapes from files of triangles: OBJ, PLY and STL."""
+
+from __future__ import annotations
+
+import io
+import logging
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.files.strangers import read_bytes
+from poinsot.shapes.mesh import Mesh
+
+__all__ = ["read_mesh"]
+
+MOST_BYTES = 200_000_000
+MOST_FACES = 5_000_000
+
+KINDS = {".obj": "OBJ", ".tab": "OBJ", ".ply": "PLY", ".stl": "STL"}
+"""Formats by the end of the name; shape models in .tab are the v and f lines of OBJ."""
+
+SILENT = logging.NullHandler()
+"""Keeps what trimesh logs off the terminal of those who have not set up logging."""
+
+
+def read_mesh(
+    path: str | Path,
+    *,
+    mass: float | None = None,
+    density: float | None = None,
+    unit: float = 1.0,
+    repair: bool = False,
+) -> Mesh:
+    """Return the homogeneous body inside the surface in a file, OBJ (also .tab), PLY or STL.
+
+    Materials and textures are left alone, and no other file is opened. Vertices at the very same place are one;
+    quadrilaterals become two triangles.
+
+    Parameters
+    ----------
+    path : str or Path
+        Its end says the format. At most 200 MB and 5 million faces.
+    mass, density : float
+        Exactly one of them; the density per cube of the user's length.
+    unit : float
+        The unit of the file in the user's unit of length: 1000.0 for a file in km where lengths are in m.
+    repair : bool
+        As of `Mesh`.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is too large, is not in its format, or has no closed surface around a volume; see `Mesh`.
+    """
+    path = Path(path)
+    kind = KINDS.get(path.suffix.lower())
+    if kind is None:
+        raise ValueError(f"path must end in {', '.join(KINDS)}, but {path.name} came.")
+    factor = float(real_array("unit", unit, ()))
+    refuse_nonpositive("unit", factor)
+    content = read_bytes(path, MOST_BYTES)
+    try:
+        _refuse_many(_most_faces(kind, content))
+        vertices, faces = _joined(_parsed(kind, content))
+        return Mesh(factor * vertices, faces, mass=mass, density=density, repair=repair)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _refuse_many(faces: int) -> None:
+    if faces > MOST_FACES:
+        raise ValueError(f"a mesh must have at most {MOST_FACES} faces, but the file has {faces}.")
+
+
+def _most_faces(kind: str, content: bytes) -> int:
+    """Return how many faces, or other elements, a file says that it has."""
+    if kind == "OBJ":
+        return content.count(b"\nf")
+    if kind == "STL":
+        counted = int.from_bytes(content[80:84], "little")
+        return counted if len(content) == 84 + 50 * counted else content.lower().count(b"endfacet")
+    header, found, _ = content.partition(b"end_header")
+    if not found or len(header) > 100_000:
+        raise ValueError("a PLY file must have a header with an end, but there is none.")
+    counts = [int(count[:12]) for count in re.findall(rb"element\s+\S+\s+(\d+)", header)]
+    if sum(counts) > len(content):
+        raise ValueError(f"a PLY file must have a byte for each element, but it says {sum(counts)} in {len(content)}.")
+    return max(counts, default=0)
+
+
+def _parsed(kind: str, content: bytes) -> list[tuple[Any, Any]]:
+    """Return vertices and faces of each part, as trimesh reads them from memory, without any other file."""
+    from trimesh.exchange import obj, ply, stl
+
+    stream = io.BytesIO(content)
+    logging.getLogger("trimesh").addHandler(SILENT)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # NumPy only warns of numbers that end in other text
+            if kind == "OBJ":
+                found = obj.load_obj(stream, skip_materials=True)
+            elif kind == "PLY":
+                found = ply.load_ply(stream, skip_materials=True, fix_texture=False)
+            else:
+                found = stl.load_stl(stream)
+        parts = list(found["geometry"].values()) if "geometry" in found else [found]
+        return [(part["vertices"], part["faces"]) for part in parts if part.get("faces") is not None]
+    except Exception as error:  # of any kind: the parsers do not check what they index
+        what = " ".join(str(error).split())[:100] or type(error).__name__
+        raise ValueError(f"the file must be {kind} with vertices and faces, but reading it ends in: {what}.") from None
+
+
+def _joined(parts: list[tuple[Any, Any]]) -> tuple[NDArray[np.float64], NDArray[Any]]:
+    """Return the vertices of all parts, each once, and triangles of them, without those that shrink to an edge."""
+    if not parts:
+        raise ValueError("the file must have faces, but it has none.")
+    vertices = real_array("vertices", np.concatenate([part[0] for part in parts]), (None, 3))
+    faces, before = [], 0
+    for own, polygons in parts:
+        faces.append(_triangles(polygons, len(own)) + before)
+        before += len(own)
+    vertices, place = _distinct(vertices)
+    triangles = place[np.concatenate(faces)]
+    return vertices, triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+
+
+def _triangles(polygons: Any, vertices: int) -> NDArray[np.int64]:
+    array = np.asarray(polygons)
+    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "iu":
+        raise ValueError(f"faces must be triangles or quadrilaterals, but an array of shape {array.shape} came.")
+    wrong = array[(array < 0) | (array >= vertices)]
+    if wrong.size:
+        raise ValueError(f"faces must name vertices from 0 to {vertices - 1}, but {wrong[0]} came.")
+    halves = [array[:, :3], array[:, [0, 2, 3]]] if array.shape[1] == 4 else [array]
+    return np.concatenate(halves).astype(np.int64)
+
+
+def _distinct(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the points that differ, and for each point which of them it is."""
+    order = np.lexsort(points.T)
+    new = np.ones(len(points), dtype=bool)
+    new[1:] = np.any(points[order][1:] != points[order][:-1], axis=1)
+    place = np.empty(len(points), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    return points[order][new], place

@@ -1,0 +1,50 @@
+"""SPICE kernels: loaded and unloaded again, with errors in one sentence."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from poinsot.mechanics.calendar import Calendar
+
+__all__ = ["ET", "check_inertial", "loaded", "sentences"]
+
+ET = Calendar("2000-01-01T12:00:00", "TDB")
+
+INERTIAL_CLASS = 1
+
+
+@contextlib.contextmanager
+def loaded(spice: Any, kernels: Sequence[str | Path]) -> Iterator[None]:
+    """Load kernels, and unload them in the end."""
+    if isinstance(kernels, str | Path):
+        raise TypeError(f"kernels must be a list of paths, but {str(kernels)!r} came.")
+    with contextlib.ExitStack() as stack:
+        for path in map(Path, kernels):
+            if not path.is_file():
+                raise FileNotFoundError(f"kernels must be files, but there is no {path}.")
+            with sentences(spice, f"{path} must be a SPICE kernel"):
+                stack.callback(spice.unload, str(path))
+                spice.furnsh(str(path))
+        yield
+
+
+@contextlib.contextmanager
+def sentences(spice: Any, rule: str) -> Iterator[None]:
+    """Say an error of SPICE as one sentence."""
+    try:
+        yield
+    except spice.utils.exceptions.SpiceyError as error:
+        reason = getattr(error, "short", "") or str(error).strip().splitlines()[0]
+        raise ValueError(f"{rule}, but SPICE says {reason}.") from None
+
+
+def check_inertial(spice: Any, frame: str) -> None:
+    """Refuse a frame that rotates or is unknown."""
+    number = spice.namfrm(frame) if isinstance(frame, str) and frame else 0
+    if not number:
+        raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
+    if spice.frinfo(number)[1] != INERTIAL_CLASS:
+        raise ValueError(f"frame must be one that does not rotate, but {frame!r} came.")

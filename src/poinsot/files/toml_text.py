@@ -1,0 +1,161 @@
+"""TOML that strangers wrote: bounded before it is parsed, and the line of every key."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from typing import Any
+
+from poinsot.motion.scenario_text import MOST_CHARACTERS, MOST_NUMBERS
+
+__all__ = ["lines_of", "parsed_toml"]
+
+MOST_KEYS = 5_000
+MOST_PARTS = 8
+
+_KEY = r"(?:(?<![\w-])[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
+_LONG_KEY = re.compile(rf"(?:{_KEY}\s*+\.\s*+){{{MOST_PARTS},}}+{_KEY}\s*+[=\]]")
+
+_TOKEN = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}'
+    r'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\''
+    r"|\#[^\n]*|\n|[\[\]{}=,.]|[^\s\[\]{}=,.\#\"']+",
+    re.DOTALL,
+)
+
+Path = tuple[str | int, ...]
+
+
+def parsed_toml(text: str, name: str) -> dict[str, Any]:
+    """Return the tables of a text.
+
+    Raises
+    ------
+    ValueError
+        If it is too long or too deep to be read in a second, or no TOML.
+    """
+    counted = {"characters": (len(text), MOST_CHARACTERS), "numbers in lists": (text.count(","), MOST_NUMBERS)}
+    counted["keys and tables"] = (text.count("=") + text.count("[") - text.count(","), MOST_KEYS)
+    for what, (count, most) in counted.items():
+        if count > most:
+            raise ValueError(f"{name} must have at most {most} {what}, but it has {count}.")
+    if _LONG_KEY.search(text):
+        raise ValueError(f"{name} must have keys of at most {MOST_PARTS} parts, but it has a longer one.")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(f"{name} must have lists in at most some hundred others, but it has deeper ones.") from None
+    except ValueError as error:
+        raise ValueError(f"{name} must be TOML, but it is not: {error}.") from None
+
+
+def lines_of(text: str) -> dict[Path, int]:
+    """Return the line of each key and table of a text that is TOML, by its path: ("forces", 0, "orbit") -> 12."""
+    return _Lines(text).found
+
+
+class _Lines:
+    """Walks over the tokens, and notes the line of each key."""
+
+    def __init__(self, text: str) -> None:
+        self.found: dict[Path, int] = {}
+        self._tokens: list[tuple[str, int]] = []
+        line = 1
+        for token in _TOKEN.findall(text):
+            if not token.startswith("#"):
+                self._tokens.append((token, line))
+            line += token.count("\n")
+        self._at, self._table = 0, ()
+        self._counts: dict[Path, int] = {}
+        while self._at < len(self._tokens):
+            self._statement()
+
+    def _peek(self) -> str:
+        return self._tokens[self._at][0] if self._at < len(self._tokens) else "\n"
+
+    def _take(self) -> str:
+        token = self._peek()
+        self._at += 1
+        return token
+
+    def _statement(self) -> None:
+        token = self._peek()
+        if token == "\n":
+            self._take()
+        elif token == "[":
+            self._header()
+        else:
+            self._pair(self._table)
+
+    def _header(self) -> None:
+        line = self._tokens[self._at][1]
+        self._take()
+        several = self._peek() == "["
+        if several:
+            self._take()
+        *outer, last = self._key("]")
+        path = self._resolved((), outer)
+        self._take()
+        if several:
+            self._take()
+            self._counts[*path, last] = self._counts.get((*path, last), -1) + 1
+            self.found.setdefault((*path, last), line)
+        self._table = self._resolved(path, [last])
+        self.found.setdefault(self._table, line)
+
+    def _resolved(self, path: Path, parts: list[str]) -> Path:
+        for part in parts:
+            path = (*path, part)
+            if path in self._counts:
+                path = (*path, self._counts[path])
+        return path
+
+    def _key(self, end: str) -> list[str]:
+        parts: list[str] = []
+        while self._peek() not in (end, "\n"):
+            token = self._take()
+            if token != ".":
+                parts.append(token[1:-1] if token[0] in "\"'" else token)
+        return parts or [""]
+
+    def _pair(self, table: Path) -> None:
+        line = self._tokens[self._at][1]
+        path = table
+        for part in self._key("="):
+            path = (*path, part)
+            self.found.setdefault(path, line)
+        self._take()
+        self._value(path)
+
+    def _value(self, path: Path) -> None:
+        token = self._peek()
+        if token == "{":
+            self._inline(path)
+        elif token == "[":
+            self._list(path)
+        else:
+            while self._peek() not in (",", "]", "}", "\n"):
+                self._take()
+
+    def _inline(self, path: Path) -> None:
+        self._take()
+        while self._peek() != "}" and self._at < len(self._tokens):
+            if self._peek() in (",", "\n"):
+                self._take()
+            else:
+                self._pair(path)
+        self._take()
+
+    def _list(self, path: Path) -> None:
+        self._take()
+        index = 0
+        while self._peek() != "]" and self._at < len(self._tokens):
+            token = self._peek()
+            if token in (",", "\n"):
+                index += token == ","
+                self._take()
+            else:
+                if token in ("{", "["):
+                    self.found.setdefault((*path, index), self._tokens[self._at][1])
+                self._value((*path, index))
+        self._take()

@@ -1,0 +1,106 @@
+"""Gravity of a point on a body made of points of mass, to all degrees."""
+
+from __future__ import annotations
+
+import functools
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.errors import real_numbers
+from poinsot.forces.inertia import refuse_other_inertia
+from poinsot.functions import Scalar
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.dual import composed
+from poinsot.mechanics.force import Potential
+from poinsot.mechanics.sky import Orbit, Sky
+
+__all__ = ["MasconGravity"]
+
+CENTRED = 1e-12
+"""How far the centre of mass may be from the origin, in the distance of the farthest point: rounding, and no more."""
+
+Array = NDArray[np.float64]
+
+
+class MasconGravity(Potential):
+    """An attractor's gravity on points of mass that move as one body, exactly, less what no attitude changes.
+
+    U = -mu sum_i m_i (1 / |r + x_i| - 1 / r + s_i / r + |x_i|^2 / (2 r^3)), s_i = r . x_i / r^2: the terms after the
+    first are a constant together, for the points are about their centre of mass, and leave nothing that cancels where
+    the attractor is far. It holds wherever the attractor is not at one of the points.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Where the centre of mass is; `mu` is the orbit's.
+    masses : array (n,)
+        In the unit of the moments. A hole is a negative mass.
+    positions : array (n, 3)
+        From the centre of mass, along the body axes, in the unit of the orbit.
+
+    Raises
+    ------
+    ValueError
+        By `System`, if the centre of mass is off the origin by more than 1e-12 of the farthest point, or the inertia is
+        not the body's to 1e-9 of the largest moment.
+    """
+
+    orbit: Orbit
+    masses: Annotated[Any, ("count",)]
+    positions: Annotated[Any, ("count", 3)]
+
+    def __post_init__(self) -> None:
+        shape = real_numbers("positions", self.positions).shape
+        if len(shape) < 2:
+            raise ValueError(f"positions must have shape (n, 3) or (members, n, 3), but shape {shape} came.")
+        super().__post_init__()
+
+    @property
+    def count(self) -> int:
+        """The number of points."""
+        return int(np.shape(self.positions)[-2])
+
+    @functools.cached_property
+    def structure(self) -> tuple[Any, ...]:  # noqa: D102
+        return (*super().structure, self.count)
+
+    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        inverse = sky.inverse_distance(self.orbit)
+        away = 2 * inverse * attitude.to_body(sky.direction(self.orbit))
+        terms = [
+            mass * composed(_beyond_the_first, functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
+            for mass, x in zip(self.masses, self.positions, strict=True)
+        ]
+        return inverse * -self.orbit.mu * _paired_sum(terms)
+
+    def check(self, body: Body) -> None:  # noqa: D102
+        m, x = np.asarray(self.masses)[..., None], np.asarray(self.positions)
+        centre = np.sum(m * x, axis=-2) / np.sum(m, axis=-2)
+        off = np.max(np.linalg.norm(centre, axis=-1) / np.max(np.linalg.norm(x, axis=-1), axis=-1))
+        if not off <= CENTRED:
+            raise ValueError(
+                f"positions must be from the centre of mass, but it is off the origin by {off:.2g} of the farthest "
+                "point. Subtract it."
+            )
+        products = np.swapaxes(m * x, -1, -2) @ x
+        own = np.trace(products, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - products
+        hint = "Body.point_masses(masses, positions) has the right one."
+        refuse_other_inertia("masses and positions", own, body.inertia, body, hint)
+
+
+def _beyond_the_first(x: Scalar) -> Scalar:
+    """Return 1 / sqrt(1 + x) - 1 + x / 2 as a product, whose digits no small x takes away."""
+    root = functions.sqrt(1 + x)
+    step = x / (1 + root)
+    return step * step * (0.5 + 1 / root)
+
+
+def _paired_sum(terms: list[Scalar]) -> Scalar:
+    """Return the sum, by halves: expressions of many terms are then built in a time that is nearly their number."""
+    while len(terms) > 1:
+        terms = [sum(terms[i + 1 : i + 2], start=terms[i]) for i in range(0, len(terms), 2)]
+    return terms[0]

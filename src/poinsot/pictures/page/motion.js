@@ -1,0 +1,101 @@
+"use strict";
+// The motion: arrays as stored, and what lies between them. Quaternions are scalar first, vectors plain arrays.
+
+const motion = (() => {
+  const page = JSON.parse(document.getElementById("motion").textContent);
+
+  function bytes(base64) {
+    return Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
+  }
+
+  function unscaled({ data, scale }) {
+    return Float64Array.from(new Float32Array(bytes(data)), (value) => value * scale);
+  }
+
+  const times = new Float64Array(bytes(page.times));
+  const arrays = Object.fromEntries(Object.entries(page.arrays).map(([name, array]) => [name, unscaled(array)]));
+  const last = times.length - 1;
+
+  /** The interval i of a time, and how far into it the time is: [i, 0..1]. */
+  function place(t, grid = times) {
+    let low = 0;
+    let high = grid.length - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (grid[middle] <= t) low = middle;
+      else high = middle;
+    }
+    return [low, Math.min(Math.max((t - grid[low]) / (grid[high] - grid[low]), 0), 1)];
+  }
+
+  function row(name, i, size) {
+    const out = [];
+    for (let k = size * i; k < size * (i + 1); k++) out.push(arrays[name][k]);
+    return out;
+  }
+
+  function dot(a, b) {
+    let sum = 0;
+    for (let k = 0; k < a.length; k++) sum += a[k] * b[k];
+    return sum;
+  }
+
+  function mix(a, b, u, v) {
+    const out = [];
+    for (let k = 0; k < a.length; k++) out.push(u * a[k] + v * b[k]);
+    return out;
+  }
+
+  function norm(a) {
+    return Math.sqrt(dot(a, a));
+  }
+
+  /** 1, or -1 where the two ends of an interval have quaternions on opposite sides of the sphere. */
+  function sign(i) {
+    return dot(row("quaternion", i, 4), row("quaternion", i + 1, 4)) < 0 ? -1 : 1;
+  }
+
+  /** The quaternion on the great circle between the stored ones, of unit norm. */
+  function quaternion(t) {
+    const [i, u] = place(t);
+    const a = row("quaternion", i, 4);
+    const b = mix(row("quaternion", i + 1, 4), a, sign(i), 0);
+    const angle = 2 * Math.atan2(norm(mix(a, b, 1, -1)), norm(mix(a, b, 1, 1)));
+    const near = angle < 1e-9;
+    const q = mix(a, b, near ? 1 - u : Math.sin((1 - u) * angle), near ? u : Math.sin(u * angle));
+    return mix(q, q, 1 / norm(q), 0);
+  }
+
+  /** The conjugate momenta, linear between the stored ones. */
+  function momenta(t) {
+    const [i, u] = place(t);
+    return mix(row("momenta", i, 4), row("momenta", i + 1, 4), 1 - u, u * sign(i));
+  }
+
+  /** A stored vector, linear between the times. */
+  function vector(name, t) {
+    const [i, u] = place(t);
+    return mix(row(name, i, 3), row(name, i + 1, 3), 1 - u, u);
+  }
+
+  /** Body to space: q v q~. */
+  function rotate([w, x, y, z], [a, b, c]) {
+    const [p, q, r] = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
+    return [a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p];
+  }
+
+  /** The times with so many more between them that the body turns by four degrees at most, or 1e5 in all. */
+  function fineTimes() {
+    const most = Math.max(Math.floor(1e5 / last), 1);
+    const fine = [];
+    for (let i = 0; i < last; i++) {
+      const cosine = Math.min(Math.abs(dot(row("quaternion", i, 4), row("quaternion", i + 1, 4))), 1);
+      const parts = Math.min(Math.ceil((2 * Math.acos(cosine)) / (Math.PI / 45)) || 1, most);
+      for (let k = 0; k < parts; k++) fine.push(times[i] + ((times[i + 1] - times[i]) * k) / parts);
+    }
+    fine.push(times[last]);
+    return Float64Array.from(fine);
+  }
+
+  return { page, times, arrays, unscaled, place, quaternion, momenta, vector, norm, rotate, fine: fineTimes() };
+})();

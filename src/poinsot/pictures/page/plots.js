@@ -1,0 +1,108 @@
+"use strict";
+// The components of q and Q against time, drawn once for a size, under a cursor that follows the time.
+
+/** Round numbers, about `count` of them, within [low, high]. */
+function ticks(low, high, count) {
+  const rough = (high - low) / count;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);
+  const out = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) out.push(k * step);
+  return out;
+}
+
+function short(value) {
+  const size = Math.abs(value);
+  if (size !== 0 && (size >= 1e5 || size < 1e-3)) return value.toExponential(1).replace("e+", "e").replace("-", "−");
+  return String(Number(value.toPrecision(6))).replace("-", "−");
+}
+
+/** Return one plot in a figure; `values` are n rows of four components. */
+function plotOf(figure, { times, values, colours, label, timeLabel }) {
+  const canvas = figure.querySelector("canvas");
+  const cursor = figure.querySelector(".cursor");
+  const [first, last] = [times[0], times[times.length - 1]];
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of values) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  const room = 0.07 * (high - low) || Math.abs(high) || 1;
+  [low, high] = [low - room, high + room];
+  const box = { left: 58, right: 10, top: 6, bottom: 36, width: 0, height: 0 };
+  const x = (t) => box.left + ((t - first) / (last - first)) * box.width;
+  const y = (value) => box.top + ((high - value) / (high - low)) * box.height;
+  figure.querySelector(".label").textContent = label;
+
+  function frame(pen) {
+    pen.font = "11px system-ui, sans-serif";
+    [pen.strokeStyle, pen.fillStyle, pen.lineWidth] = ["#E3E3E3", "#404040", 1];
+    pen.textAlign = "center";
+    for (const t of ticks(first, last, box.width / 80)) {
+      line(pen, [x(t), box.top], [x(t), box.top + box.height]);
+      pen.fillText(short(t), x(t), box.top + box.height + 14);
+    }
+    pen.fillText(timeLabel, box.left + box.width / 2, box.top + box.height + 30);
+    [pen.textAlign, pen.textBaseline] = ["right", "middle"];
+    for (const value of ticks(low, high, Math.max(box.height / 36, 4))) {
+      line(pen, [box.left, y(value)], [box.left + box.width, y(value)]);
+      pen.fillText(short(value), box.left - 6, y(value));
+    }
+    pen.strokeStyle = "#8C8C8C";
+    pen.strokeRect(box.left, box.top, box.width, box.height);
+  }
+
+  function line(pen, from, to) {
+    pen.beginPath();
+    pen.moveTo(...from);
+    pen.lineTo(...to);
+    pen.stroke();
+  }
+
+  /** One component; of the samples in a column of pixels the first, the least, the most and the last. */
+  function curve(pen, k) {
+    [pen.strokeStyle, pen.lineWidth, pen.lineJoin] = [colours[k], 1.3, "round"];
+    pen.beginPath();
+    const value = (i) => values[4 * i + k];
+    const column = (i) => Math.floor(2 * x(times[i]));
+    for (let i = 0; i < times.length; ) {
+      const kept = [i, i, i, i];
+      const here = column(i);
+      for (; i < times.length && column(i) === here; i++) {
+        if (value(i) < value(kept[1])) kept[1] = i;
+        if (value(i) > value(kept[2])) kept[2] = i;
+        kept[3] = i;
+      }
+      for (const j of kept.sort((one, other) => one - other)) pen.lineTo(x(times[j]), y(value(j)));
+    }
+    pen.stroke();
+  }
+
+  function resize() {
+    const { clientWidth: width, clientHeight: height } = canvas;
+    const ratio = window.devicePixelRatio;
+    [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    [box.width, box.height] = [width - box.left - box.right, height - box.top - box.bottom];
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    frame(pen);
+    for (let k = 0; k < 4; k++) curve(pen, k);
+    [cursor.style.top, cursor.style.height] = [`${canvas.offsetTop + box.top}px`, `${box.height}px`];
+  }
+
+  function timeAt(clientX) {
+    const u = (clientX - canvas.getBoundingClientRect().left - box.left) / box.width;
+    return first + Math.min(Math.max(u, 0), 1) * (last - first);
+  }
+
+  const readings = Array.from(figure.querySelectorAll("output"));
+  readings.forEach((reading, k) => (reading.parentElement.style.borderColor = colours[k]));
+
+  function place(t, components) {
+    cursor.style.transform = `translateX(${x(t)}px)`;
+    components.forEach((value, k) => (readings[k].textContent = short(Number(value.toPrecision(3)))));
+  }
+
+  return { canvas, resize, place, timeAt };
+}

@@ -1,0 +1,1 @@
+"""Bodies from shapes: what a distribution of mass has as moments of inertia and as a gravity field."""

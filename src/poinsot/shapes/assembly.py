@@ -1,0 +1,70 @@
+"""Several shapes as one body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.mechanics.body import inertia_of_spread
+from poinsot.mechanics.parameters import came
+from poinsot.shapes.shape import Shape
+
+__all__ = ["Assembly"]
+
+Array = NDArray[np.float64]
+
+
+class Assembly(Shape):
+    """Shapes, each where `moved` put it, as one rigid body.
+
+    Parameters
+    ----------
+    parts : sequence of Shape
+        Where two of them overlap, both count: that is not checked.
+    """
+
+    def __init__(self, parts: Sequence[Shape]) -> None:
+        self.parts = tuple(parts)
+        if not self.parts:
+            raise ValueError("parts must not be empty, but there are none.")
+        for part in self.parts:
+            if not isinstance(part, Shape):
+                raise TypeError(f"parts must be shapes, but {came(part)} came.")
+
+    def __repr__(self) -> str:
+        return f"Assembly([{', '.join(map(repr, self.parts))}])"
+
+    @property
+    def mass(self) -> float:  # noqa: D102
+        return sum(part.mass for part in self.parts)
+
+    @property
+    def center_of_mass(self) -> Array:  # noqa: D102
+        return np.asarray(sum(part.mass * part.center_of_mass for part in self.parts) / self.mass)
+
+    @property
+    def inertia(self) -> Array:  # noqa: D102
+        center, total = self.center_of_mass, np.zeros((3, 3))
+        for part in self.parts:
+            arm = part.center_of_mass - center
+            total += part.inertia + part.mass * inertia_of_spread(np.outer(arm, arm))
+        return total
+
+    @property
+    def circumscribing_radius(self) -> float:
+        """The radius of a sphere about the centre of mass that holds the spheres of the parts."""
+        center = self.center_of_mass
+        return max(float(np.linalg.norm(p.center_of_mass - center)) + p.circumscribing_radius for p in self.parts)
+
+    def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
+        return np.asarray(sum(part._multipoles(degree, origin, radius) for part in self.parts))
+
+    def _gravity(self, points: Array) -> tuple[Array, Array]:
+        center = self.center_of_mass
+        pulls = [part._gravity(points + center - part.center_of_mass) for part in self.parts]
+        return np.sum([pull[0] for pull in pulls], axis=0), np.sum([pull[1] for pull in pulls], axis=0)
+
+    def _placed(self, position: Array, matrix: Array) -> Assembly:
+        return Assembly([part._placed(position, matrix) for part in self.parts])

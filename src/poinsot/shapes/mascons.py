@@ -1,0 +1,69 @@
+"""Mass points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.mechanics.body import inertia_of_spread
+from poinsot.shapes.cubature import gravity_of_points, multipoles
+from poinsot.shapes.shape import Shape
+
+__all__ = ["Mascons"]
+
+Array = NDArray[np.float64]
+
+
+class Mascons(Shape):
+    """Mass points at rest relative to each other.
+
+    Parameters
+    ----------
+    masses : array (n,)
+        Positive.
+    positions : array (n, 3)
+        Along the axes of the shape, from its origin.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or a mass is not positive.
+    """
+
+    def __init__(self, masses: ArrayLike, positions: ArrayLike) -> None:
+        self.masses = real_array("masses", masses, (None,))
+        refuse_nonpositive("masses", self.masses)
+        if not self.masses.size:
+            raise ValueError("masses must not be empty, but shape (0,) came.")
+        self.positions = real_array("positions", positions, (self.masses.size, 3))
+        self.masses.flags.writeable = self.positions.flags.writeable = False
+
+    def __repr__(self) -> str:
+        return f"Mascons({len(self.masses)} points, mass={self.mass:g})"
+
+    @property
+    def mass(self) -> float:  # noqa: D102
+        return float(self.masses.sum())
+
+    @property
+    def center_of_mass(self) -> Array:  # noqa: D102
+        return np.asarray(self.masses @ self.positions / self.mass)
+
+    @property
+    def inertia(self) -> Array:  # noqa: D102
+        x = self.positions - self.center_of_mass
+        return inertia_of_spread(np.einsum("n,ni,nj->ij", self.masses, x, x))
+
+    @property
+    def circumscribing_radius(self) -> float:  # noqa: D102
+        return float(np.linalg.norm(self.positions - self.center_of_mass, axis=-1).max())
+
+    def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
+        return multipoles(self.masses, (self.positions - origin) / radius, degree)
+
+    def _gravity(self, points: Array) -> tuple[Array, Array]:
+        return gravity_of_points(self.masses, self.positions - self.center_of_mass, points)
+
+    def _placed(self, position: Array, matrix: Array) -> Mascons:
+        return Mascons(self.masses, self.positions @ matrix.T + position)

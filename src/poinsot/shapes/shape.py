@@ -1,0 +1,159 @@
+"""What every shape has: mass, centre, inertia, gravity field, and the exact pull at a point."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array, real_numbers, refuse_nonpositive
+from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.gravity_field import GravityField, norms
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["Shape"]
+
+Array = NDArray[np.float64]
+
+HIGHEST_DEGREE = 80
+"""Beyond it, coefficients that are not normalised leave the range of doubles."""
+
+
+class Shape(ABC):
+    """A distribution of mass, along its own axes and from its own origin.
+
+    Lengths and the mass are in the user's units. Every tensor, field and vector is along the axes of the shape.
+    """
+
+    # ------------------------------------------------------------------ what a kind of shape says of itself
+
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """The mass."""
+
+    @property
+    @abstractmethod
+    def center_of_mass(self) -> Array:
+        """The centre of mass from the origin of the shape, shape (3,)."""
+
+    @property
+    @abstractmethod
+    def inertia(self) -> Array:
+        """The inertia tensor about the centre of mass, shape (3, 3)."""
+
+    @property
+    @abstractmethod
+    def circumscribing_radius(self) -> float:
+        """The radius of the smallest sphere about the centre of mass that holds the shape."""
+
+    @abstractmethod
+    def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
+        """Return the integrals of Z_nm((x - origin) / radius) over the mass, rows n, columns m <= n."""
+
+    @abstractmethod
+    def _gravity(self, points: Array) -> tuple[Array, Array]:
+        """Return potential (n,) and attraction (n, 3) at points (n, 3) from the centre of mass."""
+
+    @abstractmethod
+    def _placed(self, position: Array, matrix: Array) -> Self:
+        """Return the shape whose points are matrix x + position."""
+
+    # ------------------------------------------------------------------ what follows
+
+    @property
+    def principal_axes(self) -> Rotation:
+        """The rotation principal axes -> axes of the shape, right-handed, the nearest one to the identity."""
+        return Body.from_inertia(self.inertia).principal_axes
+
+    def moved(self, position: ArrayLike = (0, 0, 0), attitude: Rotation | ArrayLike = (1, 0, 0, 0)) -> Self:
+        """Return the shape turned about its origin, then shifted: x -> attitude x + position.
+
+        Parameters
+        ----------
+        position : array (3,)
+            Where the origin goes.
+        attitude : scipy Rotation or array (4,)
+            A quaternion is scalar first.
+        """
+        matrix = rotation_matrix(real_array("attitude", unit_quaternion(attitude), (4,)))
+        return self._placed(real_array("position", position, (3,)), matrix)
+
+    def in_principal_axes(self) -> Self:
+        """Return the shape with its centre of mass at the origin and its principal axes along the axes."""
+        to_principal = Body.from_inertia(self.inertia).principal_matrix.T
+        return self._placed(-to_principal @ self.center_of_mass, to_principal)
+
+    def field(self, degree: int, radius: float | None = None) -> GravityField:
+        """Return the gravity field about the centre of mass, exact but for rounding.
+
+        C_nm + i S_nm = (2 - [m = 0]) (n - m)! / (n + m)! times the integral of Z_nm over the mass, / (M R^n).
+
+        Parameters
+        ----------
+        degree : int
+            From 2 to 80.
+        radius : float, optional
+            The length to which the coefficients refer; default: the circumscribing radius.
+        """
+        if not 2 <= degree <= HIGHEST_DEGREE:
+            raise ValueError(f"degree must be from 2 to {HIGHEST_DEGREE}, but {degree} came.")
+        length = self.circumscribing_radius if radius is None else float(real_array("radius", radius, ()))
+        refuse_nonpositive("radius", length)
+        integrals = self._multipoles(degree, self.center_of_mass, length) / self.mass
+        coefficients = integrals * norms(degree) ** 2 / (2 * np.arange(degree + 1)[:, None] + 1)
+        coefficients[:2] = np.array([[1], [0]]) * (np.arange(degree + 1) == 0)  # of the centre of mass
+        C, S = coefficients.real, coefficients.imag
+        return GravityField(degree, self.mass, length, C, S, extent=self.circumscribing_radius)
+
+    def potential(self, points: ArrayLike) -> Array:
+        """Return the integral of dm / distance at points (..., 3) from the centre of mass; shape (...).
+
+        Times G it is the negative potential energy of a unit mass. The points may lie inside the body.
+
+        Raises
+        ------
+        ValueError
+            If a point lies where the formula is singular: on a mass point, or an edge of a mesh.
+        """
+        array, flat = _points(points)
+        return np.reshape(self._pull(flat)[0], array.shape[:-1])
+
+    def attraction(self, points: ArrayLike) -> Array:
+        """Return the gradient of `potential`, the acceleration at points over G; shape (..., 3)."""
+        array, flat = _points(points)
+        return np.reshape(self._pull(flat)[1], array.shape)
+
+    def _pull(self, points: Array) -> tuple[Array, Array]:
+        potential, attraction = self._gravity(points)
+        lost = np.flatnonzero(~np.isfinite(potential + attraction.sum(axis=-1)))
+        if lost.size:
+            x, y, z = points[lost[0]]
+            raise ValueError(
+                f"points must not lie on an edge or a mass point, but ({x:g}, {y:g}, {z:g}) does. "
+                "The formula is singular there."
+            )
+        return potential, attraction
+
+
+def _points(points: ArrayLike) -> tuple[Array, Array]:
+    array = real_numbers("points", points)
+    if array.shape[-1:] != (3,):
+        raise ValueError(f"points must have shape (..., 3), but shape {array.shape} came.")
+    return array, array.reshape(-1, 3)
+
+
+def mass_of(volume: float, mass: float | None, density: float | None) -> float:
+    """Return the mass of a homogeneous solid of which exactly one of mass and density is given."""
+    given = {name: value for name, value in {"mass": mass, "density": density}.items() if value is not None}
+    if len(given) != 1:
+        raise ValueError(f"a solid must have exactly one of mass, density, but {' and '.join(given) or 'none'} came.")
+    ((name, value),) = given.items()
+    number = float(real_array(name, value, ()))
+    refuse_nonpositive(name, number)
+    return number if name == "mass" else number * volume

@@ -1,0 +1,232 @@
+"""Homogeneous solids with a centre and axes of symmetry: ellipsoid and cylinder."""
+
+from __future__ import annotations
+
+import copy
+from abc import abstractmethod
+from math import factorial
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.mechanics.body import Body
+from poinsot.shapes import cubature
+from poinsot.shapes.shape import Shape, mass_of
+
+__all__ = ["Cylinder", "Ellipsoid"]
+
+Array = NDArray[np.float64]
+
+
+class Solid(Shape):
+    """A homogeneous solid about a centre of symmetry, which `moved` carries along with its axes."""
+
+    def __init__(self, volume: float, mass: float | None, density: float | None) -> None:
+        self.volume = volume
+        self._mass = mass_of(volume, mass, density)
+        self._center, self._axes = np.zeros(3), np.eye(3)
+
+    @property
+    def mass(self) -> float:
+        return self._mass
+
+    @property
+    def center_of_mass(self) -> Array:
+        return self._center.copy()
+
+    @property
+    def inertia(self) -> Array:
+        return np.asarray(self._axes @ self._own_body().inertia @ self._axes.T)
+
+    @abstractmethod
+    def _own_body(self) -> Body:
+        """Return the body about the centre, along the axes of symmetry."""
+
+    @abstractmethod
+    def _own_rule(self, degree: int) -> tuple[Array, Array]:
+        """Return weights (k,) of sum 1 and points (k, 3) about the centre: means exact to the degree."""
+
+    @abstractmethod
+    def _own_gravity(self, points: Array) -> tuple[Array, Array]:
+        """Return potential and attraction at points from the centre along the axes of symmetry."""
+
+    def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
+        weights, points = self._own_rule(degree)
+        places = points @ self._axes.T + self._center
+        return cubature.multipoles(self.mass * weights, (places - origin) / radius, degree)
+
+    def _gravity(self, points: Array) -> tuple[Array, Array]:
+        potential, attraction = self._own_gravity(points @ self._axes)
+        return potential, attraction @ self._axes.T
+
+    def _placed(self, position: Array, matrix: Array) -> Self:
+        moved = copy.copy(self)
+        moved._center, moved._axes = matrix @ self._center + position, matrix @ self._axes
+        return moved
+
+
+class Ellipsoid(Solid):
+    """A homogeneous ellipsoid about the origin, its semiaxes along the axes; a sphere has three equal ones.
+
+    Parameters
+    ----------
+    semiaxes : array (3,)
+        In any order.
+    mass, density : float
+        Exactly one of them.
+
+    Notes
+    -----
+    Potential and attraction are Carlson's elliptic integrals (Byrd and Friedman; Carlson 1995), inside and outside.
+    """
+
+    def __init__(self, semiaxes: ArrayLike, *, mass: float | None = None, density: float | None = None) -> None:
+        self.semiaxes = real_array("semiaxes", semiaxes, (3,))
+        refuse_nonpositive("semiaxes", self.semiaxes)
+        self.semiaxes.flags.writeable = False
+        super().__init__(4 / 3 * np.pi * float(np.prod(self.semiaxes)), mass, density)
+
+    def __repr__(self) -> str:
+        return f"Ellipsoid({self.semiaxes.tolist()}, mass={self.mass:g})"
+
+    @property
+    def circumscribing_radius(self) -> float:  # noqa: D102
+        return float(self.semiaxes.max())
+
+    def _own_body(self) -> Body:
+        return Body.ellipsoid(self.mass, self.semiaxes)
+
+    def _own_rule(self, degree: int) -> tuple[Array, Array]:
+        weights, points = cubature.ball(degree)
+        return weights, points * self.semiaxes
+
+    def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
+        if not np.array_equal(self._axes, np.eye(3)) or np.any(origin != self._center):
+            return super()._multipoles(degree, origin, radius)
+        total = np.zeros((degree + 1, degree + 1), dtype=complex)
+        for n in range(0, degree + 1, 2):
+            for m in range(0, n + 1, 2):
+                total[n, m] = self.mass * _mean_of_harmonic(n, m, *(self.semiaxes / radius) ** 2)
+        return total
+
+    def _own_gravity(self, points: Array) -> tuple[Array, Array]:
+        from scipy.special import elliprd, elliprf
+
+        squares = _confocal(points, self.semiaxes)
+        a, b, c = squares.T
+        pulls = np.stack([elliprd(b, c, a), elliprd(c, a, b), elliprd(a, b, c)], axis=-1)
+        potential = 1.5 * elliprf(a, b, c) - 0.5 * np.sum(points * points * pulls, axis=-1)
+        return self.mass * potential, -self.mass * points * pulls
+
+
+def _mean_of_harmonic(n: int, m: int, a2: float, b2: float, c2: float) -> float:
+    """Return the mean of Z_nm over an ellipsoid with squared semiaxes, n and m even (Balmino 1994; Boyce 1997)."""
+    half, order = n // 2, m // 2
+    flat, long = c2 - (a2 + b2) / 2, a2 - b2
+    terms = (
+        long ** (order + 2 * i)
+        * flat ** (half - order - 2 * i)
+        / (16**i * factorial(half - order - 2 * i) * factorial(order + i) * factorial(i))
+        for i in range((half - order) // 2 + 1)
+    )
+    return float(3 * factorial(half) * factorial(n + m) / (4**order * (n + 3) * factorial(n + 1)) * sum(terms))
+
+
+def _confocal(points: Array, semiaxes: Array) -> Array:
+    """Return the squared semiaxes of the confocal ellipsoids through points, or of the ellipsoid, shape (n, 3).
+
+    With s the smallest of them, f = sum x^2 / (s + excess) is 1. 1 / f is concave, so that Newton's steps rise to it.
+    """
+    least, x2 = np.min(semiaxes) ** 2, points * points
+    excess = np.array((semiaxes - semiaxes.min()) * (semiaxes + semiaxes.min()))
+    s = np.maximum(np.max(x2 - excess, axis=-1), least)
+    for _ in range(64):
+        terms = x2 / (s[:, None] + excess)
+        f, slope = terms.sum(axis=-1), np.sum(terms / (s[:, None] + excess), axis=-1)
+        step = np.divide(f * (f - 1), slope, out=np.zeros_like(f), where=f > 1)
+        s = s + step
+        if np.all(step <= 2 * np.finfo(float).eps * s):
+            break
+    return np.asarray(s[:, None] + excess)
+
+
+class Cylinder(Solid):
+    """A homogeneous circular cylinder about the origin, its axis the third axis.
+
+    Parameters
+    ----------
+    radius, height : float
+        The height is the full one.
+    mass, density : float
+        Exactly one of them.
+
+    Notes
+    -----
+    Potential and attraction are means around the axis of closed forms, doubled in number until two of them agree to
+    1e-12, or to the rounding of the closed forms, which grows with the square of the distance over the smaller of
+    radius and half the height; beyond eight circumscribing radii they are those of a cubature exact to degree 16.
+    Points so near the surface that 16384 directions are too few are refused.
+    """
+
+    def __init__(
+        self, radius: float, height: float, *, mass: float | None = None, density: float | None = None
+    ) -> None:
+        self.radius, self.height = float(real_array("radius", radius, ())), float(real_array("height", height, ()))
+        refuse_nonpositive("radius", self.radius)
+        refuse_nonpositive("height", self.height)
+        super().__init__(np.pi * self.radius**2 * self.height, mass, density)
+
+    def __repr__(self) -> str:
+        return f"Cylinder({self.radius:g}, {self.height:g}, mass={self.mass:g})"
+
+    @property
+    def circumscribing_radius(self) -> float:  # noqa: D102
+        return float(np.hypot(self.radius, self.height / 2))
+
+    def _own_body(self) -> Body:
+        return Body.cylinder(self.mass, self.radius, self.height)
+
+    def _own_rule(self, degree: int) -> tuple[Array, Array]:
+        weights, points = cubature.cylinder(degree)
+        return weights, points * (self.radius, self.radius, self.height / 2)
+
+    def _own_gravity(self, points: Array) -> tuple[Array, Array]:
+        weights, places = self._own_rule(16)
+        potential, attraction = np.empty(len(points)), np.empty((len(points), 3))
+        far = np.linalg.norm(points, axis=-1) > 8 * self.circumscribing_radius
+        potential[far], attraction[far] = cubature.gravity_of_points(self.mass * weights, places, points[far])
+        for i in np.flatnonzero(~far):
+            across, along, potential[i] = self._near(np.hypot(*points[i, :2]), points[i, 2])
+            outward = points[i, :2] / (np.hypot(*points[i, :2]) or 1.0)
+            attraction[i] = *(across * outward), along
+        return potential, attraction
+
+    def _near(self, distance: float, height: float) -> Array:
+        """Return the attraction away from the axis and along it, and the potential."""
+        size, thin = np.hypot(distance, height), min(self.radius, self.height / 2)
+        tolerance = max(1e-12, 16 * np.finfo(float).eps * (size / thin) ** 2)
+        scales = np.array([1, 1, self.circumscribing_radius + size])
+        before = self._around(distance, height, 16)
+        for directions in (2**k for k in range(5, 15)):
+            now = self._around(distance, height, directions)
+            if np.all(np.abs(now - before) * (scales[2] / scales) <= tolerance * now[2]):
+                return now
+            before = now
+        raise ValueError(
+            "points must keep away from the surface of a cylinder, but one lies "
+            f"{distance:g} from the axis at height {height:g}."
+        )
+
+    def _around(self, distance: float, height: float, directions: int) -> Array:
+        angle = 2 * np.pi * (np.arange(directions) + 0.5) / directions
+        cosine = np.cos(angle)
+        outward = self.radius - distance * cosine
+        square = outward**2 + (distance * np.sin(angle)) ** 2
+        ends: Any = np.array([[self.height / 2 - height], [self.height / 2 + height]])
+        wall = np.arcsinh(ends / np.sqrt(square)).sum(axis=0)
+        caps = 1 / (np.sqrt(square + ends * ends) + np.abs(ends))
+        density = self.mass / self.volume * 2 * np.pi * self.radius
+        potential = np.mean(outward * (wall + np.sum(ends * caps, axis=0))) / 2
+        return density * np.array([-np.mean(cosine * wall), np.mean(outward * (caps[1] - caps[0])), potential])

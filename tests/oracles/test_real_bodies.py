@@ -1,0 +1,307 @@
+"""Gravity on bodies of any shape against sums over points of mass and Carlson's integrals, in many digits."""
+
+import euler_newton
+import mass_points
+import mpmath
+import numpy as np
+import pytest
+import real_bodies as oracle
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.functions import Vector
+
+MU = 1.3
+TURN, OTHER = Rotation.from_rotvec([0.7, -0.2, 1.1]), Rotation.from_rotvec([-1.0, 0.4, 0.3])
+DIRECTION = np.array([0.48, -0.36, 0.8])
+RANDOM = np.random.default_rng(4)
+MASSES = RANDOM.uniform(1, 2, 8)
+POINTS = RANDOM.normal(size=(8, 3)) * [1.0, 0.7, 0.4]
+POINTS -= MASSES @ POINTS / np.sum(MASSES)
+POINTS /= np.max(np.linalg.norm(POINTS, axis=-1))
+CLOUD = pt.Body.point_masses(MASSES, POINTS)
+ATTRACTOR = mass_points.PointAttractor(np.array([MU]), np.zeros((1, 3)))
+
+
+def field(degree, size=1.0):
+    """The field of the cloud; the points are within the unit sphere times a size."""
+    return pt.GravityField(
+        degree, np.sum(MASSES), size, *clean(oracle.coefficients(MASSES, size * POINTS, size, degree))
+    )
+
+
+def clean(coefficients):
+    """Degree 1 is zero but for rounding."""
+    for array in coefficients:
+        assert np.max(np.abs(array[1])) < 1e-15
+        array[1] = 0
+    return coefficients
+
+
+def torque(body, force, time=0.0, turn=TURN):
+    return pt.System(body, force).torque_body(body.state(turn, omega_body=(0, 0, 0), time=time))
+
+
+def energy(body, force, turn=TURN):
+    return pt.System(body, force).potential_energy(body.state(turn, omega_body=(0, 0, 0)))
+
+
+def pulled(position, masses=MASSES, points=POINTS, turn=TURN):
+    with mpmath.workdps(40):
+        return oracle.torque_on_points(MU, turn.inv().apply(position), masses, points)
+
+
+def relative(a, b):
+    return np.linalg.norm(np.subtract(a, b)) / np.linalg.norm(b)
+
+
+# ---------------------------------------------------------------------- the oracle itself
+
+
+def test_the_torque_on_an_ellipsoid_is_the_slope_of_its_energy():
+    body, place = oracle.Ellipsoid(2.0, (1.0, 0.7, 0.5)), np.array([0.9, -0.6, 0.8])
+    with mpmath.workdps(40):
+        for k in range(3):
+            turned = [euler_newton.about(k, sign * 1e-5) @ place for sign in (1, -1)]
+            slope = float(body.energy(MU, turned[0]) - body.energy(MU, turned[1])) / 2e-5
+            assert body.torque(MU, place)[k] == pytest.approx(slope, rel=1e-9)
+
+
+def test_an_ellipsoid_is_many_points():
+    """Those of a lattice, 40 on the longest axis: the attraction differs by the roughness of the surface."""
+    semiaxes, place = np.array([1.0, 0.7, 0.5]), np.array([0.9, -0.6, 0.8])
+    line = (np.arange(40) + 0.5) / 20 - 1
+    grid = np.stack(np.meshgrid(line, line, line), axis=-1).reshape(-1, 3)
+    points = grid[np.sum(grid**2, axis=-1) < 1] * semiaxes
+    lattice = mass_points.torque_of(ATTRACTOR, -place, np.full(len(points), 2.0 / len(points)), points)
+    assert relative(lattice, oracle.Ellipsoid(2.0, semiaxes).torque(MU, place)) < 3e-3
+
+
+# ---------------------------------------------------------------------- spherical harmonics
+
+
+@pytest.mark.parametrize(
+    ("degree", "near"), [(2, 60.0), (3, 60.0), (4, 30.0), (5, 20.0), (6, 12.0), (7, 10.0), (8, 8.0)]
+)
+def test_what_a_field_leaves_falls_with_the_degree_after_it(degree, near):
+    """The torque of degree n goes with r^-(n + 1); the one after that is the larger, the nearer."""
+    force = [pt.HarmonicGravity(pt.FixedPoint(r * DIRECTION, MU), field(degree)) for r in (near, 2 * near)]
+    errors = [
+        np.linalg.norm(torque(CLOUD, one) - pulled(r * DIRECTION))
+        for one, r in zip(force, (near, 2 * near), strict=True)
+    ]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(degree + 2, abs=0.25)
+
+
+@pytest.mark.parametrize(("distance", "bound"), [(1.5, 5e-3), (2.0, 1e-4), (3.0, 2e-7), (10.0, 2e-14)])
+def test_a_field_of_degree_16(distance, bound):
+    force = pt.HarmonicGravity(pt.FixedPoint(distance * DIRECTION, MU), field(16))
+    assert relative(torque(CLOUD, force), pulled(distance * DIRECTION)) < bound
+
+
+ELEMENTS = (MU, 20.0, 0.3, 0.8, -0.4, 1.9, 0.3)
+ELLIPSE = pt.KeplerOrbit(*ELEMENTS, epoch=0.2)
+FLYBY = pt.EscapeOrbit(MU, 15.0, 1.4, 0.6, 0.3, -0.9)
+TABLE = np.linspace(-20, 20, 41)
+LIBRATION = pt.LagrangePoint(0.8 * MU, 0.2 * MU, 20.0, "L4")
+ORBITS = {
+    "at rest": pt.FixedPoint(20 * DIRECTION, MU),
+    "ellipse": ELLIPSE,
+    "hyperbola": FLYBY,
+    "table": pt.Ephemeris.from_table(
+        MU, TABLE, *(np.stack(list(part(TABLE)), axis=-1) for part in (ELLIPSE.position_at, ELLIPSE.velocity_at))
+    ),
+    "libration point": LIBRATION.from_secondary,
+}
+
+
+@pytest.mark.parametrize("orbit", ORBITS.values(), ids=ORBITS)
+def test_the_attractor_is_on_its_side_of_every_orbit(orbit):
+    """Degree 3 changes its sign with the side."""
+    mu, force = float(orbit.mu), pt.HarmonicGravity(orbit, field(12))
+    for time in (-3.0, 0.7):
+        position = np.array([float(x) for x in orbit.position_at(time)])
+        derived = torque(CLOUD, force, time)
+        assert relative(derived, pulled(position) * mu / MU) < 3e-12
+        assert relative(derived, pulled(-position) * mu / MU) > 1e-2
+
+
+@pytest.mark.parametrize(
+    ("name", "exact"),
+    [("ellipse", False), ("hyperbola", False), ("at rest", True), ("hyperbola", True), ("table", True)],
+    ids=lambda value: {True: "mascons", False: "field"}.get(value, value),
+)
+def test_motion_is_that_of_euler_and_newton(name, exact):
+    """Of a body so close that degree 3 counts, pulled at every point."""
+    omega, times = np.array([0.02, -0.03, 0.04]), np.array([-15.0, 4.0, 15.0])
+    orbit, inertia, start = ORBITS[name], mass_points.inertia_of(MASSES, 4 * POINTS), 0.5
+    position, velocity = (np.array([float(x) for x in part(start)]) for part in (orbit.position_at, orbit.velocity_at))
+    path = euler_newton.Attractor(MU, position, None if name == "at rest" else velocity, start)
+
+    def pull(A, _omega, positions):
+        return A.T @ mass_points.torque_of(ATTRACTOR, positions[0], MASSES, 4 * POINTS @ A.T)
+
+    judged = euler_newton.integrate(inertia, TURN.as_matrix(), omega, start, times, [pull], [path])
+    body = pt.Body.point_masses(MASSES, 4 * POINTS)
+    force = pt.MasconGravity(orbit, MASSES, 4 * POINTS) if exact else pt.HarmonicGravity(orbit, field(6, size=4.0))
+    motion = pt.propagate(pt.System(body, force), body.state(TURN, omega_body=omega, time=start), times)
+    bound = {True: 1e-11, False: 1e-4}[exact] + (1e-7 if name == "table" else 0)
+    assert np.max(np.abs(motion.attitude.as_matrix() - judged[0])) < bound
+    round_one = pt.propagate(
+        pt.System(body, pt.GravityGradient(orbit)), body.state(TURN, omega_body=omega, time=start), times
+    )
+    assert np.max(np.abs(round_one.attitude.as_matrix() - judged[0])) > 1e-3
+
+
+# ---------------------------------------------------------------------- points of mass
+
+
+@pytest.mark.parametrize("distance", [0.3, 1.1, 3.0, 1e3, 1e6, 1e9])
+def test_points_of_mass_lose_no_digits(distance):
+    """Also within them; mirrored, so that their centre is at the origin to the last digit."""
+    masses, points = np.tile(MASSES, 2), np.concatenate([POINTS, -POINTS])
+    body, position = pt.Body.point_masses(masses, points), distance * DIRECTION
+    derived = torque(body, pt.MasconGravity(pt.FixedPoint(position, MU), masses, points))
+    assert relative(derived, pulled(position, masses, points)) < 1e-14
+
+
+@pytest.mark.parametrize("distance", [1.1, 5.0, 1e3])
+def test_the_energy_of_points_of_mass_is_theirs(distance):
+    with mpmath.workdps(40):
+        position = distance * DIRECTION
+        force = pt.MasconGravity(pt.FixedPoint(position, MU), MASSES, POINTS)
+
+        def exact(turn):
+            places = turn.inv().apply(position) + POINTS
+            return -MU * sum(
+                mpmath.mpf(m) / mpmath.norm(oracle.many_digits(x)) for m, x in zip(MASSES, places, strict=True)
+            )
+
+        expected = float(exact(TURN) - exact(OTHER))
+    # The doubles of the places are rounded: by eps of their size, against a difference in degree 2.
+    slack = 1e-15 * distance**2
+    assert energy(CLOUD, force, TURN) - energy(CLOUD, force, OTHER) == pytest.approx(expected, rel=1e-13 + slack)
+
+
+# ---------------------------------------------------------------------- ellipsoids
+
+SHAPES = [
+    (1.0, 0.9, 0.8),
+    (0.5, 1.0, 0.7),
+    (0.7, 0.5, 1.0),
+    (1.0, 1.0, 0.3),
+    (0.3, 1.0, 0.3),
+    (1.0, 0.5, 0.1),
+    (1.0, 1.0, 0.01),
+    (1.0, 0.01, 0.01),
+    (1.0, 1.0 - 1e-9, 0.6),
+    (1.0, 1.0 - 1e-7, 1.0 - 3e-7),
+]
+
+
+def directions(count):
+    random = np.random.default_rng(7).normal(size=(count, 3))
+    near_axes = np.eye(3) + 0.03
+    rows = np.concatenate([random, near_axes])
+    return rows / np.linalg.norm(rows, axis=-1, keepdims=True)
+
+
+def worst_torque(shape, distance, count=4):
+    body, judge = pt.Body.ellipsoid(2.0, shape), oracle.Ellipsoid(2.0, shape)
+    worst = 0.0
+    for place in distance * directions(count):
+        derived = torque(body, pt.EllipsoidGravity(pt.FixedPoint(-place, MU), 2.0, shape), turn=Rotation.identity())
+        with mpmath.workdps(40):
+            worst = max(worst, relative(derived, judge.torque(MU, place)))
+    return worst
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+@pytest.mark.parametrize("distance", [1.2, 2.0, 1e4])
+def test_an_ellipsoid_from_near_and_far(shape, distance):
+    """Where nearly a sphere, only as its semiaxes tell it from one."""
+    assert worst_torque(shape, distance) < 1e-14 * (1e-2 / min(1e-2, np.ptp(shape)))
+
+
+@pytest.mark.parametrize(
+    ("shape", "distance", "bound"),
+    [
+        ((1.0, 0.9, 0.8), 1.0001, 1e-14),
+        ((1.0, 0.7, 0.5), 1.0001, 2e-14),
+        ((1.0, 1.0, 0.3), 1.05, 1e-10),
+        ((1.0, 0.5, 0.1), 1.05, 1e-9),
+    ],
+    ids=str,
+)
+def test_what_remains_below(shape, distance, bound):
+    assert worst_torque(shape, distance) < bound
+
+
+def test_a_flat_ellipsoid_at_its_edge_is_beyond_the_formula():
+    assert worst_torque((1.0, 1.0, 0.01), 1.0001) > 1e-5
+
+
+@pytest.mark.parametrize("shape", SHAPES[:6], ids=str)
+def test_the_energy_of_an_ellipsoid(shape):
+    """From the same distance in two directions."""
+    judge, body = oracle.Ellipsoid(2.0, shape), pt.Body.ellipsoid(2.0, shape)
+    for distance in (1.2, 3.0):
+        places = distance * directions(1)
+        with mpmath.workdps(40):
+            exact = [
+                judge.energy(MU, place) + mpmath.mpf(2) * MU / mpmath.norm(oracle.many_digits(place))
+                for place in places
+            ]
+        for place, expected in zip(places, exact, strict=True):
+            force = pt.EllipsoidGravity(pt.FixedPoint(-place, MU), 2.0, shape)
+            assert energy(body, force, Rotation.identity()) == pytest.approx(float(expected), rel=1e-13)
+
+
+def test_a_homogeneous_sphere_feels_nothing():
+    force = pt.EllipsoidGravity(pt.FixedPoint(2 * DIRECTION, MU), 2.0, (0.7, 0.7, 0.7))
+    body = pt.Body.ellipsoid(2.0, (0.7, 0.7, 0.7))
+    assert energy(body, force) == 0
+    assert np.all(torque(body, force) == 0)
+    motion = pt.propagate(pt.System(body, force), body.state(TURN, omega_body=(0.1, 0.2, -0.3)), [0.0, 10.0])
+    assert np.allclose(motion.omega_body[1], (0.1, 0.2, -0.3), rtol=0, atol=1e-15)
+
+
+# ---------------------------------------------------------------------- action and reaction
+
+BOX = (1.1, 0.8, 0.5)
+FORCES = {
+    "field": lambda orbit: (CLOUD, pt.HarmonicGravity(orbit, field(4))),
+    "mascons": lambda orbit: (CLOUD, pt.MasconGravity(orbit, MASSES, POINTS)),
+    "ellipsoid": lambda orbit: (pt.Body.ellipsoid(2.0, BOX), pt.EllipsoidGravity(orbit, 2.0, BOX)),
+}
+
+
+@pytest.mark.parametrize("make", FORCES.values(), ids=FORCES)
+def test_the_attractor_takes_the_momentum_that_the_body_gains(make):
+    """Torque plus r x F is zero, F the slope of the energy by the position; in 30 digits."""
+    position = 1.7 * DIRECTION
+    body, force = make(pt.FixedPoint(position, MU))
+    system, step = pt.System(body, force), mpmath.mpf(10) ** -12
+    numbers = [float(x) for x in system.numbers]
+    first = next(i for i in range(len(numbers)) if np.array_equal(numbers[i : i + 3], position))
+
+    def at(shift, axis):
+        exact = list(map(mpmath.mpf, numbers))
+        exact[first + axis] += shift
+        return system.with_numbers(iter(exact)).potential_at(Vector(TURN.as_quat(scalar_first=True)), mpmath.mpf(0))
+
+    with mpmath.workdps(40):
+        push = [-float((at(step, k) - at(-step, k)) / (2 * step)) for k in range(3)]
+    gained = TURN.apply(torque(body, force))
+    assert np.allclose(gained + np.cross(position, push), 0, rtol=0, atol=4e-15 * np.linalg.norm(push))
+    assert np.linalg.norm(gained) > 0.01
+
+
+@pytest.mark.parametrize("make", FORCES.values(), ids=FORCES)
+def test_energy_stays_where_the_attractor_rests(make):
+    body, force = make(pt.FixedPoint(1.7 * DIRECTION, MU))
+    state = body.state(TURN, omega_body=(0.1, 0.3, -0.2))
+    motion = pt.propagate(pt.System(body, force), state, np.linspace(0, 30, 31))
+    assert list(motion.drift) == ["energy", "angular_momentum_space_attractor"]
+    assert all(np.max(np.abs(drift)) < 3e-14 for drift in motion.drift.values())
+    assert np.ptp(motion.potential_energy) > 0.01

@@ -1,0 +1,86 @@
+"""Gravity fields of bodies: their numbers, and what is none."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+RANDOM = np.random.default_rng(5)
+
+
+def coefficients(degree):
+    C, S = np.tril(RANDOM.normal(size=(2, degree + 1, degree + 1)))
+    C[0], C[1], S[0], S[1], S[:, 0] = 0, 0, 0, 0, 0
+    C[0, 0] = 1
+    return C, S
+
+
+def test_normalisation_goes_both_ways():
+    C, S = coefficients(12)
+    field = pt.GravityField.from_normalized(2.0, 3.0, C, S)
+    again = field.normalized
+    assert np.allclose(again, (C, S), rtol=1e-15, atol=0)
+    for n, m in ((2, 0), (2, 2), (5, 3), (12, 12)):
+        factor = math.sqrt((2 - (m == 0)) * (2 * n + 1) * math.factorial(n - m) / math.factorial(n + m))
+        assert field.C[n, m] == pytest.approx(factor * C[n, m], rel=1e-14)
+        assert field.S[n, m] == pytest.approx(factor * S[n, m], rel=1e-14)
+
+
+def test_the_flattening_of_the_earth():
+    """C20 of EGM2008, -0.484165143790815e-3 normalised, is J2 = 1.0826e-3."""
+    C = np.zeros((3, 3))
+    C[2, 0] = -0.484165143790815e-3
+    assert pt.GravityField.from_normalized(1.0, 1.0, C, 0 * C).C[2, 0] == pytest.approx(-1.0826261738e-3, rel=1e-10)
+
+
+def test_rows_and_lower_degrees():
+    field = pt.GravityField(4, 2.0, 3.0, *coefficients(4), 3.5)
+    lower = field.truncated(3)
+    assert (lower.degree, lower.mass, lower.radius, lower.extent) == (3, 2.0, 3.0, 3.5)
+    assert lower.row(3) == field.row(3) == [(field.C[3, m], field.S[3, m]) for m in range(4)]
+
+
+def test_the_deviator_is_that_of_the_body():
+    body = pt.Body.from_stokes(
+        C20=-0.1, C22=0.02, C21=0.01, S21=-0.03, S22=0.015, polar_moment_factor=0.4, mass=2.0, radius=3.0
+    )
+    C, S = np.zeros((2, 3, 3))
+    C[2], S[2] = (-0.1, 0.01, 0.02), (0, -0.03, 0.015)
+    expected = body.inertia - np.trace(body.inertia) / 3 * np.eye(3)
+    assert np.allclose(pt.GravityField(2, 2.0, 3.0, C, S).inertia_deviator, expected, rtol=0, atol=2e-14)
+    both = pt.GravityField(2, [2.0, 1.0], 3.0, [C, 0 * C], [S, S])
+    assert np.allclose(both.inertia_deviator[0], expected, rtol=0, atol=2e-14)
+    assert both.inertia_deviator[1, 0, 1] == -2 * 9 * 0.015
+
+
+C, S = coefficients(2)
+ONE_OFF = C.copy()
+ONE_OFF[1, 1] = 1e-3
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ((1, 1.0, 1.0, C[:2, :2], S[:2, :2]), "degree must be at least 2, but 1 came."),
+        ((2, 0.0, 1.0, C, S), "mass must be positive, but 0.0 came."),
+        ((2, 1.0, -1.0, C, S), "radius must be positive, but -1.0 came."),
+        ((2, 1.0, 1.0, C, S, -2.0), "extent must not be negative, but -2.0 came. 0 means unknown."),
+        ((3, 1.0, 1.0, C, S), "C must have shape (4, 4) or (members, 4, 4), but shape (3, 3) came."),
+        (
+            (2, 1.0, 1.0, ONE_OFF, S),
+            "C and S must be zero in degree 1, but they are not. Refer them to the centre of mass.",
+        ),
+    ],
+)
+def test_what_is_no_field(wrong, sentence):
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        pt.GravityField(*wrong)
+
+
+@pytest.mark.parametrize("degree", [1, 5])
+def test_what_is_no_lower_degree(degree):
+    with pytest.raises(ValueError, match=rf"^degree must be from 2 to 4, that of the field, but {degree} came\.$"):
+        pt.GravityField(4, 1.0, 1.0, *coefficients(4)).truncated(degree)

@@ -1,0 +1,166 @@
+"""Meshes: boxes, closed surfaces, hollows, and what is refused or repaired."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot.shapes.winding import repaired
+
+BOX = pt.Mesh.box((1, 2, 3), mass=6.0)
+
+
+def joined(*meshes):
+    """Vertices and faces of several meshes in one."""
+    counts = np.cumsum([0] + [len(m.vertices) for m in meshes])
+    return np.concatenate([m.vertices for m in meshes]), np.concatenate(
+        [m.faces + n for m, n in zip(meshes, counts[:-1], strict=True)]
+    )
+
+
+def test_a_box_is_the_box_of_the_body():
+    assert BOX.volume == 6
+    np.testing.assert_allclose(BOX.inertia, pt.Body.box(6.0, (1, 2, 3)).inertia, rtol=1e-15)
+    np.testing.assert_array_equal(BOX.center_of_mass, 0)
+    assert BOX.circumscribing_radius == pytest.approx(np.sqrt(14) / 2, rel=1e-15)
+    assert type(pt.Body.from_shape(BOX)) is pt.Body
+    assert repr(BOX) == "Mesh(8 vertices, 12 faces, mass=6)"
+
+
+def test_a_regular_tetrahedron_has_three_equal_moments():
+    vertices = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])  # edge sqrt(8)
+    mesh = pt.Mesh(vertices, [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], density=1.5)
+    assert mesh.volume == pytest.approx(8 / 3, rel=1e-15)
+    assert mesh.mass == pytest.approx(4, rel=1e-15)
+    np.testing.assert_allclose(mesh.inertia, 4 * 8 / 20 * np.eye(3), atol=1e-15)  # m edge^2 / 20
+
+
+def test_a_mesh_far_from_its_origin_loses_only_what_its_vertices_lost():
+    far = pt.Mesh(BOX.vertices + 2.0**20, BOX.faces, mass=6.0)  # whole and half numbers: no rounding there
+    np.testing.assert_allclose(far.inertia, BOX.inertia, rtol=1e-14, atol=1e-14)
+    np.testing.assert_array_equal(far.center_of_mass, np.full(3, 2.0**20))
+
+
+def test_two_closed_surfaces_are_one_body_and_one_wound_inwards_is_a_hollow():
+    apart = pt.Mesh(*joined(BOX, BOX.moved((0, 0, 4))), mass=12.0)
+    pair = pt.Assembly([BOX, BOX.moved((0, 0, 4))])
+    np.testing.assert_allclose(apart.inertia, pair.inertia, rtol=1e-14, atol=1e-13)
+    cavity = pt.Mesh.box((0.5, 0.5, 0.5), density=1.0)
+    vertices, faces = joined(BOX, cavity)
+    faces[12:] = faces[12:, ::-1]
+    hollow = pt.Mesh(vertices, faces, density=1.0)
+    assert hollow.mass == pytest.approx(6 - 0.125, rel=1e-15)
+    np.testing.assert_allclose(hollow.inertia, BOX.inertia - cavity.inertia, rtol=1e-14, atol=1e-15)
+    point = (0.1, 0.05, 0.2)
+    assert hollow.potential(point) == pytest.approx(BOX.potential(point) - cavity.potential(point), rel=1e-13)
+
+
+def test_a_point_on_a_face_is_between_its_two_sides_and_one_on_an_edge_is_refused():
+    on, near = BOX.potential((0.5, 0.2, 0.1)), BOX.potential([(0.5 + 1e-9, 0.2, 0.1), (0.5 - 1e-9, 0.2, 0.1)])
+    np.testing.assert_allclose(near, on, rtol=1e-8)
+    with pytest.raises(ValueError, match=r"points must not lie on an edge or a mass point, but \(0.5, 1, 0\) does"):
+        BOX.potential([(5, 0, 0), (0.5, 1, 0)])
+    with pytest.raises(ValueError, match="points must not lie on an edge"):
+        BOX.attraction((0.5, 1, 1.5))
+
+
+def test_slivers_and_faces_without_area_do_no_harm():
+    vertices = np.vstack([BOX.vertices, (BOX.vertices[0] + BOX.vertices[1]) / 2])
+    faces = BOX.faces.tolist()
+    k = next(i for i, f in enumerate(faces) if {0, 1} <= set(f))
+    while faces[k][:2] not in ([0, 1], [1, 0]):
+        faces[k] = faces[k][1:] + faces[k][:1]
+    a, b, c = faces[k]
+    faces[k] = [a, 8, c]
+    split = pt.Mesh(vertices, [*faces, [8, b, c], [a, b, 8]], mass=6.0)  # the last one is a line
+    np.testing.assert_allclose(split.inertia, BOX.inertia, rtol=1e-14, atol=1e-14)
+    points = np.array([(0.7, 0.3, 0.2), (2, 2, 2.0), (0.1, 0.2, 0.3)])
+    np.testing.assert_allclose(split.potential(points), BOX.potential(points), rtol=1e-14)
+    np.testing.assert_allclose(split.attraction(points), BOX.attraction(points), rtol=1e-13, atol=1e-13)
+
+
+def test_the_rounding_far_away_grows_with_the_square_of_the_distance():
+    for distance in (10.0, 100.0, 1000.0):
+        point = distance * BOX.circumscribing_radius * np.array((0.6, 0.48, 0.64))
+        second = BOX.field(2).inertia_deviator
+        unit = np.array((0.6, 0.48, 0.64))
+        r = np.linalg.norm(point)
+        exact = 6 / r - 1.5 * unit @ second @ unit / r**3
+        assert abs(BOX.potential(point) / exact - 1) < 0.5 / distance**4 + 5e-16 * distance**2
+
+
+def test_open_and_disagreeing_and_inward_surfaces_are_refused():
+    vertices, faces = BOX.vertices, BOX.faces
+    with pytest.raises(ValueError, match="faces must close the surface, two at every edge, but 1 has the edge"):
+        pt.Mesh(vertices, faces[1:], mass=1)
+    with pytest.raises(ValueError, match="two at every edge, but 3 have the edge between"):
+        pt.Mesh(vertices, np.vstack([faces, faces[:1]]), mass=1)
+    turned = faces.copy()
+    turned[3] = turned[3, ::-1]
+    with pytest.raises(ValueError, match=r"faces must all be wound to the same side, but faces .* disagree"):
+        pt.Mesh(vertices, turned, mass=1)
+    with pytest.raises(ValueError, match="anticlockwise seen from outside, but they enclose the volume -6"):
+        pt.Mesh(vertices, faces[:, ::-1], mass=1)
+    with pytest.raises(ValueError, match="faces must enclose a volume, but they enclose none"):
+        pt.Mesh(vertices * (1, 1, 0), faces, mass=1)
+    with pytest.raises(ValueError, match="faces must enclose a volume, but they enclose none"):
+        pt.Mesh(vertices @ np.array([(1, 2, 3), (0, 1, 1), (1, 3, 4)]), faces, mass=1)
+
+
+def test_bad_arrays_are_refused():
+    vertices, faces = BOX.vertices, BOX.faces
+    with pytest.raises(ValueError, match="faces must name vertices from 0 to 7, but 8 came"):
+        pt.Mesh(vertices, np.where(faces == 7, 8, faces), mass=1)
+    with pytest.raises(ValueError, match="faces must name vertices from 0 to 7, but -1 came"):
+        pt.Mesh(vertices, np.where(faces == 7, -1, faces), mass=1)
+    with pytest.raises(ValueError, match="vertices must be finite"):
+        pt.Mesh(np.where(vertices == 0.5, np.nan, vertices), faces, mass=1)
+    with pytest.raises(TypeError, match="faces must be whole numbers, but float64 came"):
+        pt.Mesh(vertices, faces.astype(float), mass=1)
+    with pytest.raises(ValueError, match=r"faces must have shape \(n, 3\), but shape \(12, 2\) came"):
+        pt.Mesh(vertices, faces[:, :2], mass=1)
+    with pytest.raises(ValueError, match="faces must not be empty"):
+        pt.Mesh(vertices, np.empty((0, 3), dtype=int), mass=1)
+    with pytest.raises(ValueError, match="face 12 names one twice"):
+        pt.Mesh(vertices, np.vstack([faces, (0, 0, 1)]), mass=1)
+    with pytest.raises(ValueError, match="a solid must have exactly one of mass, density, but none came"):
+        pt.Mesh(vertices, faces)
+    with pytest.raises(ValueError, match="exactly one of mass, density, but mass and density came"):
+        pt.Mesh(vertices, faces, mass=1, density=1)
+    with pytest.raises(ValueError, match="density must be positive"):
+        pt.Mesh(vertices, faces, density=-1)
+    with pytest.raises(ValueError, match="sides must be positive"):
+        pt.Mesh.box((1, 2, 0), mass=1)
+
+
+def test_a_surface_with_one_side_is_refused():
+    heptahedron = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5), (0, 5, 1)]
+    heptahedron += [(1, 2, 4), (2, 3, 5), (3, 4, 1), (4, 5, 2), (5, 1, 3)]  # the projective plane of six vertices
+    with pytest.raises(ValueError, match="faces must have two sides, but the surface of face 0 has one"):
+        repaired(np.random.default_rng(1).normal(size=(6, 3)), np.array(heptahedron))
+
+
+def test_repair_turns_faces_and_drops_doubles_and_leaves_hollows(rng):
+    vertices, faces = joined(BOX, pt.Mesh.box((0.5, 0.5, 0.5), mass=1.0), BOX.moved((5, 0, 0)))
+    faces[12:24] = faces[12:24, ::-1]
+    right = pt.Mesh(vertices, faces, mass=1.0)
+    whole = pt.Mesh(vertices, faces[:, ::-1], mass=1.0, repair=True)
+    assert whole.volume == right.volume
+    messy = faces.copy()
+    chosen = np.r_[rng.permutation(12)[:5], 24 + rng.permutation(12)[:7]]
+    messy[chosen] = messy[chosen, ::-1]
+    messy = np.vstack([messy, messy[3], messy[30, [1, 2, 0]], (4, 4, 5)])
+    mended = pt.Mesh(vertices, messy, mass=1.0, repair=True)
+    assert mended.volume == pytest.approx(right.volume, rel=1e-15)
+    assert len(mended.faces) == 36
+    np.testing.assert_allclose(mended.inertia, right.inertia, rtol=1e-14, atol=1e-14)
+    with pytest.raises(ValueError, match="faces must close the surface"):
+        pt.Mesh(vertices, faces[1:], mass=1.0, repair=True)
+    with pytest.raises(ValueError, match="faces must not be empty"):
+        pt.Mesh(vertices, [(0, 0, 1)], mass=1.0, repair=True)
+
+
+def test_arrays_of_a_mesh_cannot_be_changed():
+    with pytest.raises(ValueError, match="read-only"):
+        BOX.vertices[0] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        BOX.faces[0] = 0

@@ -1,0 +1,293 @@
+"""The page of the 3D view, run in Chromium without a screen or a network."""
+
+import os
+import re
+import shutil
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+import poinsot as pt
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(BROWSER is None, reason="no chromium on this machine"),
+]
+
+BODY = pt.Body((2.0, 2.5, 3.5))
+STATE = BODY.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=(0.5, -0.7, 1.1))
+MOTION = pt.free_motion(BODY, STATE, np.linspace(-3, 40, 302))
+SINGLE = 2e-7
+"""What single precision leaves of a quaternion."""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with playwright.sync_playwright() as session:
+        chromium = session.chromium.launch(executable_path=BROWSER, args=flags)
+        yield chromium
+        chromium.close()
+
+
+NO_WEBGL = """HTMLCanvasElement.prototype.getContext = (original => function (kind, ...rest) {
+    return kind === "2d" ? original.call(this, kind, ...rest) : null;
+})(HTMLCanvasElement.prototype.getContext)"""
+
+
+class Visit:
+    """A page in the browser, with all that it says and asks for."""
+
+    def __init__(self, browser, path, webgl=True, **size):
+        self.said, self.asked = [], []
+        self.page = browser.new_page(viewport={"width": 480, "height": 400, **size})
+        if not webgl:  # which loads in a fraction of the time
+            self.page.add_init_script(NO_WEBGL)
+        self.page.on("console", lambda message: self.said.append(message.text))
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(path.as_uri())
+
+    def __call__(self, script, argument=None):
+        return self.page.evaluate(script, argument)
+
+    def until(self, condition):
+        """Wait as `wait_for_function` does, but without `eval`, which the policy of the page forbids."""
+        for _ in range(500):
+            if self(condition):
+                return
+            self.page.wait_for_timeout(20)
+        raise AssertionError(f"{condition} has not come true")
+
+    def quaternion_at(self, time):
+        return np.array(self("t => { poinsot.setTime(t); return poinsot.quaternion; }", float(time)))
+
+
+@pytest.fixture(scope="module")
+def free(browser, tmp_path_factory):
+    """One visit for all tests that leave the page as they find it."""
+    visit = Visit(browser, pt.view(MOTION, tmp_path_factory.mktemp("view") / "free.html"))
+    yield visit
+    assert visit.said == []
+    assert len(visit.asked) == 1
+    visit.page.close()
+
+
+def apart(p, q):
+    """The angle in radians between attitudes."""
+    turns = [Rotation.from_quat(each, scalar_first=True) for each in (p, q)]
+    return np.max((turns[0].inv() * turns[1]).magnitude())
+
+
+# ---------------------------------------------------------------------- the body
+
+
+def test_the_body_has_the_stored_attitudes(free):
+    for i in (0, 1, 57, 300, 301):
+        assert np.max(np.abs(free.quaternion_at(MOTION.times[i]) - MOTION.quaternion[i])) < SINGLE
+
+
+def test_the_body_moves_on_great_circles_between_them(free):
+    great_circles = Slerp(MOTION.times, MOTION.attitude)
+    times = np.random.default_rng(1).uniform(-3, 40, 40)
+    shown = np.array([free.quaternion_at(t) for t in times])
+    np.testing.assert_allclose(np.linalg.norm(shown, axis=-1), 1, atol=1e-15)
+    assert apart(shown, great_circles(times).as_quat(scalar_first=True)) < 2 * SINGLE
+    assert apart(shown, MOTION(times).quaternion) < 3e-3
+
+
+@pytest.mark.parametrize("motion", ["flipped", "backwards", "apart"])
+def test_the_body_takes_the_shorter_way(motion, browser, tmp_path):
+    times = np.linspace(0, 20, 81)
+    shown = pt.free_motion(BODY, STATE, times[:: {"flipped": 1, "backwards": -1, "apart": 16}[motion]])
+    if motion == "flipped":
+        signs = np.where(np.random.default_rng(2).random(times.size) < 0.5, -1.0, 1.0)[:, None]
+        pair = (signs * shown.quaternion, signs * shown.conjugate_momenta)
+        shown = pt.Trajectory(shown.system, shown.initial, times, lambda: pair, shown.run)
+    visit = Visit(browser, pt.view(shown, tmp_path / "motion.html"), webgl=False)
+    forwards = np.argsort(shown.times)
+    great_circles = Slerp(shown.times[forwards], shown.attitude[forwards])
+    for t in np.random.default_rng(3).uniform(0, 20, 20):
+        assert apart(visit("t => motion.quaternion(t)", t), great_circles(t).as_quat(scalar_first=True)) < 2 * SINGLE
+    for i in (0, 2, 5):
+        shown_there = visit("t => motion.quaternion(t)", shown.times[i])
+        assert np.max(np.abs(shown_there - shown.quaternion[i])) < SINGLE
+    visit.page.close()
+
+
+def test_vectors_turn_with_the_body(free):
+    for i in (0, 100, 301):
+        shown = free("t => motion.rotate(motion.quaternion(t), motion.vector('omega_body', t))", MOTION.times[i])
+        np.testing.assert_allclose(shown, MOTION.omega_space[i], atol=SINGLE)
+        shown = free("t => motion.vector('angular_momentum_space', t)", MOTION.times[i])
+        np.testing.assert_allclose(shown, MOTION.angular_momentum_space[i], atol=SINGLE)
+
+
+# ---------------------------------------------------------------------- the controls
+
+
+def test_time_is_kept_within_the_motion(free):
+    assert [free("t => { poinsot.setTime(t); return poinsot.time; }", t) for t in (-5, 1.25, 99)] == [-3, 1.25, 40]
+
+
+def test_the_slider_moves_the_body(free):
+    free("document.getElementById('time').value = 12.5")
+    free.page.dispatch_event("#time", "input")
+    free.until("document.getElementById('now').textContent === 't = 12.5'")
+    great_circles = Slerp(MOTION.times, MOTION.attitude)
+    assert apart(free("poinsot.quaternion"), great_circles(12.5).as_quat(scalar_first=True)) < 2 * SINGLE
+
+
+def test_the_plots_move_the_body(free):
+    plot = free.page.locator("#momenta canvas")
+    plot.click(position={"x": 58 + (plot.bounding_box()["width"] - 68) / 4, "y": 40})
+    assert free("poinsot.time") == pytest.approx(-3 + 43 / 4, abs=0.2)
+
+
+def test_the_cursor_and_the_numbers_follow(free):
+    free.quaternion_at(MOTION.times[123])
+    for name, values in {"quaternion": MOTION.quaternion, "momenta": MOTION.conjugate_momenta}.items():
+        shown = free.page.locator(f"#{name} output").all_text_contents()
+        assert [float(text.replace("−", "-")) for text in shown] == pytest.approx(values[123], rel=5.1e-3)
+        frame, cursor = (free.page.locator(f"#{name} {part}").bounding_box() for part in ("canvas", ".cursor"))
+        u = (cursor["x"] + 0.5 - frame["x"] - 58) / (frame["width"] - 68)
+        assert u == pytest.approx((MOTION.times[123] + 3) / 43, abs=2e-3)
+    for name, values in {"G": MOTION.angular_momentum_space, "omega": MOTION.omega_space}.items():
+        assert float(free.page.locator(f"#{name}").text_content()) == pytest.approx(
+            np.linalg.norm(values[123]), rel=1e-3
+        )
+
+
+def test_arrows_step_through_the_stored_times(free):
+    free.quaternion_at(0.5 * (MOTION.times[10] + MOTION.times[11]))
+    reached = []
+    for key in ("ArrowRight", "ArrowRight", "ArrowLeft", "ArrowLeft", "End", "ArrowRight", "ArrowLeft", "Home"):
+        free.page.keyboard.press(key)
+        reached.append(np.searchsorted(MOTION.times, free("poinsot.time")))
+        assert free("poinsot.time") in MOTION.times
+    assert reached == [11, 12, 11, 10, 301, 301, 300, 0]
+
+
+def test_play_goes_on_until_paused_or_over(free):
+    free.quaternion_at(-3)
+    free.page.keyboard.press("Space")
+    free.until("poinsot.time > -2")
+    free.page.keyboard.press("Space")
+    paused = free("poinsot.time")
+    free.page.wait_for_timeout(150)
+    assert (free("poinsot.time"), free("poinsot.playing")) == (paused, False)
+    free.page.select_option("#rate", index=10)
+    free.page.click("#play")
+    assert free("poinsot.playing")
+    free.until("poinsot.time === 40 && !poinsot.playing")
+    free.page.click("#play")
+    free.until("poinsot.time < 39")
+    free.page.click("#play")
+    free.until("!poinsot.playing")
+
+
+def test_speed_is_what_the_page_says(free):
+    free.quaternion_at(-3)
+    free.page.select_option("#rate", index=2)
+    per_second = float(re.match(r"[\d.]+", free.page.locator("#rate option").nth(2).text_content())[0])
+    clock = "new Promise(done => requestAnimationFrame(now => done([now, poinsot.time])))"
+    free.page.click("#play")
+    free.until("poinsot.time > -3")
+    start, end = free(clock), (free.page.wait_for_timeout(1000), free(clock))[1]
+    free.page.click("#play")
+    assert (end[1] - start[1]) / (end[0] - start[0]) * 1000 == pytest.approx(per_second, rel=0.3)
+
+
+def test_every_solid_trace_and_part_can_be_drawn(free):
+    picture = free.page.locator("#scene")
+    free.page.evaluate("poinsot.setTime(30)")
+    pictures = [picture.screenshot()]
+    for name in ("box", "inertia"):
+        free.page.select_option("#solid", name)
+        pictures.append(picture.screenshot())
+    free.page.select_option("#traced", "0")
+    pictures.append(picture.screenshot())
+    for box in free.page.locator("#parts input").all():
+        box.uncheck()
+        pictures.append(picture.screenshot())
+    assert len(set(pictures)) == len(pictures) == 11
+
+
+def test_dragging_turns_the_view_and_not_the_time(free):
+    free.page.evaluate("poinsot.setTime(3)")
+    before = free.page.locator("#scene").screenshot()
+    free.page.mouse.move(100, 100)
+    free.page.mouse.down()
+    free.page.mouse.move(160, 120, steps=3)
+    free.page.mouse.up()
+    free.page.wait_for_timeout(200)
+    assert free.page.locator("#scene").screenshot() != before
+    assert free("poinsot.time") == 3
+
+
+# ---------------------------------------------------------------------- the page
+
+
+def test_the_network_is_out_of_reach(browser, tmp_path):
+    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"), webgl=False)
+    refused = visit("""() => new Promise(done => {
+        document.addEventListener("securitypolicyviolation", event => done(event.effectiveDirective));
+        fetch("http://127.0.0.1:9/").catch(() => null);
+    })""")
+    assert refused == "connect-src"
+    assert len(visit.asked) == 1
+    visit.page.close()
+
+
+def test_names_with_markup_run_nothing(browser, tmp_path):
+    hostile = "</script><script>window.caught = 1</script><img src=x onerror='window.caught = 2'>"
+    system = pt.System(BODY, units={"time": hostile})
+    motion = pt.propagate(system, STATE, (0.0, 1.0, 2.0))
+    visit = Visit(browser, pt.view(motion, tmp_path / "motion.html"), webgl=False)
+    assert visit("window.caught") is None
+    visit("poinsot.setTime(1)")
+    assert visit.page.locator("#now").text_content() == f"t = 1 {hostile}"
+    assert visit.page.locator("#plots .label").all_text_contents()[1].startswith("conjugate momenta Q [<")
+    visit.page.close()
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)], ids=["desktop", "phone"])
+def test_everything_fits_into_the_window(size, browser, tmp_path):
+    width, height = size
+    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"), width=width, height=height)
+    assert visit("document.documentElement.scrollWidth") <= width
+    parts = {name: visit.page.locator(name).bounding_box() for name in ("#space", "#controls", "#plots")}
+    for box in parts.values():
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width
+        assert box["width"] > 250
+        assert box["height"] > 60
+    assert parts["#controls"]["y"] + parts["#controls"]["height"] <= height
+    assert visit.said == []
+    if folder := os.environ.get("POINSOT_SCREENSHOTS"):
+        visit.quaternion_at(30)
+        visit.page.screenshot(path=f"{folder}/view-{width}.png", full_page=True)
+    visit.page.close()
+
+
+def test_a_notebook_shows_the_same_page(browser, tmp_path):
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<!DOCTYPE html><meta charset=utf-8>{pt.view(MOTION)._repr_html_()}")
+    visit = Visit(browser, notebook)
+    frame = visit.page.frames[1]
+    shown = frame.evaluate("t => { poinsot.setTime(t); return poinsot.quaternion; }", MOTION.times[7])
+    np.testing.assert_allclose(shown, MOTION.quaternion[7], atol=SINGLE)
+    assert visit.said == []
+    visit.page.close()
+
+
+def test_without_webgl_the_plots_remain(browser, tmp_path):
+    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"), webgl=False)
+    assert visit.page.locator("#space").text_content() == "The body cannot be drawn: this browser has no WebGL."
+    visit("poinsot.setTime(5)")
+    assert visit.page.locator("#now").text_content() == "t = 5"
+    visit.page.close()
