@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks import ensembles, free, overheads, peers, single
+from benchmarks import ensembles, fields, free, overheads, peers, single
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
@@ -27,6 +27,7 @@ SECTIONS = {
     "second_propagate": overheads.second_propagate,
     "imports": overheads.imports,
     "dense_output": overheads.dense_output,
+    "gravity_fields": fields.gravity_fields,
     "throughput": ensembles.throughput,
 }
 IN_SEVERAL = {"against_the_script": single.over_processes}

@@ -70,6 +70,7 @@ def write(results, folder):
         _ensemble(results),
         _rate(results["throughput"]["rate"], results["machine"]["first_cache"]),
         _overheads(results),
+        _fields(results["gravity_fields"]),
         _sweeps(results["work_precision"]),
     )
     path = folder / "benchmarks.md"
@@ -440,6 +441,27 @@ def _overheads(results):
         "A dense motion at a million times, for each:\n\n"
         + table(("problem", "a time", "largest error of 100 of them [rad]"), reading)
     )
+
+
+def _fields(found):
+    gradient = next(iter(found.values()))
+    rows = [
+        (
+            name,
+            microseconds(one),
+            _ratio(one, gradient),
+            one["steps"],
+            f"{one['first']:.2f} s",
+            f"{one['error']:.1e}",
+        )
+        for name, one in found.items()
+    ]
+    what = prose(
+        "One body on an ellipse, with more and more of its gravity. The first call compiles, with the engine's cache",
+        "on the disk turned off; systems of many operations are compiled in the engine's compact mode.",
+    )
+    headings = ("force", "a step", "/ `GravityGradient`", "steps", "first call", "error [rad]")
+    return "\n".join(("## Gravity fields\n", what, table(headings, rows)))
 
 
 def _sweeps(measured):

@@ -165,8 +165,9 @@ colors = {"Sun": "#D55E00", "Earth": "#0072B2", "Sun and Earth": "#000000"}
 for who, motion in motions.items():
     at = rotations(motion, seen)
     left.plot(years[seen], at.precession_period / day, color=colors[who], label=who)
-    longitude, latitude = on_the_ecliptic(motion.angular_momentum_space[seen])
-    right.plot((longitude - longitude[0]) * np.cos(np.radians(latitude)), latitude - latitude[0], color=colors[who])
+    longitude, latitude = on_the_ecliptic(motion.angular_momentum_space)
+    east = (longitude - longitude[0]) * np.cos(np.radians(latitude))
+    right.plot(east, latitude - latitude[0], color=colors[who], linewidth=0.8)
 for year in 1992.857 + np.array(flybys) / (365.25 * day):
     left.axvline(year, color="#CC79A7", linewidth=0.8)
 left.set_xticks(range(1993, 2012, 3))

@@ -11,9 +11,10 @@ from poinsot.files.attitude_table import AttitudeTable
 from poinsot.files.ck import spice_attitude, write_ck
 from poinsot.files.fields import read_field
 from poinsot.files.meshes import read_mesh
-from poinsot.files.netcdf import save
+from poinsot.files.netcdf import load, save
 from poinsot.files.oem import read_oem
 from poinsot.files.quaternion_csv import read_quaternion_csv, write_quaternion_csv
+from poinsot.files.scenario import Scenario, read_scenario
 from poinsot.files.spk import spice_orbit
 from poinsot.files.stk import read_stk_attitude, write_stk_attitude
 from poinsot.files.tle import omm_orbit, tle_orbit
@@ -100,6 +101,7 @@ __all__ = [
     "PropagationInterrupted",
     "RotatingFrame",
     "RotatingPoint",
+    "Scenario",
     "Shape",
     "Sky",
     "State",
@@ -113,6 +115,7 @@ __all__ = [
     "equilibria",
     "free_motion",
     "functions",
+    "load",
     "omm_orbit",
     "orbit_sum",
     "periodic_motion",
@@ -136,6 +139,7 @@ __all__ = [
     "read_mesh",
     "read_oem",
     "read_quaternion_csv",
+    "read_scenario",
     "read_stk_attitude",
     "save",
     "spice_attitude",

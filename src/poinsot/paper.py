@@ -148,7 +148,7 @@ def write(motion: Trajectory, problem: Problem, folder: Path) -> None:
     for suffix in (".png", ".pdf"):
         figure.savefig(folder / f"{problem.name}{suffix}", dpi=150)
     plt.close(figure)
-    save(motion, folder / f"{problem.name}.nc")
+    save(motion, folder / f"{problem.name}.nc", overwrite=True)
 
 
 def markdown_table(rows: list[Row]) -> str:

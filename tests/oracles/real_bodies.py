@@ -39,17 +39,17 @@ class Ellipsoid:
     """A homogeneous one, its potential by Carlson's integrals (DLMF 19.33(ii)) from the confocal ellipsoid on."""
 
     def __init__(self, mass, semiaxes):
-        self.mass, self.squares = mpmath.mpf(mass), [x * x for x in many_digits(semiaxes)]
+        self.mass, self.semiaxes = mpmath.mpf(mass), many_digits(semiaxes)
 
     def _confocal(self, place):
         """The squared semiaxes of the confocal ellipsoid through a place outside."""
-        a, b, c = self.squares
+        a, b, c = squares = [x * x for x in self.semiaxes]
         x, y, z = (value * value for value in place)
         polynomial = [1, a + b + c - x - y - z]
         polynomial += [a * b + b * c + c * a - x * (b + c) - y * (c + a) - z * (a + b)]
         polynomial += [a * b * c - x * b * c - y * c * a - z * a * b]
         roots = mpmath.polyroots(polynomial, maxsteps=500, extraprec=400)
-        return [square + max(map(mpmath.re, roots)) for square in self.squares]
+        return [square + max(map(mpmath.re, roots)) for square in squares]
 
     def _integrals(self, place):
         a, b, c = self._confocal(place)

@@ -203,6 +203,25 @@ def test_the_series_of_a_field_converges_to_the_polyhedron_at_its_rate(rng):
     assert errors[3] < 6e-15
 
 
+def test_the_field_of_a_mesh_in_a_system_has_the_energy_of_the_whole_polyhedron(rng):
+    mesh = pt.Mesh(BIPYRAMID, SIDES, density=1.0)
+    orbit = pt.FixedPoint(2.5 * mesh.circumscribing_radius * np.array((0.6, 0, 0.8)), 3.0)
+    body = pt.Body.from_shape(mesh)
+    system = pt.System(body, pt.HarmonicGravity(orbit, mesh.field(24)))
+    attitudes = rng.normal(size=(6, 4))
+    attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
+    energies = [system.potential_energy(body.state(q, omega_body=(0, 0, 0))) for q in attitudes]
+    from scipy.spatial.transform import Rotation
+
+    seen = (
+        Rotation.from_quat(attitudes, scalar_first=True)
+        .inv()
+        .apply(-2.5 * mesh.circumscribing_radius * np.array((0.6, 0, 0.8)))
+    )
+    exact = -3.0 * mesh.potential(seen)
+    np.testing.assert_allclose(np.diff(energies), np.diff(exact), rtol=0, atol=1e-9 * np.ptp(exact))
+
+
 def test_a_mesh_of_a_sphere_becomes_the_sphere_with_more_faces():
     apart = []
     for finer in (2, 3, 4):

@@ -156,7 +156,7 @@ NOT_REAL = {
     "truth_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), True), "time must be real numbers, but bool True came."),
     "word_for_time_in_a_frame": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), time="a", frame=ORBIT.frame),
-        "time must be real numbers, but str 'a' came.",
+        "time must be a number, but 'a' came. A date becomes one: orbit.calendar.time(date).",
     ),
     "word_for_attitude": (
         lambda: BODY.state("x", omega_body=(1, 0, 0)),
@@ -850,7 +850,11 @@ def test_files_and_pictures_are_of_trajectories(tmp_path):
             TypeError,
             "motion must be a Trajectory, but str came. The order is save(motion, path).",
         ),
-        "suffix": (lambda: pt.save(motion, "motion.txt"), ValueError, "path must end in .nc, but 'motion.txt' came."),
+        "suffix": (
+            lambda: pt.save(motion, "motion.txt"),
+            ValueError,
+            "path must end in .nc or .zarr, but 'motion.txt' came.",
+        ),
         "folder": (
             lambda: pt.save(motion, gone / "m.nc"),
             FileNotFoundError,

@@ -9,14 +9,11 @@ is Lagrange's region of stability, "linear" theirs.
 from __future__ import annotations
 
 import dataclasses
-import operator
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot import functions
 from poinsot.errors import real_array
 from poinsot.functions import Vector
 from poinsot.mechanics import quaternion as quat
@@ -30,6 +27,7 @@ from poinsot.mechanics.samples import time_scale
 from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.mechanics.wrapped import Nested, opened
 from poinsot.motion.arguments import check_kinds
 
 if TYPE_CHECKING:
@@ -130,6 +128,8 @@ def equilibria(
             f"system must be a single one, but {system.members[0]} members came. Take the members one by one."
         )
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
+    _refuse_span("system", system.span)
+    _refuse_span("frame", getattr(getattr(frame, "orbit", None), "span", (-np.inf, np.inf)))
     balance = _Balance(system, frame, float(real_array("time", time, ())))
     starts = _starts(system) if guesses is None else np.atleast_2d(unit_quaternion(guesses, "guesses"))
     with np.errstate(all="ignore"):
@@ -163,17 +163,17 @@ class _Balance:
         turns = [matrix @ skew for skew in SKEW]
         attitude = Attitude(
             matrix_of(
-                [_variable(matrix[:, i, j], {("turn", k): turns[k][:, i, j] for k in range(3)}) for j in range(3)]
+                [Nested(Dual(matrix[:, i, j], {("turn", k): turns[k][:, i, j] for k in range(3)})) for j in range(3)]
                 for i in range(3)
             )
         )
         carried = attitude.to_body(self.omega_space)
         body, kinetics = self.system.body, self.system.body.kinetics()
-        g = body.angular_momentum(np.stack([component.dual.value for component in carried], axis=-1))
-        momentum = Vector(_variable(g[:, i], {("momentum", i): 1.0}) for i in range(3))
+        g = body.angular_momentum(np.stack([component.inner.value for component in carried], axis=-1))
+        momentum = Vector(Nested(Dual(g[:, i], {("momentum", i): 1.0})) for i in range(3))
         omega: Any = kinetics.omega(momentum)
         torque = self.system.torque_at(attitude, omega, Sky(self.time))
-        rates = [_opened(rate) for rate in (*(omega - carried), *(kinetics.gyration(momentum) + torque))]
+        rates = [opened(rate) for rate in (*(omega - carried), *(kinetics.gyration(momentum) + torque))]
         names = [(block, i) for block in ("turn", "momentum") for i in range(3)]
         values = [getattr(rate, "value", rate) for rate in rates]
         slopes = [[partial(rate, *name) for name in names] for rate in rates]
@@ -318,6 +318,14 @@ def _grows_with_time(matrix: Array, eigenvalues: Array, slow: float) -> bool:
 # ---------------------------------------------------------------------- checks
 
 
+def _refuse_span(name: str, span: tuple[float, float]) -> None:
+    if np.isfinite(span[1] - span[0]):
+        raise ValueError(
+            f"{name} must be the same at all times, but an ephemeris, known for [{span[0]!r}, {span[1]!r}], is not. "
+            "Take an orbit with a formula."
+        )
+
+
 def _check_frame(balance: _Balance, frame: Frame) -> None:
     rates = np.stack([frame.omega_space(time) for time in _other_times(balance)])
     change = np.max(np.linalg.norm(rates - balance.omega_space, axis=-1))
@@ -389,69 +397,3 @@ def _turn_between(p: Array, target: Array) -> Array:
 
 def _stacked(scalars: list[Any], count: int) -> Array:
     return np.stack([np.broadcast_to(scalar, (count,)) for scalar in scalars], axis=-1).astype(float)
-
-
-# ---------------------------------------------------------------------- derivatives of derivatives
-
-
-class _Nested:
-    """A dual that other duals take for a plain scalar, so that a torque derived from an energy is derived again."""
-
-    __array_ufunc__ = None
-
-    def __init__(self, dual: Dual) -> None:
-        self.dual = dual
-
-    def __add__(self, other: Any) -> Any:
-        return _nested(operator.add, self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return _nested(operator.add, other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return _nested(operator.sub, self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return _nested(operator.sub, other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return _nested(operator.mul, self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return _nested(operator.mul, other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return _nested(operator.truediv, self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return _nested(operator.truediv, other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return _nested(operator.pow, self, other)
-
-    def __rpow__(self, other: Any) -> Any:
-        return _nested(operator.pow, other, self)
-
-    def __neg__(self) -> _Nested:
-        return _Nested(-self.dual)
-
-    def __bool__(self) -> bool:
-        return bool(self.dual)
-
-    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
-        return _nested(getattr(functions, name), *arguments)
-
-
-def _nested(operation: Callable[..., Any], *arguments: Any) -> Any:
-    if any(isinstance(argument, Dual | Vector) for argument in arguments):
-        return NotImplemented
-    value = operation(*map(_opened, arguments))
-    return _Nested(value) if isinstance(value, Dual) else value
-
-
-def _variable(value: Array, slopes: dict[Any, Any]) -> _Nested:
-    return _Nested(Dual(value, slopes))
-
-
-def _opened(scalar: Any) -> Any:
-    return scalar.dual if isinstance(scalar, _Nested) else scalar

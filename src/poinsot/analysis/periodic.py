@@ -125,8 +125,8 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     refuse_nonpositive("period", period)
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
     step = _Period(system, frame, float(guess.time), period)
-    step.check_frame()
     step.check_system(guess)
+    step.check_frame()
     return step.motion(*step.settled(guess))
 
 
@@ -245,6 +245,12 @@ class _Period:
 
     def check_system(self, guess: State) -> None:
         """Refuse a system whose torques, seen from the frame, do not repeat themselves."""
+        first, last = self.system.span
+        if self.time < first or self.time + 2 * self.period > last:
+            raise ValueError(
+                f"period must fit twice into the span of the orbits, [{first!r}, {last!r}], but {self.period!r} came, "
+                f"from {self.time!r}."
+            )
         attitudes = np.random.default_rng(20061027).normal(size=(4, 1, 4))
         attitudes /= np.linalg.norm(attitudes, axis=-1, keepdims=True)
         here, there = (self._torques(times, attitudes, guess.angular_momentum_body) for times in self._times())

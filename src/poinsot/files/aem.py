@@ -130,11 +130,11 @@ def _rate_frame(segment: _Segment, first: str, second: str) -> str:
     """Return whether angular velocities are along the frame from which the attitude leads, A, or along the other, B."""
     if not segment.says["ATTITUDE_TYPE"].endswith("ANGVEL"):
         return "B"
-    said = segment.says.get("ANGVEL_FRAME", "")
-    names = {said, segment.says.get(said.upper(), said)}
-    if second in names:
+    said = segment.says.get("ANGVEL_FRAME", "").upper()
+    names = {said, segment.says.get(said, said).upper()}
+    if second.upper() in names:
         return "B"
-    if first in names:
+    if first.upper() in names:
         return "A"
     raise ValueError(
         f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, but it is {said[:40]!r}."
@@ -277,17 +277,21 @@ def _segment_of_xml(element: ET.Element, name: str, index: int) -> _Segment:
     segment = _Segment(name, {})
     columns: tuple[str, ...] = ()
     for part in element.iter():
-        place = f"{name}, segment {index}, row {len(segment.rows)}"
-        if local_name(part) == "metadata":
+        tag = local_name(part)
+        if tag == "metadata":
             segment.says |= {said.key: said.value for said in ccsds.entries_of(part, f"{name}, segment {index}")}
             columns = adm.COLUMNS[_kind(segment)]
-        elif local_name(part) == "attitudeState":
-            said = {entry.key: entry for entry in ccsds.entries_of(part, place)}
-            missing = [key for key in ("EPOCH", *columns) if key not in said]
-            if missing or not columns:
-                raise ValueError(f"{place} must have {', '.join(missing) or 'metadata before it'}, but it has none.")
-            segment.add(place, said["EPOCH"].value, {key: ccsds.number(said[key]) for key in columns})
+        elif tag == "attitudeState":
+            _add_state(segment, part, columns, f"{name}, segment {index}, row {len(segment.rows)}")
     return segment
+
+
+def _add_state(segment: _Segment, element: ET.Element, columns: tuple[str, ...], place: str) -> None:
+    said = {entry.key: entry for entry in ccsds.entries_of(element, place)}
+    missing = [key for key in ("EPOCH", *columns) if key not in said]
+    if missing or not columns:
+        raise ValueError(f"{place} must have {', '.join(missing) or 'metadata before it'}, but it has none.")
+    segment.add(place, said["EPOCH"].value, {key: ccsds.number(said[key]) for key in columns})
 
 
 # ------------------------------------------------------------------ writing
@@ -337,7 +341,8 @@ def write_aem(
         If an argument is not what its name says, the motion is an ensemble, or the file exists.
     """
     table = table_of(motion, calendar, reference_frame, body_frame)
-    header = ccsds.header_lines("AEM", version, originator)
+    header = ccsds.header_entries("AEM", version, originator)
+    ccsds.body_and_reference(table.reference_frame, table.body_frame, "reference_frame and body_frame")
     kind, columns, rows = _written_rows(table, rates, version)
     dates, system = ccsds.dates_of(calendar_of(table), table.times)
     quaternions = kind.startswith("QUATERNION") and version < "2"
@@ -403,7 +408,7 @@ def _as_xml(
         state = ET.SubElement(ET.SubElement(data, "attitudeState"), XML_ROWS[version, kind])
         ccsds.entry(state, "EPOCH", date)
         _add_row(state, dict(zip(columns, row, strict=True)), kind, version)
-    return ccsds.write_xml("AEM", version, header, segment)
+    return ccsds.xml_text("AEM", version, header, segment)
 
 
 def _add_row(state: ET.Element, row: Mapping[str, float], kind: str, version: str) -> None:

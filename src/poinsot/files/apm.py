@@ -314,7 +314,8 @@ def write_apm(
         If an argument is not what its name says, there are several members, or the file exists.
     """
     table = _one_row(body, state, calendar, reference_frame, body_frame)
-    header = ccsds.header_lines("APM", version, originator)
+    header = ccsds.header_entries("APM", version, originator)
+    ccsds.body_and_reference(table.reference_frame, table.body_frame, "reference_frame and body_frame")
     dates, system = ccsds.dates_of(calendar, table.times)
     metadata = ccsds.metadata_entries(
         {"OBJECT_NAME": object_name, "OBJECT_ID": object_id, "CENTER_NAME": center_name, "TIME_SYSTEM": system}
@@ -398,7 +399,7 @@ def _as_xml(version: str, header: Any, metadata: Any, epoch: str, blocks: list[t
             for key in keys:
                 unit = ccsds.unit_of(key) if not key.startswith("Q") else ""
                 ccsds.entry(parent, key, said[key], **({"units": unit} if unit else {}))
-    return ccsds.write_xml("APM", version, header, segment)
+    return ccsds.xml_text("APM", version, header, segment)
 
 
 def _groups(said: dict[str, Any], version: str) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -97,7 +97,7 @@ class AttitudeTable:
         return rotation(self.quaternion)
 
     def state(self, body: Body, row: int = 0) -> State:
-        """Return the state of a body in one row, from which a propagation may start."""
+        """Return the state of a body in one row, from which a propagation may start, in the units of the table."""
         return body.state(self.quaternion[row], omega_body=self._rates()[row], time=self.times[row])
 
     def trajectory(self, system: System) -> Trajectory:
@@ -116,8 +116,8 @@ class AttitudeTable:
             raise TypeError(f"system must be a System, but {came(system)} came.")
         if system.members:
             raise ValueError(f"system must be of one body, but it has {system.members[0]} members.")
-        times, q = self._times_of(system), self.quaternion
-        Q = 2 * quat.product(q, quat.pure(system.body.angular_momentum(self._rates())))
+        (times, unit), q = self._times_of(system), self.quaternion
+        Q = 2 * quat.product(q, quat.pure(system.body.angular_momentum(unit * self._rates())))
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = Run("table", given, "double", 0.0, 0, 0, 0.0, versions())
         return Trajectory(system, computed_state(q[0], Q[0], times[0]), times, lambda: (q, Q), run)
@@ -132,21 +132,26 @@ class AttitudeTable:
             dense output.
         """
         _check_motion(motion)
-        times = self._times_of(motion.system)
-        unit = SECONDS[self.calendar.unit] if self.calendar else 1
-        same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= SAME_TIME / unit)
+        times, unit = self._times_of(motion.system)
+        slack = SAME_TIME / (unit * (SECONDS[self.calendar.unit] if self.calendar else 1))
+        same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= slack)
         return np.asarray(rotation_angle(self.quaternion, motion.quaternion if same else motion(times).quaternion))
 
-    def _times_of(self, system: System) -> Array:
-        """Return the times by the calendar of a system, if both have one."""
+    def _times_of(self, system: System) -> tuple[Array, float]:
+        """Return the times by the calendar and in the unit of a system, and that unit in units of the table."""
         frame = _frame_of(system)
         if frame != self.reference_frame and SPACE_AXES_UNNAMED not in (frame, self.reference_frame):
             raise ValueError(
                 f"the table must be along the axes of the system, {frame}, but {self.reference_frame} came."
             )
-        if system.calendar is None or self.calendar is None:
-            return self.times
-        return np.asarray(system.calendar.converted(self.times, self.calendar))
+        if self.calendar is None:
+            return self.times, 1.0
+        own = SECONDS[self.calendar.unit]
+        if system.calendar is None:
+            unit = SECONDS.get(system.units["time"], own) / own
+            return self.times / unit, unit
+        times = system.calendar.converted(self.times, self.calendar)
+        return np.asarray(times), SECONDS[system.calendar.unit] / own
 
     def _rates(self) -> Array:
         if self.omega_body is not None:

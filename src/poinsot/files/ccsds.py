@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import datetime as dt
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -24,19 +23,20 @@ __all__ = [
     "digits",
     "entries_of",
     "entry",
-    "header_lines",
+    "header_entries",
     "kvn_entry",
     "kvn_lines",
     "kvn_metadata",
     "metadata_entries",
     "number",
+    "one_message",
     "opened_kvn",
     "opened_xml",
     "times_of",
     "unit_of",
     "word",
-    "write_xml",
     "xml_order",
+    "xml_text",
 ]
 
 INERTIAL = {
@@ -78,8 +78,7 @@ SCHEMAS = {"1.0": "ndmxml-1.0-master.xsd", "2.0": "ndmxml-4.0.0-master-4.0.xsd"}
 INSTANCE = "http://www.w3.org/2001/XMLSchema-instance"
 
 
-@dataclasses.dataclass(frozen=True)
-class Entry:
+class Entry(NamedTuple):
     """KEY = VALUE, and where in the file it is."""
 
     key: str
@@ -158,7 +157,8 @@ def entries_of(element: ET.Element, place: str) -> Iterator[Entry]:
         leaves = [(f"{kind}_{i}", leaf) for i, leaf in enumerate(part, start=1)] if kind else [(local_name(part), part)]
         for key, leaf in leaves:
             if len(leaf) == 0 and not key.startswith("rotation"):
-                _check_unit(key, leaf.get("units", ""), place)
+                if leaf.get("units"):
+                    _check_unit(key, leaf.get("units", ""), place)
                 yield Entry(key, (leaf.text or "").strip(), place)
 
 
@@ -193,7 +193,7 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
     names = [part.strip().upper().replace(" ", "") for part in (first, second)]
     inertial = [name in FRAMES for name in names]
     turning = next((name for name in names if ROTATING.match(name) or ORBITAL.match(name)), None)
-    if turning is not None or sum(inertial) != 1 or "" in names:
+    if turning is not None or sum(inertial) != 1 or not all(re.fullmatch(r"[!-~]{1,80}", name) for name in names):
         came = f"{turning[:40]} rotates" if turning else f"{first[:40]!r} and {second[:40]!r} came"
         raise ValueError(
             f"{place} must lead between the body and a frame that does not rotate ({', '.join(FRAMES)}), but {came}."
@@ -248,7 +248,7 @@ def dates_of(calendar: Calendar, times: Any) -> tuple[list[str], str]:
     return dates, str(instants.scale).upper()
 
 
-def header_lines(message: str, version: str, originator: str) -> list[tuple[str, str]]:
+def header_entries(message: str, version: str, originator: str) -> list[tuple[str, str]]:
     """Return the header of a message."""
     if version not in VERSIONS:
         raise ValueError(f"version must be '1.0' or '2.0', but {version!r} came.")
@@ -275,7 +275,7 @@ def entry(parent: ET.Element, key: str, value: str | float, **attributes: str) -
     return element
 
 
-def write_xml(message: str, version: str, header: Iterable[tuple[str, str]], segment: ET.Element) -> str:
+def xml_text(message: str, version: str, header: Iterable[tuple[str, str]], segment: ET.Element) -> str:
     """Return a message of one segment as a text in XML."""
     root = ET.Element(message.lower(), {"id": f"CCSDS_{message}_VERS", "version": version})
     root.set("xmlns:xsi", INSTANCE)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import optional, real_array
 from poinsot.files.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
-from poinsot.files.ccsds import FRAMES
+from poinsot.files.ccsds import FRAMES, body_and_reference
 from poinsot.files.spice import ET, check_inertial, loaded, sentences
 from poinsot.files.writing import new_file
 from poinsot.mechanics import quaternion as quat
@@ -200,6 +200,7 @@ def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: A
         raise ValueError(f"path must end in .bc, but {path.name!r} came.")
     if FRAMES[table.reference_frame] != "ICRF":
         raise ValueError(f"reference_frame must be the ICRF for a C-kernel, but {table.reference_frame} came.")
+    body_and_reference(table.reference_frame, frame, "reference_frame and body_frame")
     if not re.fullmatch(r"[A-Z]\w{0,25}", frame, re.ASCII):
         raise ValueError(f"body_frame must be up to 26 letters, digits and underscores, but {frame!r} came.")
     if isinstance(spacecraft, bool) or not isinstance(spacecraft, int) or not -2_000_000 < spacecraft < 0:

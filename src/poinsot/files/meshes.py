@@ -68,7 +68,7 @@ def read_mesh(
     content = read_bytes(path, MOST_BYTES)
     try:
         _refuse_many(_most_faces(kind, content))
-        vertices, faces = _joined(_parsed(kind, content))
+        vertices, faces = _joined(*_parsed(kind, content))
         return Mesh(factor * vertices, faces, mass=mass, density=density, repair=repair)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None
@@ -84,8 +84,7 @@ def _most_faces(kind: str, content: bytes) -> int:
     if kind == "OBJ":
         return content.count(b"\nf")
     if kind == "STL":
-        counted = int.from_bytes(content[80:84], "little")
-        return counted if len(content) == 84 + 50 * counted else content.lower().count(b"endfacet")
+        return (len(content) - 84) // 50 if _is_binary(content) else content.lower().count(b"vertex") // 3
     header, found, _ = content.partition(b"end_header")
     if not found or len(header) > 100_000:
         raise ValueError("a PLY file must have a header with an end, but there is none.")
@@ -95,39 +94,50 @@ def _most_faces(kind: str, content: bytes) -> int:
     return max(counts, default=0)
 
 
-def _parsed(kind: str, content: bytes) -> list[tuple[Any, Any]]:
-    """Return vertices and faces of each part, as trimesh reads them from memory, without any other file."""
+def _parsed(kind: str, content: bytes) -> tuple[Any, Any]:
+    """Return vertices and faces as trimesh reads them from memory, without any other file."""
     from trimesh.exchange import obj, ply, stl
 
-    stream = io.BytesIO(content)
+    stream = io.BytesIO(_bare(kind, content))
     logging.getLogger("trimesh").addHandler(SILENT)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # NumPy only warns of numbers that end in other text
+            warnings.simplefilter("error")  # some NumPy only warn of numbers that end in other text
             if kind == "OBJ":
                 found = obj.load_obj(stream, skip_materials=True)
             elif kind == "PLY":
                 found = ply.load_ply(stream, skip_materials=True, fix_texture=False)
             else:
                 found = stl.load_stl(stream)
-        parts = list(found["geometry"].values()) if "geometry" in found else [found]
-        return [(part["vertices"], part["faces"]) for part in parts if part.get("faces") is not None]
+        part = next(iter(found["geometry"].values()), {}) if "geometry" in found else found
     except Exception as error:  # of any kind: the parsers do not check what they index
         what = " ".join(str(error).split())[:100] or type(error).__name__
         raise ValueError(f"the file must be {kind} with vertices and faces, but reading it ends in: {what}.") from None
-
-
-def _joined(parts: list[tuple[Any, Any]]) -> tuple[NDArray[np.float64], NDArray[Any]]:
-    """Return the vertices of all parts, each once, and triangles of them, without those that shrink to an edge."""
-    if not parts:
+    if part.get("faces") is None:
         raise ValueError("the file must have faces, but it has none.")
-    vertices = real_array("vertices", np.concatenate([part[0] for part in parts]), (None, 3))
-    faces, before = [], 0
-    for own, polygons in parts:
-        faces.append(_triangles(polygons, len(own)) + before)
-        before += len(own)
+    return part["vertices"], part["faces"]
+
+
+def _bare(kind: str, content: bytes) -> bytes:
+    """Return the vertices and faces of a file in text, without its names: many of them take trimesh very long."""
+    if kind == "OBJ":
+        lines = re.findall(rb"^[ \t]*[vf][ \t][^\n]*", content.replace(b"\\\n", b" "), re.MULTILINE)
+        return re.sub(rb"/[^\s]*", b"", b"\n".join(lines))
+    if kind == "STL" and not _is_binary(content):
+        return b"solid\n" + b"\n".join(re.findall(rb"vertex[^\n]*", content.lower())) + b"\nendsolid"
+    return content
+
+
+def _is_binary(content: bytes) -> bool:
+    return len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+
+
+def _joined(points: Any, polygons: Any) -> tuple[NDArray[np.float64], NDArray[Any]]:
+    """Return the points, each once, and triangles of them, without those that shrink to an edge."""
+    with np.errstate(invalid="ignore"):  # a NaN of 32 bits may warn before it is refused
+        vertices = real_array("vertices", points, (None, 3))
     vertices, place = _distinct(vertices)
-    triangles = place[np.concatenate(faces)]
+    triangles = place[_triangles(polygons, len(place))]
     return vertices, triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
 
 

@@ -1,31 +1,357 @@
-"""Trajectories as NetCDF-4 files."""
+"""Trajectories as files, NetCDF-4 or Zarr, from which they come back to the bit."""
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import importlib
+import json
+import math
+import secrets
+import shutil
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.files.scenario import rebuilt_system
+from poinsot.files.writing import new_file
+from poinsot.mechanics.body import Body, ObliqueBody
+from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.parameters import came
-from poinsot.motion.trajectory import Trajectory
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+from poinsot.motion import kernels
+from poinsot.motion.dataset import PROVENANCE
+from poinsot.motion.recorded import Record, RecordedMotion, RecordedSystem
+from poinsot.motion.trajectory import Run, Trajectory
 
-__all__ = ["save"]
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["load", "save"]
+
+Array = NDArray[np.float64]
+
+SUFFIXES = (".nc", ".zarr")
+
+NEEDED = ("time", "quaternion", "conjugate_momenta", "initial_quaternion", "initial_conjugate_momenta", "initial_time")
+BODY = ("moments", "principal_axes")
+RECORDED = ("potential_energy",)
+RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
+SUMMARY = (*RUN, "norm_error", "tangency_error", "integrals")
+
+FOREIGN = (OSError, RuntimeError, KeyError, IndexError, TypeError, AttributeError, MemoryError, ValueError)
+"""What the libraries raise about files that are not whole."""
+
+MAGIC = b"\x89HDF\r\n\x1a\n"
+
+MOST_INFLATED = 1100
+"""Numbers in a file for each of its bytes: what deflate cannot exceed, and a file that is whole cannot either."""
 
 
-def save(motion: Trajectory, path: str | Path) -> Path:
-    """Write a trajectory, with units, frames and provenance, as a NetCDF-4 file; return its path.
+def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Path:
+    """Write a trajectory, with units, frames and provenance, and return its path; `load` reads it to the bit.
 
-    An existing file of that name is replaced.
+    The file has nothing of the machine that wrote it. If body, forces and orbits are the package's own and made of
+    parameters, it has the text of a scenario too, and `poinsot run` on it repeats the motion.
+
+    Parameters
+    ----------
+    motion : Trajectory
+    path : str or Path
+        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder; needs the package zarr).
+    overwrite : bool
+        Whether an existing file of that name is replaced.
 
     Raises
     ------
-    TypeError, ValueError, FileNotFoundError
-        If the first argument is no trajectory, the name does not end in `.nc`, or its folder does not exist.
+    TypeError, ValueError, FileNotFoundError, FileExistsError
+        If the first argument is no trajectory, the name ends in something else, its folder does not exist, or the
+        file does.
     """
     if not isinstance(motion, Trajectory):
         raise TypeError(f"motion must be a Trajectory, but {came(motion)} came. The order is save(motion, path).")
+    path = _checked_path(path)
+    data = motion.dataset
+    data.attrs["digest"] = _digest(data)
+    if path.suffix == ".nc":
+        with new_file(path, overwrite) as part:
+            data.to_netcdf(part, engine="netcdf4", encoding=_encoding(data))
+    else:
+        _needs_zarr()
+        with _new_folder(path, overwrite) as part:
+            data.to_zarr(part, mode="w-", encoding=_encoding(data), consolidated=False, zarr_format=2)
+    return path
+
+
+def load(source: str | Path | xarray.Dataset) -> Trajectory:
+    """Return the trajectory in a file that `save` wrote, or in a dataset as `motion.dataset`.
+
+    Times, q, Q, the start and the orbits that were integrated along come back to the bit. Body, forces and orbits are
+    made again from the text in the file. Where it has none (classes from outside the package, orbits from tables), the
+    trajectory has the body alone: its potential energy and its integrals are those of the file, and its system says
+    why it cannot be run, `motion.system.not_rerunnable`. The wall time is NaN, and there is no dense output.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be opened.
+    ValueError
+        If it is no such file, or not whole.
+    """
+    import xarray
+
+    if isinstance(source, xarray.Dataset):
+        return _Reading(source, "the dataset").trajectory()
+    path = _checked_path(source)
+    data = _opened(path)
+    reading = _Reading(data, str(path))
+    if "digest" not in data.attrs:
+        raise ValueError(f"{path} must have a digest, as save writes it, but it has none.")
+    if data.attrs["digest"] != _digest(data):
+        raise ValueError(f"{path} must have the numbers that were saved, but they have another digest.")
+    return reading.trajectory()
+
+
+# ------------------------------------------------------------------ files
+
+
+def _checked_path(path: Any) -> Path:
+    if not isinstance(path, str | Path):
+        raise TypeError(f"path must be a str or a Path, but {came(path)} came.")
     path = Path(path)
-    if path.suffix != ".nc":
-        raise ValueError(f"path must end in .nc, but {path.name!r} came.")
+    if path.suffix not in SUFFIXES:
+        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, but {path.name!r} came.")
+    return path
+
+
+def _encoding(data: xarray.Dataset) -> dict[str, dict[str, Any]]:
+    """Return no fill values, which would be missing numbers to others."""
+    return {str(name): {"_FillValue": None} for name, array in data.variables.items() if array.dtype.kind == "f"}
+
+
+def _needs_zarr() -> None:
+    try:
+        importlib.import_module("zarr")
+    except ModuleNotFoundError:
+        raise ImportError(
+            "zarr must be installed for .zarr, but it is not. `pip install 'poinsot[zarr]'` brings it."
+        ) from None
+
+
+@contextlib.contextmanager
+def _new_folder(path: Path, overwrite: bool) -> Iterator[Path]:
+    """Give the path of a folder to write beside `path`, which takes its name if all went well and goes otherwise."""
     if not path.parent.is_dir():
         raise FileNotFoundError(f"path must be in a folder that exists, but there is no {path.parent}.")
-    motion.dataset.to_netcdf(path, engine="netcdf4")
-    return path
+    if path.exists() and not overwrite:
+        raise FileExistsError(f"path must be a new file, but {path} exists. overwrite=True replaces it.")
+    if path.exists() and not (path / ".zgroup").is_file():
+        raise FileExistsError(f"path must be a Zarr store to be replaced, but {path} is something else.")
+    part = path.parent / f".{path.name}.{secrets.token_hex(4)}.part"
+    try:
+        yield part
+        if path.exists():
+            shutil.rmtree(path)
+        part.rename(path)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _opened(path: Path) -> xarray.Dataset:
+    """Return what is needed of the dataset in a file, and tell what goes wrong in the libraries as one sentence."""
+    _refuse_others(path)
+    try:
+        with contextlib.ExitStack() as stack:
+            data = _dataset_in(path, stack)
+            needed = data[[name for name in data.variables if _is_needed(str(name))]]
+            _refuse_inflated(needed, path)
+            return needed.load()
+    except FOREIGN as error:
+        what = " ".join(str(error).split())[:100] or type(error).__name__
+        raise ValueError(f"{path} must be a result that is whole, but reading it ends in: {what}.") from None
+
+
+def _dataset_in(path: Path, stack: contextlib.ExitStack) -> xarray.Dataset:
+    """Return the dataset in a file that is closed with the stack, also where the dataset cannot be made."""
+    import xarray
+
+    if path.suffix == ".zarr":
+        return stack.enter_context(xarray.open_zarr(path, decode_cf=False, consolidated=False))
+    import netCDF4
+
+    file = stack.enter_context(netCDF4.Dataset(path))
+    return xarray.open_dataset(xarray.backends.NetCDF4DataStore(file), decode_cf=False)
+
+
+def _refuse_others(path: Path) -> None:
+    """Refuse what is no file of the kind that its name says, before a library looks at it."""
+    if not path.exists():
+        raise FileNotFoundError(f"path must lead to a file, but there is no {path}.")
+    if path.suffix == ".zarr":
+        if not (path / ".zgroup").is_file():
+            raise ValueError(f"{path} must be a Zarr store, but it has no .zgroup.")
+        _needs_zarr()
+        return
+    if not path.is_file():
+        raise ValueError(f"{path} must be a file, but it is none.")
+    with path.open("rb") as stream:
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise ValueError(f"{path} must be a NetCDF-4 file, but it begins with other bytes.")
+
+
+def _refuse_inflated(data: xarray.Dataset, path: Path) -> None:
+    """Refuse a file that says that it has more numbers than its size can hold."""
+    files = [path] if path.is_file() else [file for file in path.rglob("*") if file.is_file()]
+    size = sum(file.stat().st_size for file in files)
+    if data.nbytes > MOST_INFLATED * size:
+        raise ValueError(f"{path} must hold the numbers that it announces, but {size} bytes cannot be {data.nbytes}.")
+
+
+def _is_needed(name: str) -> bool:
+    return name in (*NEEDED, *BODY, *RECORDED, "carried") or name.startswith(("integral_", "drift_"))
+
+
+def _digest(data: xarray.Dataset) -> str:
+    """Return the SHA-256 of the numbers and the attributes that are read again, in the order of their names."""
+    digest = hashlib.sha256()
+    for name in sorted(str(name) for name in data.variables if _is_needed(str(name))):
+        digest.update(f"{name}{data[name].shape}".encode())
+        digest.update(np.ascontiguousarray(data[name].values, dtype="<f8").tobytes())
+    attributes = {str(key): _plain(value) for key, value in data.attrs.items() if key != "digest"}
+    digest.update(json.dumps(attributes, sort_keys=True).encode())
+    return digest.hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of NumPy as one of Python."""
+    return value.item() if isinstance(value, np.generic) else str(value) if isinstance(value, np.ndarray) else value
+
+
+# ------------------------------------------------------------------ from a dataset
+
+
+class _Reading:
+    """A dataset that is read as a trajectory."""
+
+    def __init__(self, data: xarray.Dataset, name: str) -> None:
+        self.data, self.name = data, name
+        for needed in (*NEEDED, *BODY):
+            if needed not in data.variables:
+                raise ValueError(f"{name} must have the variable {needed}, but it has not.")
+        for key in (*RUN, "units_time", "units_inertia"):
+            if key not in data.attrs:
+                raise ValueError(f"{name} must have the attribute {key}, but it has not.")
+        self._check_shapes()
+
+    def _check_shapes(self) -> None:
+        shape = self.data["quaternion"].shape
+        count, members = self.data["time"].size, shape[:-2]
+        allowed = {name: [(*members, count, 4)] for name in ("quaternion", "conjugate_momenta")}
+        allowed |= {name: [(4,), (*members, 4)] for name in ("initial_quaternion", "initial_conjugate_momenta")}
+        allowed |= {"initial_time": [(), members], "moments": [(3,), (*members, 3)], "time": [(count,)]}
+        allowed |= {"principal_axes": [(3, 3), (*members, 3, 3)]}
+        for name, shapes in allowed.items():
+            array = self.data[name]
+            if array.shape not in shapes or array.dtype.kind != "f" or len(members) > 1:
+                raise ValueError(
+                    f"{self.name} must have numbers of shape {shapes[-1]} in {name}, but shape {array.shape} came."
+                )
+
+    def trajectory(self) -> Trajectory:
+        motion = self._motion()
+        motion.failures = {int(member): str(why) for member, why in self._failures().items()}
+        known = {key: self.data.attrs[key] for key in PROVENANCE if key in self.data.attrs}
+        if "scenario" in known and isinstance(motion.system, System):
+            motion.provenance = known | ({"seed": int(known["seed"])} if "seed" in known else {})
+        return motion
+
+    def _motion(self) -> Trajectory:
+        try:
+            system = self._system()
+        except (ValueError, TypeError, ImportError) as error:
+            return self._recorded(str(error))
+        q, Q, times = (self._array(name) for name in ("quaternion", "conjugate_momenta", "time"))
+        initial, run = self._initial(), self._run()
+        sky = None
+        if "carried" in self.data.variables:
+            variables = kernels.coordinates(system, initial, run.formulation, run.precision)
+            sky = partial(variables.sky, system, times, self._array("carried"))
+        return Trajectory(system, initial, times, lambda: (q, Q), run, sky=sky)
+
+    def _system(self) -> System:
+        """Return body and forces, made again from the text in the file."""
+        attributes = self.data.attrs
+        if "scenario" not in attributes:
+            raise ValueError(attributes.get("not_rerunnable", f"{self.name} has no scenario."))
+        system = rebuilt_system(str(attributes["scenario"]), f"the scenario in {self.name}")
+        same = np.array_equal(system.body.moments, self._array("moments"))
+        if not same or dict(system.units) != self._units():
+            raise ValueError(f"the scenario in {self.name} must be that of the body, but it has another one.")
+        return system
+
+    def _recorded(self, reason: str) -> RecordedMotion:
+        """Return the motion of a body whose forces are not at hand."""
+        data = self.data
+        names = [str(name).removeprefix("integral_") for name in data.variables if str(name).startswith("integral_")]
+        kept = {f"{kind}_{name}" for name in names for kind in ("integral", "drift")} | {"potential_energy"}
+        missing = kept - {str(name) for name in data.variables}
+        if missing:
+            raise ValueError(f"{self.name} must have the variable {min(missing)}, but it has not.")
+        moments, axes = self._array("moments"), self._array("principal_axes")
+        body = Body(moments) if np.array_equal(axes, np.eye(3)) else ObliqueBody(moments, axes)
+        integrals = tuple(_said(name, data[f"integral_{name}"].attrs) for name in names)
+        system = RecordedSystem(body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals)
+        summary = {key: value for key, value in data.attrs.items() if key in SUMMARY or str(key).startswith("drift_")}
+        record = Record(
+            self._array("potential_energy"),
+            {name: self._array(f"integral_{name}") for name in names},
+            {name: self._array(f"drift_{name}") for name in names},
+            {str(key): value for key, value in summary.items()},
+        )
+        arrays = tuple(self._array(name) for name in ("time", "quaternion", "conjugate_momenta"))
+        return RecordedMotion(system, self._initial(), arrays, self._run(), record)
+
+    def _array(self, name: str) -> Array:
+        return np.array(self.data[name].values, dtype=float)
+
+    def _units(self) -> dict[str, str]:
+        return {name: str(self.data.attrs[f"units_{name}"]) for name in ("time", "inertia")}
+
+    def _initial(self) -> State:
+        q, Q, time = (self._array(f"initial_{name}") for name in ("quaternion", "conjugate_momenta", "time"))
+        return computed_state(q, Q, time)
+
+    def _run(self) -> Run:
+        said = self.data.attrs
+        versions = {
+            str(key).removeprefix("version_"): str(value)
+            for key, value in said.items()
+            if str(key).startswith("version_")
+        }
+        words = (str(said[key]) for key in RUN[:3])
+        return Run(*words, float(said["tolerance"]), int(said["order"]), int(said["steps"]), math.nan, versions)
+
+    def _failures(self) -> dict[str, Any]:
+        try:
+            found = json.loads(self.data.attrs.get("failures", "{}"))
+        except (ValueError, RecursionError):
+            found = None
+        if not isinstance(found, dict):
+            raise ValueError(f"{self.name} must have failures by member, but something else came.")
+        return found
+
+
+def _said(name: str, says: dict[Any, Any]) -> Integral:
+    def gone(_: State) -> Any:
+        raise ValueError(
+            f"{name} must have its forces to be computed, but the file has none. The motion has its values."
+        )
+
+    return Integral(
+        name, str(says.get("symbol", name)), str(says.get("long_name", name)), gone, says.get("kind") == "energy"
+    )

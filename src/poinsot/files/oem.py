@@ -16,7 +16,7 @@ from poinsot.files import ccsds
 from poinsot.files.ccsds import FRAMES, ROTATING
 from poinsot.files.strangers import local_name, read_text
 from poinsot.mechanics.calendar import SCALES, Calendar, checked_calendar
-from poinsot.orbits.attractors import attractor_mu
+from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["read_oem"]
@@ -102,6 +102,7 @@ def read_oem(
     table = np.asarray(chosen.rows)
     labels: dict[str, Any] = {
         "reference_frame": frame,
+        "radius": attractor_radius(chosen.says["CENTER_NAME"]),
         "origin": chosen.says["CENTER_NAME"].upper(),
         "calendar": calendar,
     }

@@ -22,7 +22,9 @@ ANGLES = {
 RATES = {"rpm": ("rev", "min")}
 """Names of rates that are no quotient."""
 
-_QUANTITY = re.compile(r"\s*(?P<number>[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)\s*(?P<unit>[A-Za-z]+(\s*/\s*[A-Za-z]+)?)\s*")
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)\s*(?P<unit>[A-Za-z]+(\s*/\s*[A-Za-z]+)?)\s*"
+)
 
 
 def quantity(text: str, kind: str, time_unit: str | None) -> float:

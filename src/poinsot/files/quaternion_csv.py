@@ -58,7 +58,7 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
         If the file does not say what its numbers are, a row is not whole, a quaternion is off unit norm by more than a
         thousandth, or times do not rise.
     ImportError
-        If astropy is missing and another calendar is given.
+        If astropy is missing and the file has dates.
     """
     name = str(path)
     says, rows, places = _parsed(read_text(path), name)
@@ -143,7 +143,9 @@ def _calendar(says: dict[str, str], name: str) -> Calendar | None:
         return None
     match = re.fullmatch(r"(\w+) from (\S+) (\w+)", says["time"])
     try:
-        return Calendar(match[2], match[3], match[1]) if match else Calendar("", "UTC")
+        calendar = Calendar(match[2], match[3], match[1]) if match else Calendar("", "UTC")
+        calendar.date(0.0)
+        return calendar
     except ValueError:
         raise ValueError(
             f"time in {name} must be such as 's from 2026-11-21T00:00:00 UTC', but it is {says['time'][:60]!r}."

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import functools
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, Literal, Union
 
-import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -28,7 +28,7 @@ from poinsot.files.quantities import quantity
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.motion.kernels import PRECISIONS
 
-__all__ = ["DEFAULT_BODY", "METHOD_NAMES", "scenario_model", "schema"]
+__all__ = ["converted", "scenario_model", "schema", "short"]
 
 DEFAULT_BODY = "Body"
 
@@ -36,7 +36,10 @@ METHOD_NAMES = ("integration", "closed form")
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
-DATE = "a date such as '2026-11-21T00:00:00 UTC', or a number"
+LARGEST_WHOLE = 2**53
+
+DATED = ("start", "stop", "values", "time", "epoch")
+"""Keys that can have dates."""
 
 STATE = (
     Key("quaternion", "number", 1, False, help="Unit quaternion, scalar first, body to space (or to the frame)."),
@@ -45,12 +48,18 @@ STATE = (
     Key("euler_angles", "angle", 1, False, help="Angles of q = r_i(a1) r_j(a2) r_k(a3), by the sequence."),
     Key("euler_momenta", "number", 1, False, help="The canonical momenta of the Euler angles."),
     Key("sequence", "text", 0, False, "313", help="Of the Euler angles, such as 313 or 321."),
-    Key("roll_pitch_yaw", "angle", 1, False, help="About the axes 1, 2, 3 of the frame: yaw first, then pitch, roll."),
+    Key(
+        "roll_pitch_yaw",
+        "angle",
+        1,
+        False,
+        help="From forward, against the normal, down of the orbit that is the frame.",
+    ),
     Key("omega_body", "rate", 1, False, help="Rate along the body axes; with a frame, relative to it."),
     Key("omega_space", "rate", 1, False, help="Rate along the space axes; with a frame, relative to it and along it."),
     Key("angular_momentum_body", "number", 1, False, help="Angular momentum along the body axes."),
     Key("angular_momentum_space", "number", 1, False, help="Angular momentum along the space axes."),
-    Key("frame", "text", 0, False, help="A frame, an orbit (radial, transverse, normal), or orbit.nadir."),
+    Key("frame", "text", 0, False, help="An orbit (radial, transverse, normal), or a table under frames."),
     Key("time", "date", 0, False, 0.0, help="The time of the state."),
 )
 
@@ -85,7 +94,10 @@ def scenario_model() -> type[BaseModel]:
         state=(_table("State", STATE, "Attitude, and rate or momentum, at a time."), Field(description="The start.")),
         forces=(list[_union("force", "field")], Field([], description="What turns the body; none: free motion.")),
         orbits=(dict[StrictStr, _union("orbit", "field")], Field({}, description="Where the body is, by name.")),
-        frames=(dict[StrictStr, _model(makers("frame")["RotatingFrame"], "RotatingFrame")], Field({}, description="Axes that turn evenly, by name.")),
+        frames=(
+            dict[StrictStr, _model(makers("frame")["RotatingFrame"], "RotatingFrame")],
+            Field({}, description="Axes that turn evenly, by name."),
+        ),
         times=(_table("Times", TIMES, "When the motion is wanted."), Field(description="The times of the result.")),
         run=(_run(), Field(default_factory=dict, description="How to compute.")),
         outputs=(_outputs(), Field(default_factory=dict, description="Names of the files to write.")),
@@ -161,6 +173,8 @@ def _union(group: str, inner: str) -> Any:
     default = {"body": DEFAULT_BODY, "field": "GravityField"}.get(group)
 
     def type_of(value: Any) -> Any:
+        if isinstance(value, BaseModel):
+            return value.type  # type: ignore[attr-defined]
         return value.get("type", default) if isinstance(value, Mapping) else None
 
     return Annotated[Union[tuple(models)], Discriminator(type_of)]  # noqa: UP007
@@ -220,12 +234,12 @@ def _number(kind: str, rank: int = 0) -> Any:
 def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
     """Return the numbers, those with a unit in radians and units of time; dates as they are."""
     name, unit = str(info.field_name), (info.context or {}).get("time_unit")
-    if kind in ("date", "dates") or (kind == "time" and name in ("start", "stop")):
-        kind = "time"
-        if _is_date(value):
-            return value
-    plain = converted(value, kind, unit, name)
-    return real_numbers(name, plain)
+    if name in DATED and _is_date(value):
+        return value
+    try:
+        return real_numbers(name, converted(value, "time" if kind in ("date", "dates") else kind, unit, name))
+    except TypeError as error:
+        raise ValueError(str(error)) from None
 
 
 def _is_date(value: Any) -> bool:
@@ -234,19 +248,36 @@ def _is_date(value: Any) -> bool:
 
 
 def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
-    """Return a number or nested lists of numbers without texts."""
+    """Return a number or nested lists of numbers without texts.
+
+    Raises
+    ------
+    ValueError
+        If there is anything else among them.
+    """
     if isinstance(value, list):
         return [converted(item, kind, unit, f"{name}[{i}]") for i, item in enumerate(value)]
-    if not isinstance(value, str):
-        return value
-    if kind == "number":
-        raise ValueError(f"{name} must be a number in your own units, but {value[:40]!r} came.")
-    try:
-        return quantity(value, kind, unit)
-    except ValueError as error:
-        raise ValueError(f"{name} {error}") from None
+    if isinstance(value, str) and kind != "number":
+        try:
+            return quantity(value, kind, unit)
+        except ValueError as error:
+            raise ValueError(f"{name} {error}") from None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        rule = "a number in your own units" if isinstance(value, str) else "a number"
+        raise ValueError(f"{name} must be {rule}, but {short(value)} came.")
+    if abs(value) > LARGEST_WHOLE and isinstance(value, int):
+        raise ValueError(
+            f"{name} must be at most 2^53 where it is whole, but more came. Write it with a decimal point."
+        )
+    return value
 
 
-def is_number(value: Any) -> bool:
-    """Whether a key holds a number or an array of numbers."""
-    return isinstance(value, np.ndarray | float | int) and not isinstance(value, bool)
+def short(value: Any) -> str:
+    """Return what came, for a sentence."""
+    named = {dict: "a table", list: "a list", bool: str(value).lower() if isinstance(value, bool) else ""}
+    if type(value) in named:
+        return named[type(value)]
+    if isinstance(value, dt.date | dt.time):
+        return f"the date {value}"
+    text = repr(value) if not isinstance(value, int) or abs(value) < 2**64 else "a large number"
+    return text if len(text) <= 40 else text[:37] + "..."

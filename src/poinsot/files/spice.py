@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,9 @@ from poinsot.mechanics.calendar import Calendar
 __all__ = ["ET", "check_inertial", "loaded", "sentences"]
 
 ET = Calendar("2000-01-01T12:00:00", "TDB")
+
+SUMMARIES = {"DAF/SPK": (2, 6), "DAF/CK": (2, 6), "DAF/PCK": (2, 5)}
+"""Double precision and integer numbers in the summary of a segment."""
 
 INERTIAL_CLASS = 1
 
@@ -25,10 +29,23 @@ def loaded(spice: Any, kernels: Sequence[str | Path]) -> Iterator[None]:
         for path in map(Path, kernels):
             if not path.is_file():
                 raise FileNotFoundError(f"kernels must be files, but there is no {path}.")
+            _check_shape(path)
             with sentences(spice, f"{path} must be a SPICE kernel"):
                 stack.callback(spice.unload, str(path))
                 spice.furnsh(str(path))
         yield
+
+
+def _check_shape(path: Path) -> None:
+    """Refuse a binary kernel whose summaries are of a size that its kind does not have, at which SPICE may crash."""
+    with path.open("rb") as stream:
+        head = stream.read(96)
+    if not head.startswith(b"DAF/"):
+        return
+    kind, order = head[:8].decode("ascii", "replace").strip(), "<" if head[88:96] == b"LTL-IEEE" else ">"
+    sizes = struct.unpack(f"{order}2i", head[8:16]) if len(head) == 96 else None
+    if sizes is None or (kind in SUMMARIES and sizes != SUMMARIES[kind]):
+        raise ValueError(f"{path} must be a whole SPICE kernel of the kind {kind!r}, but its first record is broken.")
 
 
 @contextlib.contextmanager

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from poinsot.errors import optional
 from poinsot.files.spice import ET, check_inertial, loaded, sentences
 from poinsot.mechanics.calendar import Calendar, span_of
-from poinsot.orbits.attractors import attractor_mu
+from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["spice_orbit"]
@@ -86,6 +86,7 @@ def spice_orbit(
             reference_frame="ICRF" if frame.upper() == "J2000" else frame.upper(),
             origin=origin,
             calendar=calendar,
+            radius=attractor_radius(origin),
         )
 
 

@@ -83,7 +83,7 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
         If the file is no such file or is not whole, its axes rotate, a quaternion is off unit norm by more than a
         thousandth, or times do not rise.
     ImportError
-        If astropy is missing and another calendar is given.
+        If astropy is missing.
     """
     file = _parsed(read_text(path), str(path))
     kind, keys = FORMATS[file.data_format.upper()]
@@ -102,7 +102,7 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
         version="2.0",
         places=file.places,
     )
-    own = Calendar(_iso(file.word("ScenarioEpoch"), file.name), "UTC")
+    own = _calendar(file.word("ScenarioEpoch"), file.name)
     calendar = own if calendar is None else calendar
     times = calendar.converted(table[:, 0], own)
     omega = None if omega is None else omega * SECONDS[calendar.unit]
@@ -169,13 +169,15 @@ def _read_rows(file: _File, lines: Iterator[tuple[int, str]], columns: int) -> N
         )
 
 
-def _iso(text: str, name: str) -> str:
-    """Return a date such as 1 Jul 2005 12:00:00.00 as 2005-07-01T12:00:00.00; ISO dates as they are."""
+def _calendar(text: str, name: str) -> Calendar:
+    """Return the calendar of seconds from a date such as 1 Jul 2005 12:00:00.00, or 2005-07-01T12:00:00.00, in UTC."""
     match = re.fullmatch(r"(\d{1,2}) ([A-Za-z]{3})\w* (\d{4}) (\d\d:\d\d:\d\d(\.\d*)?)", text, re.ASCII)
     if match and match[2].capitalize() in MONTHS:
         text = f"{match[3]}-{MONTHS.index(match[2].capitalize()) + 1:02d}-{int(match[1]):02d}T{match[4]}"
     try:
-        return Calendar(text, "UTC").zero
+        calendar = Calendar(text, "UTC")
+        calendar.date(0.0)
+        return calendar
     except ValueError:
         raise ValueError(
             f"ScenarioEpoch in {name} must be a date such as 1 Jul 2005 12:00:00.00, but it is {text[:40]!r}."

@@ -17,6 +17,7 @@ from poinsot.errors import optional, real_array
 from poinsot.files.strangers import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.mechanics.parameters import came
+from poinsot.orbits.attractors import attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["omm_orbit", "tle_orbit"]
@@ -185,6 +186,7 @@ def _orbit(
         reference_frame=reference_frame,
         origin="EARTH",
         calendar=calendar,
+        radius=attractor_radius("EARTH"),
     )
 
 

@@ -14,7 +14,7 @@ MOST_KEYS = 5_000
 MOST_PARTS = 8
 
 _KEY = r"(?:(?<![\w-])[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
-_LONG_KEY = re.compile(rf"(?:{_KEY}\s*+\.\s*+){{{MOST_PARTS},}}+{_KEY}\s*+[=\]]")
+_LONG_KEY = re.compile(rf"(?:{_KEY}\s*+\.\s*+){{{MOST_PARTS}}}")
 
 _TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}'
@@ -44,7 +44,7 @@ def parsed_toml(text: str, name: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise ValueError(f"{name} must have lists in at most some hundred others, but it has deeper ones.") from None
+        raise ValueError(f"{name} must have lists at most some hundred deep, but it has deeper ones.") from None
     except ValueError as error:
         raise ValueError(f"{name} must be TOML, but it is not: {error}.") from None
 
@@ -55,40 +55,40 @@ def lines_of(text: str) -> dict[Path, int]:
 
 
 class _Lines:
-    """Walks over the tokens, and notes the line of each key."""
+    """Walks over the words, and notes the line of each key."""
 
     def __init__(self, text: str) -> None:
         self.found: dict[Path, int] = {}
-        self._tokens: list[tuple[str, int]] = []
+        self._words: list[tuple[str, int]] = []
         line = 1
-        for token in _TOKEN.findall(text):
-            if not token.startswith("#"):
-                self._tokens.append((token, line))
-            line += token.count("\n")
+        for word in _TOKEN.findall(text):
+            if not word.startswith("#"):
+                self._words.append((word, line))
+            line += word.count("\n")
         self._at, self._table = 0, ()
         self._counts: dict[Path, int] = {}
-        while self._at < len(self._tokens):
+        while self._at < len(self._words):
             self._statement()
 
     def _peek(self) -> str:
-        return self._tokens[self._at][0] if self._at < len(self._tokens) else "\n"
+        return self._words[self._at][0] if self._at < len(self._words) else "\n"
 
     def _take(self) -> str:
-        token = self._peek()
+        word = self._peek()
         self._at += 1
-        return token
+        return word
 
     def _statement(self) -> None:
-        token = self._peek()
-        if token == "\n":
+        word = self._peek()
+        if word == "\n":
             self._take()
-        elif token == "[":
+        elif word == "[":
             self._header()
         else:
             self._pair(self._table)
 
     def _header(self) -> None:
-        line = self._tokens[self._at][1]
+        line = self._words[self._at][1]
         self._take()
         several = self._peek() == "["
         if several:
@@ -113,13 +113,13 @@ class _Lines:
     def _key(self, end: str) -> list[str]:
         parts: list[str] = []
         while self._peek() not in (end, "\n"):
-            token = self._take()
-            if token != ".":
-                parts.append(token[1:-1] if token[0] in "\"'" else token)
+            word = self._take()
+            if word != ".":
+                parts.append(word[1:-1] if word[0] in "\"'" else word)
         return parts or [""]
 
     def _pair(self, table: Path) -> None:
-        line = self._tokens[self._at][1]
+        line = self._words[self._at][1]
         path = table
         for part in self._key("="):
             path = (*path, part)
@@ -128,10 +128,10 @@ class _Lines:
         self._value(path)
 
     def _value(self, path: Path) -> None:
-        token = self._peek()
-        if token == "{":
+        word = self._peek()
+        if word == "{":
             self._inline(path)
-        elif token == "[":
+        elif word == "[":
             self._list(path)
         else:
             while self._peek() not in (",", "]", "}", "\n"):
@@ -139,7 +139,7 @@ class _Lines:
 
     def _inline(self, path: Path) -> None:
         self._take()
-        while self._peek() != "}" and self._at < len(self._tokens):
+        while self._peek() != "}" and self._at < len(self._words):
             if self._peek() in (",", "\n"):
                 self._take()
             else:
@@ -149,13 +149,13 @@ class _Lines:
     def _list(self, path: Path) -> None:
         self._take()
         index = 0
-        while self._peek() != "]" and self._at < len(self._tokens):
-            token = self._peek()
-            if token in (",", "\n"):
-                index += token == ","
+        while self._peek() != "]" and self._at < len(self._words):
+            word = self._peek()
+            if word in (",", "\n"):
+                index += word == ","
                 self._take()
             else:
-                if token in ("{", "["):
-                    self.found.setdefault((*path, index), self._tokens[self._at][1])
+                if word in ("{", "["):
+                    self.found.setdefault((*path, index), self._words[self._at][1])
                 self._value((*path, index))
         self._take()

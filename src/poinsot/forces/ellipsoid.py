@@ -36,17 +36,17 @@ NODES = (
     (0.9571160770219719, 0.044867479219144885),
     (0.9917649012701784, 0.020816076034606053),
 )
-"""Places and weights that integrate v^(3/2) times a polynomial of degree 23 from 0 to 1 exactly (Gauss and Jacobi)."""
+"""Places and weights that integrate v^(3/2) times a polynomial of degree 23 from 0 to 1 exactly: Gauss and Jacobi."""
 
 
 class EllipsoidGravity(Potential):
     """An attractor's gravity on a homogeneous ellipsoid, exactly, less what no attitude changes.
 
-    U = -3/4 mu M int_L^inf (1 - sum_i x_i^2 / (T + e_i)) dT / sqrt(prod_i (T + e_i)) + mu M / r, with x the attractor's
-    place along the body axes, e_i = a_i^2 less their mean, and L the largest T at which the bracket vanishes (MacCullagh
-    to all degrees; Kellogg 1929, Foundations of Potential Theory, Ch. VII). The bracket vanishes there, so a small
-    change of L alone changes nothing. The integral is Gauss's with 12 nodes in L / T: torques are right to 1e-14 of
-    themselves from 1.2 times the longest semiaxis on, for every ellipsoid, and worse below for flat ones only.
+    U = -3/4 mu M int_L^inf (1 - sum_i x_i^2 / (T + e_i)) dT / sqrt(prod_i (T + e_i)) + mu M / r, with x the place of
+    the attractor along the body axes, e_i = a_i^2 less their mean, and L the largest T at which the bracket vanishes
+    (Kellogg 1929, Foundations of Potential Theory, Ch. VII); that is why a small change of L alone changes nothing. The
+    integral is Gauss's with 12 nodes in L / T: torques are right to 1e-14 of themselves from 1.2 times the longest
+    semiaxis on, for every ellipsoid; nearer, the flatter it is, the more digits are lost.
 
     Parameters
     ----------
@@ -109,10 +109,10 @@ class EllipsoidGravity(Potential):
 
 
 def _beyond_the_sphere(q1: Scalar, q2: Scalar, e2: Scalar, e3: Scalar) -> Scalar:
-    """Return r times the integral, less 4/3, from sum n_i^2 d_i, sum n_i^2 d_j d_k, sum d_j d_k, d_1 d_2 d_3, d = e/r^2.
+    """Return r times the integral, less 4/3, from sum n_i^2 d_i, sum n_i^2 d_j d_k, sum d_j d_k, d_1 d_2 d_3.
 
-    With l = L / r^2, v = L / T and y = v / l, the product under the root is T^3 (1 + x), x = y^2 (e2 + e3 y): the d_i
-    sum up to zero. Every term is as small as the d_i.
+    With d = e / r^2, l = L / r^2, v = L / T and y = v / l, the product under the root is T^3 (1 + x), x = y^2 (e2 +
+    e3 y): the d_i sum up to zero. Every term is as small as the d_i.
     """
     l = _largest_root(*(getattr(value, "value", value) for value in (e2 + q1, e3 - q2)))
     inverse = 1 / l

@@ -74,9 +74,9 @@ class GravityGradient(Potential):
 class HarmonicGravity(Potential):
     """An attractor's gravity on a body whose own field is known, to the degree of the field.
 
-    U = -mu M / r sum_(n >= 2) (R / r)^n sum_m P_nm (C_nm cos + S_nm sin) at the direction from the body to the attractor.
-    The series converges where the attractor is outside the sphere about the centre of mass that holds the body. To
-    degree 2 the torque is that of `GravityGradient`.
+    U = -mu M / r sum_(n >= 2) (R / r)^n sum_m P_nm (C_nm cos + S_nm sin) at the direction from the body to the
+    attractor. The series converges where the attractor is outside the sphere about the centre of mass that holds the
+    body. To degree 2 the torque is that of `GravityGradient`.
 
     Parameters
     ----------

@@ -266,9 +266,11 @@ class Body(Parametric):
         frame : Frame, optional
             Moving axes, such as `orbit.frame`.
         """
+        from poinsot.mechanics.calendar import refuse_date
         from poinsot.mechanics.frame import checked_frame
         from poinsot.mechanics.state import State
 
+        refuse_date("time", time)
         q = unit_quaternion(attitude)
         given = {
             "omega_body": omega_body,

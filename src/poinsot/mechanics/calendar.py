@@ -186,6 +186,12 @@ def _is_instant(value: Any) -> bool:
     return module is not None and isinstance(value, module.Time)
 
 
+def refuse_date(name: str, value: Any) -> None:
+    """Refuse a date where only a number tells the instant."""
+    if holds_dates(value) or isinstance(value, dt.date | np.datetime64):
+        raise TypeError(f"{name} must be a number, but {_short(value)} came. A date becomes one: orbit.calendar.time(date).")
+
+
 def holds_dates(values: Any) -> bool:
     """Whether something is a date, or a list or an array that begins with one."""
     first = values

@@ -26,7 +26,7 @@ __all__ = ["Potential", "Torque"]
 class Force(Parametric, ABC):
     """What a system takes: a potential or a torque."""
 
-    def check(self, body: Body) -> None:  # noqa: B027
+    def check(self, body: Body) -> None:
         """Raise a ValueError if the force is that on another body; a system asks once, when it is made."""
 
     def doubts(self, attitude: Attitude, sky: Sky) -> Mapping[str, Scalar]:  # noqa: ARG002

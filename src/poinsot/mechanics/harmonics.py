@@ -7,7 +7,6 @@ degree n is a sum of degree n - 1, which is what makes a torque as cheap as an e
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from poinsot.functions import Scalar
 from poinsot.mechanics.dual import Dual
@@ -82,25 +81,20 @@ def derivative(coefficients: Coefficients, component: int) -> Coefficients:
     d/dz Z_nm = (n + m) Z_(n-1)m, where Z_(n-1)(-1) = -Z*_(n-1)1 / (n (n - 1)).
     """
     n = len(coefficients) - 1
-    found: list[list[Scalar]] = [[0.0, 0.0] for _ in range(n)]
-
-    def add(m: int, c: Scalar, s: Scalar) -> None:
-        if m < n:
-            found[m][0] = found[m][0] + c
-            if m:
-                found[m][1] = found[m][1] + s
-
+    found: list[tuple[Scalar, Scalar]] = [(0.0, 0.0)] * n
     for m, (c, s) in enumerate(coefficients):
-        if component == 2:
-            add(m, (n + m) * c, (n + m) * s)
-            continue
-        down, up = 0.5 * (n + m) * (n + m - 1), -0.5 if m else -1.0
-        if component == 0:
-            add(m + 1, up * c, up * s if m else 0.0)
-            if m:
-                add(m - 1, down * c, down * s)
-        else:
-            add(m + 1, -up * s if m else 0.0, up * c)
-            if m:
-                add(m - 1, down * s, -down * c)
-    return [(c, s) for c, s in found]
+        for order, more_c, more_s in _parts(n, m, c, s if m else 0.0, component):
+            if 0 <= order < n:
+                here_c, here_s = found[order]
+                found[order] = here_c + more_c, here_s + more_s if order else 0.0
+    return found
+
+
+def _parts(n: int, m: int, c: Scalar, s: Scalar, component: int) -> Sequence[tuple[int, Scalar, Scalar]]:
+    """Return what the derivative of c Re Z_nm + s Im Z_nm is made of: orders and their coefficients."""
+    if component == 2:
+        return [(m, (n + m) * c, (n + m) * s)]
+    down, up = 0.5 * (n + m) * (n + m - 1), -0.5 if m else -1.0
+    if component == 0:
+        return [(m + 1, up * c, up * s), (m - 1, down * c, down * s)]
+    return [(m + 1, -up * s, up * c), (m - 1, down * s, -down * c)]

@@ -20,9 +20,10 @@ from poinsot import functions
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.dual import partial, seeded
-from poinsot.mechanics.force import Potential, Torque
+from poinsot.mechanics.force import Torque
 from poinsot.mechanics.samples import orbits_of, samples, time_scale
 from poinsot.mechanics.sky import Sky
+from poinsot.mechanics.wrapped import BRANCHES, ExploredSky, opened
 
 if TYPE_CHECKING:
     from poinsot.mechanics.state import State
@@ -109,24 +110,22 @@ class _Rates:
     """The rates of change of energy and angular momentum at sample states, members first."""
 
     def __init__(self, system: System) -> None:
-        q, t, omega = samples(system)
-        twin, sky = system.beside_samples, Sky(t)
-        attitude = Attitude.from_quaternion(functions.Vector(q.T))
-        energy = sum(
-            force.energy(twin.body, attitude, Sky(seeded([t], "time")[0]))
-            for force in twin.forces
-            if isinstance(force, Potential)
-        )
-        self.of_energy = partial(energy, "time", 0) * np.ones_like(t)
-        self.between_times = twin.potential_at(functions.Vector(q.T), t) - twin.potential_at(
-            functions.Vector(q.T), np.roll(t, 1)
-        )
-        torque = twin.torque_at(attitude, functions.Vector(omega.T), sky)
-        self._in_body, self._in_space = list(torque), list(attitude.to_space(torque))
-        self.torque_size = np.max(np.abs(np.stack(np.broadcast_arrays(*torque, t)[:3])), axis=(0, -1))
-        values = getattr(energy, "value", energy) + np.zeros_like(t)
-        self._energy_size = np.max(np.abs(values), axis=-1)
-        self._energy_rate = np.ptp(values, axis=-1) / time_scale(system)
+        parts = [_at_samples(system, samples(system), Sky, lambda t: Sky(np.roll(t, 1)))]
+        skies: list[ExploredSky] = []
+
+        def explored(time: Any, other: bool = False) -> Sky:
+            skies.append(ExploredSky(time, other))
+            return skies[-1]
+
+        branches = _at_samples(system, samples(system, BRANCHES), explored, lambda t: explored(t, other=True))
+        if any(sky.asked for sky in skies):
+            parts.append(branches)
+        energy, rate, between, *torques = (np.concatenate(values, axis=-1) for values in zip(*parts, strict=True))
+        self.of_energy, self.between_times = rate, between
+        self._in_body, self._in_space = torques[:3], torques[3:]
+        self.torque_size = np.max(np.abs(torques[:3]), axis=(0, -1))
+        self._energy_size = np.max(np.abs(energy), axis=-1)
+        self._energy_rate = np.ptp(energy, axis=-1) / time_scale(system)
         self._rounding = ROUNDING * self._energy_size * max(1.0, 1 / time_scale(system))
 
     def along_space(self, axis: Array) -> Any:
@@ -139,6 +138,21 @@ class _Rates:
         """Return whether a rate is zero at all samples, against a size of its kind."""
         slack = SAME * (self._energy_rate if size is None else size) + self._rounding
         return bool(np.all(np.max(np.abs(np.atleast_1d(rate)), axis=-1) <= slack))
+
+
+def _at_samples(
+    system: System, sampled: tuple[Array, Array, Array], sky: Callable[[Any], Sky], another: Callable[[Array], Sky]
+) -> list[Array]:
+    """Return energy, its rate, its change to another sky, and the torque along body and space axes, members first."""
+    q, t, omega = sampled
+    twin = system.beside_samples
+    attitude = Attitude.from_quaternion(functions.Vector(q.T))
+    energy = twin.potential_at(functions.Vector(q.T), t, sky(seeded([t], "time")[0]))
+    here, there = (opened(twin.potential_at(functions.Vector(q.T), t, world)) for world in (sky(t), another(t)))
+    torque = [opened(x) for x in twin.torque_at(attitude, functions.Vector(omega.T), sky(t))]
+    values = opened(getattr(energy, "value", energy)), opened(partial(energy, "time", 0)), here - there
+    rows = (*values, *torque, *attitude.to_space(torque))
+    return [np.broadcast_to(np.asarray(row, dtype=float), (*system.members, t.size)) for row in rows]
 
 
 def _symmetric(system: System, axis: Array) -> bool:

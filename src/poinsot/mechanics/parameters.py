@@ -125,7 +125,8 @@ def kinds_of(cls: type[Parametric]) -> dict[str, Any]:
 
 
 def _fields_of(record: Any) -> dict[str, Any]:
-    fields, with_names = _fields(record.__class__)
+    kind: Any = record.__class__
+    fields, with_names = _fields(kind)
     if not with_names:
         return fields
     return fields | {name: tuple(_length(record, length) for length in fields[name]) for name in with_names}

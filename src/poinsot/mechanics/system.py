@@ -21,6 +21,7 @@ from poinsot.mechanics.parameters import came
 from poinsot.mechanics.samples import common_axes, orbits_of, sample_time, samples, space_axes, span
 from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Sky
 from poinsot.mechanics.state import State
+from poinsot.mechanics.wrapped import BRANCHES, ExploredSky, opened
 
 __all__ = ["USE_FUNCTIONS", "System"]
 
@@ -28,6 +29,10 @@ USE_FUNCTIONS = (
     "must use + - * / ** and poinsot.functions alone, but {} gave: {}. "
     "Replace functions of math and numpy by those of poinsot.functions."
 )
+
+
+SAME_KNOT = 64
+"""Roundings of a time by which two tables may miss each other's knots."""
 
 
 class System:
@@ -57,6 +62,7 @@ class System:
         for force in forces:
             _check_force(force)
         _check_skies(self)
+        self.units = _dated_units(self.units, units, self.calendar)
         for force in forces:
             force.check(body)
         self._trial_push = sum(_try_formula(force, body) for force in forces)
@@ -82,7 +88,10 @@ class System:
         shape = state.quaternion.shape[:-1]
         attitude, sky = Attitude.from_quaternion(_scalars(state.quaternion)), sky or Sky(state.time)
         found = [force.doubts(attitude, sky) for force in self.beside(shape).forces]
-        return {name: np.broadcast_to(condition, shape) for each in found for name, condition in each.items()}
+        out: dict[str, NDArray[np.bool_]] = {}
+        for name, condition in (item for each in found for item in each.items()):
+            out[name] = np.broadcast_to(condition, shape) | out.get(name, False)
+        return out
 
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
@@ -158,17 +167,20 @@ class System:
     @functools.cached_property
     def _push(self) -> Any:
         """The momentum that the energies and torques of the forces at sample states stand for; shape (...)."""
-        strongest = self._strongest_push() if self.members else self._trial_push
+        q, t, _ = samples(self, BRANCHES)
+        sky = ExploredSky(t)
+        strongest = self._strongest_push(q, Sky(t)) if self.members else self._trial_push
+        explored = self._strongest_push(q, sky)
+        if sky.asked:
+            strongest = np.maximum(strongest, explored)
         return np.sqrt(np.max(self.body.moments, axis=-1) * strongest)
 
-    def _strongest_push(self) -> Any:
-        """Return the largest energy or torque of each member's forces on a body at rest, at sample states."""
-        q, t, _ = samples(self, 4)
-        twin = self.beside_samples
-        attitude, sky = Attitude.from_quaternion(_scalars(q)), Sky(t)
+    def _strongest_push(self, q: NDArray[np.float64], sky: Sky) -> Any:
+        """Return the largest energy or torque of each member's forces on a body at rest, at attitudes."""
+        twin, attitude = self.beside_samples, Attitude.from_quaternion(_scalars(q))
         with np.errstate(all="ignore"):
-            pushes = [_push_of(force, twin.body, attitude, sky) for force in twin.forces]
-        return sum(np.nan_to_num(np.max(push, axis=-1), posinf=0.0) for push in map(np.atleast_1d, pushes))
+            pushes = [np.atleast_1d(_push_of(force, twin.body, attitude, sky)) for force in twin.forces]
+        return sum(np.nan_to_num(np.max(push, axis=-1), posinf=0.0) for push in pushes)
 
     # ------------------------------------------------------------------ parameters
 
@@ -203,8 +215,9 @@ class System:
 
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
-        """Times, ascending, at which the tables of its orbits change their polynomials."""
-        return functools.reduce(np.union1d, (force.knots for force in self.forces), np.empty(0))
+        """Times, ascending, at which the tables of its orbits change their polynomials; of equal ones, the first."""
+        knots = functools.reduce(np.union1d, (force.knots for force in self.forces), np.empty(0))
+        return knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
 
     @functools.cached_property
     def span(self) -> tuple[float, float]:
@@ -262,6 +275,18 @@ def _checked_units(units: Mapping[str, str]) -> dict[str, str]:
     return {"time": units.get("time", "1"), "inertia": units.get("inertia", "1")}
 
 
+def _dated_units(checked: dict[str, str], given: Mapping[str, str] | None, calendar: Any) -> dict[str, str]:
+    """Return the units with the calendar's of time; refuse another one."""
+    if calendar is None:
+        return checked
+    if given is not None and checked["time"] not in ("1", calendar.unit):
+        raise ValueError(
+            f"units['time'] must be {calendar.unit!r}, in which the calendar of the orbits counts, but "
+            f"{checked['time']!r} came."
+        )
+    return {**checked, "time": calendar.unit}
+
+
 def _check_force(force: Any) -> None:
     if isinstance(force, type):
         raise TypeError(
@@ -279,7 +304,8 @@ def _check_skies(system: System) -> None:
     for what, found in (("reference frame", frames), ("calendar", calendars)):
         if len(found) > 1:
             first, second, *_ = found
-            raise ValueError(f"the orbits of a system must have one {what}, but {first} and {second} came.")
+            hint = " Make one, and give calendar= to all." if what == "calendar" else ""
+            raise ValueError(f"the orbits of a system must have one {what}, but {first} and {second} came.{hint}")
 
 
 def _try_formula(force: Force, body: Body) -> float:
@@ -312,8 +338,8 @@ def _try_formula(force: Force, body: Body) -> float:
 
 def _push_of(force: Any, body: Body, attitude: Attitude, sky: Sky) -> Any:
     if isinstance(force, Potential):
-        return np.abs(force.energy(body, attitude, sky))
-    return functions.norm(force.torque(body, attitude, Vector((0.0, 0.0, 0.0)), sky))
+        return np.abs(opened(force.energy(body, attitude, sky)))
+    return opened(functions.norm(force.torque(body, attitude, Vector((0.0, 0.0, 0.0)), sky)))
 
 
 def _formula_on_pairs(force: Any, body: Body) -> Any:

@@ -17,6 +17,9 @@ from poinsot.mechanics.system import System
 __all__ = ["broadcast_members", "check_kinds", "check_span", "checked_times", "members_of"]
 
 
+OWN_TIME = " Give the state its own: body.state(..., time=...)."
+
+
 def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
     """Refuse an argument that is of another class than its name says."""
     for name, (value, kind) in arguments.items():
@@ -43,12 +46,12 @@ def check_span(system: System, state: State, times: NDArray[np.float64]) -> None
     first, last = system.span
     if last - first == np.inf:
         return
-    for name, values in (("times", times), ("the state's time", np.ravel(state.time))):
+    for name, values, hint in (("times", times, ""), ("the state's time", np.ravel(state.time), OWN_TIME)):
         outside = values[(values < first) | (values > last)]
         if outside.size:
             raise ValueError(
-                f"{name} must lie within the span of the orbits, [{first:.10g}, {last:.10g}], but "
-                f"{outside[0]:.10g} came."
+                f"{name} must lie within the span of the orbits, [{first!r}, {last!r}], but "
+                f"{float(outside[0])!r} came.{hint}"
             )
 
 

@@ -14,12 +14,15 @@ if TYPE_CHECKING:
 
     from poinsot.motion.trajectory import Trajectory
 
-__all__ = ["PROVENANCE", "dataset_of"]
+__all__ = ["PROVENANCE", "SYSTEM", "WHOLE", "dataset_of"]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
-PROVENANCE = ("title", "seed", "scenario")
+PROVENANCE = ("title", "seed", "scenario", "scenario_of")
 """What a trajectory knows of the scenario that made it, and a dataset too."""
+
+SYSTEM, WHOLE = "system", "state, times and system"
+"""What the text of a scenario in a file is of: the rest is in the variables."""
 
 
 def dataset_of(motion: Trajectory) -> xarray.Dataset:
@@ -57,11 +60,11 @@ def _scenario_of(motion: Trajectory) -> dict[str, Any]:
     """Return the text of the scenario, or why there is none, and what else is known of it."""
     known = {key: value for key, value in motion.provenance.items() if value is not None}
     if "scenario" in known:
-        return {**known, "scenario_of": "state, times and system"}
+        return known
     if hasattr(motion.system, "not_rerunnable"):
         return {**known, "not_rerunnable": motion.system.not_rerunnable}
     try:
-        return {**known, "scenario": text_of(motion), "scenario_of": "system"}
+        return {**known, "scenario": text_of(motion), "scenario_of": SYSTEM}
     except ValueError as error:
         return {**known, "not_rerunnable": str(error)}
 

@@ -69,7 +69,9 @@ class RecordedSystem:
 class RecordedMotion(Trajectory):
     """A trajectory whose potential energy, integrals, drift and summary are those of its file."""
 
-    def __init__(self, system: RecordedSystem, initial: State, pair: tuple[Array, ...], run: Run, record: Record) -> None:
+    def __init__(
+        self, system: RecordedSystem, initial: State, pair: tuple[Array, ...], run: Run, record: Record
+    ) -> None:
         times, q, Q = pair
         known: Any = system
         super().__init__(known, initial, times, lambda: (q, Q), run)

@@ -21,7 +21,7 @@ __all__ = ["METHODS", "MOST_CHARACTERS", "MOST_NUMBERS", "text_of"]
 MOST_CHARACTERS = 1_000_000
 """Of a scenario: what is read in a second."""
 
-MOST_NUMBERS = 40_000
+MOST_NUMBERS = 20_000
 
 METHODS = {"Taylor": "integration", "Taylor, members in batches": "integration", "closed form": "closed form"}
 """How a trajectory says that it was computed, and what a scenario calls it."""
@@ -39,7 +39,9 @@ def text_of(motion: Trajectory) -> str:
         or a motion that was not computed here.
     """
     if motion.run.method not in METHODS:
-        raise ValueError(f"a motion must be computed from a state to be run again, but this one is a {_source(motion)}.")
+        raise ValueError(
+            f"a motion must be computed from a state to be run again, but this one is a {_source(motion)}."
+        )
     system, writer = motion.system, _Writer()
     _check(system.body, *system.forces)
     units = {name: unit for name, unit in system.units.items() if unit != "1"}

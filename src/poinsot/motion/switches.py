@@ -19,6 +19,12 @@ from poinsot.motion.constants import Constants
 
 __all__ = ["Pieces", "Switches", "event_class"]
 
+SMALL, LARGE = 0.05, 0.5
+"""What the functions of events are scaled to, and where they are scaled anew.
+
+The engine's step control looks at them as at the variables, of which the attitude is of size one.
+"""
+
 AT_ONCE = 16 * np.finfo(float).eps
 """Times that differ by less, relative to time and step, are one: conditions may change together."""
 
@@ -96,22 +102,29 @@ class Switches:
         functions = [function for function, _ in constants.conditions]
         self._places = [place for _, place in constants.conditions]
         self._fixed = np.setdiff1d(np.arange(constants.next_parameter()), self._places)
-        self._knot = constants.next_parameter() if with_knots else None
+        self._scales = constants.next_parameter() + np.arange(len(functions))
+        self._sizes = np.zeros((lanes, len(functions)))
+        self._knot = constants.next_parameter() + len(functions) if with_knots else None
         self._look = _with_rates(functions, symbols, equations, kind) if functions else None
         build = event_class(lanes, kind)
-        self.events = [build(function, callback=self._crossing(i)) for i, function in enumerate(functions)]
+        scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
+        self.events = [build(function, callback=self._crossing(i)) for i, function in enumerate(scaled)]
+        self.events += [build(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
         if self._knot is not None:
-            self.events.append(build(hy.time - hy.par[self._knot], callback=self._entering()))
+            until = hy.par[self._knot + 1] * (hy.time - hy.par[self._knot])
+            self.events.append(build(until, callback=self._entering()))
 
     def begin(self, engine: Any, pieces: Pieces, forwards: bool, members: NDArray[np.int_]) -> None:
         """Set the parameters for the time and the state of an integrator, of all its lanes."""
         self._pieces, self._forwards, self._members = pieces, forwards, members
+        self._sizes[:] = 0.0
         for lane, time in enumerate(np.ravel(engine.time)):
             self._enter(engine, lane, pieces.at(float(time), forwards))
 
     def repeat(self, busy: int, idle: int) -> None:
         """Let a lane follow another one."""
-        self._members[idle], self._piece[idle] = self._members[busy], self._piece[busy]
+        for own in (self._members, self._piece, self._sizes):
+            own[idle] = own[busy]
 
     @property
     def _sign(self) -> int:
@@ -140,6 +153,14 @@ class Switches:
 
         return crossed
 
+    def _growing(self, number: int) -> Callable[..., bool]:
+        def grown(engine: Any, _: int, lane: int = 0) -> bool:
+            self._sizes[lane, number] *= LARGE / SMALL**2
+            _lane(engine.pars, lane)[self._scales[number]] = SMALL / self._sizes[lane, number]
+            return True
+
+        return grown
+
     def _enter(self, engine: Any, lane: int, piece: int) -> None:
         """Let a lane go on in a piece; beyond the last one, in that."""
         knots = self._pieces.knots
@@ -149,17 +170,23 @@ class Switches:
         if self._knot is not None:
             end = knots[inside if self._forwards else inside - 1]
             far = (knots[-1] - knots[0]) * self._sign
-            _lane(engine.pars, lane)[self._knot] = end if inside == piece else end + far
+            until = end if inside == piece else end + far
+            left = abs(until - float(np.ravel(engine.time)[lane]))
+            _lane(engine.pars, lane)[[self._knot, self._knot + 1]] = until, SMALL / (left or 1.0)
         self._set_conditions(engine, lane)
 
     def _set_conditions(self, engine: Any, lane: int) -> None:
-        """Set each condition by the sign of its function, at a zero by that of the derivative."""
+        """Set each condition by the sign of its function, at a zero by that of the derivative; and its scale."""
+        pars = _lane(engine.pars, lane)
+        time, step = (abs(float(np.ravel(part)[lane])) for part in (engine.time, engine.last_h))
         for i, place in enumerate(self._places):
             values = self._values_of_functions(engine, lane)
             value, rate = values[i], values[i + len(self._places)] * self._sign
-            time, step = (abs(float(np.ravel(part)[lane])) for part in (engine.time, engine.last_h))
             at_zero = abs(value) <= AT_ONCE * max(time, step) * abs(rate)
-            _lane(engine.pars, lane)[place] = (rate if at_zero else value) < 0
+            pars[place] = (rate if at_zero else value) < 0
+            size = max(self._sizes[lane, i], abs(float(value)), abs(float(rate)) * (step or 1.0))
+            self._sizes[lane, i] = size or 1.0
+            pars[self._scales[i]] = SMALL / self._sizes[lane, i]
 
     def _values_of_functions(self, engine: Any, lane: int) -> Any:
         """Return the functions of the conditions, then their derivatives."""

@@ -196,10 +196,12 @@ class Trajectory:
                 "a trajectory must have dense output to be called, but it has none. Propagate one body with dense=True."
             )
         interpolant, first, last = self._interpolant
+        calendar = self.system.calendar
+        time = time if calendar is None else calendar.time(time)
         t = real_array("time", time, (None,) * np.ndim(time))
         if t.size and (t.min() < first or t.max() > last):
             outside = t.min() if t.min() < first else t.max()
-            raise ValueError(f"time must lie within [{first:.10g}, {last:.10g}], but {outside:.10g} came.")
+            raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], but {outside:.15g} came.")
         q, Q = interpolant(t.ravel())
         return computed_state(q.reshape(*t.shape, 4), Q.reshape(*t.shape, 4), t)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["MU", "attractor_mu"]
+__all__ = ["MU", "attractor_mu", "attractor_radius"]
 
 MU = {
     "SUN": 132712440041.27942,
@@ -26,6 +26,21 @@ MU = {
 }
 """km3/s2, those of DE440 (Park et al. 2021, Table 2; NAIF's gm_de440.tpc); a barycenter has its moons in it."""
 
+RADIUS = {
+    "SUN": 695700.0,
+    "MERCURY": 2440.53,
+    "VENUS": 6051.8,
+    "EARTH": 6378.1366,
+    "MOON": 1737.4,
+    "MARS": 3396.19,
+    "JUPITER": 71492.0,
+    "SATURN": 60268.0,
+    "URANUS": 25559.0,
+    "NEPTUNE": 24764.0,
+    "PLUTO": 1188.3,
+}
+"""km, equatorial; IAU working group on cartographic coordinates (Archinal et al. 2018)."""
+
 NAMES = {
     "MERCURY BARYCENTER": "MERCURY",
     "VENUS BARYCENTER": "VENUS",
@@ -45,3 +60,8 @@ def attractor_mu(name: str, mu: float | None) -> float:
             f"mu must be given for an attractor that is not the Sun, a planet or the Moon, but {name!r} came."
         )
     return MU[known]
+
+
+def attractor_radius(name: str) -> float:
+    """Return the equatorial radius of the attractor of this name, km; 0, a point, where there is no surface to hit."""
+    return RADIUS.get(NAMES.get(name.upper(), name.upper()), 0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,14 +15,13 @@ from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.dual import partial, seeded
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.parameters import Table
+from poinsot.mechanics.parameters import Table, came, listed
 from poinsot.mechanics.sky import Orbit
 from poinsot.orbits import pieces
-
-if TYPE_CHECKING:
-    from poinsot.mechanics.calendar import Calendar
+from poinsot.orbits.conic import check_surface
 
 __all__ = ["Ephemeris", "EphemerisFrame", "PolynomialArc"]
 
@@ -58,12 +57,16 @@ class PolynomialArc(Orbit):
         return functions.Vector(partial(component, "arc", 0) for component in self.position_at(moving))
 
 
+SAMPLES = np.linspace(-1, 1, 17)
+"""Of a piece, at which the distance is looked at."""
+
+
 class _Pieces(Table):
     """What an ephemeris is made of."""
 
-    def __init__(self, knots: Array, coefficients: Array, error: float, labels: tuple[str, str, Any]) -> None:
+    def __init__(self, knots: Array, coefficients: Array, error: float, labels: tuple[Any, Any, Any]) -> None:
         self.knots, self.coefficients, self.error = knots, coefficients, error
-        self.reference_frame, self.origin, self.calendar = labels
+        self.reference_frame, self.origin, self.calendar = _checked_labels(*labels)
         self.middles, self.half_lengths = 0.5 * (knots[1:] + knots[:-1]), 0.5 * np.diff(knots)
         ends = [
             pieces.values(coefficients, self.half_lengths, np.full(len(self.middles), end), order)
@@ -74,6 +77,8 @@ class _Pieces(Table):
             float(np.max(np.linalg.norm(before[:-1] - after[1:], axis=-1), initial=0.0))
             for before, after in (ends[:2], ends[2:])
         )
+        between = (pieces.values(coefficients, self.half_lengths, np.full(len(self.middles), s), 0) for s in SAMPLES)
+        self.closest = float(min(np.min(np.linalg.norm(r, axis=-1)) for r in between))
 
 
 class Ephemeris(Orbit):
@@ -98,10 +103,13 @@ class Ephemeris(Orbit):
         The space axes and the attractor, as their source names them.
     calendar : Calendar or None
         What the times mean, where the source has dates.
+    radius : float
+        Of the attractor's surface; 0: a point. An orbit that goes below it warns.
     """
 
     mu: float
     pieces: _Pieces
+    radius: float = 0.0
 
     @classmethod
     def fit(
@@ -115,6 +123,7 @@ class Ephemeris(Orbit):
         reference_frame: str = "space axes",
         origin: str = "attractor",
         calendar: Calendar | None = None,
+        radius: float = 0.0,
     ) -> Ephemeris:
         """Return the ephemeris of a function of time between two times.
 
@@ -129,7 +138,7 @@ class Ephemeris(Orbit):
         start, stop : float
         tolerance : float
             The error to reach, relative to the distance.
-        reference_frame, origin, calendar
+        reference_frame, origin, calendar, radius
             As the attributes.
 
         Raises
@@ -145,7 +154,7 @@ class Ephemeris(Orbit):
             return real_array("position(times)", position(times), (times.size, 3))
 
         knots, coefficients, error = pieces.fitted(positions, first, last, tolerance)
-        return cls(mu, _Pieces(knots, coefficients, error, (reference_frame, origin, calendar)))
+        return cls(mu, _Pieces(knots, coefficients, error, (reference_frame, origin, calendar)), radius)
 
     @classmethod
     def from_table(
@@ -158,6 +167,7 @@ class Ephemeris(Orbit):
         reference_frame: str = "space axes",
         origin: str = "attractor",
         calendar: Calendar | None = None,
+        radius: float = 0.0,
     ) -> Ephemeris:
         """Return the ephemeris of a table, by Hermite's interpolation through 2, 4 or 6 rows around each interval.
 
@@ -171,7 +181,7 @@ class Ephemeris(Orbit):
             Strictly rising.
         positions, velocities : array (n, 3)
             Of the body from the attractor, space axes.
-        reference_frame, origin, calendar
+        reference_frame, origin, calendar, radius
             As the attributes.
 
         Raises
@@ -184,16 +194,28 @@ class Ephemeris(Orbit):
         v = real_array("velocities", velocities, (t.size, 3))
         _check_times(t)
         coefficients, error = pieces.interpolated(t, r, v)
-        return cls(mu, _Pieces(t, coefficients, error, (reference_frame, origin, calendar)))
+        size = float(np.max(np.linalg.norm(r, axis=-1)))
+        if error > INCOHERENT * size:
+            raise ValueError(
+                f"positions and velocities must be of one smooth motion, but from row to row they miss each other by "
+                f"{error:.3g} of {size:.3g}. Are their units consistent, and the rows near enough?"
+            )
+        return cls(mu, _Pieces(t, coefficients, error, (reference_frame, origin, calendar)), radius)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         refuse_nonpositive("mu", self.mu)
+        check_surface(self)
+
+    @property
+    def periapsis_distance(self) -> float:
+        """The smallest distance found at 17 times of each piece."""
+        return self.pieces.closest
 
     def __repr__(self) -> str:
         first, last = self.span
         return (
-            f"Ephemeris(mu={float(self.mu)!r}, {len(self.knots) - 1} pieces over [{first:.10g}, {last:.10g}], "
+            f"Ephemeris(mu={listed(self.mu)}, {len(self.knots) - 1} pieces over [{first:.10g}, {last:.10g}], "
             f"{self.reference_frame}, origin {self.origin}, error {self.error:.2g}, jumps {self.position_jump:.2g} and "
             f"{self.velocity_jump:.2g})"
         )
@@ -281,8 +303,8 @@ class Ephemeris(Orbit):
         outside = time[(time < first) | (time > last)]
         if outside.size:
             raise ValueError(
-                f"time must lie within the span of the ephemeris, [{first:.10g}, {last:.10g}], but "
-                f"{outside.flat[0]:.10g} came."
+                f"time must lie within the span of the ephemeris, [{first!r}, {last!r}], but "
+                f"{float(outside.flat[0])!r} came."
             )
         return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
 
@@ -321,8 +343,24 @@ class EphemerisFrame(Frame):
         return radial, np.cross(normal, radial), normal
 
 
-GAP = 4
-"""An interval that is longer than this times both its neighbours is a gap."""
+INCOHERENT = 0.01
+"""The error, relative to the largest distance, above which a table is refused."""
+
+GAP = 1.75
+"""An interval that is longer than this times the median of eleven around it is a gap."""
+
+
+def _checked_labels(reference_frame: Any, origin: Any, calendar: Any) -> tuple[str, str, Any]:
+    for name, value in (("reference_frame", reference_frame), ("origin", origin)):
+        if not isinstance(value, str) or not value:
+            raise TypeError(f"{name} must be a name, but {value!r} came.")
+    if calendar is not None and not isinstance(calendar, Calendar):
+        raise TypeError(f"calendar must be a Calendar, but {came(calendar)} came.")
+    return FRAMES.get(reference_frame.upper(), reference_frame), origin, calendar
+
+
+FRAMES = dict.fromkeys(("ICRF", "GCRF", "EME2000", "J2000"), "ICRF") | {"TEME": "TEME"}
+"""Names of one frame, to 0.03 arcseconds."""
 
 
 def _check_times(t: Array) -> None:
@@ -335,12 +373,11 @@ def _check_times(t: Array) -> None:
             f"times must rise strictly, but times[{i}] = {t[i]:.17g} and times[{i + 1}] = {t[i + 1]:.17g} came. "
             "Sort the rows, and keep one of each time."
         )
-    if steps.size == 1:
-        return
-    neighbours = np.maximum(np.append(steps[1:], steps[-2:-1]), np.append(steps[1:2], steps[:-1]))
-    if np.any(steps > GAP * neighbours):
-        i = int(np.argmax(steps / neighbours))
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 5, mode="symmetric"), 11)
+    ratios = steps / np.median(around, axis=-1)
+    if np.any(ratios > GAP):
+        i = int(np.argmax(ratios))
         raise ValueError(
             f"times must have no gaps, but {steps[i]:.6g} lie between times[{i}] = {t[i]:.10g} and the next, "
-            f"{steps[i] / neighbours[i]:.3g} times the intervals beside. Make a table of each part."
+            f"{ratios[i]:.3g} times as long as the intervals around. Make a table of each part."
         )

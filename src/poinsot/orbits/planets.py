@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics.calendar import Calendar, span_of
-from poinsot.orbits.attractors import MU
+from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["planet_orbit"]
@@ -93,7 +93,15 @@ def planet_orbit(body: str, attractor: str, start: Any, stop: Any, *, calendar: 
         return _between(body, attractor, J2000.converted(times, calendar)).T
 
     return Ephemeris.fit(
-        MU[name], position, first, last, tolerance=TOLERANCE, reference_frame="ICRF", origin=name, calendar=calendar
+        MU[name],
+        position,
+        first,
+        last,
+        tolerance=TOLERANCE,
+        reference_frame="ICRF",
+        origin=name,
+        calendar=calendar,
+        radius=attractor_radius(attractor),
     )
 
 

@@ -278,7 +278,7 @@ def _panels(motion: Trajectory, panels: Mapping[str, Mapping[str, Array]], title
 
 
 def _draw(panel: Axes, times: Array, values: Array, name: str, number: int) -> None:
-    style = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
+    style: Any = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
     if values.ndim == 1:
         panel.plot(times, values, linewidth=1.1, label=name, **style)
         return

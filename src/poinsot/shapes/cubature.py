@@ -11,7 +11,7 @@ __all__ = ["BLOCK", "ball", "cylinder", "gravity_of_points", "multipoles", "tria
 
 Array = NDArray[np.float64]
 
-BLOCK = 8192
+BLOCK = 4096
 """How many points are taken at once: their harmonics stay in the caches."""
 
 

@@ -45,8 +45,8 @@ class Mesh(Shape):
 
     Notes
     -----
-    The potential loses digits far away: its relative error is about 1e-16 times the square of the distance over the
-    size of the body. There the series of `field` is better.
+    The potential loses digits far away: its relative error grows as 1e-15 times the square of the distance over the
+    circumscribing radius. There the series of `field` is better.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class Mesh(Shape):
         return Mesh(self.vertices @ matrix.T + position, self.faces, mass=self.mass)
 
     def _check_volume(self) -> None:
-        if abs(self.volume) <= FLAT * np.prod(np.ptp(self.vertices, axis=0)):
+        if abs(self.volume) <= FLAT * np.prod(np.ptp(self.vertices[self.faces], axis=(0, 1))):
             raise ValueError("faces must enclose a volume, but they enclose none.")
         if self.volume < 0:
             raise ValueError(

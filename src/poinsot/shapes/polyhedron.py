@@ -14,8 +14,8 @@ Faces = NDArray[np.int64]
 
 
 def volume_and_center(vertices: Array, faces: Faces) -> tuple[float, Array]:
-    """Return the volume and its centre, from cones with their apex amid the vertices."""
-    apex = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    """Return the volume and its centre, from cones with their apex amid the faces."""
+    apex = np.mean([vertices[faces].min(axis=(0, 1)), vertices[faces].max(axis=(0, 1))], axis=0)
     corners = (vertices - apex)[faces]
     cones = _cones(corners)
     volume = float(cones.sum())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Self
 
@@ -101,6 +102,7 @@ class Shape(ABC):
         radius : float, optional
             The length to which the coefficients refer; default: the circumscribing radius.
         """
+        degree = operator.index(degree)
         if not 2 <= degree <= HIGHEST_DEGREE:
             raise ValueError(f"degree must be from 2 to {HIGHEST_DEGREE}, but {degree} came.")
         length = self.circumscribing_radius if radius is None else float(real_array("radius", radius, ()))

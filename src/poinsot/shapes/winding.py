@@ -31,7 +31,7 @@ def repaired(vertices: NDArray[np.float64], faces: Faces) -> Faces:
         return faces
     sharing, agree = _shared_edges(faces)
     component, turned = _sides(len(faces), sharing, agree)
-    a, b, c = np.moveaxis((vertices - vertices.mean(axis=0))[faces], 1, 0)
+    a, b, c = np.moveaxis((vertices - vertices[faces[0, 0]])[faces], 1, 0)
     volumes = np.einsum("fi,fi->f", a, np.cross(b, c))
     mixed = np.bincount(component, turned) % np.bincount(component) != 0
     inwards = np.bincount(component, np.where(turned, -volumes, volumes)) < 0

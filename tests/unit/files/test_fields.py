@@ -133,7 +133,7 @@ def test_a_table_is_text_in_a_file(tmp_path):
         pt.read_field(tmp_path / "bytes", mass=1.0)
 
 
-@settings(max_examples=150, deadline=2000, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, deadline=10_000, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     text=st.sampled_from([shadr(), icgem()]),
     edits=st.lists(

@@ -2,6 +2,7 @@
 
 import builtins
 import struct
+import warnings
 from itertools import starmap
 
 import numpy as np
@@ -43,10 +44,10 @@ def stl_binary():
     )
 
 
-def stl_text():
+def stl_text(shift=0):
     loops = [
         "facet normal 0 0 0\nouter loop\n" + "".join("vertex {} {} {}\n".format(*v) for v in t) + "endloop\nendfacet\n"
-        for t in TRIANGLES
+        for t in TRIANGLES + shift
     ]
     return "solid box\n" + "".join(loops) + "endsolid box\n"
 
@@ -96,6 +97,23 @@ def test_quadrilaterals_and_texture_seams_are_one_surface(tmp_path):
     path = written(tmp_path, "quads.obj", seams + obj(faces=[]) + "".join(f"f {text}\n" for text in seamed))
     mesh = pt.read_mesh(path, mass=6.0)
     assert (len(mesh.vertices), mesh.volume) == (8, 6)
+
+
+def test_parts_of_a_file_are_one_body(tmp_path):
+    two = written(tmp_path, "two.stl", stl_text() + stl_text(shift=4))
+    assert pt.read_mesh(two, mass=12.0).volume == 12
+    lines = obj().splitlines()
+    painted = [*lines[:8], "usemtl a", *lines[8:11], "usemtl b", *lines[11:17], "usemtl a", *lines[17:]]
+    mesh = pt.read_mesh(written(tmp_path, "painted.obj", "\n".join(painted)), mass=1.0)
+    assert (len(mesh.faces), mesh.volume) == (12, 6)
+
+
+def test_a_part_that_cannot_be_read_is_not_left_out(tmp_path):
+    broken = stl_text(shift=4).replace("vertex", "vertex one", 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(ValueError, match=r"two\.stl: the file must be STL"):
+            pt.read_mesh(written(tmp_path, "two.stl", stl_text() + broken), mass=12.0)
 
 
 def test_triangles_that_shrink_to_an_edge_are_dropped_where_vertices_become_one(tmp_path):
@@ -177,7 +195,7 @@ def test_too_large_files_and_other_formats_are_refused(tmp_path, monkeypatch):
         pt.read_mesh(tmp_path / "none.obj", mass=1)
 
 
-@settings(max_examples=150, deadline=2000, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, deadline=10_000, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     name=st.sampled_from(sorted(FILES)),
     edits=st.lists(st.tuples(st.floats(0, 1), st.integers(0, 30), st.binary(max_size=12)), min_size=1, max_size=4),

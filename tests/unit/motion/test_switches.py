@@ -59,10 +59,13 @@ class Shadow(pt.Torque):
     orbit: pt.Orbit
     radius: float
     size: float
+    unit: float = 1.0
 
     def torque(self, body, attitude, omega_body, sky):
         x, y, z = sky.position(self.orbit)
-        lit = fn.where(fn.less(0.0, x), 1.0, fn.where(fn.less(self.radius**2, y * y + z * z), 1.0, 0.0))
+        lit = fn.where(
+            fn.less(0.0, x), 1.0, fn.where(fn.less(self.unit * self.radius**2, self.unit * (y * y + z * z)), 1.0, 0.0)
+        )
         return fn.Vector((0.0, 0.0, self.size * lit))
 
 
@@ -161,3 +164,46 @@ def test_a_parameter_that_branches_needs_no_switch():
 
     motion = pt.propagate(pt.System(BODY, Either([-1.0, 0.8])), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [1.0])
     assert np.allclose(motion.omega_body[:, 0, 2], [0.1, 0.2], atol=1e-16)
+
+
+@pytest.mark.parametrize("on", [1e4, 1e6, 8e8])
+def test_a_switch_far_away_costs_no_digit(on):
+    """The engine's step control looks at the functions of events too."""
+    body = pt.Body((1.0, 2.0, 3.0))
+    start = body.state((1, 0, 0, 0), omega_body=(0.01, 0.005, 0.1))
+    motion = pt.propagate(pt.System(body, Thruster((0, 0, 1e-3), on, 2 * on)), start, [9999.0])
+    exact = pt.free_motion(body, start, [9999.0])
+    assert np.max(np.abs(motion.quaternion - exact.quaternion)) < 5e-12
+    members = pt.propagate(pt.System(body, Thruster((0, 0, 1e-3), [on, 2e4], 2 * on)), start, [9999.0])
+    assert np.max(np.abs(members.quaternion - exact.quaternion)) < 5e-12
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e6, 1e14])
+def test_the_unit_of_a_condition_costs_no_digit(unit):
+    orbit = pt.KeplerOrbit(1.0, 2.0, 0.0, 0.0, 0.0, 0.0)
+    start, times = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), 2 * np.pi / orbit.mean_motion * np.array([1, 20])
+    for size in (0.4, [0.4, 0.4]):
+        motion = pt.propagate(pt.System(BODY, Shadow(orbit, 1.0, size, unit)), start, times)
+        assert np.max(np.abs(motion.omega_body[..., 2] / (0.1 * 5 / 6 * times) - 1)) < 1e-13
+        assert np.max(np.abs(motion.norm_error)) < 1e-14
+
+
+@pytest.mark.parametrize("on", [3.0, 1e4, [3.0, 1e4]], ids=str)
+def test_what_a_thruster_changes_is_no_integral(on):
+    thrusted = pt.System(BODY, Thruster((0.1, 0.2, 0.5), on, 1.01 * np.asarray(on)))
+    assert thrusted.integrals == ()
+    assert np.all(thrusted.momentum_scale(BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0))) != 1.0)
+
+
+def test_a_potential_that_is_switched_on_has_no_energy_to_keep():
+    class Weight(pt.Potential):
+        on: float
+        off: float
+
+        def energy(self, body, attitude, sky):
+            lasts = fn.where(fn.less(sky.time, self.off), 1.0, 0.0)
+            return fn.where(fn.less(sky.time, self.on), 0.0, lasts) * attitude.to_body((0, 0, 1))[2]
+
+    assert [integral.symbol for integral in pt.System(BODY, Weight(3.0, 7.0)).integrals] == ["G3"]
+    assert [integral.symbol for integral in pt.System(BODY, Ridge(0.7)).integrals] == ["H", "G1"]
+    assert [integral.symbol for integral in pt.System(BODY, Ridge([0.7, 0.8])).integrals] == ["H", "G1"]

@@ -201,10 +201,67 @@ def test_orbits_along_different_axes_do_not_meet(fitted):
     pt.System(BODY, pt.GravityGradient(named[0]), pt.GravityGradient(named[2]), pt.GravityGradient(fitted))
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e-5, 1e5], ids=["s", "days", "ten microseconds"])
+def test_the_unit_of_time_costs_no_digit(scale):
+    """The engine's step control looks at the events of knots too."""
+    slow = pt.KeplerOrbit(398600.4418 * scale**2, 400000.0, 0.05, 0.3, 0.1, 0.2)
+    few = pt.Ephemeris.fit(
+        slow.mu, lambda t: np.stack(list(slow.position_at(t)), axis=-1), -1e6 / scale, 2e6 / scale, tolerance=1e-13
+    )
+    body = pt.Body((1.0, 2.0, 3.0))
+    start = body.state((0.5, 0.5, 0.5, 0.5), omega_body=np.array([0.05, 0.03, 0.1]) * scale)
+    times = np.array([0.0, 2000.0, 20000.0]) / scale
+    motion = pt.propagate(pt.System(body, pt.GravityGradient(few)), start, times)
+    expected = pt.propagate(pt.System(body, pt.GravityGradient(slow)), start, times)
+    assert np.max(np.abs(motion.quaternion - expected.quaternion)) < 2e-11
+    assert np.max(np.abs(motion.norm_error)) < 2e-14
+    assert motion.run.steps > 0.9 * expected.run.steps
+
+
+def test_an_orbit_below_the_surface_warns():
+    with pytest.warns(UserWarning, match=r"Ephemeris: the periapsis is 7[78].\d* below the surface \(distance 6300"):
+        low = pt.Ephemeris.fit(KEPLER.mu, place, 0, T, radius=6378.137)
+    assert low.periapsis_distance == pytest.approx(6300, rel=1e-4)
+    assert pt.Ephemeris.fit(KEPLER.mu, place, 0, T, radius=6200.0).radius == 6200.0
+    with pytest.warns(UserWarning, match=r"OblateGravityGradient: the periapsis is 78."):
+        pt.OblateGravityGradient(pt.Ephemeris.fit(KEPLER.mu, place, 0, T), 1e-3, 6378.137, (0, 0, 1))
+
+
+def test_members_of_mu_are_shown():
+    assert repr(pt.Ephemeris.fit([1.0, 2.0], place, 0, T)).startswith("Ephemeris(mu=[1.0, 2.0], ")
+
+
+def test_steps_may_change_along_a_table():
+    rows = np.concatenate([np.arange(0, 600, 20.0), np.arange(600, 3000, 60.0), np.arange(3000, 5000, 200.0)])
+    assert np.array_equal(table(rows).knots, rows)
+
+
 BAD = {
+    "one row missing": (lambda _: table(np.delete(np.arange(0, 3000, 60.0), 20)), r"no gaps, but 120 lie between"),
+    "two gaps side by side": (
+        lambda _: table(np.delete(np.arange(0, 6000, 60.0), [*range(50, 60), *range(61, 70)])),
+        r"no gaps, but 660 lie between times\[49\]",
+    ),
+    "units": (
+        lambda _: pt.Ephemeris.from_table(1, rows := np.arange(0, 600, 60.0), place(rows), 1e3 * speed(rows)),
+        r"positions and velocities must be of one smooth motion, but from row to row they miss each other by .* units",
+    ),
+    "too coarse": (lambda _: table(np.linspace(0, 10 * T, 9)), r"must be of one smooth motion, .* rows near enough"),
+    "equilibria": (
+        lambda e: pt.equilibria(pt.System(BODY, pt.GravityGradient(e))),
+        "system must be the same at all times",
+    ),
+    "equilibria in its frame": (
+        lambda e: pt.equilibria(pt.System(BODY), e.frame),
+        "frame must be the same at all times",
+    ),
+    "periodic motion": (
+        lambda e: pt.periodic_motion(pt.System(BODY, pt.GravityGradient(e)), START, 4 * T),
+        "period must fit twice into the span of the orbits",
+    ),
     "outside": (
         lambda e: e.position_at(7 * T),
-        r"within the span of the ephemeris, \[-5828.516638, 34971.09983\], but 4",
+        r"within the span of the ephemeris, \[-5828.516637\d*, 34971.0998261\d*\], but 40799",
     ),
     "run outside": (
         lambda e: pt.propagate(pt.System(BODY, pt.GravityGradient(e)), START, [0, 7 * T]),
@@ -233,6 +290,17 @@ BAD = {
     "mu": (lambda _: pt.Ephemeris.fit(0, place, 0, 1), r"mu must be positive"),
     "too long": (lambda _: pt.Ephemeris.fit(1, place, 0, 1e6 * T), r"so near that 200000 polynomials suffice"),
 }
+
+
+@pytest.mark.parametrize("labels", [{"calendar": "2000-01-01"}, {"reference_frame": 3}, {"origin": ""}], ids=str)
+def test_labels_are_checked(labels):
+    with pytest.raises(TypeError, match=rf"^{next(iter(labels))} must be a "):
+        pt.Ephemeris.fit(1.0, place, 0, T, tolerance=1e-3, **labels)
+
+
+def test_names_of_one_frame_are_one():
+    named = [pt.Ephemeris.fit(1.0, place, 0, T, tolerance=1e-3, reference_frame=x) for x in ("icrf", "GCRF", "EME2000")]
+    assert pt.System(BODY, *map(pt.GravityGradient, named)).forces[0].orbit.reference_frame == "ICRF"
 
 
 @pytest.mark.parametrize("case", BAD)

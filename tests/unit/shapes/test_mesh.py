@@ -40,6 +40,14 @@ def test_a_mesh_far_from_its_origin_loses_only_what_its_vertices_lost():
     np.testing.assert_array_equal(far.center_of_mass, np.full(3, 2.0**20))
 
 
+def test_vertices_without_faces_do_not_count():
+    mesh = pt.Mesh(np.vstack([BOX.vertices, (1e18, -1e17, 3e18)]), BOX.faces, mass=6.0)
+    np.testing.assert_array_equal(mesh.inertia, BOX.inertia)
+    assert mesh.circumscribing_radius == BOX.circumscribing_radius
+    np.testing.assert_array_equal(mesh.field(4).C, BOX.field(4).C)
+    assert pt.Mesh(mesh.vertices, BOX.faces[:, ::-1], mass=6.0, repair=True).volume == 6
+
+
 def test_two_closed_surfaces_are_one_body_and_one_wound_inwards_is_a_hollow():
     apart = pt.Mesh(*joined(BOX, BOX.moved((0, 0, 4))), mass=12.0)
     pair = pt.Assembly([BOX, BOX.moved((0, 0, 4))])

@@ -1,0 +1,141 @@
+"""Scenario files: a propagation described in TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import PropagationError, PropagationInterrupted
+from poinsot.files.strangers import read_bytes
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+from poinsot.motion.dataset import WHOLE
+from poinsot.motion.free.motion import free_motion
+from poinsot.motion.propagate import propagate
+from poinsot.motion.scenario_text import MOST_CHARACTERS, text_of
+from poinsot.motion.trajectory import Trajectory
+
+__all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "repetition"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A propagation that a file describes, ready to run.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    system : System
+    state : State
+    times : array (n,)
+    run : mapping
+        How to compute: `method`, `formulation`, `tolerance`, `precision`, `dense`.
+    outputs : mapping
+        Names of files, of `result`, `plot` and `view`; those that the scenario asks for.
+    provenance : mapping
+        What a result keeps: `title`, `seed`, and the text, `scenario`.
+    """
+
+    name: str
+    system: System
+    state: State
+    times: Array
+    run: Mapping[str, Any] = field(default_factory=dict)
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def propagate(self, *, threads: int | None = None, progress: bool | None = None) -> Trajectory:
+        """Return the motion; the arguments are those of `propagate`.
+
+        Raises
+        ------
+        PropagationError, PropagationInterrupted
+            As `propagate`; the partial trajectory knows the scenario too.
+        """
+        try:
+            motion = self._motion(threads, progress)
+        except (PropagationError, PropagationInterrupted) as stopped:
+            stopped.trajectory.provenance = dict(self.provenance)
+            raise
+        motion.provenance = dict(self.provenance)
+        return motion
+
+    def _motion(self, threads: int | None, progress: bool | None) -> Trajectory:
+        options = {name: value for name, value in self.run.items() if name != "method"}
+        if self.run.get("method") == "closed form":
+            return free_motion(self.system.body, self.state, self.times, units=self.system.units)
+        return propagate(self.system, self.state, self.times, **options, threads=threads, progress=progress)
+
+
+def read_scenario(path: str | Path) -> Scenario:
+    """Return the propagation that a scenario file (TOML) describes; docs/scenarios.md has the keys.
+
+    No expression in it is evaluated, and no other file is opened.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not right: the sentence has the file, the line and the key, what must be there and what came.
+    """
+    path = Path(path)
+    if path.suffix != ".toml":
+        raise ValueError(f"path must end in .toml, but {path.name!r} came.")
+    try:
+        text = read_bytes(path, 4 * MOST_CHARACTERS).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} must be text in UTF-8, but it has other bytes.") from None
+    return parsed_scenario(text.replace("\r\n", "\n"), str(path))
+
+
+def parsed_scenario(text: str, name: str) -> Scenario:
+    """Return the propagation that the text of a scenario describes; errors call it by the name."""
+    from poinsot.files.scenario_parts import Parts
+
+    parts = Parts(text, name)
+    system = parts.system()
+    state = parts.state(system.body)
+    values = parts.values
+    spread = values.get("ensemble") or {}
+    provenance = {
+        "title": values.get("title") or None,
+        "seed": spread.get("seed"),
+        "scenario": text,
+        "scenario_of": WHOLE,
+    }
+    times = parts.times(system, state)
+    return Scenario(name, system, state, times, parts.run(system), parts.outputs(), provenance)
+
+
+def rebuilt_system(text: str, name: str) -> System:
+    """Return the system alone that the text of a scenario describes, which may have neither state nor times."""
+    from poinsot.files.scenario_parts import Parts
+
+    return Parts(text, name, whole=False).system()
+
+
+def repetition(motion: Trajectory, name: str) -> Scenario:
+    """Return what makes a motion again that a file has: by its scenario, or from its system, start and times.
+
+    Raises
+    ------
+    ValueError
+        If its forces are not at hand.
+    """
+    if not isinstance(motion.system, System):
+        raise ValueError(f"{name} cannot be run again: {motion.system.not_rerunnable}")
+    text = motion.provenance.get("scenario") or text_of(motion)
+    if motion.provenance.get("scenario_of") == WHOLE:
+        return parsed_scenario(text, name)
+    run = tomllib.loads(text)["run"]
+    return Scenario(name, motion.system, motion.initial, motion.times, run, provenance=motion.provenance)

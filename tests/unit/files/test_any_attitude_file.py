@@ -1,0 +1,147 @@
+"""Every reader and writer of attitudes: any table comes back, and any text is a result or one sentence."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from tumbling import BODY, MOTION, NAMED, START
+
+import poinsot as pt
+
+CLOCKS = [
+    pt.Calendar("2026-11-21T00:00:00", "TAI"),
+    pt.Calendar("2016-12-31T23:59:58.25", "UTC"),
+    pt.Calendar("2000-001T12:00:00", "TDB", "h"),
+    pt.Calendar("2010-02-03T04:05:06", "GPS", "d"),
+]
+
+
+def write_one(table, path, **options):
+    """An APM of the first row."""
+    state = table.state(BODY, 0)
+    return pt.write_apm(BODY, state, path, calendar=table.calendar, reference_frame=table.reference_frame, **options)
+
+
+def read_one(path, calendar=None):
+    return pt.read_apm(path, calendar=calendar)[0]
+
+
+WAYS = {
+    "aem": (pt.write_aem, pt.read_aem, {}),
+    "aem 1": (pt.write_aem, pt.read_aem, {"version": "1.0"}),
+    "aem.xml": (pt.write_aem, pt.read_aem, {}),
+    "aem 1.xml": (pt.write_aem, pt.read_aem, {"version": "1.0"}),
+    "apm": (write_one, read_one, {}),
+    "apm.xml": (write_one, read_one, {}),
+    "apm 1": (write_one, read_one, {"version": "1.0"}),
+    "a": (pt.write_stk_attitude, pt.read_stk_attitude, {}),
+    "csv": (pt.write_quaternion_csv, pt.read_quaternion_csv, {}),
+}
+
+
+@st.composite
+def tables(draw):
+    count = draw(st.integers(1, 5))
+    parts = st.floats(-1, 1).filter(lambda x: x == 0 or abs(x) > 1e-150)
+    q = np.array(draw(st.lists(st.tuples(parts, parts, parts, parts), min_size=count, max_size=count)))
+    q[np.linalg.norm(q, axis=1) < 1e-3] = (0, 0, -1, 0)
+    steps = draw(st.lists(st.floats(1e-6, 1e5), min_size=count, max_size=count))
+    calendar = draw(st.sampled_from(CLOCKS))
+    unit = {"s": 1, "h": 3600, "d": 86400}[calendar.unit]
+    times = (np.cumsum(steps) + draw(st.floats(-1e6, 1e6))) / unit
+    rates = draw(
+        st.lists(
+            st.tuples(*[st.floats(-100, 100).filter(lambda x: x == 0 or abs(x) > 1e-100)] * 3),
+            min_size=count,
+            max_size=count,
+        )
+    )
+    omega = np.array(rates) * unit
+    return pt.AttitudeTable(times, q / np.linalg.norm(q, axis=1)[:, None], omega, calendar, "ICRF", "BODY")
+
+
+@pytest.mark.parametrize("way", WAYS)
+@given(table=tables())
+@settings(max_examples=25, deadline=None)
+def test_any_table_comes_back(tmp_path_factory, way, table):
+    write, read, options = WAYS[way]
+    path = tmp_path_factory.mktemp("round") / f"m.{way}"
+    back = read(write(table, path, **options), calendar=table.calendar)
+    count = 1 if way.startswith("apm") else table.times.size
+    unit = {"s": 1, "h": 3600, "d": 86400}[table.calendar.unit]
+    np.testing.assert_allclose(back.times * unit, table.times[:count] * unit, rtol=1e-15, atol=2e-9)
+    np.testing.assert_allclose(back.quaternion, table.quaternion[:count], atol=3e-16)
+    np.testing.assert_allclose(back.omega_body / unit, table.omega_body[:count] / unit, rtol=1e-14, atol=1e-13)
+
+
+# ------------------------------------------------------------------ any text
+
+
+@pytest.fixture(scope="module")
+def texts(tmp_path_factory):
+    few = pt.AttitudeTable(MOTION.times[:4], MOTION.quaternion[:4], MOTION.omega_body[:4], **NAMED)
+    folder = tmp_path_factory.mktemp("base")
+    return {way: write(few, folder / f"m.{way}", **options).read_text() for way, (write, _, options) in WAYS.items()}
+
+
+NOISE = (
+    "META_START\n",
+    "DATA_STOP\n",
+    "\n",
+    "nan",
+    "-",
+    "e300",
+    "1e-320",
+    "=",
+    "[deg]",
+    "</a>",
+    "<!ENTITY a 'b'>",
+    ",",
+    "#",
+)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@given(data=st.data())
+@settings(max_examples=80, deadline=None)
+@example(data=None)
+def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, texts, way, data):
+    text = texts[way]
+    if data is not None:
+        at, gone = data.draw(st.integers(0, len(text))), data.draw(st.integers(0, 60))
+        other = st.sampled_from(sorted(texts)).flatmap(lambda other: st.just(texts[other][at : at + 40]))
+        noise = data.draw(st.text(max_size=12) | st.floats().map(str) | st.sampled_from(NOISE) | other)
+        text = text[:at] + noise + text[at + gone :]
+    path = tmp_path_factory.mktemp("any") / f"m.{way}"
+    path.write_bytes(text.encode(errors="surrogatepass"))
+    said = "nothing, but a result"
+    try:
+        table = WAYS[way][1](path)
+        assert np.all(np.isfinite(table.quaternion))
+        assert np.all(np.diff(table.times) > 0)
+    except ValueError as error:
+        said = str(error)
+    assert re.fullmatch(r".*, but .*", said), said
+    assert len(said) < 800
+
+
+@pytest.mark.parametrize("read", [pt.read_aem, pt.read_apm, pt.read_stk_attitude, pt.read_quaternion_csv])
+def test_files_that_are_none(tmp_path, read):
+    with pytest.raises(FileNotFoundError, match=r"^path must lead to a file, but there is no .*none\.x\.$"):
+        read(tmp_path / "none.x")
+    with pytest.raises(ValueError, match=r"^path must lead to a file, but .* is none\.$"):
+        read(tmp_path)
+    (tmp_path / "bomb.xml").write_text('<!DOCTYPE a [<!ENTITY b "bb"><!ENTITY c "&b;&b;&b;">]><aem>&c;</aem>')
+    with pytest.raises(ValueError, match="must "):
+        read(tmp_path / "bomb.xml")
+
+
+def test_one_format_to_another(tmp_path):
+    first = pt.write_aem(MOTION, tmp_path / "m.aem", **NAMED)
+    second = pt.write_stk_attitude(pt.read_aem(first), tmp_path / "m.a")
+    third = pt.write_quaternion_csv(pt.read_stk_attitude(second), tmp_path / "m.csv")
+    kernels = pt.write_ck(pt.read_quaternion_csv(third), tmp_path / "m.bc")
+    last = pt.spice_attitude("SC_BODY_1", MOTION.times, kernels, calendar=NAMED["calendar"])
+    assert np.max(last.angle_to(pt.free_motion(BODY, START, MOTION.times))) < 2e-7

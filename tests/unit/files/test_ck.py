@@ -1,0 +1,154 @@
+"""C-kernels: read back by SPICE itself, at instants of their clock and through its frames."""
+
+import numpy as np
+import pytest
+import spiceypy as spice
+from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES
+
+import poinsot as pt
+from poinsot.files import ck
+
+
+@pytest.fixture(autouse=True)
+def nothing_stays_loaded():
+    yield
+    assert spice.ktotal("ALL") == 0
+
+
+@pytest.fixture
+def kernels(tmp_path):
+    return pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
+
+
+def matrices(attitude):
+    """From space to body, as SPICE has them."""
+    return np.swapaxes(attitude.as_matrix(), -1, -2)
+
+
+def test_spice_finds_attitudes_and_rates_by_the_clock(kernels):
+    for path in kernels:
+        spice.furnsh(str(path))
+    try:
+        segment = spice.ckcov(str(kernels[0]), -1000000, True, "SEGMENT", 0.0, "SCLK", spice.cell_double(10))
+        first, last = spice.wnfetd(segment, 0)
+        found = [spice.ckgpav(-1000000, tick, 0.0, "J2000") for tick in first + 1e6 * (TIMES + ck.MARGIN)]
+    finally:
+        spice.kclear()
+    assert last - first == pytest.approx(10.002e6, abs=0.2)
+    turned, rates, _ = zip(*found, strict=True)
+    np.testing.assert_allclose(turned, matrices(MOTION.attitude), atol=1e-7)  # the zero of the clock, as a float
+    np.testing.assert_allclose(rates, MOTION.omega_space, atol=1e-7)
+
+
+def test_motion_comes_back_through_frames(kernels):
+    assert [path.name for path in kernels] == ["m.bc", "m.tsc", "m.tf"]
+    table = pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+    np.testing.assert_allclose(matrices(table.attitude), matrices(MOTION.attitude), atol=2e-7)  # ET: 0.12 microseconds
+    np.testing.assert_allclose(table.omega_body, MOTION.omega_body, atol=2e-7)
+    assert (table.reference_frame, table.body_frame) == ("ICRF", "SC_BODY_1")
+    dates = ["2026-11-21T00:00:02.5 TAI", "2026-11-21T00:00:05 TAI"]
+    some = pt.spice_attitude("SC_BODY_1", dates, kernels, calendar=CALENDAR)
+    np.testing.assert_allclose(some.times, (2.5, 5.0), atol=1e-9)
+    assert np.max(some.angle_to(MOTION)) < 2e-7
+
+
+def test_turns_between_attitudes_at_a_constant_rate(kernels):
+    times = np.array([0.1, 3.3, 9.9])
+    table = pt.spice_attitude("SC_BODY_1", times, kernels, calendar=CALENDAR)
+    assert 1e-5 < np.max(table.angle_to(MOTION)) < 1e-2
+
+
+def test_without_rates_in_hours_and_with_names(tmp_path):
+    hours = pt.Calendar("2026-11-21T00:00:00", "UTC", "h")
+    motion = pt.free_motion(BODY, START, TIMES)
+    names = {"body_frame": "TUMBLER", "spacecraft": -123456}
+    kernels = pt.write_ck(motion, tmp_path / "m.bc", calendar=hours, reference_frame="J2000", **names)
+    table = pt.spice_attitude("tumbler", TIMES, kernels, calendar=hours)
+    np.testing.assert_allclose(table.omega_body, motion.omega_body, atol=1e-9)
+    assert np.max(table.angle_to(motion)) < 1e-9
+    kernels = pt.write_ck(table, tmp_path / "n.bc", rates=False)
+    again = pt.spice_attitude("TUMBLER", TIMES, kernels, calendar=hours)
+    assert again.omega_body is None
+    assert np.max(again.angle_to(motion)) < 2e-9
+
+
+def test_other_frames_of_spice():
+    """The ecliptic of 2000, tilted by 84381.448 arcseconds about the first axis, at rest."""
+    table = pt.spice_attitude("ECLIPJ2000", [0.0, 1e6], [])
+    tilt = np.radians(84381.448 / 3600)
+    np.testing.assert_allclose(table.attitude.as_rotvec(), [(tilt, 0, 0)] * 2, atol=1e-14)
+    np.testing.assert_allclose(table.omega_body, 0, atol=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"frame": "FOO"}, r"^frame must be one that SPICE knows, but 'FOO' came\.$"),
+        ({"frame": 3}, r"^frame must be one that SPICE knows, but 3 came\.$"),
+        ({"reference_frame": "IAU_EARTH"}, r"^frame must be one that does not rotate, but 'IAU_EARTH' came\.$"),
+        (
+            {"times": [11.0]},
+            r"^kernels must say the attitude of 'SC_BODY_1' at all times, but SPICE says SPICE\(NOFRAME",
+        ),
+        ({"times": [3.0, 2.0]}, r"^times must rise"),
+        ({"calendar": "UTC"}, r"^calendar must be a Calendar, but str came\.$"),
+        ({"kernels": ["none.bc"]}, r"^kernels must be files, but there is no none\.bc\.$"),
+    ],
+)
+def test_bad_questions(kernels, change, sentence):
+    asked = {"frame": "SC_BODY_1", "times": TIMES, "kernels": kernels, "calendar": CALENDAR} | change
+    with pytest.raises((TypeError, ValueError, OSError), match=sentence):
+        pt.spice_attitude(asked.pop("frame"), asked.pop("times"), asked.pop("kernels"), **asked)
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", b"DAF/CK  " + bytes(5000), b"KPL/FK\n\\begindata\nFRAME_X = ("])
+def test_files_that_are_no_kernels(kernels, content):
+    kernels[0].write_bytes(content)
+    with pytest.raises(
+        ValueError, match=r"(must be a SPICE kernel|at all times), but SPICE says|first record is broken"
+    ):
+        pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+
+
+@pytest.mark.parametrize("place", [8, 12])
+def test_sizes_at_which_spice_would_crash(kernels, place):
+    content = bytearray(kernels[0].read_bytes())
+    content[place] = 200
+    kernels[0].write_bytes(content)
+    with pytest.raises(
+        ValueError, match=r"m\.bc must be a whole SPICE kernel of the kind 'DAF/CK', but its first record"
+    ):
+        pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+
+
+def test_truncated_kernel(kernels):
+    kernels[0].write_bytes(kernels[0].read_bytes()[:2048])
+    with pytest.raises(ValueError, match="but SPICE says"):
+        pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"path": "m.ck"}, r"^path must end in \.bc, but 'm\.ck' came\.$"),
+        ({"reference_frame": "TEME"}, r"^reference_frame must be the ICRF for a C-kernel, but TEME came\.$"),
+        ({"body_frame": "J2000"}, r"^reference_frame and body_frame must lead between the body and a frame"),
+        ({"body_frame": "two words"}, r"^body_frame must be up to 26 letters"),
+        ({"spacecraft": 5}, r"^spacecraft must be a negative number above -2000000, but 5 came\.$"),
+        ({"motion": pt.free_motion(BODY, START, [0.0])}, r"^motion must have two times or more for a C-kernel"),
+    ],
+)
+def test_bad_arguments(tmp_path, change, sentence):
+    given = {"motion": MOTION, "path": "m.bc", **NAMED} | change
+    with pytest.raises(ValueError, match=sentence):
+        pt.write_ck(given.pop("motion"), tmp_path / given.pop("path"), **given)
+    assert not list(tmp_path.iterdir())
+
+
+def test_existing_files_stay(tmp_path):
+    (tmp_path / "m.tf").write_text("precious")
+    with pytest.raises(FileExistsError, match=r"m\.tf exists\. overwrite=True replaces it\.$"):
+        pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
+    assert [path.name for path in tmp_path.iterdir()] == ["m.tf"]
+    pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED, overwrite=True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.bc", "m.tf", "m.tsc"]

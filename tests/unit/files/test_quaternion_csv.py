@@ -1,0 +1,93 @@
+"""Quaternions as comma-separated values."""
+
+import numpy as np
+import pytest
+from tumbling import CALENDAR, MOTION, NAMED, TIMES, check, columns
+
+import poinsot as pt
+
+SAYS = "# order: scalar first\n# direction: body to reference\n"
+RATE = "# rate: rad per unit of time, inertial, along the body axes\n"
+
+
+def text(numbers, says=SAYS, names="t,q0,q1,q2,q3"):
+    inner = "".join(
+        f"{','.join(map(repr, (t, *row)))}\n" for t, row in zip(TIMES.tolist(), numbers.tolist(), strict=True)
+    )
+    return f"{says}{names}\n{inner}"
+
+
+LAST = columns("QUATERNION")
+FIRST = LAST[:, [3, 0, 1, 2]]
+WITH_RATES = np.concatenate([FIRST, MOTION.omega_body], axis=1)
+WHOLE = text(WITH_RATES, SAYS + RATE, "t,q0,q1,q2,q3,omega_1,omega_2,omega_3")
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_text(content, **options):
+        path = tmp_path / "a.csv"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return pt.read_quaternion_csv(path, **options)
+
+    return read_text
+
+
+def test_orders_and_directions(read):
+    check(read(text(FIRST)), 1e-14, None)
+    check(read(text(LAST, SAYS.replace("first", "last"), "time,qx,qy,qz,qw")), 1e-14, None)
+    check(read(text(FIRST * [1, -1, -1, -1], SAYS.replace("body to reference", "reference to body"))), 1e-14, None)
+    table = read(WHOLE)
+    check(table, 1e-14, 0)
+    assert (table.calendar, table.reference_frame) == (None, "space axes")
+
+
+def test_calendars(read):
+    dated = "# time: h from 2026-11-21T00:00:00 TAI\n"
+    table = read(dated + WHOLE)
+    assert table.calendar == pt.Calendar("2026-11-21T00:00:00", "TAI", "h")
+    seconds = read(dated + WHOLE, calendar=CALENDAR)
+    np.testing.assert_allclose(seconds.times, 3600 * TIMES, rtol=1e-14)
+    np.testing.assert_allclose(seconds.omega_body, MOTION.omega_body / 3600, rtol=1e-14)
+    assert read(WHOLE, calendar=CALENDAR).calendar is CALENDAR
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (text(FIRST, ""), r"a\.csv must say its order, scalar first or scalar last, but it does not\. Write # order"),
+        (
+            text(FIRST, SAYS[:22]),
+            r"a\.csv must say its direction, body to reference or reference to body, but it does not",
+        ),
+        (text(FIRST, SAYS.replace("first", "middle")), r"must say its order, .*, but it says 'scalar middle'"),
+        (WHOLE.replace(RATE, ""), r"line 3 must come after a line that says what rates are"),
+        (WHOLE.replace(RATE, "# rate: deg\n"), r"line 4 must come after a line that says what rates are"),
+        (WHOLE.replace("t,q0", "q0,t"), r"line 4 must name the columns, such as t,q0,q1,q2,q3 or"),
+        (SAYS, r"a\.csv must have the names of columns and rows, but it has no rows"),
+        (text(FIRST)[:-30], r"a\.csv, line 44 must have 5 numbers|must have a number|quaternion of unit norm"),
+        (text(FIRST).replace("0.25,", "0.0,", 1), r"a\.csv, line 5 must be later than the row before"),
+        (text(FIRST).replace("0.25,", "inf,", 1), r"a\.csv, line 5 must have a number for t, but 'inf'"),
+        (text(2 * FIRST), r"a\.csv, line \d+ must have a quaternion of unit norm"),
+        ("# time: fortnights from now\n" + WHOLE, r"time in .*a\.csv must be such as 's from 2026"),
+        (b"\x00", r"must be text in UTF-8"),
+    ],
+)
+def test_bad_files(read, content, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        read(content)
+
+
+def test_written_motion_comes_back_with_all_digits(tmp_path):
+    path = pt.write_quaternion_csv(MOTION, tmp_path / "m.csv")
+    table = pt.read_quaternion_csv(path)
+    assert np.array_equal(table.times, TIMES)
+    assert np.array_equal(table.omega_body, MOTION.omega_body)
+    np.testing.assert_allclose(table.quaternion, MOTION.quaternion, atol=3e-16)
+    assert (table.calendar, table.reference_frame, table.body_frame) == (None, "space axes", "SC_BODY_1")
+    named = pt.write_quaternion_csv(MOTION, tmp_path / "n.csv", **NAMED, body_frame="HUBBLE", rates=False)
+    table = pt.read_quaternion_csv(named)
+    assert (table.calendar, table.reference_frame, table.body_frame) == (CALENDAR, "ICRF", "HUBBLE")
+    assert table.omega_body is None
+    with pytest.raises(FileExistsError, match="overwrite=True"):
+        pt.write_quaternion_csv(MOTION, path)

@@ -1,0 +1,535 @@
+"""Scenario files: every form of every part, and a sentence for everything that is not right."""
+
+import json
+import math
+import resource
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.files.makers import FUNCTIONS, makers
+from poinsot.files.quantities import quantity
+from poinsot.files.scenario import parsed_scenario, rebuilt_system
+from poinsot.files.scenario_model import schema
+
+ROOT = Path(__file__).parents[3]
+
+SATELLITE = """\
+title = "test"
+[units]
+time = "s"
+inertia = "kg m2"
+[body]
+moments = [400, 500, 600]
+[state]
+quaternion = [1, 0, 0, 0]
+omega_body = [0, "0.1 deg/s", 0.001]
+[[forces]]
+type = "GravityGradient"
+orbit = "earth"
+[orbits.earth]
+type = "KeplerOrbit"
+mu = 398600.4418
+semimajor_axis = 7000
+eccentricity = 0.1
+inclination = "30 deg"
+node = "45 arcmin"
+argument_of_periapsis = 0.2
+[times]
+stop = "2 h"
+count = 11
+"""
+
+
+def scenario(text=SATELLITE, *changes):
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return parsed_scenario(text, "it.toml")
+
+
+def with_state(state, *changes):
+    old = SATELLITE[SATELLITE.index("quaternion") : SATELLITE.index("[[forces]]")]
+    return scenario(SATELLITE, (old, state + "\n"), *changes).state
+
+
+# ------------------------------------------------------------------ what is read
+
+
+def test_parts_of_a_scenario():
+    found = scenario()
+    degree = math.pi / 180
+    assert found.system.units == {"time": "s", "inertia": "kg m2"}
+    assert found.system.body.moments.tolist() == [400, 500, 600]
+    (force,) = found.system.forces
+    assert type(force) is pt.GravityGradient
+    wanted = pt.KeplerOrbit(398600.4418, 7000, 0.1, 30 * degree, 45 / 60 * degree, 0.2)
+    assert [float(number) for number in force.orbit.numbers] == pytest.approx(
+        [float(x) for x in wanted.numbers], rel=4e-16
+    )
+    assert found.system.body.omega(found.state.angular_momentum_body) == pytest.approx(
+        [0, 0.1 * degree, 0.001], rel=4e-16
+    )
+    assert np.array_equal(found.times, np.linspace(0, 7200, 11))
+    assert found.provenance["scenario"] == SATELLITE
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "unit", "value"),
+    [
+        ("45 deg", "angle", None, math.pi / 4),
+        ("-1e1 deg", "angle", None, -math.pi / 18),
+        (".5rev", "angle", "s", math.pi),
+        ("60 arcmin", "angle", None, math.pi / 180),
+        ("3600 arcsec", "angle", None, math.pi / 180),
+        ("2 rad", "angle", None, 2.0),
+        ("3 mrad", "angle", None, 3e-3),
+        ("3 rpm", "rate", "s", 3 * 2 * math.pi / 60),
+        ("3 rpm", "rate", "min", 6 * math.pi),
+        ("360 deg / d", "rate", "h", 2 * math.pi / 24),
+        ("1 rad/s", "rate", "d", 86400.0),
+        ("8 h", "time", "s", 28800.0),
+        ("90 min", "time", "h", 1.5),
+        ("1 d", "time", "d", 1.0),
+    ],
+)
+def test_quantities(text, kind, unit, value):
+    assert quantity(text, kind, unit) == pytest.approx(value, rel=1e-15)
+
+
+@given(st.text(max_size=30), st.sampled_from(["angle", "rate", "time"]), st.sampled_from([None, "s", "d"]))
+def test_any_text_is_a_quantity_or_refused(text, kind, unit):
+    try:
+        assert isinstance(quantity(text, kind, unit), float)
+    except ValueError as error:
+        assert str(error).startswith("must be ")
+
+
+def rotation(text, angles):
+    """Turns of the axes, one after the other about axes that turn along, in degrees."""
+    return Rotation.from_euler(text, angles, degrees=True)
+
+
+ORBIT = pt.KeplerOrbit(398600.4418, 7000, 0.1, math.pi / 6, math.pi / 240, 0.2)
+
+
+def axes_of_the_orbit(time):
+    """Radial, transverse, normal, as columns, from position and velocity."""
+    r, v = np.array(ORBIT.position_at(time)), np.array(ORBIT.velocity_at(time))
+    h = np.cross(r, v)
+    radial, normal = r / np.linalg.norm(r), h / np.linalg.norm(h)
+    return np.column_stack([radial, np.cross(normal, radial), normal]), h / (r @ r)
+
+
+def test_attitudes_and_rates():
+    degree = math.pi / 180
+    matrix = rotation("ZXZ", [10, 20, 30]).as_matrix()
+    ways = {
+        "quaternion = [0.5, 0.5, 0.5, 0.5]": Rotation.from_quat([0.5, 0.5, 0.5, 0.5]).as_matrix(),
+        f"matrix = {matrix.tolist()}": matrix,
+        'euler_angles = ["10 deg", "20 deg", "30 deg"]': matrix,
+        'euler_angles = ["10 deg", "20 deg", "30 deg"]\nsequence = "321"': rotation("ZYX", [10, 20, 30]).as_matrix(),
+    }
+    for attitude, wanted in ways.items():
+        state = with_state(f'{attitude}\nomega_space = ["1 deg/s", 0, 0]\ntime = "1 min"')
+        np.testing.assert_allclose(state.attitude.as_matrix(), wanted, atol=4e-16)
+        omega = np.array(state.angular_momentum_body) / [400, 500, 600]
+        np.testing.assert_allclose(wanted @ omega, [degree, 0, 0], atol=1e-17)
+        assert state.time == 60
+
+
+def test_roll_pitch_yaw_from_the_orbit():
+    """Forwards, against the normal, down; yaw about down first, then pitch, then roll; rates relative to the frame."""
+    state = with_state(
+        'roll_pitch_yaw = ["10 deg", "20 deg", "30 deg"]\nomega_body = [0.001, 0, 0]\nframe = "earth"\ntime = 500'
+    )
+    axes, turn = axes_of_the_orbit(500.0)
+    nadir = np.column_stack([axes[:, 1], -axes[:, 2], -axes[:, 0]])
+    wanted = nadir @ rotation("ZYX", [30, 20, 10]).as_matrix()
+    np.testing.assert_allclose(state.attitude.as_matrix(), wanted, atol=1e-15)
+    omega = wanted @ (np.array(state.angular_momentum_body) / [400, 500, 600])
+    np.testing.assert_allclose(omega, turn + wanted @ [0.001, 0, 0], rtol=0, atol=1e-17)
+
+
+def test_states_relative_to_the_orbit_and_to_a_turntable():
+    axes, turn = axes_of_the_orbit(500.0)
+    state = with_state('quaternion = [1, 0, 0, 0]\nomega_space = [0, 0, 0]\nframe = "earth"\ntime = 500')
+    np.testing.assert_allclose(state.attitude.as_matrix(), axes, atol=1e-15)
+    np.testing.assert_allclose(state.angular_momentum_space, axes @ ([400, 500, 600] * (axes.T @ turn)), rtol=1e-12)
+    table = '[frames.table]\nattitude = [1, 0, 0, 0]\nomega_space = [0, 0, "1 rpm"]\n[times]'
+    turned = with_state(
+        'quaternion = [1, 0, 0, 0]\nomega_body = [0, 0, 0]\nframe = "table"\ntime = 10', ("[times]", table)
+    )
+    np.testing.assert_allclose(turned.attitude.as_matrix(), rotation("Z", 60).as_matrix(), atol=1e-15)
+    np.testing.assert_allclose(turned.angular_momentum_body, [0, 0, 600 * 2 * math.pi / 60], rtol=1e-15)
+
+
+def test_canonical_pairs():
+    pair = with_state("quaternion = [0.5, 0.5, 0.5, 0.5]\nconjugate_momenta = [1, -1, 1, -1]\ntime = 3")
+    assert pair.quaternion.tolist() == [0.5] * 4
+    assert pair.conjugate_momenta.tolist() == [1, -1, 1, -1]
+    euler = with_state('euler_angles = ["45 deg", 1.0, 2.0]\neuler_momenta = [0.1, 0.2, 0.3]\nsequence = "321"')
+    same = pt.State.from_euler((math.pi / 4, 1, 2), (0.1, 0.2, 0.3), "321")
+    assert euler.conjugate_momenta.tolist() == same.conjugate_momenta.tolist()
+
+
+TIMES = {
+    "stop = 1\ncount = 5": np.linspace(0, 1, 5),
+    "start = 10\nstop = 0\nstep = -2.5": [10, 7.5, 5, 2.5, 0],
+    'start = "1 min"\nstop = "2 min"\nstep = "20 s"': [60, 80, 100, 120],
+    "values = [3, 1, -2]": [3, 1, -2],
+    'periods = 2\norbit = "earth"\ncount = 3': np.linspace(0, 2 * ORBIT.period, 3),
+}
+
+
+@pytest.mark.parametrize("times", TIMES)
+def test_times(times):
+    found = scenario(SATELLITE, ('stop = "2 h"\ncount = 11', times)).times
+    np.testing.assert_allclose(found, TIMES[times], rtol=1e-15)
+
+
+def test_times_start_with_the_state():
+    assert scenario(SATELLITE, ("[[forces]]", "time = 600\n[[forces]]")).times[0] == 600
+
+
+def test_dates():
+    pytest.importorskip("astropy")
+    calendar = '[calendar]\nzero = "2026-11-21T00:00:00"\nscale = "UTC"\n[body]'
+    changes = (
+        ("[body]", calendar),
+        (
+            'stop = "2 h"\ncount = 11',
+            'start = "2026-11-21T00:00:37 TAI"\nstop = "2026-11-22T00:00:00 UTC"\nstep = "12 h"',
+        ),
+        ("[[forces]]", 'time = "2026-11-21T01:00:00 UTC"\n[[forces]]'),
+        (
+            "[times]",
+            '[orbits.sun]\ntype = "planet_orbit"\nbody = "earth"\nattractor = "sun"\nstart = -10\nstop = "2026-11-23T00:00:00 UTC"\n[times]',
+        ),
+        ("[orbits.earth]", '[[forces]]\ntype = "GravityGradient"\norbit = "sun"\n[orbits.earth]'),
+    )
+    found = scenario(SATELLITE, *changes)
+    assert found.times.tolist() == [0, 43200, 86400]
+    assert found.state.time == 3600
+    sun = found.system.forces[1].orbit
+    assert sun.span == (-10.0, 2 * 86400.0)
+    assert sun.origin == "SUN"
+
+
+def test_every_form_of_a_body():
+    point = "masses = [1, 1, 1, 1, 2]\npositions = [[1, 0, 0], [-1, 0, 0], [0, 2, 0], [0, -2, 0], [0, 0, 0.5]]"
+    bodies = {
+        'type = "Body.from_inertia"\ntensor = [[4, 0.1, 0], [0.1, 5, 0], [0, 0, 6]]': pt.Body.from_inertia(
+            [[4, 0.1, 0], [0.1, 5, 0], [0, 0, 6]]
+        ),
+        'type = "Body.from_stokes"\nC20 = -0.01\nC22 = 0.002\npolar_moment_factor = 0.4\nmass = 2': pt.Body.from_stokes(
+            -0.01, 0.002, 0.4, mass=2
+        ),
+        'type = "Body.from_ratios"\nbeta = 0.47\ngamma = 0.26': pt.Body.from_ratios(beta=0.47, gamma=0.26),
+        'type = "Body.ellipsoid"\nmass = 5\nsemiaxes = [1, 2, 3]': pt.Body.ellipsoid(5, (1, 2, 3)),
+        'type = "Body.box"\nmass = 5\nsides = [1, 2, 3]': pt.Body.box(5, (1, 2, 3)),
+        'type = "Body.cylinder"\nmass = 5\nradius = 1\nheight = 3': pt.Body.cylinder(5, 1, 3),
+        f'type = "Body.point_masses"\n{point}': pt.Body.point_masses(
+            [1, 1, 1, 1, 2], [[1, 0, 0], [-1, 0, 0], [0, 2, 0], [0, -2, 0], [0, 0, 0.5]]
+        ),
+    }
+    assert len(bodies) == len(FUNCTIONS["body"])
+    for text, body in bodies.items():
+        found = scenario(SATELLITE, ("moments = [400, 500, 600]", text)).system.body
+        assert np.array_equal(found.inertia, body.inertia)
+
+
+def test_attractors_beside_each_other_share_their_path():
+    text = """
+[orbits.path]
+type = "ThreeBodyOrbit"
+mu_primary = 1.0
+mu_secondary = 0.01
+separation = 1.0
+position = [1.2, 0, 0.1]
+velocity = [0, -0.2, 0]
+[times]"""
+    both = '[[forces]]\ntype = "GravityGradient"\norbit = "path.from_primary"\n[orbits.earth]'
+    found = scenario(
+        SATELLITE, ('orbit = "earth"', 'orbit = "path.from_secondary"'), ("[orbits.earth]", both), ("[times]", text)
+    )
+    first, second = (force.orbit for force in found.system.forces)
+    assert first.path is second.path
+    assert (first.attractor, second.attractor) == ("secondary", "primary")
+
+
+ENSEMBLE = """\
+[ensemble]
+members = 4000
+seed = 7
+[[ensemble.spread]]
+of = "body.moments"
+distribution = "uniform"
+size = [10, 0, 20]
+[[ensemble.spread]]
+of = "state.omega_body"
+size = "0.01 deg/s"
+[[ensemble.spread]]
+of = "state.turn"
+size = ["2 deg", 0, 0]
+[[ensemble.spread]]
+of = "orbits.earth.inclination"
+size = "1 deg"
+"""
+
+
+def test_ensemble_has_the_spread_that_it_says():
+    degree = math.pi / 180
+    found = scenario(SATELLITE + ENSEMBLE)
+    moments, omega = found.system.body.moments, found.system.body.omega(found.state.angular_momentum_body)
+    inclination = found.system.forces[0].orbit.inclination
+    assert moments.shape == (4000, 3)
+    assert np.all(moments[:, 1] == 500)
+    assert np.all(np.abs(moments - [400, 500, 600]) <= [10, 0, 20])
+    assert np.std(moments[:, 0]) == pytest.approx(10 / math.sqrt(3), rel=0.03)
+    assert np.std(omega, axis=0) == pytest.approx(0.01 * degree, rel=0.05)
+    assert np.mean(omega, axis=0) == pytest.approx([0, 0.1 * degree, 0.001], abs=5e-6)
+    turned = found.state.attitude.as_rotvec()
+    assert np.std(turned[:, 0]) == pytest.approx(2 * degree, rel=0.05)
+    assert np.all(np.abs(turned[:, 1:]) < 1e-15)
+    assert np.std(inclination) == pytest.approx(degree, rel=0.05)
+    assert np.mean(inclination) == pytest.approx(30 * degree, abs=0.06 * degree)
+
+
+def test_seed_makes_the_same_members_again():
+    first, second = scenario(SATELLITE + ENSEMBLE), scenario(SATELLITE + ENSEMBLE)
+    other = scenario(SATELLITE + ENSEMBLE.replace("seed = 7", "seed = 8"))
+    assert np.array_equal(first.state.quaternion, second.state.quaternion)
+    assert not np.any(first.system.body.moments[:, 0] == other.system.body.moments[:, 0])
+
+
+def test_closed_form_and_integration_agree():
+    free = SATELLITE[: SATELLITE.index("[[forces]]")] + SATELLITE[SATELLITE.index("[times]") :]
+    exact = scenario(free + '[run]\nmethod = "closed form"\n').propagate()
+    integrated = scenario(free + '[run]\nformulation = "canonical"\ntolerance = 1e-14\n').propagate()
+    assert (exact.run.method, integrated.run.formulation, integrated.run.tolerance) == (
+        "closed form",
+        "canonical",
+        1e-14,
+    )
+    np.testing.assert_allclose(exact.quaternion, integrated.quaternion, atol=1e-12)
+
+
+# ------------------------------------------------------------------ what a new class needs
+
+
+def test_every_public_class_can_be_read():
+    """All forces and orbits of the package but those that are tables."""
+    public = [getattr(pt, name) for name in pt.__all__]
+    forces = [cls.__name__ for cls in public if isinstance(cls, type) and issubclass(cls, pt.Potential | pt.Torque)]
+    orbits = [cls.__name__ for cls in public if isinstance(cls, type) and issubclass(cls, pt.Orbit)]
+    assert set(forces) - {"Potential", "Torque"} <= set(makers("force"))
+    assert set(orbits) - {"Orbit", "Ephemeris"} <= set(makers("orbit"))
+
+
+def test_classes_of_others_are_not_read():
+    class Foreign(pt.Torque):
+        """Not the package's."""
+
+        def torque(self, body, attitude, omega_body, sky):
+            return (0.0, 0.0, 0.0)
+
+    makers.cache_clear()
+    assert "Foreign" not in makers("force")
+
+
+def test_schema_is_the_published_one():
+    """If not: `poinsot new --schema > docs/scenario.schema.json`."""
+    assert schema() == json.loads((ROOT / "docs" / "scenario.schema.json").read_text())
+
+
+# ------------------------------------------------------------------ sentences
+
+WRONG = {
+    "line 6: body.momens must be a key that it can have, but it is none. Did you mean moments?": ("moments", "momens"),
+    "line 11: forces[0].type must name one that there is, but 'GravityGradeint' came. Did you mean GravityGradient?": (
+        ("GravityGradient", "GravityGradeint")
+    ),
+    "line 12: forces[0].orbit must be the name of a table under orbits, but 'erth' came. Did you mean earth?": (
+        ('"earth"', '"erth"')
+    ),
+    "line 6: body.moments must satisfy the triangle inequality, but 4000.0 > 500.0 + 600.0. "
+    "No rigid body has these moments.": ("400", "4000"),
+    "line 18: orbits.earth.inclination must be an angle in rad, mrad, deg, arcmin, arcsec, rev, but '30 km' came.": (
+        ("30 deg", "30 km")
+    ),
+    "line 16: orbits.earth.semimajor_axis must be a number in your own units, but '7000 km' came.": (
+        "7000",
+        '"7000 km"',
+    ),
+    "line 9: state.omega_body[1] must be a rate: rpm, or an angle (rad, mrad, deg, arcmin, arcsec, rev) over a time "
+    "(s, min, h, d), but '0.1 deg/fortnight' came.": ("0.1 deg/s", "0.1 deg/fortnight"),
+    "line 9: state.omega_body[1] must be a number where the file does not say its unit of time, but '0.1 deg/s' came. "
+    "Say units.time: s, min, h, d.": ('time = "s"', 'time = "year"'),
+    "line 22: times.stop must be a time in s, min, h, d, but '2 km' came.": ("2 h", "2 km"),
+    "line 5: body must be one table, but a list came. A scenario has one: [body].": ("[body]", "[[body]]"),
+    "line 23: times.count must be a whole number, but 1.5 came.": ("11", "1.5"),
+    "line 23: times.count must be from 1 to 10000000, but a large number came.": ("11", "9" * 40),
+    "line 13: orbits.earth.mu must be there, but it is not.": ("mu = 398600.4418\n", ""),
+    "line 7: state must have exactly one of quaternion, matrix, euler_angles, roll_pitch_yaw, but none came.": (
+        ("quaternion = [1, 0, 0, 0]\n", "")
+    ),
+    "line 7: in state, state must have exactly one of omega_body, omega_space, angular_momentum_body, "
+    "angular_momentum_space, but omega_body and omega_space came.": (
+        "omega_body",
+        "omega_space = [0, 0, 0]\nomega_body",
+    ),
+    "line 8: state.quaternion must have unit norm": ("[1, 0, 0, 0]", "[1, 0, 0, 0.1]"),
+    "line 9: state.frame must be the name of a table under orbits, but 'mars' came. There is earth.": (
+        ("omega_body", 'frame = "mars"\nomega_body')
+    ),
+    "line 6: body.moments must be finite, but moments[0] = nan.": ("400", "nan"),
+    "line 6: body.moments[0] must be a number, but true came.": ("400", "true"),
+    "line 6: body.moments must be real numbers, but list [400, [500], 600] came.": ("500", "[500]"),
+    "line 18: orbits.earth.inclination must be a number, but the date 2026-01-01 came.": ('"30 deg"', "2026-01-01"),
+    "line 1: title must be text, but 3 came.": ('"test"', "3"),
+    "line 2: unit must be a key that it can have, but it is none. Did you mean units?": ("[units]", "[unit]"),
+    "line 22: run.formulation must be 'lie_poisson', 'canonical' or 'euler_angles', but 'canonic' came. "
+    "Did you mean canonical?": ("[times]", '[run]\nformulation = "canonic"\n[times]'),
+    "it.toml, line 22: run.method must be integration where there are forces, but closed form came.": (
+        ("[times]", '[run]\nmethod = "closed form"\n[times]')
+    ),
+    "line 21: times must have one of stop and periods, or values.": ("stop", "periods = 1\nstop"),
+    "line 21: times.orbit must be there beside periods, but it is not.": ('stop = "2 h"', "periods = 2"),
+    "it.toml must be TOML, but it is not: ": ("[times]", "[times"),
+}
+
+
+@pytest.mark.parametrize("sentence", WRONG)
+def test_sentences(sentence):
+    change = WRONG[sentence]
+    with pytest.raises(ValueError) as caught:
+        scenario(SATELLITE, change)
+    assert str(caught.value).removeprefix("it.toml, ").startswith(sentence.removeprefix("it.toml, "))
+
+
+WRONG_ENSEMBLES = {
+    "ensemble.seed must be at least 0, but -1 came.": ("seed = 7", "seed = -1"),
+    "ensemble.members must be at most 1000000, but 1000001 came.": ("4000", "1000001"),
+    "ensemble.spread[2].of must be the place of a number in this file, but 'state.tern' is none.": ("turn", "tern"),
+    "ensemble.spread[0].size must be one number, or one for each component, but": ("[10, 0, 20]", "[10, 20]"),
+    "ensemble.spread[1].size must be a rate": ('"0.01 deg/s"', '"1 deg"'),
+    "ensemble.member must be a key that it can have, but it is none. Did you mean members?": ("members", "member"),
+    "body.moments must satisfy the triangle inequality": ("[10, 0, 20]", "[390, 0, 0]"),
+}
+
+
+@pytest.mark.parametrize("sentence", WRONG_ENSEMBLES)
+def test_sentences_of_ensembles(sentence):
+    old, new = WRONG_ENSEMBLES[sentence]
+    with pytest.raises(ValueError) as caught:
+        scenario(SATELLITE + ENSEMBLE.replace(old, new, 1))
+    assert str(caught.value).partition(": ")[2].startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    "name", ["../a.nc", "/tmp/a.nc", "a/b.nc", "..", ".nc", "a\\b.nc", "a\nb.nc", "C:a.nc", "a" * 300]
+)
+def test_names_that_lead_away_are_refused(name):
+    with pytest.raises(ValueError, match=r"outputs.result must be the name of a file, without a folder, but .* came\."):
+        scenario(SATELLITE + f"[outputs]\nresult = {json.dumps(name)}\n")
+
+
+def test_names_of_other_kinds_are_refused():
+    with pytest.raises(ValueError, match=r"outputs.plot must end in .png or .pdf or .svg, but 'a.exe' came\."):
+        scenario(SATELLITE + '[outputs]\nplot = "a.exe"\n')
+
+
+def test_orbits_that_need_each_other_are_refused():
+    around = '[orbits.a]\ntype = "PrecessingOrbit"\norbit = "b"\n[orbits.b]\ntype = "PrecessingOrbit"\norbit = "a"\n'
+    with pytest.raises(
+        ValueError, match=r"orbits.b.orbit must be an orbit that is there without this one, but 'a' needs"
+    ):
+        scenario(SATELLITE.replace('orbit = "earth"', 'orbit = "a"') + around)
+
+
+def test_files_that_are_no_scenarios(tmp_path):
+    files = {
+        "empty.toml": b"",
+        "bytes.toml": bytes(range(256)),
+        "wrong.txt": b"",
+        "utf16.toml": SATELLITE.encode("utf-16"),
+    }
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(ValueError, match=r" must .* but .*\.$"):
+            pt.read_scenario(tmp_path / name)
+    with pytest.raises(FileNotFoundError, match=r"path must lead to a file, but there is no .*none\.toml\.$"):
+        pt.read_scenario(tmp_path / "none.toml")
+    with pytest.raises(ValueError, match="is none"):
+        pt.read_scenario(tmp_path.joinpath("folder.toml").mkdir() or tmp_path / "folder.toml")
+
+
+def test_a_file_of_a_gigabyte_is_refused_at_once(tmp_path):
+    path = tmp_path / "large.toml"
+    with path.open("wb") as stream:
+        stream.truncate(10**9)
+    began, before = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(ValueError, match="must have at most 4000000 bytes, but it has more"):
+        pt.read_scenario(path)
+    assert time.process_time() - began < 1
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
+
+
+VALUES = st.one_of(
+    st.sampled_from(
+        ["0", "-1", "nan", "inf", "1e400", "true", '""', '"deg"', "[]", "{}", "[[1]]", "[1, 2]", "2026-01-01"]
+    ),
+    st.sampled_from(['"earth"', '"../x"', '"KeplerOrbit.from_vectors"', '"1 deg"', '"x.nc"', "[[], {}]", '["a"]']),
+    st.integers().map(str),
+    st.floats(allow_nan=False, allow_infinity=False).map(repr),
+    st.text(max_size=8).map(json.dumps),
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.data())
+def test_changed_scenarios_are_read_or_refused_in_a_sentence(data):
+    """Any value in the place of another, and lines that are gone, doubled or moved."""
+    lines = (SATELLITE + ENSEMBLE.replace("4000", "3")).splitlines()
+    for _ in range(data.draw(st.integers(1, 3))):
+        i = data.draw(st.integers(0, len(lines) - 1))
+        way = data.draw(st.sampled_from(["value", "value", "value", "drop", "double", "move"]))
+        key, equals, _ = lines[i].partition(" = ")
+        if way == "value" and equals:
+            lines[i] = f"{key} = {data.draw(VALUES)}"
+        elif way == "double":
+            lines.insert(i, lines[i])
+        elif way == "move":
+            lines.insert(data.draw(st.integers(0, len(lines) - 1)), lines.pop(i))
+        elif len(lines) > 1:
+            lines.pop(i)
+    try:
+        parsed_scenario("\n".join(lines), "it.toml")
+    except ValueError as error:
+        assert str(error).startswith("it.toml")
+        assert "\n" not in str(error)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.binary(max_size=200))
+def test_bytes_are_refused(tmp_path_factory, content):
+    path = tmp_path_factory.mktemp("bytes") / "it.toml"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"^.*it\.toml"):
+        pt.read_scenario(path)
+
+
+def test_system_alone_needs_neither_state_nor_times():
+    text = (
+        SATELLITE[: SATELLITE.index("[state]")] + SATELLITE[SATELLITE.index("[[forces]]") : SATELLITE.index("[times]")]
+    )
+    assert len(rebuilt_system(text, "it").forces) == 1
+    with pytest.raises(ValueError, match="state must be there"):
+        parsed_scenario(text, "it")
