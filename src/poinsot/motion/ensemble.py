@@ -224,7 +224,8 @@ class _Batch:
         rows = rows[np.all(np.isfinite(rows), axis=-1)]
         self.rows[lane] = np.concatenate([self.rows[lane], rows])
         self.steps[lane] += steps
-        stopped = reason(self.borrowed.outcome(outcome), abs(reached - before), reached, STEPS_AT_A_TIME)
+        advance, left = abs(reached - before), abs(ahead[-1] - reached)
+        stopped = reason(self.borrowed.outcome(outcome), advance, reached, left, STEPS_AT_A_TIME)
         if stopped:
             self.failed[lane] = f"propagation stopped at t = {reached:.10g} of {ahead[-1]:.10g}: {stopped}"
         return ahead[len(rows) :] if not stopped else ahead[:0]

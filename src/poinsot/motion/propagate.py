@@ -180,7 +180,8 @@ class _Half:
                 self._step(steps)
         before, self.reached = self.reached, float(self.engine.time)
         self.steps += steps
-        self.stopped = reason(outcome, abs(self.reached - before), self.reached, STEPS_AT_A_TIME)
+        advance, ahead = abs(self.reached - before), abs(self.last - self.reached)
+        self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
         return outcome == "time_limit" or bool(self.stopped)
 
     def _step(self, most: int) -> tuple[str, int]:

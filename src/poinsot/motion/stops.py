@@ -8,17 +8,23 @@ __all__ = ["INTERRUPTED", "reason"]
 
 INTERRUPTED = "it was interrupted."
 
+HOPELESS = 1e9
+"""Chunks of steps that a run may have ahead of it; at a microsecond a step, so many take most of a year."""
 
-def reason(outcome: str, advance: float, reached: float, steps: int) -> str:
+
+def reason(outcome: str, advance: float, reached: float, ahead: float, steps: int) -> str:
     """Return why the integration cannot go on; empty if it can, or is at its end.
 
-    `outcome` says how a chunk of steps ended, `advance` is the time it covered.
+    `outcome` says how a chunk of steps ended, `advance` is the time it covered, `ahead` what is left.
     """
     if outcome == "time_limit":
         return ""
     if outcome == "step_limit":
-        stuck = advance <= steps * np.spacing(abs(reached))
-        return "the step size fell to rounding. The equations are singular there." if stuck else ""
+        if advance <= steps * np.spacing(abs(reached)):
+            return "the step size fell to rounding. The equations are singular there."
+        if ahead > HOPELESS * advance:
+            return f"the steps became so short, {advance / steps:.1g}, that it would not end. The body turns too fast."
+        return ""
     if outcome == "err_nf_state":
         return "the state became non-finite. A force is singular there."
     if outcome == "switch":
