@@ -3,6 +3,7 @@
 from poinsot import functions
 from poinsot.analysis.equilibria import Equilibrium, equilibria
 from poinsot.analysis.free_rotation import FreeRotation
+from poinsot.analysis.frequencies import LineSpectrum, diffusion, frequencies
 from poinsot.analysis.periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.aem import read_aem, write_aem
@@ -20,7 +21,7 @@ from poinsot.files.stk import read_stk_attitude, write_stk_attitude
 from poinsot.files.tle import omm_orbit, tle_orbit
 from poinsot.forces.damping import LinearDamping
 from poinsot.forces.ellipsoid import EllipsoidGravity
-from poinsot.forces.gravity import GravityGradient, HarmonicGravity, OblateGravityGradient, UniformGravity
+from poinsot.forces.gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
 from poinsot.forces.mascons import MasconGravity
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import Attitude
@@ -88,11 +89,12 @@ __all__ = [
     "HarmonicGravity",
     "KeplerOrbit",
     "LagrangePoint",
+    "LineSpectrum",
     "LinearDamping",
     "MasconGravity",
     "Mascons",
     "Mesh",
-    "OblateGravityGradient",
+    "Oblateness",
     "Orbit",
     "PeriodicMotion",
     "Potential",
@@ -112,8 +114,10 @@ __all__ = [
     "UniformGravity",
     "Vector",
     "cassini_state",
+    "diffusion",
     "equilibria",
     "free_motion",
+    "frequencies",
     "functions",
     "load",
     "omm_orbit",

@@ -153,22 +153,17 @@ def _compare(original: Any, motion: Any) -> bool:
     return False
 
 
-Kind = StrEnum(
-    "Kind",
-    [
-        (name, name)
-        for name in (
-            "quaternions",
-            "euler_angles",
-            "rates",
-            "angular_momentum",
-            "drift",
-            "poinsot",
-            "polhode",
-            "herpolhode",
-        )
-    ],
-)
+class Kind(StrEnum):
+    """What is drawn of a result."""
+
+    quaternions = "quaternions"
+    euler_angles = "euler_angles"
+    rates = "rates"
+    angular_momentum = "angular_momentum"
+    drift = "drift"
+    poinsot = "poinsot"
+    polhode = "polhode"
+    herpolhode = "herpolhode"
 
 
 @app.command(epilog=CODES)
@@ -330,6 +325,8 @@ def _sentences() -> Iterator[None]:
         except (OSError, ValueError, ImportError, MemoryError) as error:
             typer.echo(f"poinsot: {error}", err=True)
             raise typer.Exit(WRONG) from None
+        except KeyboardInterrupt:
+            raise typer.Exit(INTERRUPTED) from None
         finally:
             for message in dict.fromkeys(str(warning.message) for warning in told if warning.category is UserWarning):
                 typer.echo(f"warning: {message}", err=True)

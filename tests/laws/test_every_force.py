@@ -10,7 +10,7 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.forces.gravity import OblateGravityGradient
+from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
 from poinsot.mechanics.quaternion import product
 from poinsot.motion import kernels
@@ -24,8 +24,8 @@ FORCES = (
     pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
     pt.GravityGradient(ELLIPSE),
     pt.GravityGradient(AT_REST),
-    OblateGravityGradient(ELLIPSE, 0.3, 0.7, (0.4, -0.3, 0.8)),
-    OblateGravityGradient(AT_REST, 0.3, 0.7, (0.4, -0.3, 0.8)),
+    Oblateness(ELLIPSE, 0.3, 0.7, (0.4, -0.3, 0.8)),
+    Oblateness(AT_REST, 0.3, 0.7, (0.4, -0.3, 0.8)),
     pt.HarmonicGravity(ELLIPSE, FIELD),
     pt.HarmonicGravity(AT_REST, FIELD),
     pt.MasconGravity(AT_REST, (0.6, 0.7), [(0.5, -0.3, 0.2), (-0.3, 0.4, -0.5)]),

@@ -7,13 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.forces.gravity import OblateGravityGradient
 
 MU, J2, RADIUS = 1.3, 0.4, 0.9
 POLE = np.array([0.48, -0.36, 0.8])
 POSITION = np.array([1.1, -0.7, 0.9])
 ATTRACTOR = oracle.OblateAttractor(MU, J2, RADIUS, POLE)
-FORCE = OblateGravityGradient(pt.FixedPoint(POSITION, MU), J2, RADIUS, POLE)
 TURN, OTHER = Rotation.from_rotvec([0.7, -0.2, 1.1]), Rotation.from_rotvec([-1.0, 0.4, 0.3])
 
 
@@ -26,12 +24,19 @@ def cloud(mirrored):
     return masses, points - masses @ points / np.sum(masses)
 
 
-def torque(body, force, turn=TURN):
-    return pt.System(body, force).torque_body(body.state(turn, omega_body=(0, 0, 0)))
+def oblate(orbit, *flattening):
+    return pt.GravityGradient(orbit), pt.Oblateness(orbit, *flattening)
 
 
-def energy(body, force, turn=TURN):
-    return pt.System(body, force).potential_energy(body.state(turn, omega_body=(0, 0, 0)))
+FORCE = oblate(pt.FixedPoint(POSITION, MU), J2, RADIUS, POLE)
+
+
+def torque(body, forces, turn=TURN):
+    return pt.System(body, *forces).torque_body(body.state(turn, omega_body=(0, 0, 0)))
+
+
+def energy(body, forces, turn=TURN):
+    return pt.System(body, *forces).potential_energy(body.state(turn, omega_body=(0, 0, 0)))
 
 
 def relative(a, b):
@@ -108,8 +113,8 @@ def test_a_small_ring_is_an_oblate_attractor():
         pulled = oracle.torque_of(
             oracle.ringed(MU, fraction, radius, POLE), POSITION, masses, size * TURN.apply(points)
         )
-        oblate = OblateGravityGradient(pt.FixedPoint(POSITION, MU), fraction / 2, radius, POLE)
-        return relative(TURN.inv().apply(pulled) / size**2, torque(body, oblate))
+        forces = oblate(pt.FixedPoint(POSITION, MU), fraction / 2, radius, POLE)
+        return relative(TURN.inv().apply(pulled) / size**2, torque(body, forces))
 
     errors = [error(radius) for radius in (0.12, 0.06, 0.03)]
     assert errors[-1] < 1e-5
@@ -121,7 +126,7 @@ def test_a_second_flattening_turns_the_body_elsewhere():
     """What the tests above would miss: without j2, or about another pole, the torque is another one."""
     body = pt.Body.point_masses(*cloud(mirrored=False))
     point = pt.FixedPoint(POSITION, MU)
-    for other in (pt.GravityGradient(point), OblateGravityGradient(point, J2, RADIUS, (0, 0, 1))):
+    for other in ((pt.GravityGradient(point),), oblate(point, J2, RADIUS, (0, 0, 1))):
         assert relative(torque(body, other), torque(body, FORCE)) > 0.05
 
 
@@ -152,7 +157,7 @@ def test_motion_about_two_oblate_attractors_is_that_of_euler_and_newton(seed, fo
 
     judged = euler_newton.integrate(inertia, turn.as_matrix(), omega, 0.0, TIMES, [pulled(0), pulled(1)], attractors)
     body = pt.Body.from_inertia(inertia)
-    forces = [OblateGravityGradient(orbit, 0.2, 0.7, pole) for orbit, pole in zip(orbits, poles, strict=True)]
+    forces = [f for orbit, pole in zip(orbits, poles, strict=True) for f in oblate(orbit, 0.2, 0.7, pole)]
     state = body.state(turn, omega_body=omega)
     motion = pt.propagate(pt.System(body, *forces), state, TIMES, formulation=formulation)
     assert np.max(np.abs(motion.attitude.as_matrix() - judged[0])) < 1e-11

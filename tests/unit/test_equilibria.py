@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.analysis.equilibria import Equilibrium, equilibria
-from poinsot.forces.gravity import OblateGravityGradient
 from poinsot.mechanics.quaternion import conjugate, product
 
 IDENTITY = (1, 0, 0, 0)
@@ -81,7 +80,7 @@ CASES = {
     "satellite": (pt.System(BODY, pt.GravityGradient(CIRCLE)), CIRCLE.frame),
     "satellite, oblique": (pt.System(OBLIQUE, pt.GravityGradient(CIRCLE)), CIRCLE.frame),
     "satellite of an oblate planet": (
-        pt.System(BODY, OblateGravityGradient(EQUATORIAL, 0.1, 0.7, (0, 0, 1))),
+        pt.System(BODY, pt.GravityGradient(EQUATORIAL), pt.Oblateness(EQUATORIAL, 0.1, 0.7, (0, 0, 1))),
         EQUATORIAL.frame,
     ),
     "satellite with friction": (pt.System(BODY, pt.GravityGradient(CIRCLE), pt.LinearDamping(0.05)), CIRCLE.frame),

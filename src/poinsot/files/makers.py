@@ -122,7 +122,7 @@ def kind_of(name: str) -> str:
     return next((kind for kind, names in kinds if name in names), "number")
 
 
-def _concrete(base: type) -> Iterator[type[Parametric]]:
+def _concrete(base: Any) -> Iterator[type[Parametric]]:
     """Yield a class and its subclasses, those of the package of which there can be instances by parameters."""
     own = base.__module__.partition(".")[0] == "poinsot" and not base.__name__.startswith("_")
     if own and not inspect.isabstract(base) and base not in NOT_FOR_FILES:

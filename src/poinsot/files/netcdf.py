@@ -9,6 +9,7 @@ import json
 import math
 import secrets
 import shutil
+import warnings
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -26,7 +27,7 @@ from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.dataset import PROVENANCE
-from poinsot.motion.recorded import Record, RecordedMotion, RecordedSystem
+from poinsot.motion.recorded import Record, RecordedMotion, RecordedSky, RecordedSystem
 from poinsot.motion.trajectory import Run, Trajectory
 
 if TYPE_CHECKING:
@@ -123,10 +124,10 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
 def _checked_path(path: Any) -> Path:
     if not isinstance(path, str | Path):
         raise TypeError(f"path must be a str or a Path, but {came(path)} came.")
-    path = Path(path)
-    if path.suffix not in SUFFIXES:
-        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, but {path.name!r} came.")
-    return path
+    checked = Path(path)
+    if checked.suffix not in SUFFIXES:
+        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, but {checked.name!r} came.")
+    return checked
 
 
 def _encoding(data: xarray.Dataset) -> dict[str, dict[str, Any]]:
@@ -167,13 +168,17 @@ def _opened(path: Path) -> xarray.Dataset:
     _refuse_others(path)
     try:
         with contextlib.ExitStack() as stack:
+            stack.enter_context(warnings.catch_warnings(action="ignore"))  # of what is missed below
             data = _dataset_in(path, stack)
-            needed = data[[name for name in data.variables if _is_needed(str(name))]]
+            needed: xarray.Dataset = data[[name for name in data.variables if _is_needed(str(name))]]
             _refuse_inflated(needed, path)
-            return needed.load()
+            needed.load()
+    except _InflatedError:
+        raise
     except FOREIGN as error:
         what = " ".join(str(error).split())[:100] or type(error).__name__
         raise ValueError(f"{path} must be a result that is whole, but reading it ends in: {what}.") from None
+    return needed
 
 
 def _dataset_in(path: Path, stack: contextlib.ExitStack) -> xarray.Dataset:
@@ -181,11 +186,13 @@ def _dataset_in(path: Path, stack: contextlib.ExitStack) -> xarray.Dataset:
     import xarray
 
     if path.suffix == ".zarr":
-        return stack.enter_context(xarray.open_zarr(path, decode_cf=False, consolidated=False))
+        opened: xarray.Dataset = stack.enter_context(xarray.open_zarr(path, decode_cf=False, consolidated=False))
+        return opened
     import netCDF4
 
     file = stack.enter_context(netCDF4.Dataset(path))
-    return xarray.open_dataset(xarray.backends.NetCDF4DataStore(file), decode_cf=False)
+    store: Any = xarray.backends.NetCDF4DataStore
+    return xarray.open_dataset(store(file), decode_cf=False)
 
 
 def _refuse_others(path: Path) -> None:
@@ -204,12 +211,18 @@ def _refuse_others(path: Path) -> None:
             raise ValueError(f"{path} must be a NetCDF-4 file, but it begins with other bytes.")
 
 
+class _InflatedError(ValueError):
+    """A file that says that it has more numbers than its size can hold."""
+
+
 def _refuse_inflated(data: xarray.Dataset, path: Path) -> None:
     """Refuse a file that says that it has more numbers than its size can hold."""
     files = [path] if path.is_file() else [file for file in path.rglob("*") if file.is_file()]
     size = sum(file.stat().st_size for file in files)
     if data.nbytes > MOST_INFLATED * size:
-        raise ValueError(f"{path} must hold the numbers that it announces, but {size} bytes cannot be {data.nbytes}.")
+        raise _InflatedError(
+            f"{path} must hold the numbers that it announces, but {size} bytes cannot be {data.nbytes}."
+        )
 
 
 def _is_needed(name: str) -> bool:
@@ -314,7 +327,8 @@ class _Reading:
             {str(key): value for key, value in summary.items()},
         )
         arrays = tuple(self._array(name) for name in ("time", "quaternion", "conjugate_momenta"))
-        return RecordedMotion(system, self._initial(), arrays, self._run(), record)
+        sky = RecordedSky(arrays[0], self._array("carried")) if "carried" in data.variables else None
+        return RecordedMotion(system, self._initial(), arrays, self._run(), record, sky)
 
     def _array(self, name: str) -> Array:
         return np.array(self.data[name].values, dtype=float)
@@ -333,8 +347,17 @@ class _Reading:
             for key, value in said.items()
             if str(key).startswith("version_")
         }
-        words = (str(said[key]) for key in RUN[:3])
-        return Run(*words, float(said["tolerance"]), int(said["order"]), int(said["steps"]), math.nan, versions)
+        method, formulation, precision = (str(said[key]) for key in RUN[:3])
+        return Run(
+            method,
+            formulation,
+            precision,
+            float(said["tolerance"]),
+            int(said["order"]),
+            int(said["steps"]),
+            math.nan,
+            versions,
+        )
 
     def _failures(self) -> dict[str, Any]:
         try:

@@ -83,19 +83,19 @@ def schema() -> dict[str, Any]:
 @functools.cache
 def scenario_model() -> type[BaseModel]:
     """Return the model of a whole file."""
-    model: Any = create_model(
+    several, named, frame = _several(_union("force", "field")), _named(_union("orbit", "field")), makers("frame")
+    model: type[BaseModel] = _created(
         "Scenario",
-        __config__=STRICT,
         __doc__="A body, its state, the forces on it, and the times at which its motion is wanted.",
         title=(StrictStr, Field("", description="One line that tells what this is.")),
         units=(_units(), Field(default_factory=dict, description="Names of the units of the numbers in this file.")),
         calendar=(_calendar() | None, Field(None, description="What the time 0 is as a date.")),
         body=(_union("body", "field"), Field(description="The rigid body.")),
         state=(_table("State", STATE, "Attitude, and rate or momentum, at a time."), Field(description="The start.")),
-        forces=(list[_union("force", "field")], Field([], description="What turns the body; none: free motion.")),
-        orbits=(dict[StrictStr, _union("orbit", "field")], Field({}, description="Where the body is, by name.")),
+        forces=(several, Field([], description="What turns the body; none: free motion.")),
+        orbits=(named, Field({}, description="Where the body is, by name.")),
         frames=(
-            dict[StrictStr, _model(makers("frame")["RotatingFrame"], "RotatingFrame")],
+            _named(_model(frame["RotatingFrame"], "")),
             Field({}, description="Axes that turn evenly, by name."),
         ),
         times=(_table("Times", TIMES, "When the motion is wanted."), Field(description="The times of the result.")),
@@ -109,19 +109,36 @@ def scenario_model() -> type[BaseModel]:
 # ------------------------------------------------------------------ tables
 
 
+def _created(name: str, **fields: Any) -> Any:
+    """Return a model that refuses keys that it does not know."""
+    create: Any = create_model
+    return create(name, __config__=STRICT, **fields)
+
+
+def _one_of(names: Iterable[str]) -> Any:
+    literal: Any = Literal
+    return literal[tuple(names)]
+
+
+def _several(model: Any) -> Any:
+    return list[model]
+
+
+def _named(model: Any) -> Any:
+    return dict[StrictStr, model]
+
+
 def _units() -> Any:
-    return create_model(
+    return _created(
         "Units",
-        __config__=STRICT,
         time=(StrictStr, Field("1", description="Such as s; one of s, min, h, d where rates or times have a unit.")),
         inertia=(StrictStr, Field("1", description="Such as kg m2.")),
     )
 
 
 def _calendar() -> Any:
-    return create_model(
+    return _created(
         "Calendar",
-        __config__=STRICT,
         zero=(StrictStr, Field(description="The date of t = 0, such as 2026-11-21T00:00:00.")),
         scale=(StrictStr, Field(description="Of that date: UTC, TAI, GPS, TT, TDB, TCB or TCG.")),
         unit=(StrictStr, Field("s", description="Of time: s, min, h or d.")),
@@ -129,41 +146,37 @@ def _calendar() -> Any:
 
 
 def _run() -> Any:
-    return create_model(
+    return _created(
         "Run",
-        __config__=STRICT,
-        method=(Literal[METHOD_NAMES], Field("integration", description="The closed form is for no forces.")),
-        formulation=(Literal[tuple(FORMULATIONS)], Field("lie_poisson", description="The variables integrated.")),
+        method=(_one_of(METHOD_NAMES), Field("integration", description="The closed form is for no forces.")),
+        formulation=(_one_of(FORMULATIONS), Field("lie_poisson", description="The variables integrated.")),
         tolerance=(_number("number"), Field(None, description="Relative error in a step; default: rounding.")),
-        precision=(Literal[tuple(PRECISIONS)], Field("double", description="Of the arithmetic.")),
+        precision=(_one_of(PRECISIONS), Field("double", description="Of the arithmetic.")),
         dense=(StrictBool, Field(False, description="Integrate as for dense output; the file has the times alone.")),
     )
 
 
 def _outputs() -> Any:
     names = {"result": ".nc or .zarr; default: the name of this file", "plot": ".png, .pdf or .svg", "view": ".html"}
-    return create_model(
+    return _created(
         "Outputs",
-        __config__=STRICT,
         **{name: (StrictStr, Field(None, description=f"A name that ends in {end}.")) for name, end in names.items()},
     )
 
 
 def _ensemble() -> Any:
     place = "The number to vary by its place, such as state.omega_body; state.turn turns the attitude about body axes."
-    spread = create_model(
+    spread = _created(
         "Spread",
-        __config__=STRICT,
         of=(StrictStr, Field(description=place)),
-        distribution=(Literal["normal", "uniform"], Field("normal", description="Around the value in this file.")),
+        distribution=(_one_of(("normal", "uniform")), Field("normal", description="Around the value in this file.")),
         size=(Any, Field(description="Standard deviation, or half the width: a number, or one for each component.")),
     )
-    return create_model(
+    return _created(
         "Ensemble",
-        __config__=STRICT,
         members=(Annotated[StrictInt, Field(ge=1, le=1_000_000)], Field(description="How many.")),
         seed=(Annotated[StrictInt, Field(ge=0, lt=2**63)], Field(description="Makes the same members again.")),
-        spread=(list[spread], Field(description="What differs between them.")),  # type: ignore[valid-type]
+        spread=(_several(spread), Field(description="What differs between them.")),
     )
 
 
@@ -184,17 +197,16 @@ def _union(group: str, inner: str) -> Any:
 def _model(maker: Maker, inner: str) -> Any:
     default = maker.name if maker.name in (DEFAULT_BODY, "RotatingFrame", "GravityField") else ...
     fields = {key.name: _field(key, inner) for key in maker.keys}
-    return create_model(
+    return _created(
         maker.name.replace(".", "_"),
-        __config__=STRICT,
         __doc__=maker.help,
-        type=(Literal[maker.name], Field(default)),
+        type=(_one_of((maker.name,)), Field(default)),
         **fields,
     )
 
 
 def _table(name: str, keys: Iterable[Key], said: str) -> Any:
-    return create_model(name, __config__=STRICT, __doc__=said, **{key.name: _field(key, "") for key in keys})
+    return _created(name, __doc__=said, **{key.name: _field(key, "") for key in keys})
 
 
 def _field(key: Key, inner: str) -> Any:

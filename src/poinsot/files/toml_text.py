@@ -8,7 +8,7 @@ from typing import Any
 
 from poinsot.motion.scenario_text import MOST_CHARACTERS, MOST_NUMBERS
 
-__all__ = ["lines_of", "parsed_toml"]
+__all__ = ["Path", "lines_of", "parsed_toml"]
 
 MOST_KEYS = 5_000
 MOST_PARTS = 8
@@ -24,6 +24,7 @@ _TOKEN = re.compile(
 )
 
 Path = tuple[str | int, ...]
+"""Of a key: ("forces", 0, "orbit")."""
 
 
 def parsed_toml(text: str, name: str) -> dict[str, Any]:
@@ -65,7 +66,8 @@ class _Lines:
             if not word.startswith("#"):
                 self._words.append((word, line))
             line += word.count("\n")
-        self._at, self._table = 0, ()
+        self._at = 0
+        self._table: Path = ()
         self._counts: dict[Path, int] = {}
         while self._at < len(self._words):
             self._statement()

@@ -19,7 +19,7 @@ from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.mechanics.surface import warn_below
 
-__all__ = ["GravityGradient", "HarmonicGravity", "OblateGravityGradient", "UniformGravity"]
+__all__ = ["GravityGradient", "HarmonicGravity", "Oblateness", "UniformGravity"]
 
 
 class UniformGravity(Potential):
@@ -105,21 +105,28 @@ class HarmonicGravity(Potential):
             total = total + power * harmonics.sum(field.row(n))
         return inverse * (-self.orbit.mu * field.mass) * total
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        distance = getattr(self.orbit, "periapsis_distance", None)
+        if distance is not None:
+            consequence = "the series does not converge there"
+            warn_below(type(self).__name__, distance, self.field.extent, "the sphere that holds the body", consequence)
+
     def check(self, body: Body) -> None:  # noqa: D102
-        hint = "Take it from the field: Body.from_stokes with the coefficients of degree 2, mass and radius."
+        hint = "Take body and field from one shape along the same axes, or the body by Body.from_stokes from the field."
         refuse_other_inertia("the field's degree 2", self.field.inertia_deviator, deviator(body.inertia), body, hint)
 
     def doubts(self, attitude: Attitude, sky: Sky) -> Mapping[str, Scalar]:  # noqa: ARG002, D102
         return {"inside_sphere": functions.less(1, self.field.extent * sky.inverse_distance(self.orbit))}
 
 
-class OblateGravityGradient(Potential):
-    """The gravity gradient of an attractor that is flattened along its pole, to second degree of the body.
+class Oblateness(Potential):
+    """What the flattening of an attractor adds to its gravity on a body, to second degree of the body.
 
-    U = 3 mu / (2 r^3) [J(n) (1 + 5/2 f (1 + 3 s^2)) - f J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, where
-    n points from the attractor to the body, k along the pole, s = n . k and J(v) = v . I v. It is the part of
-    -tr(W'' I) / 2 that depends on the attitude, with W'' the second derivatives of -mu/r (1 - f P2(s))
-    (Roithmayr 1990 derives the torque). With j2 = 0 it is `GravityGradient`.
+    U = 3 mu f / (2 r^3) [5/2 (1 + 3 s^2) J(n) - J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, where n points
+    from the attractor to the body, k along the pole, s = n . k and J(v) = v . I v. With `GravityGradient` it is the
+    part of -tr(W'' I) / 2 that depends on the attitude, with W'' the second derivatives of -mu/r (1 - f P2(s))
+    (Roithmayr 1990 derives the torque). It goes beside any gravity of the same attractor as a point.
 
     Parameters
     ----------
@@ -158,6 +165,6 @@ class OblateGravityGradient(Potential):
         pole = functions.Vector(self.pole) / functions.norm(self.pole)
         height = functions.dot(radial, pole)
         flattening = self.j2 * self.equatorial_radius**2 * (inverse * inverse)
-        own = body.moment_about(attitude.to_body(radial)) * (1 + flattening * (2.5 + 7.5 * (height * height)))
+        own = body.moment_about(attitude.to_body(radial)) * (2.5 + 7.5 * (height * height))
         tilted = body.moment_about(attitude.to_body(pole - radial * (5 * height)))  # no unit vector: times its square
-        return inverse * inverse * inverse * (1.5 * self.orbit.mu) * (own - flattening * tilted)
+        return inverse * inverse * inverse * flattening * (1.5 * self.orbit.mu) * (own - tilted)

@@ -189,7 +189,9 @@ def _is_instant(value: Any) -> bool:
 def refuse_date(name: str, value: Any) -> None:
     """Refuse a date where only a number tells the instant."""
     if holds_dates(value) or isinstance(value, dt.date | np.datetime64):
-        raise TypeError(f"{name} must be a number, but {_short(value)} came. A date becomes one: orbit.calendar.time(date).")
+        raise TypeError(
+            f"{name} must be a number, but {_short(value)} came. A date becomes one: orbit.calendar.time(date)."
+        )
 
 
 def holds_dates(values: Any) -> bool:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import member_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Parametric
 
-__all__ = ["GravityField", "norms"]
+__all__ = ["GravityField", "norms", "whole_degree"]
 
 Array = NDArray[np.float64]
+
+SLACK = 1e-9
+"""How far C_00 may be from 1: some tables have it as a ratio of two constants."""
 
 
 class GravityField(Parametric):
@@ -32,16 +36,17 @@ class GravityField(Parametric):
     radius : float
         The length to which the coefficients refer.
     C, S : array (degree + 1, degree + 1)
-        Rows are degrees n, columns orders m. S_n0 and what is right of the diagonal do not count.
+        Rows are degrees n, columns orders m. C_00 is 1 or left at 0, S_n0 is 0; what is right of the diagonal does not
+        count.
     extent : float, optional
-        The radius of the smallest sphere about the centre of mass that holds the body. Inside it the series need not
-        converge, and a run counts the times at which an attractor was there. 0: unknown, nothing is counted.
+        The radius of a sphere about the centre of mass that holds the body, best the smallest. Inside it the series
+        need not converge, and a run counts the times at which an attractor was there. 0: unknown, nothing is counted.
 
     Raises
     ------
     ValueError
-        If the degree is below 2, mass or radius is not positive, the extent is negative, or a coefficient of degree 1
-        is not zero.
+        If the degree is below 2, mass or radius is not positive, the extent is negative, C_00 is neither 1 nor 0, or
+        S_n0 or a coefficient of degree 1 is not zero.
     """
 
     degree: int
@@ -59,6 +64,13 @@ class GravityField(Parametric):
             refuse_nonpositive(name, getattr(self, name))
         if np.any(np.asarray(self.extent) < 0):
             raise ValueError(f"extent must not be negative, but {np.min(self.extent)} came. 0 means unknown.")
+        first = np.ravel(self.C[..., 0, 0])
+        wrong = first[(np.abs(first - 1) > SLACK) & (first != 0)]
+        if wrong.size:
+            raise ValueError(f"C_00 must be 1, or 0 where it is left out, but {wrong[0]:g} came.")
+        zonal = np.argwhere(self.S[..., 0])
+        if zonal.size:
+            raise ValueError(f"S must be zero in order 0, but S_{zonal[0, -1]}0 is not.")
         if np.any(self.C[..., 1, :2]) or np.any(self.S[..., 1, 1]):
             raise ValueError("C and S must be zero in degree 1, but they are not. Refer them to the centre of mass.")
 
@@ -75,14 +87,14 @@ class GravityField(Parametric):
     def from_normalized(
         cls, mass: float, radius: float, C: ArrayLike, S: ArrayLike, extent: float = 0.0
     ) -> GravityField:
-        """Return the field of fully normalised coefficients, as most tables have them.
+        """Return the field of fully normalised coefficients, as most tables have them; every one may have members.
 
         A normalised coefficient is one that is not, over sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!).
         """
-        c = real_array("C", C, (None, None))
-        s = real_array("S", S, c.shape)
-        factors = norms(len(c) - 1)
-        fields: Any = (len(c) - 1, mass, radius, c * factors, s * factors, extent)
+        rows = (real_numbers("C", C).shape or (0,))[-1]
+        c, s = (member_array(name, value, (rows, rows)) for name, value in (("C", C), ("S", S)))
+        factors = norms(rows - 1)
+        fields: Any = (rows - 1, mass, radius, c * factors, s * factors, extent)
         return cls(*fields)
 
     @property
@@ -93,6 +105,7 @@ class GravityField(Parametric):
 
     def truncated(self, degree: int) -> GravityField:
         """Return the field up to a lower degree."""
+        degree = whole_degree(degree)
         if not 2 <= degree <= self.degree:
             raise ValueError(f"degree must be from 2 to {self.degree}, that of the field, but {degree} came.")
         kept = slice(degree + 1)
@@ -110,6 +123,16 @@ class GravityField(Parametric):
         rows = [(c20 / 3 - 2 * c22, -2 * s22, -c21), (-2 * s22, c20 / 3 + 2 * c22, -s21), (-c21, -s21, -2 * c20 / 3)]
         tensor = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
         return np.asarray(np.asarray(self.mass * self.radius**2)[..., None, None] * tensor)
+
+
+def whole_degree(degree: Any) -> int:
+    """Return a degree as an int, or raise a TypeError."""
+    try:
+        if not isinstance(degree, bool):
+            return operator.index(degree)
+    except TypeError:
+        pass
+    raise TypeError(f"degree must be an int, but {type(degree).__name__} {degree!r} came.")
 
 
 def norms(degree: int) -> Array:

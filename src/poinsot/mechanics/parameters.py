@@ -121,7 +121,8 @@ class Parametric:
 
 def kinds_of(cls: type[Parametric]) -> dict[str, Any]:
     """Return the kind of each field by name: the shape of a real parameter, or the class of anything else."""
-    return _fields(cls)[0]
+    kinds: dict[str, Any] = _fields(cls)[0]  # type: ignore[arg-type]
+    return kinds
 
 
 def _fields_of(record: Any) -> dict[str, Any]:

@@ -37,13 +37,12 @@ PRECISIONS: dict[str, Any] = {
 LANES = hy.recommended_simd_size()
 IDLE_INTEGRATORS = 64
 DECISIONS = 1024
-LARGE = 400
+LARGE = {"double": 350, "extended": 80, "quadruple": 80}
 """Operations of a step above which the compiler would take many seconds: a system this large runs in the
-engine's compact mode, which compiles in less than one and takes up to twice as long a step."""
+engine's compact mode, which compiles in one or two and takes two or three times as long a step."""
 
 MANY_TERMS = 5000
-"""Terms in the equations, repeated ones counted again, below which a system is not large."""
-
+"""Terms in the equations, repeated ones counted again, below which a system in double precision is not large."""
 
 FIRST = np.zeros(1, dtype=int)
 
@@ -246,8 +245,8 @@ def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: b
             **stops,
         )
 
-    if sum(map(len, equations)) > MANY_TERMS:
+    if kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
-        if len(built.decomposition) > LARGE:
+        if len(built.decomposition) > LARGE[kernel.precision]:
             return _Built(built, constants, switches)
     return _Built(compiled(compact=False), constants, switches)

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.motion.trajectory import Run, Trajectory
 
-__all__ = ["Record", "RecordedMotion", "RecordedSystem"]
+__all__ = ["Record", "RecordedMotion", "RecordedSky", "RecordedSystem"]
 
 Array = NDArray[np.float64]
 
@@ -66,15 +67,29 @@ class RecordedSystem:
         return self._free.kinetic_energy(state)
 
 
+class RecordedSky(Sky):
+    """The world at the times of a motion, with the variables of orbits that were integrated along as they came out."""
+
+    def __init__(self, time: Array, carried: Array) -> None:
+        super().__init__(time)
+        self.carried = carried
+
+
 class RecordedMotion(Trajectory):
     """A trajectory whose potential energy, integrals, drift and summary are those of its file."""
 
     def __init__(
-        self, system: RecordedSystem, initial: State, pair: tuple[Array, ...], run: Run, record: Record
+        self,
+        system: RecordedSystem,
+        initial: State,
+        pair: tuple[Array, ...],
+        run: Run,
+        record: Record,
+        sky: RecordedSky | None = None,
     ) -> None:
         times, q, Q = pair
         known: Any = system
-        super().__init__(known, initial, times, lambda: (q, Q), run)
+        super().__init__(known, initial, times, lambda: (q, Q), run, sky=None if sky is None else lambda: sky)
         self._record = record
 
     @property

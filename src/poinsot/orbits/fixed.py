@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,6 +46,11 @@ class FixedPoint(Orbit):
 
     def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: ARG002, D102
         return functions.Vector((0.0, 0.0, 0.0))
+
+    @property
+    def periapsis_distance(self) -> Any:
+        """The distance, which stays."""
+        return np.linalg.norm(self.position, axis=-1)
 
     @property
     def directions(self) -> dict[str, NDArray[np.float64]]:  # noqa: D102

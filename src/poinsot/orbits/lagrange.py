@@ -70,6 +70,11 @@ class RotatingPoint(Orbit):
         return np.asarray(np.multiply.outer(self.rate, (0.0, 0.0, 1.0)))
 
     @property
+    def periapsis_distance(self) -> Any:
+        """The distance, which stays."""
+        return np.linalg.norm(self.position, axis=-1)
+
+    @property
     def frame(self) -> RotatingFrame:
         """The axes that turn with the position, along the space axes at the epoch."""
         return RotatingFrame((1, 0, 0, 0), self.uniform_rotation, self.epoch)

@@ -54,7 +54,10 @@ class Assembly(Shape):
 
     @property
     def circumscribing_radius(self) -> float:
-        """The radius of a sphere about the centre of mass that holds the spheres of the parts."""
+        """The radius of the sphere about the centre of mass that holds the spheres of the parts.
+
+        It is an upper bound of that of the smallest sphere that holds the parts themselves.
+        """
         center = self.center_of_mass
         return max(float(np.linalg.norm(p.center_of_mass - center)) + p.circumscribing_radius for p in self.parts)
 

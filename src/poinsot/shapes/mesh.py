@@ -11,15 +11,12 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.shapes import polyhedron
 from poinsot.shapes.shape import Shape, mass_of
-from poinsot.shapes.winding import check_closed, repaired
+from poinsot.shapes.winding import FLAT, check_closed, check_outwards, repaired
 
 __all__ = ["Mesh"]
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
-
-FLAT = 64 * np.finfo(float).eps
-"""The volume over that of the box around a surface below which it encloses nothing but rounding."""
 
 
 class Mesh(Shape):
@@ -31,17 +28,19 @@ class Mesh(Shape):
         Along the axes of the shape, from its origin.
     faces : array (m, 3) of int
         Three vertices of each triangle, from 0, anticlockwise seen from outside. Several closed surfaces are one
-        body; one inside another that is wound inwards is a hollow.
+        body; one inside another that is wound inwards is a hollow. Where two of them overlap, both count.
     mass, density : float
         Exactly one of them.
     repair : bool
-        Whether to drop faces that name a vertex twice and doubles of faces, and to turn faces that disagree.
+        Whether to drop faces that name a vertex twice and doubles of faces, to turn faces that disagree, and closed
+        surfaces that are wound inwards and in no other, with all that is inside them.
 
     Raises
     ------
     ValueError
-        If an edge does not belong to exactly two faces, the two run through it in the same direction, the faces are
-        wound inwards, or no volume is enclosed. Whether the surface cuts through itself is not checked.
+        If an edge does not belong to exactly two faces, the two run through it in the same direction, a closed surface
+        is wound inwards and in no other, or no volume is enclosed. Whether surfaces cut through themselves or each other
+        is not checked.
 
     Notes
     -----
@@ -63,10 +62,11 @@ class Mesh(Shape):
         if repair:
             self.faces = repaired(self.vertices, self.faces)
         _check_faces(self.faces)
-        check_closed(self.faces)
+        sharing = check_closed(self.faces)
         self.vertices.flags.writeable = self.faces.flags.writeable = False
         self.volume, self._center = polyhedron.volume_and_center(self.vertices, self.faces)
         self._check_volume()
+        check_outwards(self.vertices, self.faces, sharing)
         self._mass = mass_of(self.volume, mass, density)
 
     @staticmethod

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from poinsot.shapes import cubature
 
-__all__ = ["Triangles", "gravity", "multipoles", "second_moments", "volume_and_center"]
+__all__ = ["Triangles", "gravity", "multipoles", "second_moments", "volume_and_center", "winding_numbers"]
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -61,6 +61,15 @@ def gravity(vertices: Array, faces: Faces, points: Array) -> tuple[Array, Array]
         potential[part] = np.sum(heights * sheets, axis=-1) / 2
         attraction[part] = -sheets @ triangles.normals
     return potential, attraction
+
+
+def winding_numbers(corners: Array, points: Array) -> Array:
+    """Return how often closed triangles (faces, 3, 3) go around points (n, 3): 1 inside, 0 outside."""
+    total, rows = np.zeros(len(points)), max(1, cubature.BLOCK // len(points))
+    for start in range(0, len(corners), rows):
+        part = corners[start : start + rows].reshape(-1, 3)
+        total += Triangles(part, np.arange(len(part)).reshape(-1, 3)).seen_from(points)[2].sum(axis=1)
+    return total / (4 * np.pi)
 
 
 class Triangles:

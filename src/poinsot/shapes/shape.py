@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Self
 
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.gravity_field import GravityField, norms
+from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -51,7 +50,7 @@ class Shape(ABC):
     @property
     @abstractmethod
     def circumscribing_radius(self) -> float:
-        """The radius of the smallest sphere about the centre of mass that holds the shape."""
+        """The radius of the smallest sphere about the centre of mass that holds the shape; an `Assembly` has a bound."""
 
     @abstractmethod
     def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
@@ -100,9 +99,10 @@ class Shape(ABC):
         degree : int
             From 2 to 80.
         radius : float, optional
-            The length to which the coefficients refer; default: the circumscribing radius.
+            The length to which the coefficients refer; default: the circumscribing radius, which is also the `extent`
+            of the field. That of an `Assembly` is an upper bound.
         """
-        degree = operator.index(degree)
+        degree = whole_degree(degree)
         if not 2 <= degree <= HIGHEST_DEGREE:
             raise ValueError(f"degree must be from 2 to {HIGHEST_DEGREE}, but {degree} came.")
         length = self.circumscribing_radius if radius is None else float(real_array("radius", radius, ()))

@@ -1,29 +1,57 @@
-"""Whether triangles close a surface, all seen from the same side; and turning those that do not agree."""
+"""Whether triangles close surfaces that are wound outwards but for hollows; and turning those that are not."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["check_closed", "repaired"]
+from poinsot.shapes import polyhedron
 
+__all__ = ["FLAT", "check_closed", "check_outwards", "repaired"]
+
+Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
+FLAT = 64 * np.finfo(float).eps
+"""The volume over that of the box around a surface below which it encloses nothing but rounding."""
 
-def check_closed(faces: Faces) -> None:
-    """Raise a ValueError unless every edge belongs to two faces that run through it in opposite directions."""
+LOOKS = 8
+"""From the middles of how many of its faces it is judged whether one surface is inside another."""
+
+
+def check_closed(faces: Faces) -> Faces:
+    """Return the two faces at each edge, shape (edges, 2).
+
+    Raises
+    ------
+    ValueError
+        Unless every edge belongs to two faces that run through it in opposite directions.
+    """
     sharing, agree = _shared_edges(faces)
     if not agree.all():
         one, other = sharing[np.argmin(agree)]
         raise ValueError(
             f"faces must all be wound to the same side, but faces {one} and {other} disagree. repair=True turns them."
         )
+    return sharing
 
 
-def repaired(vertices: NDArray[np.float64], faces: Faces) -> Faces:
+def check_outwards(vertices: Array, faces: Faces, sharing: Faces) -> None:
+    """Raise a ValueError if a closed surface is wound inwards and in no other; a hollow is inside another."""
+    component, _ = _sides(len(faces), sharing, np.ones(len(sharing), dtype=bool))
+    wrong = _Surfaces(vertices, faces, component).wound_wrongly()
+    if wrong.any():
+        raise ValueError(
+            "each closed surface must be anticlockwise seen from outside, or a hollow in another, but that of face "
+            f"{np.argmax(wrong[component])} is wound inwards and in no other. repair=True turns it."
+        )
+
+
+def repaired(vertices: Array, faces: Faces) -> Faces:
     """Return the faces without those of no area by their indices, without doubles, and wound to one side.
 
-    Components whose faces disagree are turned outwards; all are turned together if their volume is negative then.
+    Components whose faces disagree are turned outwards; then each that is wound inwards and in no other, together with
+    all that is inside it.
     """
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     faces = faces[np.sort(np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1])]
@@ -31,13 +59,55 @@ def repaired(vertices: NDArray[np.float64], faces: Faces) -> Faces:
         return faces
     sharing, agree = _shared_edges(faces)
     component, turned = _sides(len(faces), sharing, agree)
-    a, b, c = np.moveaxis((vertices - vertices[faces[0, 0]])[faces], 1, 0)
-    volumes = np.einsum("fi,fi->f", a, np.cross(b, c))
     mixed = np.bincount(component, turned) % np.bincount(component) != 0
-    inwards = np.bincount(component, np.where(turned, -volumes, volumes)) < 0
-    turned = mixed[component] & (turned ^ inwards[component])
-    turned ^= np.sum(np.where(turned, -volumes, volumes)) < 0
-    return np.where(turned[:, None], faces[:, ::-1], faces)
+    faces = _turned(faces, mixed[component] & turned)
+    inwards = _Surfaces(vertices, faces, component).signs < 0
+    faces = _turned(faces, (mixed & inwards)[component])
+    return _turned(faces, _Surfaces(vertices, faces, component).wound_wrongly()[component])
+
+
+def _turned(faces: Faces, which: NDArray[np.bool_]) -> Faces:
+    return np.where(which[:, None], faces[:, ::-1], faces)
+
+
+class _Surfaces:
+    """The closed surfaces of a mesh, by the number of the one to which each face belongs."""
+
+    def __init__(self, vertices: Array, faces: Faces, component: Faces) -> None:
+        order = np.argsort(component, kind="stable")
+        self.corners = vertices[faces[order]]
+        counts = np.bincount(component)
+        self.ends = np.cumsum(counts)
+        self.starts = self.ends - counts
+        self.low = np.minimum.reduceat(self.corners.min(axis=1), self.starts)
+        self.high = np.maximum.reduceat(self.corners.max(axis=1), self.starts)
+        a, b, c = np.moveaxis(self.corners - np.repeat(self.low, counts, axis=0)[:, None], 1, 0)
+        self.volumes = np.add.reduceat(np.einsum("fi,fi->f", a, np.cross(b, c)), self.starts) / 6
+        flat = np.abs(self.volumes) <= FLAT * np.prod(self.high - self.low, axis=1)
+        self.signs = np.where(flat, 0, np.sign(self.volumes)).astype(int)
+
+    def wound_wrongly(self) -> NDArray[np.bool_]:
+        """Return which to turn so that each is wound outwards or a hollow; the largest come first."""
+        wrong, signs = np.zeros(len(self.signs), dtype=bool), self.signs.copy()
+        for i in np.argsort(-np.abs(self.volumes), kind="stable"):
+            if signs[i] < 0 and sum(signs[j] for j in self._overlapping(i) if self._is_inside(i, j)) <= 0:
+                turned = [i, *(j for j in self._overlapping(i) if self._is_inside(j, i))]
+                wrong[turned] ^= True
+                signs[turned] *= -1
+        return wrong
+
+    def _overlapping(self, i: int) -> Faces:
+        """Return the others whose boxes overlap that of one."""
+        apart = (self.low > self.high[i]).any(axis=1) | (self.high < self.low[i]).any(axis=1)
+        apart[i] = True
+        return np.flatnonzero(~apart)
+
+    def _is_inside(self, i: int, j: int) -> bool:
+        """Return whether most of the middles of some faces of one are inside another."""
+        chosen = np.linspace(self.starts[i], self.ends[i] - 1, LOOKS).astype(int)
+        points = self.corners[chosen].mean(axis=1)
+        around = polyhedron.winding_numbers(self.corners[self.starts[j] : self.ends[j]], points)
+        return bool(np.mean(np.abs(around)) > 0.5)
 
 
 def _shared_edges(faces: Faces) -> tuple[Faces, NDArray[np.bool_]]:

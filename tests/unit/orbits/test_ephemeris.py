@@ -223,8 +223,8 @@ def test_an_orbit_below_the_surface_warns():
         low = pt.Ephemeris.fit(KEPLER.mu, place, 0, T, radius=6378.137)
     assert low.periapsis_distance == pytest.approx(6300, rel=1e-4)
     assert pt.Ephemeris.fit(KEPLER.mu, place, 0, T, radius=6200.0).radius == 6200.0
-    with pytest.warns(UserWarning, match=r"OblateGravityGradient: the periapsis is 78."):
-        pt.OblateGravityGradient(pt.Ephemeris.fit(KEPLER.mu, place, 0, T), 1e-3, 6378.137, (0, 0, 1))
+    with pytest.warns(UserWarning, match=r"Oblateness: the periapsis is 78."):
+        pt.Oblateness(pt.Ephemeris.fit(KEPLER.mu, place, 0, T), 1e-3, 6378.137, (0, 0, 1))
 
 
 def test_members_of_mu_are_shown():

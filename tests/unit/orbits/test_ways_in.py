@@ -225,19 +225,22 @@ def test_a_surface_is_told_once_and_moves_nothing():
 def test_an_oblate_attractor_tells_what_its_orbit_did_not():
     flat = {"j2": 0.1, "equatorial_radius": 1.875, "pole": (0, 0, 1)}
     sentence = (
-        "OblateGravityGradient: the periapsis is 0.075 below the equatorial radius (distance 1.8, radius 1.875); "
+        "Oblateness: the periapsis is 0.075 below the equatorial radius (distance 1.8, radius 1.875); "
         "the field outside the attractor is continued inwards."
     )
     known = pt.KeplerOrbit(*ELEMENTS, radius=1.7)  # above that one
     for orbit in (ONE_ORBIT, PrecessingOrbit(ONE_ORBIT, 0.1), known, EscapeOrbit(1, 1.8, 1.5, 0, 0, 0)):
         with pytest.warns(UserWarning, match="equatorial") as told:
-            pt.OblateGravityGradient(orbit, **flat)
+            pt.Oblateness(orbit, **flat)
         assert [str(warning.message) for warning in told] == [sentence]
         assert told[0].filename == __file__
+    for still in (pt.FixedPoint((0, 0, 1.8), 1.0), pt.RotatingPoint((1.8, 0, 0), 1.0, 0.3)):
+        with pytest.warns(UserWarning, match="is 0.075 below the equatorial radius"):
+            pt.Oblateness(still, **flat)
     with pytest.warns(UserWarning, match="KeplerOrbit"):
         orbit = pt.KeplerOrbit(*ELEMENTS, radius=1.9)
-    for quiet in (orbit, PrecessingOrbit(orbit), pt.FixedPoint((0, 0, 1), 1.0), pt.KeplerOrbit(1, 2, 0.01, 0, 0, 0)):
-        pt.OblateGravityGradient(quiet, **flat)
+    for quiet in (orbit, PrecessingOrbit(orbit), pt.FixedPoint((0, 0, 2), 1.0), pt.KeplerOrbit(1, 2, 0.01, 0, 0, 0)):
+        pt.Oblateness(quiet, **flat)
 
 
 # ---------------------------------------------------------------------- wrong input

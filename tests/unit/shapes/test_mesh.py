@@ -167,6 +167,50 @@ def test_repair_turns_faces_and_drops_doubles_and_leaves_hollows(rng):
         pt.Mesh(vertices, [(0, 0, 1)], mass=1.0, repair=True)
 
 
+SMALL = pt.Mesh.box((0.5, 0.5, 0.5), density=1.0)
+TINY = pt.Mesh.box((0.1, 0.1, 0.1), density=1.0)
+
+
+def nested(*parts):
+    """A mesh of boxes, each with the sign of its winding, as vertices and faces."""
+    vertices, faces = joined(*(part for part, _ in parts))
+    signs = np.repeat([sign for _, sign in parts], 12)
+    return vertices, np.where((signs < 0)[:, None], faces[:, ::-1], faces)
+
+
+WRONG = {
+    "beside": (nested((BOX, 1), (SMALL.moved((2, 0, 0)), -1)), 6.125),
+    "touching": (nested((BOX, 1), (SMALL.moved((0.75, 0, 0)), -1)), 6.125),
+    "an overlapping lobe": (nested((BOX, 1), (SMALL.moved((0.6, 0, 0)), -1)), 6.125),
+    "the larger of two": (nested((SMALL.moved((2, 0, 0)), 1), (BOX, -1)), 6.125),
+    "one with a hollow": (nested((BOX.moved((9, 0, 0)), 1), (BOX, -1), (SMALL, 1)), 11.875),
+    "a hollow in a hollow": (nested((BOX, 1), (SMALL, -1), (TINY, -1)), 5.876),
+    "all, an island in a hollow": (nested((BOX, -1), (SMALL, 1), (TINY, -1)), 5.876),
+}
+
+
+@pytest.mark.parametrize(("mesh", "volume"), WRONG.values(), ids=WRONG)
+def test_a_surface_wound_inwards_is_a_hollow_or_turned(mesh, volume):
+    with pytest.raises(ValueError, match=r"must be anticlockwise seen from outside.* repair=True turns (it|them)\.$"):
+        pt.Mesh(*mesh, density=1.0)
+    right = pt.Mesh(*mesh, density=1.0, repair=True)
+    assert right.mass == pytest.approx(volume, rel=1e-14)
+    turned = right.moved((3, -2, 1), (0.5, 0.1, -0.7, 0.5))  # is refused in no attitude
+    assert turned.mass == right.mass
+    np.testing.assert_array_equal(pt.Mesh(right.vertices, right.faces, mass=1.0, repair=True).faces, right.faces)
+
+
+def test_the_sentence_names_a_face_of_the_surface_that_is_wound_inwards():
+    with pytest.raises(ValueError, match="a hollow in another, but that of face 12 is wound inwards and in no other"):
+        pt.Mesh(*WRONG["beside"][0], mass=1.0)
+
+
+def test_a_flat_surface_beside_a_body_has_no_side():
+    sheet = np.array([(3, 0.1, 0.2), (4, 0.3, 0.7), (3.3, 1.1, 0.9)])
+    faces = np.vstack([BOX.faces, [(8, 9, 10), (8, 10, 9)]])
+    assert pt.Mesh(np.vstack([BOX.vertices, sheet]), faces, mass=1.0).volume == pytest.approx(6, rel=1e-15)
+
+
 def test_arrays_of_a_mesh_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         BOX.vertices[0] = 0

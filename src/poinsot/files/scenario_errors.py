@@ -1,0 +1,153 @@
+"""What is wrong with a scenario, in a sentence with the file, the line, the key and the nearest right name."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from poinsot.files.makers import Maker, makers
+from poinsot.files.scenario_model import scenario_model, short
+from poinsot.files.toml_text import Path, lines_of
+
+__all__ = ["Errors", "has", "nearest"]
+
+MISSING = "must be there, but it is not."
+
+KINDS = {
+    "string_type": "be text",
+    "int_type": "be a whole number",
+    "bool_type": "be true or false",
+    "list_type": "be a list",
+    "model_type": "be a table",
+    "union_tag_invalid": "name one that there is",
+    "literal_error": "be {expected}",
+    "greater_than_equal": "be at least {ge}",
+    "less_than_equal": "be at most {le}",
+    "less_than": "be less than {lt}",
+}
+"""What must be where pydantic finds something else; a table, where it says neither."""
+
+
+class Errors:
+    """Makes errors about the keys of one text.
+
+    Parameters
+    ----------
+    name, text : str
+        The name is that of the file.
+    """
+
+    def __init__(self, name: str, text: str) -> None:
+        self._name, self._text = name, text
+
+    def at(self, place: Path, sentence: str) -> ValueError:
+        """Return a ValueError about a key; the sentence goes on after the key's name."""
+        return ValueError(f"{self._where(place)}{_dotted(place)} {sentence}")
+
+    def _where(self, place: Path) -> str:
+        lines = lines_of(self._text)
+        while place and place not in lines:
+            place = place[:-1]
+        return f"{self._name}, line {lines[place]}: " if place else f"{self._name}: "
+
+    def told(self, error: ValidationError, data: Any) -> ValueError:
+        """Return one of pydantic's errors as a sentence: of an unknown key, which explains others, or the first."""
+        errors = error.errors(include_url=False)
+        first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
+        place, kind, came = _place_in(data, first["loc"]), first["type"], first["input"]
+        if kind == "extra_forbidden":
+            *outer, key = place
+            return self.at(place, f"must be a key that it can have, but it is none.{self._near(data, outer, key)}")
+        if kind == "missing":
+            return self.at((*place, str(first["loc"][-1])), MISSING)
+        if kind == "value_error":
+            return self.prefixed(place, str(first["ctx"]["error"]))
+        if kind == "union_tag_not_found" and isinstance(came, dict):
+            return self.at((*place, "type"), MISSING)
+        if kind == "union_tag_invalid":
+            place, came = (*place, "type"), first["ctx"]["tag"]
+        context = first.get("ctx", {})
+        near = nearest(came, re.findall(r"'([^']*)'", context.get("expected", context.get("expected_tags", ""))))
+        return self.at(
+            place, f"must {KINDS.get(kind, KINDS['model_type']).format(**context)}, but {short(came)} came.{near}"
+        )
+
+    def _near(self, data: Any, outer: Iterable[Any], key: Any) -> str:
+        """Return the nearest of the keys that a table can have, or all of them."""
+        known = _keys_at(data, tuple(outer))
+        return nearest(str(key), known) or (f" It can have {', '.join(known)}." if known else "")
+
+    def prefixed(self, place: Path, sentence: str) -> ValueError:
+        """Return an error whose sentence begins with the name of a key, or of something else."""
+        return ValueError(f"{self._where(place)}{_dotted(place[:-1], '.')}{sentence}")
+
+    def called(self, place: Path, call: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
+        """Call what makes a part; what it refuses is told with the place of the key that it names."""
+        try:
+            with np.errstate(all="ignore"):  # what is not finite then is refused
+                return call(*arguments, **keywords)
+        except (TypeError, ValueError, ImportError, OverflowError) as error:
+            sentence = str(error)
+            first = re.match(r"\w+", sentence)
+            key = first.group() if first else ""
+            if key in keywords:
+                raise self.prefixed((*place, key), sentence) from None
+            inside = "" if key == place[-1] else f"in {_dotted(place)}, "
+            raise ValueError(f"{self._where(place)}{inside}{sentence}") from None
+
+
+def has(node: Any, part: Any) -> bool:
+    """Return whether a table has a key, or a list an element."""
+    if isinstance(node, dict):
+        return part in node
+    return isinstance(node, list) and isinstance(part, int) and part < len(node)
+
+
+def _place_in(data: Any, location: tuple[Any, ...]) -> Path:
+    """Return the place of an error in the file: pydantic's, without the names of the types."""
+    place: list[Any] = []
+    for part in location:
+        if has(data, part):
+            data = data[part]
+            place.append(part)
+    return tuple(place)
+
+
+def _keys_at(data: Any, outer: Path) -> list[str]:
+    """Return the keys that the table at a place can have."""
+    for part in outer:
+        data = data[part]
+    groups = {"body": "body", "forces": "force", "orbits": "orbit", "frames": "frame"}
+    if outer and outer[0] in groups:
+        group = "field" if outer[-1] == "field" else groups[str(outer[0])]
+        kinds = makers(group)
+        maker: Maker = kinds[data.get("type", next(iter(kinds)))]
+        return [key.name for key in maker.keys]
+    model: Any = scenario_model()
+    for part in outer:
+        if not isinstance(part, int):
+            model = _model_in(model.model_fields[part].annotation)
+    return list(model.model_fields)
+
+
+def _model_in(annotation: Any) -> Any:
+    """Return the model among the parts of an annotation."""
+    if hasattr(annotation, "model_fields"):
+        return annotation
+    return next((found for part in getattr(annotation, "__args__", ()) if (found := _model_in(part))), None)
+
+
+def _dotted(place: Path, end: str = "") -> str:
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".")
+    return text + end if text else ""
+
+
+def nearest(name: Any, known: Iterable[str]) -> str:
+    """Return the question after the nearest of the known names, or nothing."""
+    found = difflib.get_close_matches(str(name)[:60], list(known), n=1)
+    return f" Did you mean {found[0]}?" if found else ""

@@ -1,0 +1,260 @@
+"""The commands about scenarios and results, as a user runs them."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import poinsot as pt
+from poinsot.cli import app
+from poinsot.files import scenario as scenarios
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+WIDE = {"COLUMNS": "400"}
+
+TOP = """\
+title = "a top"
+body.moments = [1.25, 1.0, 0.75]
+state = {quaternion = [1, 0, 0, 0], omega_body = [0.1, 1, 0.2]}
+forces = [{type = "UniformGravity", weight = 0.5, center_of_mass = [1, 0, 0]}]
+times = {stop = 10, count = 101}
+"""
+
+
+def call(*arguments, code=0):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments], env=WIDE)
+    assert result.exit_code == code, (result.output, result.exception)
+    assert "\x1b" not in result.output
+    assert "Traceback" not in result.output
+    return result
+
+
+def python(*arguments, **options):
+    """Run the command in a process of its own."""
+    code = "from poinsot.cli import app; app()"
+    return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True, **options)
+
+
+@pytest.fixture
+def top(tmp_path):
+    path = tmp_path / "top.toml"
+    path.write_text(TOP)
+    return path
+
+
+# ------------------------------------------------------------------ run
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
+def test_example_runs_and_says_what_it_is(example, tmp_path):
+    result = call("run", example, "--out", tmp_path)
+    motion = pt.load(tmp_path / f"{example.stem}.nc")
+    assert result.stdout == f"{tmp_path / example.stem}.nc\n"
+    assert motion.provenance["scenario"] == example.read_text()
+    assert motion.provenance["title"]
+    assert not motion.failures
+    assert np.max(np.abs(motion.norm_error)) < 1e-12
+
+
+def test_examples_are_what_others_published():
+    """JEOD's state after eight hours, and the satellite of the paper in 42 digits."""
+    jeod = scenarios.read_scenario(EXAMPLES[0].with_name("jeod_run_10a.toml")).propagate()
+    assert jeod.times[-1] == 28800
+    wanted = (-1.97989570839746e-05, -0.001080027400090759, -0.0007098670173048437)
+    np.testing.assert_allclose(jeod.omega_body[-1], wanted, rtol=0, atol=4e-16)
+    paper = scenarios.read_scenario(EXAMPLES[0].with_name("paper_satellite.toml")).propagate()
+    q = (0.763082132724031, 0.423729419181828, 0.457167932594955, 0.170752802155719)
+    np.testing.assert_allclose(paper.quaternion[-1], q, rtol=0, atol=2e-12)
+
+
+def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
+    call("run", top)
+    done = python("run", tmp_path / "top.nc", "--out", tmp_path / "again", check=True)
+    assert done.stdout.splitlines() == [str(tmp_path / "again" / "top.nc"), "The same to the bit."]
+    assert done.stderr == ""
+    assert (
+        pt.load(tmp_path / "again" / "top.nc").quaternion.tobytes() == pt.load(tmp_path / "top.nc").quaternion.tobytes()
+    )
+
+
+def test_result_of_python_is_repeated_too(tmp_path):
+    body = pt.Body((1.25, 1.0, 0.75))
+    state = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2))
+    pt.save(pt.propagate(pt.System(body), state, [0, 1, 2.5]), tmp_path / "it.nc")
+    assert "The same to the bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
+    assert call("info", tmp_path / "it.nc", "--scenario").stdout.startswith("# Written for a system made in Python.")
+
+
+def test_result_that_differs_is_told(top, tmp_path, monkeypatch):
+    call("run", top)
+    right = scenarios.propagate
+
+    def other(system, state, times, **options):
+        return right(system, state, times, **(options | {"tolerance": 1e-6}))
+
+    monkeypatch.setattr(scenarios, "propagate", other)
+    result = call("run", tmp_path / "top.nc", "--out", tmp_path / "b", code=1)
+    assert "It differs by up to" in result.stdout
+    assert "Versions that differ: none." in result.stdout
+
+
+def test_outputs_are_those_that_the_scenario_names(top, tmp_path):
+    top.write_text(TOP + '[outputs]\nresult = "a b.zarr"\nplot = "p.png"\nview = "v.html"\n')
+    pytest.importorskip("zarr")
+    lines = call("run", top, "--out", tmp_path / "new" / "folder").stdout.splitlines()
+    assert lines == [str(tmp_path / "new" / "folder" / name) for name in ("a b.zarr", "p.png", "v.html")]
+    assert (tmp_path / "new" / "folder" / "p.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize("there", ["top.nc", "top.partial.nc", "p.png"])
+def test_nothing_is_replaced_without_being_told(top, tmp_path, there):
+    top.write_text(TOP + '[outputs]\nplot = "p.png"\n')
+    (tmp_path / there).write_text("mine")
+    result = call("run", top, code=2)
+    assert f"{there} must be a new file, but it exists. --overwrite replaces it, --out leads away." in result.stderr
+    assert (tmp_path / there).read_text() == "mine"
+    assert len(list(tmp_path.iterdir())) == 2
+    call("run", top, "--overwrite")
+
+
+def test_run_that_stops_keeps_what_it_has(tmp_path):
+    """Euler angles end where the second one is zero."""
+    path = tmp_path / "top.toml"
+    text = TOP.replace("[0.1, 1, 0.2]", "[1, 0, 0]").replace("[1, 0, 0, 0]", "[0.8, -0.6, 0, 0]")
+    path.write_text(text.replace("forces = [", "# ") + 'run = {formulation = "euler_angles"}\n')
+    result = call("run", path, code=3)
+    assert "propagation stopped at t = " in result.stderr
+    assert f"What was computed is in {tmp_path / 'top.partial.nc'}." in result.stderr
+    motion = pt.load(tmp_path / "top.partial.nc")
+    assert 0 < motion.times.size < 101
+    assert motion.provenance["scenario"] == path.read_text()
+    assert not (tmp_path / "top.nc").exists()
+
+
+def test_ctrl_c_keeps_what_there_is(tmp_path, monkeypatch):
+    path = tmp_path / "long.toml"
+    path.write_text(TOP.replace("stop = 10, count = 101", "stop = 1e9, step = 1e3"))
+    right = scenarios.propagate
+
+    def interrupted(system, state, times, **options):
+        right(system, state, times[:2])  # builds the integrator
+        threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+        return right(system, state, times, **options)
+
+    monkeypatch.setattr(scenarios, "propagate", interrupted)
+    result = call("run", path, code=130)
+    assert f"What was computed is in {tmp_path / 'long.partial.nc'}." in result.stderr
+    assert 0 < pt.load(tmp_path / "long.partial.nc").times.size < 1_000_001
+
+
+def test_threads_and_failures_of_members(top, tmp_path):
+    spread = '[ensemble]\nmembers = 5\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
+    top.write_text(TOP + spread)
+    call("run", top, "--threads", 1)
+    call("run", top, "--threads", 2, "--out", tmp_path / "b")
+    one, two = (pt.load(path) for path in (tmp_path / "top.nc", tmp_path / "b" / "top.nc"))
+    assert one.quaternion.shape == (5, 101, 4)
+    assert one.quaternion.tobytes() == two.quaternion.tobytes()
+
+
+def test_warnings_are_sentences(tmp_path):
+    path = tmp_path / "low.toml"
+    path.write_text(
+        EXAMPLES[0].with_name("paper_satellite.toml").read_text().replace("mu =", "radius = 6378.137\nmu =")
+    )
+    result = call("run", path)
+    assert result.stderr.startswith("warning: ")
+    assert "below the surface" in result.stderr
+
+
+# ------------------------------------------------------------------ the other commands
+
+
+def test_new_scenario_runs_as_it_is_and_with_everything_that_it_offers(tmp_path):
+    path = tmp_path / "mine.toml"
+    assert call("new", path).stdout == f"{path}\n"
+    call("run", path)
+    assert "--overwrite replaces it" in call("new", path, code=2).stderr
+    offered = re.sub(r"(?m)^# (?=\w+ = |\[)", "", path.read_text())
+    without = re.sub(r"(?m)^(moments|quaternion) = .*\n", "", offered)  # of which another form is offered
+    (tmp_path / "all.toml").write_text(without)
+    found = pt.read_scenario(tmp_path / "all.toml")
+    assert np.array_equal(found.system.body.inertia, pt.Body.box(100, (1, 1.5, 2)).inertia)
+    assert found.state.conjugate_momenta.shape == (100, 4)
+    assert set(found.outputs) == {"result", "plot", "view"}
+
+
+def test_schema_is_json():
+    assert json.loads(call("new", "--schema").stdout)["title"] == "poinsot scenario"
+
+
+def test_info(top, tmp_path):
+    call("run", top)
+    told = call("info", tmp_path / "top.nc").stdout
+    for words in ("a top", "UniformGravity", "times: 101", "drift_energy", "heyoka", "can be run again: yes"):
+        assert words in told
+    assert call("info", tmp_path / "top.nc", "--scenario").stdout == TOP
+    assert "Scenario of System(" in call("info", top).stdout
+
+
+@pytest.mark.parametrize("kind", ["quaternions", "rates", "drift", "polhode"])
+def test_plot(top, tmp_path, kind):
+    call("run", top)
+    assert call("plot", tmp_path / "top.nc", "--kind", kind).stdout == f"{tmp_path}/top-{kind}.png\n"
+    assert (tmp_path / f"top-{kind}.png").stat().st_size > 5000
+    assert "--overwrite" in call("plot", tmp_path / "top.nc", "--kind", kind, code=2).stderr
+
+
+def test_view(top, tmp_path):
+    call("run", top)
+    assert call("view", tmp_path / "top.nc").stdout == f"{tmp_path}/top.html\n"
+    call("view", tmp_path / "top.nc", code=2)
+
+
+def test_convert(top, tmp_path):
+    pytest.importorskip("astropy")
+    top.write_text('units = {time = "s"}\n' + TOP)
+    call("run", top)
+    result, motion = tmp_path / "top.nc", pt.load(tmp_path / "top.nc")
+    said = ("--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
+    for suffix in ("aem", "csv", "a"):
+        attitudes = tmp_path / f"top.{suffix}"
+        call("convert", result, attitudes, *said)
+        assert "top" in call("convert", result, attitudes, *said, code=2).stderr
+        call("convert", attitudes, tmp_path / f"{suffix}.nc", "--scenario", top)
+        back = pt.load(tmp_path / f"{suffix}.nc")
+        np.testing.assert_allclose(back.attitude.as_matrix(), motion.attitude.as_matrix(), atol=1e-9)
+        np.testing.assert_allclose(back.omega_body, motion.omega_body, atol=1e-9)
+    assert "must come with a scenario" in call("convert", tmp_path / "top.csv", tmp_path / "x.nc", code=2).stderr
+    assert "must end in .nc" in call("convert", result, tmp_path / "x.exe", code=2).stderr
+
+
+def test_help_teaches_and_has_the_exit_codes():
+    for command in ("run", "plot", "view", "info", "convert", "new"):
+        told = " ".join(call(command, "--help").stdout.split())
+        assert "Example" in told
+        assert "130 Ctrl-C" in told
+
+
+def test_wrong_files_end_in_one_sentence(tmp_path):
+    (tmp_path / "wrong.toml").write_text(TOP.replace("moments", "momens"))
+    (tmp_path / "empty.nc").write_bytes(b"")
+    for command in (
+        ("run", "wrong.toml"),
+        ("info", "wrong.toml"),
+        ("run", "empty.nc"),
+        ("plot", "empty.nc"),
+        ("run", "no.toml"),
+    ):
+        said = call(command[0], tmp_path / command[1], code=2).stderr
+        assert said.startswith("poinsot: ")
+        assert said.count("\n") == 1
+    assert len(list(tmp_path.iterdir())) == 2

@@ -1,0 +1,365 @@
+"""Results in files: back to the bit, run again to the bit, and refused where they are not whole."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import poinsot as pt
+from poinsot import functions as fn
+from poinsot.files import netcdf
+from poinsot.files.scenario import parsed_scenario, repetition
+from poinsot.motion.scenario_text import text_of
+
+BODY = pt.Body((400.0, 500.0, 600.0))
+OBLIQUE = pt.Body.from_inertia([[3, 0.1, 0], [0.1, 4, 0.2], [0, 0.2, 5]])
+KEPLER = pt.KeplerOrbit(398600.4418, 7000.0, 0.2, 0.5, 0.7, 0.2)
+PATH = pt.ThreeBodyOrbit(398600.0, 4900.0, 384400.0, (450000.0, 0, 10000.0), (0, -0.18, 0))
+BOTH = pt.GravityGradient(PATH.from_primary), pt.GravityGradient(PATH.from_secondary)
+TIMES = np.linspace(0, 5828, 41)
+MANY = np.random.default_rng(3).normal(size=(3, 3)) * 0.01
+
+
+class Magnet(pt.Potential):
+    """A class from outside the package."""
+
+    moment_body: pt.Vector
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return -fn.dot(self.moment_body, attitude.to_body((0, 0, 1.0)))
+
+
+def start(body=BODY, omega=(0.001, 0.002, 0.003), **options):
+    return body.state((0.5, 0.5, -0.5, 0.5), omega_body=omega, **options)
+
+
+def run(body, *forces, times=TIMES, state=None, units=None, **options):
+    return pt.propagate(pt.System(body, *forces, units=units), state or start(body), times, progress=False, **options)
+
+
+MOTIONS = {
+    "in orbit": lambda: run(BODY, pt.GravityGradient(KEPLER), units={"time": "s", "inertia": "kg m2"}),
+    "backwards, from within": lambda: run(
+        BODY, pt.GravityGradient(KEPLER), times=TIMES[::-1], state=start(time=100.5), formulation="canonical"
+    ),
+    "dense": lambda: run(BODY, pt.GravityGradient(KEPLER), dense=True, tolerance=1e-10),
+    "closed form": lambda: pt.free_motion(BODY, start(), TIMES, units={"time": "h"}),
+    "ensemble": lambda: run(BODY, state=start(omega=MANY)),
+    "ensemble of bodies": lambda: pt.free_motion(pt.Body(np.add(BODY.moments, [[0], [1], [2]])), start(), TIMES),
+    "oblique, damped": lambda: run(
+        OBLIQUE, pt.LinearDamping(1e-4), pt.UniformGravity(1e-6, (1, 0.1, 0)), state=start(OBLIQUE)
+    ),
+    "orbit integrated along": lambda: run(BODY, *BOTH, times=10 * TIMES),
+    "escape": lambda: run(BODY, pt.GravityGradient(pt.EscapeOrbit(398600.4, 7000.0, 1.0, 0.1, 0.2, 0.3))),
+    "own gravity": lambda: run(
+        pt.Body.ellipsoid(2.0, (1, 2, 3)),
+        pt.EllipsoidGravity(KEPLER, 2.0, (1, 2, 3)),
+        state=start(pt.Body.ellipsoid(2.0, (1, 2, 3))),
+    ),
+}
+
+
+def assert_same(a, b):
+    """The datasets of two motions are the same to the bit, with all that is said of them."""
+    a, b = a.dataset, b.dataset
+    assert set(a.variables) == set(b.variables)
+    assert a.attrs == b.attrs
+    for name in a.variables:
+        assert a[name].dims == b[name].dims
+        assert a[name].attrs == b[name].attrs
+        assert a[name].values.tobytes() == b[name].values.tobytes(), name
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return {name: make() for name, make in MOTIONS.items()}
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+@pytest.mark.parametrize("name", MOTIONS)
+def test_back_to_the_bit(motions, name, suffix, tmp_path):
+    if suffix == ".zarr":
+        pytest.importorskip("zarr")
+    motion = motions[name]
+    path = pt.save(motion, tmp_path / f"it{suffix}")
+    read = pt.load(path)
+    assert_same(motion, read)
+    assert isinstance(read.system, pt.System)
+    for orbit in [force.orbit for force in read.system.forces if hasattr(force, "orbit")]:
+        own = next(force.orbit for force in motion.system.forces if hasattr(force, "orbit"))
+        assert type(orbit) is type(own)
+    assert pt.save(read, tmp_path / f"again{suffix}").exists()
+    assert_same(motion, pt.load(tmp_path / f"again{suffix}"))
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_again_to_the_bit(motions, name, tmp_path):
+    read = pt.load(pt.save(motions[name], tmp_path / "it.nc"))
+    again = repetition(read, "it")
+    assert again.run.get("dense", False) is (name == "dense")
+    assert_same(motions[name], again.propagate(progress=False))
+
+
+def test_datasets_are_read_too(motions):
+    assert_same(motions["in orbit"], pt.load(motions["in orbit"].dataset))
+
+
+def test_orbits_are_where_they_were_integrated(motions, tmp_path):
+    motion = motions["orbit integrated along"]
+    read = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    for here, there in zip(motion.system.forces, read.system.forces, strict=True):
+        own, other = motion.sky.position(here.orbit), read.sky.position(there.orbit)
+        assert np.array_equal(np.array(own), np.array(other))
+
+
+def test_scenario_is_kept_with_its_comments_and_its_seed(tmp_path):
+    text = """
+    # a comment
+    title = "spread"
+    body.moments = [1, 2, 2.5]
+    state = {quaternion = [1, 0, 0, 0], omega_body = [0.1, 1, 0.2]}
+    times = {stop = 10, count = 5}
+    ensemble = {members = 3, seed = 42, spread = [{of = "state.omega_body", size = 0.01}]}
+    """
+    scenario = parsed_scenario(text, "it.toml")
+    motion = scenario.propagate(progress=False)
+    read = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    assert read.provenance == {
+        "title": "spread",
+        "seed": 42,
+        "scenario": text,
+        "scenario_of": "state, times and system",
+    }
+    assert_same(motion, read)
+    assert_same(motion, repetition(read, "it.nc").propagate(progress=False))
+
+
+def test_text_of_a_system_has_all_digits():
+    orbit = pt.PrecessingOrbit(pt.KeplerOrbit(1 / 3, 0.1 + 0.2, 1e-17, -0.0, np.pi, 5e-324), 1e-300, 2 / 3)
+    motion = run(
+        pt.Body((1 / 3, 0.3, 0.3)), pt.GravityGradient(orbit), times=[0.0], state=start(pt.Body((1 / 3, 0.3, 0.3)))
+    )
+    from poinsot.files.scenario import rebuilt_system
+
+    again = rebuilt_system(text_of(motion), "it")
+    for own, other in zip(motion.system.numbers, again.numbers, strict=True):
+        assert own.tobytes() == other.tobytes()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.floats(1.0, 1.9), min_size=3, max_size=3),
+    st.floats(0, 0.99),
+    st.lists(st.floats(-1e3, 1e3), min_size=4, max_size=4),
+    st.floats(-1e6, 1e6),
+)
+def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoch):
+    from poinsot.files.scenario import rebuilt_system
+
+    orbit = pt.KeplerOrbit(1e3, 2.0, eccentricity, *angles, epoch)
+    system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
+    motion = pt.Trajectory(system, start(), TIMES, lambda: None, MOTION_RUN)
+    again = rebuilt_system(text_of(motion), "it")
+    assert [x.tobytes() for x in again.numbers] == [x.tobytes() for x in system.numbers]
+    assert again.forces[0].orbit is again.forces[1].orbit
+
+
+MOTION_RUN = pt.free_motion(BODY, start(), [0.0]).run
+
+
+# ------------------------------------------------------------------ what cannot be run again
+
+
+def test_forces_of_others_are_named_and_not_run(tmp_path):
+    motion = run(BODY, Magnet((1, 2, 3)), *BOTH, state=start(time=5.0))
+    read = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    assert read.system.not_rerunnable == "the classes of a scenario must be the package's own, but Magnet came."
+    for name in ("quaternion", "omega_space", "kinetic_energy", "potential_energy", "energy", "norm_error"):
+        assert np.array_equal(getattr(read, name), getattr(motion, name)), name
+    assert_same(motion, read)
+    with pytest.raises(TypeError, match="system must be a System, but RecordedSystem came"):
+        pt.propagate(read.system, read.initial, TIMES)
+    with pytest.raises(ValueError, match=r"it\.nc cannot be run again: .* but Magnet came"):
+        repetition(read, "it.nc")
+    again = pt.load(pt.save(read, tmp_path / "again.nc"))
+    assert_same(motion, again)
+
+
+def test_integrals_of_forces_of_others_are_those_of_the_file(tmp_path):
+    motion = run(BODY, Magnet((1, 2, 3)))
+    read = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    assert set(read.integrals) == {"energy", "angular_momentum_space_3"}
+    for name in read.integrals:
+        assert np.array_equal(read.integrals[name], motion.integrals[name])
+        assert np.array_equal(read.drift[name], motion.drift[name])
+    with pytest.raises(ValueError, match="energy must have its forces to be computed"):
+        read.system.integrals[0].value(read.initial)
+
+
+def test_orbits_from_tables_are_not_run(tmp_path):
+    table = pt.Ephemeris.fit(398600.0, lambda t: np.stack(list(KEPLER.position_at(t)), -1), 0, 6000)
+    read = pt.load(pt.save(run(BODY, pt.GravityGradient(table)), tmp_path / "it.nc"))
+    assert (
+        read.system.not_rerunnable == "the orbits of a scenario must be given by parameters, but Ephemeris is a table."
+    )
+
+
+def test_tables_of_attitudes_are_not_run(tmp_path, motions):
+    motion = motions["in orbit"]
+    table = pt.AttitudeTable(motion.times, motion.quaternion, motion.omega_body).trajectory(motion.system)
+    read = pt.load(pt.save(table, tmp_path / "it.nc"))
+    assert read.system.not_rerunnable.endswith("but this one is a table (given rates).")
+
+
+# ------------------------------------------------------------------ for others
+
+
+def test_files_say_units_frames_and_versions(motions, tmp_path):
+    path = pt.save(motions["in orbit"], tmp_path / "it.nc")
+    with xarray.open_dataset(path, decode_times=False) as data:
+        assert data.attrs["Conventions"] == "CF-1.11"
+        assert data.attrs["version_heyoka"] == motions["in orbit"].run.versions["heyoka"]
+        assert data["omega_body"].attrs["units"] == "rad s-1"
+        assert data["principal_axes"].attrs["frame"] == "body"
+        assert "_FillValue" not in data["quaternion"].encoding
+        said = repr(data.attrs) + repr({name: array.attrs for name, array in data.variables.items()})
+    assert str(tmp_path) not in said
+    assert "wall_time" not in said
+
+
+def test_pandas_through_xarray(motions):
+    frame = motions["in orbit"].dataset[["quaternion", "kinetic_energy"]].to_dataframe()
+    row = frame.xs((0.0, "2"), level=("time", "parameter"))
+    assert row["quaternion"].item() == motions["in orbit"].quaternion[0, 2]
+
+
+# ------------------------------------------------------------------ sentences
+
+
+def test_nothing_is_replaced_without_being_told(motions, tmp_path):
+    pytest.importorskip("zarr")
+    for name in ("it.nc", "it.zarr"):
+        path = pt.save(motions["in orbit"], tmp_path / name)
+        with pytest.raises(FileExistsError, match=rf"path must be a new file, but .*{name} exists\. overwrite=True"):
+            pt.save(motions["closed form"], path)
+        assert_same(motions["in orbit"], pt.load(path))
+        pt.save(motions["closed form"], path, overwrite=True)
+        assert_same(motions["closed form"], pt.load(path))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["it.nc", "it.zarr"]
+    other = tmp_path / "other.zarr"
+    other.mkdir()
+    with pytest.raises(FileExistsError, match="must be a Zarr store to be replaced"):
+        pt.save(motions["in orbit"], other, overwrite=True)
+
+
+def test_without_zarr(motions, tmp_path, monkeypatch):
+    def missing(name):
+        raise ModuleNotFoundError(name)
+
+    monkeypatch.setattr(netcdf.importlib, "import_module", missing)
+    with pytest.raises(ImportError, match=r"pip install 'poinsot\[zarr\]'"):
+        pt.save(motions["in orbit"], tmp_path / "it.zarr")
+
+
+def test_what_is_no_result(tmp_path, motions):
+    large = tmp_path / "large.nc"
+    with large.open("wb") as stream:
+        stream.truncate(10**9)
+    (tmp_path / "empty.nc").write_bytes(b"")
+    (tmp_path / "text.nc").write_text("title = 1")
+    (tmp_path / "folder.nc").mkdir()
+    (tmp_path / "file.zarr").write_bytes(b"")
+    (tmp_path / "folder.zarr").mkdir()
+    xarray.Dataset({"x": 1.0}).to_netcdf(tmp_path / "other.nc")
+    began = time.process_time()
+    for path in tmp_path.iterdir():
+        with pytest.raises(ValueError, match=r" must .* but .*\."):
+            pt.load(path)
+    assert time.process_time() - began < 1
+    with pytest.raises(FileNotFoundError, match=r"path must lead to a file, but there is no .*gone\.nc"):
+        pt.load(tmp_path / "gone.nc")
+    with pytest.raises(ValueError, match=r"path must end in \.nc or \.zarr, but 'it\.csv' came"):
+        pt.load("it.csv")
+    with pytest.raises(TypeError, match="path must be a str or a Path, but int came"):
+        pt.load(3)
+    data = motions["in orbit"].dataset
+    with pytest.raises(ValueError, match="the dataset must have the variable initial_time, but it has not"):
+        pt.load(data.drop_vars("initial_time"))
+    with pytest.raises(ValueError, match="the dataset must have numbers of shape"):
+        pt.load(data.assign(moments=("axis", np.array([1, 2, 3]))))
+
+
+def test_a_file_that_announces_more_than_it_has_is_refused(motions, tmp_path):
+    data = motions["in orbit"].dataset.isel(time=[0])
+    path = tmp_path / "it.nc"
+    data.drop_dims("time").to_netcdf(path)
+    import netCDF4
+
+    with netCDF4.Dataset(path, "a") as file:
+        file.createDimension("time", 2_000_000_000)
+        file.createVariable("quaternion", "f8", ("time", "parameter"), chunksizes=(1000, 4))
+    with pytest.raises(ValueError, match="must hold the numbers that it announces"):
+        pt.load(path)
+
+
+def changed(content, random):
+    """The bytes of a file that was cut off, or had some of its bytes changed or taken out."""
+    content, way = bytearray(content), random.integers(3)
+    i = int(random.integers(len(content)))
+    if way == 0:
+        return content[:i]
+    if way == 1:
+        del content[i : i + int(random.integers(1, 2000))]
+        return content
+    for k in random.integers(0, len(content), random.integers(1, 40)):
+        content[k] = random.integers(256)
+    return content
+
+
+def test_files_that_are_not_whole_end_in_a_sentence_or_are_right(motions, tmp_path, rng):
+    """Each under a name of its own: the library keeps what it failed to open."""
+    good = Path(pt.save(motions["in orbit"], tmp_path / "good.nc")).read_bytes()
+    refused = 0
+    for k in range(60):
+        path = tmp_path / f"{k}.nc"
+        path.write_bytes(changed(good, rng))
+        began = time.process_time()
+        try:
+            assert np.array_equal(pt.load(path).quaternion, motions["in orbit"].quaternion)
+        except ValueError:
+            refused += 1
+        assert time.process_time() - began < 1
+    assert refused > 40
+
+
+def test_stores_that_are_not_whole_end_in_a_sentence_or_are_right(motions, tmp_path, rng):
+    pytest.importorskip("zarr")
+    motion = motions["in orbit"]
+    refused = 0
+    for k in range(25):
+        store = Path(pt.save(motion, tmp_path / f"{k}.zarr"))
+        files = sorted(path for path in store.rglob("*") if path.is_file())
+        path = files[rng.integers(len(files))]
+        if rng.integers(2):
+            path.unlink()
+        else:
+            path.write_bytes(changed(path.read_bytes(), rng))
+        try:
+            assert np.array_equal(pt.load(store).quaternion, motion.quaternion)
+        except ValueError:
+            refused += 1
+    assert refused > 5
+
+
+def test_a_changed_number_is_noticed(motions, tmp_path):
+    path = pt.save(motions["in orbit"], tmp_path / "it.nc")
+    import netCDF4
+
+    with netCDF4.Dataset(path, "a") as file:
+        file["quaternion"][7, 2] = np.nextafter(file["quaternion"][7, 2], 1)
+    with pytest.raises(ValueError, match="must have the numbers that were saved, but they have another digest"):
+        pt.load(path)
