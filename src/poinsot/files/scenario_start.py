@@ -12,7 +12,7 @@ time = "s"                     # s, min, h or d where rates or times have a unit
 inertia = "kg m2"
 
 [body]                         # principal moments of inertia
-moments = [400, 500, 600]
+moments = [500, 600, 400]
 # type = "Body.box"            # other ways: Body.from_inertia, Body.ellipsoid, Body.cylinder, Body.from_ratios, ...
 # mass = 100
 # sides = [1.0, 1.5, 2.0]
