@@ -17,7 +17,7 @@ from poinsot.motion import kernels
 
 ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
 AT_REST = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)
-COSINES = [(1, 0, 0, 0), (0, 0, 0, 0), (-0.3, 0.05, 0.1, 0), (0.2, 0.1, -0.05, 0.08)]
+COSINES = [(0, 0, 0, 0), (0, 0, 0, 0), (-0.3, 0.05, 0.1, 0), (0.2, 0.1, -0.05, 0.08)]
 SINES = [(0, 0, 0, 0), (0, 0, 0, 0), (0, -0.1, 0.15, 0), (0, 0.3, 0.04, -0.06)]
 FIELD = pt.GravityField(3, 1.1, 0.8, COSINES, SINES)
 FORCES = (

@@ -44,7 +44,7 @@ def test_free_rotation(momentum, moved):
     assert 2 * np.pi / known.rotation_period == pytest.approx(rotation, rel=1e-14)
 
 
-@pytest.mark.parametrize("amplitude", [1e-6, 1e-2, 0.5])
+@pytest.mark.parametrize("amplitude", [1e-4, 1e-2, 0.5])
 def test_libration_of_phobos_on_a_circle(amplitude):
     phobos = pt.Body(PHOBOS)
     system = pt.System(phobos, pt.GravityGradient(CIRCLE))
@@ -54,9 +54,7 @@ def test_libration_of_phobos_on_a_circle(amplitude):
     found = pt.frequencies(2 * np.arctan2(q[:, 3], q[:, 0]), times, count=6)
     pendulum = np.pi / (2 * ellipk(np.sin(amplitude) ** 2))  # of its small oscillations
     exact = np.sqrt(3 * (PHOBOS[1] - PHOBOS[0]) / PHOBOS[2]) * pendulum
-    assert found.frequencies[0] == pytest.approx(exact, rel=1e-15 / amplitude + 2e-15, abs=0)
-    if amplitude == 1e-6:
-        assert found.frequencies[0] == pytest.approx(0.6230063745604, abs=5e-13)
+    assert found.frequencies[0] == pytest.approx(exact, rel=1e-17 / amplitude + 2e-15, abs=0)
 
 
 def test_librations_of_a_satellite_are_those_of_linear_theory():
@@ -65,15 +63,17 @@ def test_librations_of_a_satellite_are_those_of_linear_theory():
     fast, slow = np.sqrt(-np.roots([1, 1 + 3 * k_roll + k_roll * k_yaw, 4 * k_roll * k_yaw]))
     satellite = pt.Body(PHOBOS)
     system = pt.System(satellite, pt.GravityGradient(CIRCLE))
-    tilt = 1e-6
-    start = satellite.state(Rotation.from_rotvec((tilt, tilt, tilt)), omega_space=(0, 0, 1.0))
-    times = np.linspace(0, 400, 4096)
-    q = pt.propagate(system, start, times).relative_to(CIRCLE.frame).quaternion
-    found = pt.frequencies(2 * q[:, 1:].T, times, count=2)
-    np.testing.assert_allclose(np.sort(found.frequencies[0]), np.sort([slow, fast]), rtol=1e-11)
-    np.testing.assert_allclose(np.sort(found.frequencies[1]), np.sort([slow, fast]), rtol=1e-11)
+    tilts = np.array([1e-4, -1e-4, 2e-4, -2e-4])
+    start = satellite.state(Rotation.from_rotvec(tilts[:, None] * np.ones(3)), omega_space=(0, 0, 1.0))
+    times = np.linspace(0, 800, 4096)
+    q = pt.propagate(system, start, times, progress=False).relative_to(CIRCLE.frame).quaternion
+    found = pt.frequencies(np.moveaxis(q[..., 1:], -1, 0), times, count=10).frequencies  # axis, tilt, line
+    smallest = found.reshape(3, 2, 2, -1).mean(axis=2)
+    smallest = (4 * smallest[:, 0] - smallest[:, 1]) / 3  # they grow with the square of the tilt, here in both senses
+    np.testing.assert_allclose(np.sort(smallest[0, :2]), np.sort([slow, fast]), rtol=1e-12)
+    np.testing.assert_allclose(np.sort(smallest[1, :2]), np.sort([slow, fast]), rtol=1e-12)
     pitch = np.sqrt(3 * (along - radial) / normal)
-    assert found.frequencies[2, 0] == pytest.approx(pitch, rel=1e-11)
+    assert smallest[2, 0] == pytest.approx(pitch, rel=1e-12)
     resting = next(e for e in pt.equilibria(system, CIRCLE.frame) if e.stability == "lyapunov")
     np.testing.assert_allclose(resting.frequencies, np.sort([slow, pitch, fast]), rtol=1e-13)
 

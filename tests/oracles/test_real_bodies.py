@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 import real_bodies as oracle
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -305,3 +306,89 @@ def test_energy_stays_where_the_attractor_rests(make):
     assert list(motion.drift) == ["energy", "angular_momentum_space_attractor"]
     assert all(np.max(np.abs(drift)) < 3e-14 for drift in motion.drift.values())
     assert np.ptp(motion.potential_energy) > 0.01
+
+
+# ---------------------------------------------------------------------- two bodies, both free
+
+COMPANION = 1.7
+"""The mass of a point that is no fixed attractor; the constant of gravity is 1."""
+
+
+def two_bodies(_time, state):
+    """Newton's law for each point of the cloud and for its companion, Euler's equation for the cloud."""
+    r, v, other, drift, omega, A = (*state[:15].reshape(5, 3), state[15:].reshape(3, 3))
+    away = other - r - POINTS @ A.T
+    pulls = COMPANION * MASSES[:, None] * away / np.linalg.norm(away, axis=-1, keepdims=True) ** 3
+    pull, twist = pulls.sum(axis=0), A.T @ np.cross(POINTS @ A.T, pulls).sum(axis=0)
+    inertia = mass_points.inertia_of(MASSES, POINTS)
+    turning = np.linalg.solve(inertia, np.cross(inertia @ omega, omega) + twist)
+    return np.concatenate(
+        [v, pull / np.sum(MASSES), drift, -pull / COMPANION, turning, (A @ euler_newton.skew(omega)).ravel()]
+    )
+
+
+def momentum_and_energy(state):
+    r, v, other, drift, omega, A = (*state[:15].reshape(5, 3), state[15:].reshape(3, 3))
+    spin, mass = mass_points.inertia_of(MASSES, POINTS) @ omega, np.sum(MASSES)
+    momentum = A @ spin + mass * np.cross(r, v) + COMPANION * np.cross(other, drift)
+    distances = np.linalg.norm(other - r - POINTS @ A.T, axis=-1)
+    kinetic = (omega @ spin + mass * v @ v + COMPANION * drift @ drift) / 2
+    return np.array([*momentum, kinetic - COMPANION * np.sum(MASSES / distances)])
+
+
+def test_two_free_bodies_keep_their_momentum_and_energy_with_the_torque_of_the_forces():
+    """The attractor recoils; its distance and direction alone make the torque."""
+    mass, distance = np.sum(MASSES), np.array([3.5, 0.6, -1.1])
+    speed = np.sqrt((mass + COMPANION) / 4) * np.array([0.1, 0.9, 0.3])
+    share = np.array([-COMPANION, mass])[:, None] / (mass + COMPANION)
+    places, velocities = share * distance, share * speed
+    start = np.concatenate(
+        [places[0], velocities[0], places[1], velocities[1], (0.3, -0.2, 0.5), TURN.as_matrix().ravel()]
+    )
+    times = np.linspace(0, 4, 9)
+    states = solve_ivp(two_bodies, (0, 4), start, t_eval=times, **euler_newton.PRECISION).y.T
+    kept = np.array([momentum_and_energy(state) for state in states])
+    assert np.allclose(kept, kept[0], rtol=0, atol=1e-11 * np.max(np.abs(kept)))
+    spins = [state[15:].reshape(3, 3) @ mass_points.inertia_of(MASSES, POINTS) @ state[12:15] for state in states]
+    assert np.linalg.norm(spins[-1] - spins[0]) > 0.1  # the bodies do exchange momentum
+    high = field(16)
+    for state in states:
+        A = state[15:].reshape(3, 3)
+        turning = two_bodies(0, state)[12:15]
+        inertia = mass_points.inertia_of(MASSES, POINTS)
+        twist = inertia @ turning - np.cross(inertia @ state[12:15], state[12:15])
+        orbit = pt.FixedPoint(state[:3] - state[6:9], COMPANION)
+        exact, series = (
+            torque(CLOUD, force, turn=Rotation.from_matrix(A))
+            for force in (pt.MasconGravity(orbit, MASSES, POINTS), pt.HarmonicGravity(orbit, high))
+        )
+        assert relative(exact, twist) < 1e-11
+        assert relative(series, twist) < 1e-7
+
+
+# ---------------------------------------------------------------------- on the path of a planet
+
+
+def test_degree_two_is_the_gravity_gradient_on_the_path_of_a_planet():
+    """Of the Moon by the Earth: lengths in km, moments in M R^2 of the Moon, times in seconds."""
+    orbit = pt.planet_orbit("moon", "earth", "2025-01-01 TDB", "2025-01-29 TDB")
+    second = {"C20": -2.033e-4, "C22": 2.24e-5}
+    body = pt.Body.from_stokes(**second, polar_moment_factor=0.3930, mass=1.0, radius=1738.0)
+    C, S = np.zeros((2, 4, 4))
+    C[0, 0], C[2, 0], C[2, 2] = 1, second["C20"], second["C22"]
+    even, third = C.copy(), C.copy()
+    third[3, 1] = 3e-5
+    first = orbit.span[0]
+    start = body.state(TURN, omega_body=(0, 0, 2.66e-6), time=first)
+    times = first + np.linspace(0, 25 * 86400.0, 6)
+    gradient, series, more = (
+        pt.propagate(pt.System(body, force), start, times)
+        for force in (
+            pt.GravityGradient(orbit),
+            pt.HarmonicGravity(orbit, pt.GravityField(3, 1.0, 1738.0, even, S)),
+            pt.HarmonicGravity(orbit, pt.GravityField(3, 1.0, 1738.0, third, S)),
+        )
+    )
+    assert np.allclose(series.quaternion, gradient.quaternion, rtol=0, atol=1e-12)
+    assert np.allclose(series.omega_body, gradient.omega_body, rtol=1e-11, atol=1e-18)
+    assert np.max(np.abs(more.quaternion - gradient.quaternion)) > 1e-7

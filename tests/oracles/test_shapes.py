@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 
@@ -211,8 +212,6 @@ def test_the_field_of_a_mesh_in_a_system_has_the_energy_of_the_whole_polyhedron(
     attitudes = rng.normal(size=(6, 4))
     attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
     energies = [system.potential_energy(body.state(q, omega_body=(0, 0, 0))) for q in attitudes]
-    from scipy.spatial.transform import Rotation
-
     seen = (
         Rotation.from_quat(attitudes, scalar_first=True)
         .inv()
@@ -220,6 +219,80 @@ def test_the_field_of_a_mesh_in_a_system_has_the_energy_of_the_whole_polyhedron(
     )
     exact = -3.0 * mesh.potential(seen)
     np.testing.assert_allclose(np.diff(energies), np.diff(exact), rtol=0, atol=1e-9 * np.ptp(exact))
+
+
+LUMP = pt.Mesh(BIPYRAMID / 7.0, SIDES, mass=2.0)
+WAYS = np.random.default_rng(12).normal(size=(6, 3))
+WAYS /= np.linalg.norm(WAYS, axis=-1, keepdims=True)
+
+
+def torques_of(force, body, distance):
+    """On a body at rest at six places, which are those of the members."""
+    orbit = pt.FixedPoint(-distance * WAYS, np.full(len(WAYS), 1.3))
+    attitudes = np.tile([1.0, 0, 0, 0], (len(WAYS), 1))
+    return pt.System(body, force(orbit)).torque_body(pt.State(attitudes, np.zeros_like(attitudes)))
+
+
+@pytest.mark.parametrize("ratio", [1.5, 2.0, 4.0, 8.0])
+def test_the_torque_of_a_field_converges_to_that_of_the_polyhedron_at_its_rate(ratio):
+    """The body gets what the attractor at p loses: -p x F, F the body's pull on it by edges and faces.
+
+    To degree N it misses (R / r)^(N + 1), times coefficients that fall by a quarter a degree, at every distance.
+    """
+    body, distance, degrees = pt.Body.from_shape(LUMP), ratio * LUMP.circumscribing_radius, np.arange(2, 13)
+    scale, rounding = 1.3 * LUMP.mass / distance, 2e-15 * ratio
+    exact = -np.cross(distance * WAYS, 1.3 * LUMP.attraction(distance * WAYS))
+    series = [torques_of(lambda orbit, n=n: pt.HarmonicGravity(orbit, LUMP.field(n)), body, distance) for n in degrees]
+    errors = np.array([np.max(np.linalg.norm(found - exact, axis=-1)) for found in series]) / scale
+    assert np.all(errors < 0.06 / ratio ** (degrees + 1) + rounding)
+    reached = errors > 20 * rounding
+    step = np.exp(np.polyfit(degrees[reached], np.log(errors[reached]), 1)[0])
+    assert 0.7 / ratio < step < 0.8 / ratio
+
+
+def computed(shape, degree):
+    """The largest torque by the computed field, over the gravity times the distance of 4/3 radii."""
+    body, distance = pt.Body.from_shape(shape), 1.2
+    found = torques_of(lambda orbit: pt.HarmonicGravity(orbit, shape.field(degree)), body, distance)
+    return np.max(np.abs(found)) / (1.3 * shape.mass / distance)
+
+
+def test_a_sphere_feels_nothing_from_its_computed_field():
+    """A polyhedron of an icosahedron's symmetry has nothing below degree 6, and there what it lacks of the sphere."""
+    ball = pt.Ellipsoid((0.9, 0.9, 0.9), mass=2.0)
+    assert computed(ball, 8) == 0
+    assert computed(ball.moved((0.1, 0.2, 0.3), (0.5, 0.1, -0.7, 0.5)), 8) < 1e-15  # by cubature
+    left = []
+    for finer in (2, 3, 4):
+        sphere = trimesh.creation.icosphere(finer, radius=0.9)
+        mesh = pt.Mesh(sphere.vertices, sphere.faces, mass=2.0)
+        assert computed(mesh, 5) < 1e-15
+        left.append(computed(mesh, 8))
+        lacking = 1 - np.min(np.linalg.norm(mesh.vertices[mesh.faces].mean(axis=1), axis=-1)) / 0.9
+        assert 0 < left[-1] < 0.1 * lacking
+    np.testing.assert_allclose(np.divide(left[:-1], left[1:]), 4, rtol=0.03)
+
+
+def test_a_shape_in_oblique_axes_moves_as_in_its_principal_axes():
+    straight = LUMP.in_principal_axes()
+    body, principal = pt.Body.from_shape(LUMP), pt.Body.from_shape(straight)
+    turn = Rotation.from_rotvec([0.7, -0.2, 1.1])  # axes of the shape -> space
+    omega = np.array([0.3, -0.5, 0.4])
+    orbit = pt.KeplerOrbit(1.3, 3.0 * LUMP.circumscribing_radius, 0.2, 0.3, 0.5, -0.4)
+    times = np.linspace(0, orbit.period, 9)
+    oblique, plain = (
+        pt.propagate(pt.System(b, pt.HarmonicGravity(orbit, shape.field(6))), b.state(attitude, omega_body=rate), times)
+        for b, shape, attitude, rate in (
+            (body, LUMP, turn, omega),
+            (principal, straight, turn * LUMP.principal_axes, LUMP.principal_axes.inv().apply(omega)),
+        )
+    )
+    assert np.max(np.abs(LUMP.principal_axes.as_rotvec())) > 0.1
+    back = plain.attitude * LUMP.principal_axes.inv()
+    assert np.max(np.abs(oblique.attitude.as_matrix() - back.as_matrix())) < 1e-13
+    assert np.allclose(oblique.potential_energy, plain.potential_energy, rtol=1e-11, atol=1e-14)
+    assert np.allclose(oblique.angular_momentum_space, plain.angular_momentum_space, rtol=0, atol=1e-11)
+    assert np.ptp(plain.potential_energy) > 1e-3
 
 
 def test_a_mesh_of_a_sphere_becomes_the_sphere_with_more_faces():

@@ -32,10 +32,10 @@ def test_amplitudes_over_ten_decades(rng):
     amplitudes = 10.0 ** -np.arange(11) * np.exp(1j * rng.uniform(0, 6, 11))
     found = pt.frequencies(waves(times, DECADES) @ amplitudes, times, count=20)
     assert len(found.frequencies) == 11  # and then it stops
-    assert np.all(np.abs(found.frequencies - DECADES) < 4 * found.errors)
+    assert np.all(np.abs(found.frequencies - DECADES) < 8 * found.errors)  # rounding is no white noise
     np.testing.assert_allclose(found.frequencies[:7], DECADES[:7], rtol=1e-14)
     assert np.all(found.errors < 1e-16 / np.abs(amplitudes) + 2.3e-16 * np.abs(DECADES))
-    np.testing.assert_allclose(found.amplitudes, amplitudes, rtol=0, atol=2e-16)
+    np.testing.assert_allclose(found.amplitudes, amplitudes, rtol=1e-12, atol=2e-16)
     assert found.residual < 5e-16
 
 
@@ -98,7 +98,7 @@ def test_a_real_signal():
     found = pt.frequencies((waves(times, rates) @ amplitudes).real, times, count=4)
     np.testing.assert_allclose(found.frequencies, rates, rtol=1e-9)
     np.testing.assert_allclose(found.frequencies[:3], rates[:3], rtol=1e-14)
-    np.testing.assert_allclose(found.amplitudes, amplitudes, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found.amplitudes, amplitudes, rtol=0, atol=3e-13)
     assert found.errors[1] == 0
 
 
@@ -124,15 +124,14 @@ def test_the_clock_of_the_times():
     signal = waves(later, rates) @ amplitudes
     assert_same_lines(pt.frequencies(signal, later, count=2), rates, amplitudes, rtol=1e-13)
     assert_same_lines(pt.frequencies(signal[::-1], later[::-1], count=2), rates, amplitudes, rtol=1e-13)
-    assert_same_lines(
-        pt.frequencies(signal, 0.1, count=2), rates, waves([100.0], rates)[0] * amplitudes, rtol=1e-13
-    )
+    assert_same_lines(pt.frequencies(signal, 0.1, count=2), rates, waves([100.0], rates)[0] * amplitudes, rtol=1e-13)
 
 
 def test_the_drift_of_a_frequency():
     times = np.arange(4096) * 0.25
-    regular = waves(times, [1.0, 0.37, 0.0]) @ [1.0, 0.9, 3.0]
-    np.testing.assert_allclose(pt.diffusion(regular, times, count=3), [0, 0, np.nan], atol=1e-14)
+    regular = waves(times, [1.0, 0.37, 0.0]) @ [1.0, 0.9, 3.0]  # the mean is not followed
+    np.testing.assert_allclose(pt.diffusion(regular, times, count=2), [0, 0], atol=1e-14)
+    np.testing.assert_array_equal(pt.diffusion(np.ones(640), 0.1), [np.nan])
     sweep = np.exp(1j * (times + 2e-6 * times**2))  # the halves are centred half a run apart
     np.testing.assert_allclose(pt.diffusion(sweep, times), 4e-6 * 512, rtol=3e-3)
 
@@ -166,7 +165,7 @@ def shifted():
         (
             lambda: pt.diffusion(SIGNAL, EVEN),
             ValueError,
-            "signal must have at least 320 samples along its last axis for 20 lines in each half, "
+            "signal must have at least 128 samples along its last axis for 8 lines in each half, "
             "but shape (100,) came.",
         ),
         (

@@ -26,6 +26,8 @@ POWER = 3
 """Of the window (1 + cos pi x)^POWER; its main lobe reaches to POWER + 1 bins, farther lines fade as bins^-7."""
 APART = 0.5
 """Lines closer than this, in bins, are not told from each other."""
+WORSE = 2
+"""A line that makes the frequencies of others less certain by more than this is noise beside them."""
 CLUSTER = 16
 """Lines with gaps below this, in bins, are stepped together; others see each other in what is left."""
 NOTCH = 2
@@ -34,12 +36,12 @@ NEIGHBOURS = 16
 """Bins about a line, beyond those, in which the noise is measured."""
 NOT_NOISE = 1e-3
 """The probability that noise alone makes a line."""
-ROUNDS = 20
+ROUNDS = 10
 LONGEST_STEP = 0.25
 """Of a frequency, in bins."""
 FOLLOWED = 1 / 3
 """A line in the second half of a run may be one of the first half if it is at least so strong, relatively."""
-IN_A_HALF = 20
+IN_A_HALF = 8
 """Lines that are fitted in each half."""
 EVEN = 1e-9
 """How far times may be from even ones, in steps, besides their rounding."""
@@ -95,8 +97,8 @@ def frequencies(signal: ArrayLike, times: ArrayLike, count: int = 10) -> LineSpe
     rows = [_decomposed(row, t, count) for row in signals.reshape(-1, t.size)]
     most = max(len(row[0]) for row in rows)
     padded = [[np.pad(x, (0, most - len(x)), constant_values=np.nan) for x in row[:3]] for row in rows]
-    lines = (np.reshape(x, (*signals.shape[:-1], most)) for x in zip(*padded, strict=True))
-    return LineSpectrum(*lines, np.reshape([row[3] for row in rows], signals.shape[:-1])[()])
+    nu, amplitudes, errors = (np.reshape(x, (*signals.shape[:-1], most)) for x in zip(*padded, strict=True))
+    return LineSpectrum(nu, amplitudes, errors, np.reshape([row[3] for row in rows], signals.shape[:-1])[()])
 
 
 def diffusion(signal: ArrayLike, times: ArrayLike, count: int = 1) -> Array:
@@ -164,7 +166,7 @@ class _Fit:
         starts = np.arange(0, self.n, block) - (self.n - 1) / 2
         coarse, fine = self.coarse[lines, None], self.fine[lines, None]
         far, near = (_wave(coarse, fine, samples) for samples in (starts, np.arange(block)))
-        return (far[:, :, None] * near[:, None, :]).reshape(lines.size, -1)[:, : self.n]
+        return (far[:, :, None] * near[:, None, :]).reshape(lines.size, starts.size * block)[:, : self.n]
 
     def columns(self, lines: Array) -> Array:
         """Return the derivatives of some lines by the parts of their amplitudes and by nu times half the run."""
@@ -190,20 +192,13 @@ class _Fit:
         return float(np.sqrt(np.average(np.abs(self.rest) ** 2, weights=self.window)))
 
     def add(self, turns: float) -> None:
-        """Add a line and fit all of them, well below what is left."""
+        """Add a line and fit all of them, until no one changes the signal by more than rounding."""
         coarse = np.rint(turns * 2**26) / 2**26
         self.coarse, self.fine = np.append(self.coarse, coarse), np.append(self.fine, turns - coarse)
         self.amplitudes = np.append(self.amplitudes, 0.0)
-        self.settle(0.01)
-
-    def settle(self, share: float) -> None:
-        """Step until no line changes the signal by more than a share of what is left would, or rounding."""
-        moving = self.clusters
+        clusters = self.clusters
         for _ in range(ROUNDS):
-            moved = [self._step(cluster) for cluster in moving]
-            still = (share * self.residual + self.noise) / np.sqrt(self.n)
-            moving = [cluster for cluster, by in zip(moving, moved, strict=True) if by > still]
-            if not moving:
+            if max([self._step(cluster) for cluster in clusters]) <= self.noise:
                 break
         self.rest = self.signal - self.sum_of(np.arange(self.fine.size))
 
@@ -237,10 +232,12 @@ class _Fit:
         return turns - (1 if turns >= 0.5 and not self.is_real else 0), bool(is_line)
 
     def errors(self) -> Array:
-        """Return the standard errors of the frequencies, radians per sample, up to rounding."""
+        """Return the standard errors of the frequencies, radians per sample."""
         power = np.abs(np.fft.fft(self.window * self.x * self.rest, 2 * self.n)) ** 2
         density = np.mean(power.reshape(-1, 2), axis=1) / np.sum((self.window * self.x) ** 2)
-        bins = np.arange(self.n // 2 + 1 if self.is_real else self.n)  # whole ones alone may be zeros of a line far away
+        bins = np.arange(
+            self.n // 2 + 1 if self.is_real else self.n
+        )  # whole ones alone may be zeros of a line far away
         apart = np.min(np.abs(_reduced(bins[:, None] / self.n - self.turns)) * self.n, axis=1, initial=np.inf)
         bins = bins[apart > NOTCH] if np.any(apart > NOTCH) else bins
         errors = np.empty(self.turns.size)
@@ -252,7 +249,7 @@ class _Fit:
             for line, scale in zip(cluster, variance * (1 if self.is_real else 0.5), strict=True):
                 near = np.argsort(np.abs(_reduced(bins / self.n - self.turns[line])))[:NEIGHBOURS]
                 errors[line] = np.sqrt(np.median(density[bins[near]]) / np.log(2) * scale) * 2 / self.n
-        return errors
+        return np.hypot(errors, 2 * np.pi * np.finfo(float).eps * np.abs(self.turns))
 
 
 def _decomposed(signal: Array, t: Array, count: int) -> tuple[Array, Array, Array, float]:
@@ -262,7 +259,7 @@ def _decomposed(signal: Array, t: Array, count: int) -> tuple[Array, Array, Arra
     backwards = np.sign(fit.turns) if fit.is_real else np.ones(fit.turns.size)
     nu = 2 * np.pi * fit.turns / step
     amplitudes = fit.amplitudes * np.exp(-1j * nu * (t[0] + t[-1]) / 2)
-    errors = np.hypot(fit.errors() / step, np.finfo(float).eps * np.abs(nu))
+    errors = fit.errors() / step
     order = np.argsort(-np.abs(amplitudes))
     if fit.is_real:
         nu, amplitudes = np.abs(nu), np.where(backwards < 0, amplitudes.conj(), amplitudes)
@@ -273,6 +270,7 @@ def _fitted(signal: Array, count: int) -> _Fit:
     fit = _Fit(signal)
     bins = np.arange(fit.n) / fit.n
     barred = bins > 0.5 if fit.is_real else np.zeros(fit.n, bool)
+    errors = np.empty(0)
     while fit.turns.size < count:
         turns, is_line = fit.strongest(barred)
         if not is_line:
@@ -280,15 +278,19 @@ def _fitted(signal: Array, count: int) -> _Fit:
         before = fit.coarse, fit.fine, fit.amplitudes, fit.rest
         residual = fit.residual
         fit.add(turns)
-        if np.min(np.diff(np.sort(fit.turns)), initial=1.0) * fit.n < APART or fit.residual > residual:
+        after = fit.errors()
+        too_near = np.min(np.diff(np.sort(fit.turns)), initial=1.0) * fit.n < APART
+        if too_near or fit.residual > residual or np.any(after[:-1] > WORSE * errors):
             fit.coarse, fit.fine, fit.amplitudes, fit.rest = before
             barred |= np.abs(_reduced(bins - turns)) * fit.n < POWER + 1
-    fit.settle(0.0)
+        else:
+            errors = after
     return fit
 
 
 def _wave(coarse: Array, fine: Array, samples: Array) -> Array:
-    return np.exp(2j * np.pi * (_reduced(coarse * samples) + fine * samples))  # the first product is exact
+    wave: Array = np.exp(2j * np.pi * (_reduced(coarse * samples) + fine * samples))  # the first product is exact
+    return wave
 
 
 def _inverse(matrix: Array) -> Array:

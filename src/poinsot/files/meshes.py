@@ -1,4 +1,4 @@
-"""Shapes from files of triangles: OBJ, PLY and STL."""
+"""Shapes from files of triangles: OBJ, PLY, STL and tables of plates."""
 
 from __future__ import annotations
 
@@ -22,7 +22,12 @@ MOST_BYTES = 200_000_000
 MOST_FACES = 5_000_000
 
 KINDS = {".obj": "OBJ", ".tab": "OBJ", ".ply": "PLY", ".stl": "STL"}
-"""Formats by the end of the name; shape models in .tab are the v and f lines of OBJ."""
+"""Formats by the end of the name; a shape model in .tab is the lines of OBJ or a table of plates."""
+
+TABLE = re.compile(rb"\s*\d{1,9}(?:[ \t]+\d{1,9})?[ \t\r]*\n")
+"""How a table of plates begins: with one number, of vertices, or two, of vertices and plates."""
+
+PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c, but"
 
 SILENT = logging.NullHandler()
 """Keeps what trimesh logs off the terminal of those who have not set up logging."""
@@ -36,10 +41,12 @@ def read_mesh(
     unit: float = 1.0,
     repair: bool = False,
 ) -> Mesh:
-    """Return the homogeneous body inside the surface in a file, OBJ (also .tab), PLY or STL.
+    """Return the homogeneous body inside the surface in a file: OBJ, PLY, STL or a table of plates (.tab).
 
     Materials and textures are left alone, and no other file is opened. Vertices at the very same place are one;
-    quadrilaterals become two triangles.
+    quadrilaterals become two triangles. A table of plates, as the PDS has them, is a line with the number of vertices,
+    one "i x y z" for each, a line with the number of plates, and one "i a b c" for each, all numbered from 1; or both
+    numbers are in the first line. A .tab with the v and f lines of OBJ is read as such.
 
     Parameters
     ----------
@@ -67,8 +74,12 @@ def read_mesh(
     refuse_nonpositive("unit", factor)
     content = read_bytes(path, MOST_BYTES)
     try:
-        _refuse_many(_most_faces(kind, content))
-        vertices, faces = _joined(*_parsed(kind, content))
+        if path.suffix.lower() == ".tab" and TABLE.match(content):
+            found = _plates(content.lstrip())
+        else:
+            _refuse_many(_most_faces(kind, content))
+            found = _parsed(kind, content)
+        vertices, faces = _joined(*found)
         return Mesh(factor * vertices, faces, mass=mass, density=density, repair=repair)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None
@@ -92,6 +103,36 @@ def _most_faces(kind: str, content: bytes) -> int:
     if sum(counts) > len(content):
         raise ValueError(f"a PLY file must have a byte for each element, but it says {sum(counts)} in {len(content)}.")
     return max(counts, default=0)
+
+
+def _plates(content: bytes) -> tuple[Any, Any]:
+    """Return vertices and faces of a table of plates, checked by its length and by the numbers of its rows."""
+    numbers = _numbers(content)
+    given = len(content.split(b"\n", 1)[0].split())
+    middle = given + 4 * int(numbers[0])
+    counted = numbers[1:2] if given == 2 else numbers[middle : middle + 1]
+    rest = middle + 2 - given
+    if numbers.size != rest + 4 * counted.sum():
+        raise ValueError(f"{PLATES} its length is not that of its counts.")
+    _refuse_many(len(numbers[rest:]) // 4)
+    places, corners = numbers[given:middle].reshape(-1, 4), numbers[rest:].reshape(-1, 4)
+    for rows in (places, corners):
+        if not np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
+            raise ValueError(f"{PLATES} its rows are not numbered from 1 on.")
+    plates = corners[:, 1:]
+    wrong = plates[~((plates % 1 == 0) & (plates >= 1) & (plates <= len(places)))]
+    if wrong.size:
+        raise ValueError(f"plates must name vertices from 1 to {len(places)}, but {wrong[0]:g} came.")
+    return places[:, 1:], plates.astype(np.int64) - 1
+
+
+def _numbers(content: bytes) -> NDArray[np.float64]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # some NumPy only warn of other text
+            return np.fromstring(content, sep=" ")
+    except (DeprecationWarning, ValueError):
+        raise ValueError(f"{PLATES} it has more than numbers between spaces.") from None
 
 
 def _parsed(kind: str, content: bytes) -> tuple[Any, Any]:
@@ -122,7 +163,15 @@ def _bare(kind: str, content: bytes) -> bytes:
     """Return the vertices and faces of a file in text, without its names: many of them take trimesh very long."""
     if kind == "OBJ":
         lines = re.findall(rb"^[ \t]*[vf][ \t][^\n]*", content.replace(b"\\\n", b" "), re.MULTILINE)
-        return re.sub(rb"/[^\s]*", b"", b"\n".join(lines))
+        bare = re.sub(rb"/[^\s]*", b"", b"\n".join(lines))
+        if re.search(rb"^[ \t]*f[^\n]*\s0+(?!\S)", bare, re.MULTILINE):
+            raise ValueError("a face must name vertices from 1 in OBJ, but one names vertex 0. Add 1 to each of them.")
+        if not bare:
+            raise ValueError(
+                "the file must have the v and f lines of OBJ, but it has none. A .tab may also be a table of plates: "
+                "counts, then rows with their numbers."
+            )
+        return bare
     if kind == "STL" and not _is_binary(content):
         return b"solid\n" + b"\n".join(re.findall(rb"vertex[^\n]*", content.lower())) + b"\nendsolid"
     return content

@@ -39,8 +39,8 @@ class Mesh(Shape):
     ------
     ValueError
         If an edge does not belong to exactly two faces, the two run through it in the same direction, a closed surface
-        is wound inwards and in no other, or no volume is enclosed. Whether surfaces cut through themselves or each other
-        is not checked.
+        is wound inwards and in no other, or no volume is enclosed. Whether surfaces cut through themselves or each
+        other is not checked.
 
     Notes
     -----

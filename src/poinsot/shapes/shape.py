@@ -50,7 +50,7 @@ class Shape(ABC):
     @property
     @abstractmethod
     def circumscribing_radius(self) -> float:
-        """The radius of the smallest sphere about the centre of mass that holds the shape; an `Assembly` has a bound."""
+        """The radius of the smallest sphere about the centre of mass that holds the shape; of an `Assembly` a bound."""
 
     @abstractmethod
     def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:

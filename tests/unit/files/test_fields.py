@@ -56,7 +56,7 @@ def read(folder, text, *args, **kwargs):
 )
 def test_both_formats_bring_the_field_back(text, tmp_path):
     field = read(tmp_path, text)
-    assert (field.degree, field.mass, field.radius, field.extent) == (4, 3.0, 0.25, 0.0)
+    assert (field.degree, field.mass, field.radius, field.extent) == (4, 3.0, 0.25, 0.25)
     np.testing.assert_allclose(field.C, FIELD.C, rtol=1e-15, atol=0)
     np.testing.assert_allclose(field.S, FIELD.S, rtol=1e-15, atol=0)
 
@@ -67,7 +67,7 @@ def test_degree_and_unit(tmp_path):
     np.testing.assert_allclose(field.C, FIELD.C[:4, :4], rtol=1e-15, atol=0)
     with pytest.raises(ValueError, match=r"degree must be from 2 to 4, but 5 came\. The table has 4"):
         read(tmp_path, shadr(), 5)
-    with pytest.raises(TypeError, match=r"degree must be an int, but 3\.0 came"):
+    with pytest.raises(TypeError, match=r"degree must be an int, but float 3\.0 came\."):
         read(tmp_path, shadr(), 3.0)
     with pytest.raises(ValueError, match=f"degree must be from 2 to {HIGHEST_DEGREE}, but 90 came"):
         read(tmp_path, shadr(degree=90))
@@ -76,6 +76,30 @@ def test_degree_and_unit(tmp_path):
         read(tmp_path, shadr(), unit=-1)
     with pytest.raises(ValueError, match="mass must be positive"):
         read(tmp_path, shadr(), mass=0)
+
+
+def test_the_extent_is_in_the_unit_of_the_user_and_by_default_the_radius_of_the_table(tmp_path):
+    for table in (shadr(), icgem()):
+        assert read(tmp_path, table, unit=1000.0).extent == 250.0
+        assert read(tmp_path, table, unit=1000.0, extent=310.0).extent == 310.0
+        assert read(tmp_path, table, extent=0).extent == 0
+    with pytest.raises(ValueError, match=r"extent must not be negative, but -1\.0 came"):
+        read(tmp_path, shadr(), extent=-1.0)
+
+
+def test_a_run_tells_when_the_attractor_was_within_the_radius_of_the_table(tmp_path):
+    rest = pt.FixedPoint((0.2, 0, 0), 1.0)
+    second = read(tmp_path, shadr(), 2)
+    body = pt.Body.from_stokes(
+        **{f"{name}2{m}": getattr(second, name)[2, m] for name in "CS" for m in range(3) if (name, m) != ("S", 0)},
+        polar_moment_factor=4.0,
+        mass=3.0,
+        radius=0.25,
+    )
+    start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0))
+    with pytest.warns(UserWarning, match="0.05 below the sphere that holds the body"):
+        force = pt.HarmonicGravity(rest, second)
+    assert pt.System(body, force).doubts(start)["inside_sphere"]
 
 
 def test_orders_beyond_those_of_the_table_are_zero(tmp_path):
@@ -102,8 +126,8 @@ def changed(n, m, **new):
         (shadr(flag=2), "the normalization must be 0 .none. or 1 .full., but 2 came"),
         (shadr(turn=1.0), "the reference longitude and latitude must be 0"),
         (shadr(radius=-1.0), "radius must be positive"),
-        (shadr(changed(2, 0, S=1e-9)), "S must be zero where m = 0, but S_20 = 1e-09"),
-        (shadr(changed(0, 0, C=4.9e3)), "C_00 must be 1, but 4900 came"),
+        (shadr(changed(2, 0, S=1e-9)), "S must be zero in order 0, but S_20 is not"),
+        (shadr(changed(0, 0, C=4.9e3)), "C_00 must be 1, or 0 where it is left out, but 4900 came"),
         (shadr(changed(1, 1, C=1e-5)), "C and S must be zero in degree 1, but they are not"),
         (shadr(changed(3, 1, C=float("nan"))), "a number must be finite, but line 9 has 'NAN'"),
         (shadr(changed(3, 1, C=float("inf"))), "a number must be finite, but line 9 has 'INF'"),

@@ -52,10 +52,19 @@ def stl_text(shift=0):
     return "solid box\n" + "".join(loops) + "endsolid box\n"
 
 
+def plates(apart=True, faces=BOX.faces + 1, first=1):
+    counts = (len(BOX.vertices), len(faces))
+    rows = [" ".join(map(str, (k, *row))) for part in (BOX.vertices, faces) for k, row in enumerate(part, first)]
+    rows[8:8] = [f"  {counts[1]}"] * apart
+    return "\r\n".join([f"  {counts[0]}" if apart else "{}\t{}".format(*counts), *rows, ""])
+
+
 FILES = {
     "box.obj": obj(),
     "box.OBJ": obj(face="f {0}/{0}/{0} {1}/{0}/{1} {2}/{0}/{0}"),
     "eros.tab": obj(),
+    "plates.tab": plates(),
+    "counts.TAB": plates(apart=False),
     "text.ply": ply("ascii"),
     "little.ply": ply("binary_little_endian"),
     "big.ply": ply("binary_big_endian"),
@@ -162,6 +171,21 @@ def test_surfaces_that_are_not_closed_or_inverted_name_the_file(tmp_path):
         ("a.obj", obj().replace("v -0.5 -1.0 -1.5", "v x -1.0 -1.5"), "the file must be OBJ with vertices and faces"),
         ("a.obj", obj(faces=BOX.faces + 2), "the file must be OBJ with vertices and faces"),
         ("a.obj", obj().replace("f ", "f 1/"), "a.obj: "),
+        ("a.obj", obj(faces=BOX.faces), r"must name vertices from 1 in OBJ, but one names vertex 0\. Add 1 to each"),
+        ("a.obj", obj(faces=BOX.faces, face="f {}/1 {}/2 {}/3"), "but one names vertex 0"),
+        ("a.obj", plates(), r"the v and f lines of OBJ, but it has none\. A \.tab may also be a table of plates"),
+        ("a.tab", plates().replace("  8", "1 2 3", 1), "the v and f lines of OBJ, but it has none"),
+        ("a.tab", plates()[:-20], r"rows of i x y z and rows of i a b c, but its length is not that of its counts"),
+        ("a.tab", plates().replace("  8", "  80", 1), "its length is not that of its counts"),
+        ("a.tab", plates().replace("  12", "  nan", 1), "its length is not that of its counts"),
+        ("a.tab", plates().replace("  8", "  0", 1), "its length is not that of its counts"),
+        ("a.tab", plates().replace("-0.5", "-0.5,", 1), "but it has more than numbers between spaces"),
+        ("a.tab", plates().replace("-0.5", "nan", 1), "vertices must be finite"),
+        ("a.tab", plates(first=0), "its rows are not numbered from 1 on"),
+        ("a.tab", plates(faces=BOX.faces), "plates must name vertices from 1 to 8, but 0 came"),
+        ("a.tab", plates(faces=BOX.faces + 2), "plates must name vertices from 1 to 8, but 9 came"),
+        ("a.tab", plates(faces=BOX.faces + 0.5), "plates must name vertices from 1 to 8, but 0.5 came"),
+        ("a.tab", plates(faces=[]), "faces must not be empty"),
         ("a.ply", b"", "a PLY file must have a header with an end"),
         ("a.ply", b"ply\nend_header\n", "the file must be PLY"),
         ("a.ply", ply("ascii").replace(b"face 12", b"face 12000000"), "a PLY file must have a byte for each element"),
@@ -183,7 +207,7 @@ def test_bad_files_end_in_one_sentence(name, content, sentence, tmp_path):
 def test_too_large_files_and_other_formats_are_refused(tmp_path, monkeypatch):
     path = written(tmp_path, "box.stl", stl_binary())
     monkeypatch.setattr(meshes, "MOST_FACES", 11)
-    for name in ("box.stl", "box.obj", "text.ply", "text.stl"):
+    for name in ("box.stl", "box.obj", "text.ply", "text.stl", "plates.tab", "counts.TAB"):
         with pytest.raises(ValueError, match="a mesh must have at most 11 faces, but the file has 12"):
             pt.read_mesh(written(tmp_path, name, FILES.get(name, stl_binary())), mass=1)
     monkeypatch.setattr(meshes, "MOST_BYTES", 100)

@@ -21,7 +21,7 @@ BODY = pt.Body.from_stokes(**SECOND, polar_moment_factor=0.4, mass=2.0, radius=0
 def field(degree=2, mass=2.0, radius=0.8, extent=0.0, seed=3, **second):
     """A field of second degree as that of the body, and higher terms by chance."""
     C, S = np.tril(np.random.default_rng(seed).normal(size=(2, degree + 1, degree + 1))) * 0.05
-    C[:2], S[:2] = 0, 0
+    C[:2], S[:2], S[:, 0] = 0, 0, 0
     for name, value in {**SECOND, **second}.items():
         {"C": C, "S": S}[name[0]][2, int(name[2])] = value
     return pt.GravityField(degree, mass, radius, C, S, extent)

@@ -29,6 +29,25 @@ def test_normalisation_goes_both_ways():
         assert field.S[n, m] == pytest.approx(factor * S[n, m], rel=1e-14)
 
 
+def test_normalised_members():
+    (C, S), (c, s) = coefficients(4), coefficients(4)
+    both = pt.GravityField.from_normalized([2.0, 1.0], 3.0, [C, c], [S, s])
+    for member, (mass, one) in enumerate(((2.0, (C, S)), (1.0, (c, s)))):
+        alone = pt.GravityField.from_normalized(mass, 3.0, *one)
+        assert np.array_equal(both.C[member], alone.C)
+        assert np.array_equal(both.S[member], alone.S)
+    assert np.allclose(both.normalized[0], [C, c], rtol=1e-15, atol=0)
+    assert both.truncated(3).C.shape == (2, 4, 4)
+    shared = pt.GravityField.from_normalized(2.0, 3.0, [C, c], S)
+    assert shared.S.shape == (5, 5)
+
+
+@pytest.mark.parametrize("shape", [(5, 4), (5,), (), (2, 2, 5, 5), (3, 5, 4)])
+def test_normalised_coefficients_are_squares(shape):
+    with pytest.raises(ValueError, match=r"^C must have shape \((\d), \1\) or \(members, \1, \1\), but shape"):
+        pt.GravityField.from_normalized(1.0, 1.0, np.zeros(shape), np.zeros(shape))
+
+
 def test_the_flattening_of_the_earth():
     """C20 of EGM2008, -0.484165143790815e-3 normalised, is J2 = 1.0826e-3."""
     C = np.zeros((3, 3))
@@ -59,6 +78,8 @@ def test_the_deviator_is_that_of_the_body():
 C, S = coefficients(2)
 ONE_OFF = C.copy()
 ONE_OFF[1, 1] = 1e-3
+DOUBLE, SINE = C.copy(), S.copy()
+DOUBLE[0, 0], SINE[2, 0] = 2, 1e-9
 
 
 @pytest.mark.parametrize(
@@ -69,6 +90,10 @@ ONE_OFF[1, 1] = 1e-3
         ((2, 1.0, -1.0, C, S), "radius must be positive, but -1.0 came."),
         ((2, 1.0, 1.0, C, S, -2.0), "extent must not be negative, but -2.0 came. 0 means unknown."),
         ((3, 1.0, 1.0, C, S), "C must have shape (4, 4) or (members, 4, 4), but shape (3, 3) came."),
+        ((2, 1.0, 1.0, DOUBLE, S), "C_00 must be 1, or 0 where it is left out, but 2 came."),
+        ((2, 1.0, 1.0, [C, 0 * C, DOUBLE], S), "C_00 must be 1, or 0 where it is left out, but 2 came."),
+        ((2, 1.0, 1.0, C, SINE), "S must be zero in order 0, but S_20 is not."),
+        ((2, 1.0, 1.0, C, [S, SINE]), "S must be zero in order 0, but S_20 is not."),
         (
             (2, 1.0, 1.0, ONE_OFF, S),
             "C and S must be zero in degree 1, but they are not. Refer them to the centre of mass.",
@@ -84,3 +109,12 @@ def test_what_is_no_field(wrong, sentence):
 def test_what_is_no_lower_degree(degree):
     with pytest.raises(ValueError, match=rf"^degree must be from 2 to 4, that of the field, but {degree} came\.$"):
         pt.GravityField(4, 1.0, 1.0, *coefficients(4)).truncated(degree)
+
+
+@pytest.mark.parametrize(("degree", "came"), [(3.0, "float 3.0"), (True, "bool True"), ("3", "str '3'")])
+def test_a_degree_is_a_whole_number(degree, came):
+    field = pt.GravityField(4, 1.0, 1.0, *coefficients(4))
+    for ask in (field.truncated, pt.Ellipsoid((1, 2, 3), mass=1.0).field):
+        with pytest.raises(TypeError, match=f"^{re.escape(f'degree must be an int, but {came} came.')}$"):
+            ask(degree)
+    assert field.truncated(np.int64(3)).degree == 3
