@@ -69,7 +69,7 @@ def _field(degree):
     """Coefficients by chance, smaller with the degree."""
     sizes = 0.1 / np.maximum(np.arange(degree + 1), 1)[:, None] ** 2
     C, S = sizes * np.tril(np.random.default_rng(1).normal(size=(2, degree + 1, degree + 1)))
-    C[:2], S[:2] = 0, 0
+    C[:2], S[:2], S[:, 0] = 0, 0, 0
     return pt.GravityField.from_normalized(1.0, 1.0, C, S)
 
 
