@@ -167,12 +167,12 @@ class System:
     @functools.cached_property
     def _push(self) -> Any:
         """The momentum that the energies and torques of the forces at sample states stand for; shape (...)."""
-        q, t, _ = samples(self, BRANCHES)
-        sky = ExploredSky(t)
-        strongest = self._strongest_push(q, Sky(t)) if self.members else self._trial_push
-        explored = self._strongest_push(q, sky)
-        if sky.asked:
-            strongest = np.maximum(strongest, explored)
+        branching = any(_branches(_Alike(force, self.body)) for force in self.forces)
+        strongest = self._trial_push
+        if branching or self.members:
+            q, t, _ = samples(self, BRANCHES)
+            skies = [Sky(t), *[ExploredSky(t)] * branching]
+            strongest = functools.reduce(np.maximum, [self._strongest_push(q, sky) for sky in skies])
         return np.sqrt(np.max(self.body.moments, axis=-1) * strongest)
 
     def _strongest_push(self, q: NDArray[np.float64], sky: Sky) -> Any:
@@ -334,6 +334,31 @@ def _try_formula(force: Force, body: Body) -> float:
         raise TypeError(f"the torque of {name} must be three components along the body axes, but {_size(value)} came.")
     at_rest = [np.atleast_1d(component)[0] for component in value]
     return float(np.nan_to_num(np.linalg.norm(at_rest), posinf=0.0))
+
+
+class _Alike:
+    """A force on a body, equal to another one of the same structure: their formulas are one."""
+
+    def __init__(self, force: Force, body: Body) -> None:
+        self.force, self.body = force, body
+        self._structure = force.structure, body.structure
+
+    def __hash__(self) -> int:
+        return hash(self._structure)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Alike) and self._structure == other._structure
+
+
+@functools.lru_cache(1024)
+def _branches(alike: _Alike) -> bool:
+    """Whether the formula of a force has a condition on the time or an orbit."""
+    system = object.__new__(System)
+    system.body, system.forces, system.units = alike.body, (alike.force,), {}
+    q, t, _ = samples(system, BRANCHES)
+    sky = ExploredSky(t)
+    system._strongest_push(q, sky)
+    return bool(sky.asked)
 
 
 def _push_of(force: Any, body: Body, attitude: Attitude, sky: Sky) -> Any:
