@@ -92,7 +92,7 @@ class Parametric:
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which formulas or numbers change; those of the parts. A kernel stops at each."""
-        return functools.reduce(np.union1d, (part.knots for part in self.parts), np.empty(0))
+        return union_of_knots(self.parts)
 
     def between_knots(self, time: ArrayLike) -> Self:
         """Return what the record is between the knots around a time, or around each of an array of times."""
@@ -117,6 +117,15 @@ class Parametric:
                 value = _take(scalars, kind)
             fields[name] = value
         return self.unchecked(**fields)
+
+
+def union_of_knots(records: Iterable[Parametric]) -> NDArray[np.float64]:
+    """Return the knots of all records, ascending."""
+    some = [record.knots for record in records if record.knots.size]
+    return functools.reduce(np.union1d, some) if some else NO_KNOTS
+
+
+NO_KNOTS = np.empty(0)
 
 
 def kinds_of(cls: type[Parametric]) -> dict[str, Any]:

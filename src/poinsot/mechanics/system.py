@@ -17,7 +17,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import came, union_of_knots
 from poinsot.mechanics.samples import common_axes, orbits_of, sample_time, samples, space_axes, span
 from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Sky
 from poinsot.mechanics.state import State
@@ -216,8 +216,10 @@ class System:
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which the tables of its orbits change their polynomials; of equal ones, the first."""
-        knots = functools.reduce(np.union1d, (force.knots for force in self.forces), np.empty(0))
-        return knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
+        knots = union_of_knots(self.forces)
+        return (
+            knots if not knots.size else knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
+        )
 
     @functools.cached_property
     def span(self) -> tuple[float, float]:
