@@ -207,3 +207,11 @@ def test_a_potential_that_is_switched_on_has_no_energy_to_keep():
     assert [integral.symbol for integral in pt.System(BODY, Weight(3.0, 7.0)).integrals] == ["G3"]
     assert [integral.symbol for integral in pt.System(BODY, Ridge(0.7)).integrals] == ["H", "G1"]
     assert [integral.symbol for integral in pt.System(BODY, Ridge([0.7, 0.8])).integrals] == ["H", "G1"]
+
+
+def test_a_condition_that_grows_from_zero_costs_no_digit():
+    body = pt.Body((1.0, 2.0, 3.0))
+    start = body.state((1, 0, 0, 0), omega_body=(1e-7, 5e-8, 1e-6))
+    motion = pt.propagate(pt.System(body, Thruster((0, 0, 0), 0.0, 1e12)), start, [1e9])
+    exact = pt.free_motion(body, start, [1e9])
+    assert np.max(np.abs(motion.quaternion - exact.quaternion)) < 5e-12
