@@ -6,19 +6,19 @@ from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.frequencies import LineSpectrum, diffusion, frequencies
 from poinsot.analysis.periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from poinsot.errors import PropagationError, PropagationInterrupted
-from poinsot.files.aem import read_aem, write_aem
-from poinsot.files.apm import read_apm, write_apm
-from poinsot.files.attitude_table import AttitudeTable
-from poinsot.files.ck import spice_attitude, write_ck
-from poinsot.files.fields import read_field
-from poinsot.files.meshes import read_mesh
+from poinsot.files.attitudes.aem import read_aem, write_aem
+from poinsot.files.attitudes.apm import read_apm, write_apm
+from poinsot.files.attitudes.attitude_table import AttitudeTable
+from poinsot.files.attitudes.ck import spice_attitude, write_ck
+from poinsot.files.attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
+from poinsot.files.attitudes.stk import read_stk_attitude, write_stk_attitude
+from poinsot.files.bodies.fields import read_field
+from poinsot.files.bodies.meshes import read_mesh
 from poinsot.files.netcdf import load, save
-from poinsot.files.oem import read_oem
-from poinsot.files.quaternion_csv import read_quaternion_csv, write_quaternion_csv
-from poinsot.files.scenario import Scenario, read_scenario
-from poinsot.files.spk import spice_orbit
-from poinsot.files.stk import read_stk_attitude, write_stk_attitude
-from poinsot.files.tle import omm_orbit, tle_orbit
+from poinsot.files.orbits.oem import read_oem
+from poinsot.files.orbits.spk import spice_orbit
+from poinsot.files.orbits.tle import omm_orbit, tle_orbit
+from poinsot.files.scenarios.scenario import Scenario, read_scenario
 from poinsot.forces.damping import LinearDamping
 from poinsot.forces.ellipsoid import EllipsoidGravity
 from poinsot.forces.gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity

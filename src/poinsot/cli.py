@@ -71,7 +71,7 @@ def run(
     """
     with _sentences():
         from poinsot.files.netcdf import load
-        from poinsot.files.scenario import read_scenario, repetition
+        from poinsot.files.scenarios.scenario import read_scenario, repetition
 
         original = None if file.suffix == ".toml" else load(file)
         job = read_scenario(file) if original is None else repetition(original, str(file))
@@ -232,7 +232,7 @@ def info(
     """
     with _sentences():
         from poinsot.files.netcdf import load
-        from poinsot.files.scenario import read_scenario
+        from poinsot.files.scenarios.scenario import read_scenario
 
         if file.suffix == ".toml":
             job = read_scenario(file)
@@ -302,11 +302,11 @@ def new(
         if schema:
             import json
 
-            from poinsot.files.scenario_model import schema as of_scenarios
+            from poinsot.files.scenarios.model import schema as of_scenarios
 
             typer.echo(json.dumps(of_scenarios(), indent=1))
             return
-        from poinsot.files.scenario_start import START
+        from poinsot.files.scenarios.start import START
         from poinsot.files.writing import write_text
 
         if file.suffix != ".toml":

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import poinsot as pt
 from poinsot.cli import app
-from poinsot.files import scenario as scenarios
+from poinsot.files.scenarios import scenario as scenarios
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 WIDE = {"COLUMNS": "400"}

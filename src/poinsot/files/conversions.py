@@ -6,12 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from poinsot.files.aem import read_aem, write_aem
-from poinsot.files.ck import write_ck
+from poinsot.files.attitudes.aem import read_aem, write_aem
+from poinsot.files.attitudes.ck import write_ck
+from poinsot.files.attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
+from poinsot.files.attitudes.stk import read_stk_attitude, write_stk_attitude
 from poinsot.files.netcdf import load, save
-from poinsot.files.quaternion_csv import read_quaternion_csv, write_quaternion_csv
-from poinsot.files.scenario import rebuilt_system
-from poinsot.files.stk import read_stk_attitude, write_stk_attitude
+from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.strangers import read_text
 from poinsot.mechanics.calendar import Calendar
 

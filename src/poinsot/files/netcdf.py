@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.files.scenario import rebuilt_system
+from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.writing import new_file
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.integrals import Integral

@@ -6,7 +6,7 @@ import spiceypy as spice
 from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES
 
 import poinsot as pt
-from poinsot.files import ck
+from poinsot.files.attitudes import ck
 
 
 @pytest.fixture(autouse=True)

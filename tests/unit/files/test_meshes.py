@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import poinsot as pt
-from poinsot.files import meshes
+from poinsot.files.bodies import meshes
 
 BOX = pt.Mesh.box((1, 2, 3), mass=6.0)  # halves: no rounding in float32
 TRIANGLES = BOX.vertices[BOX.faces]

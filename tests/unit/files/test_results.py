@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.files import netcdf
-from poinsot.files.scenario import parsed_scenario, repetition
+from poinsot.files.scenarios.scenario import parsed_scenario, repetition
 from poinsot.motion.scenario_text import text_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
@@ -143,7 +143,7 @@ def test_text_of_a_system_has_all_digits():
     motion = run(
         pt.Body((1 / 3, 0.3, 0.3)), pt.GravityGradient(orbit), times=[0.0], state=start(pt.Body((1 / 3, 0.3, 0.3)))
     )
-    from poinsot.files.scenario import rebuilt_system
+    from poinsot.files.scenarios.scenario import rebuilt_system
 
     again = rebuilt_system(text_of(motion), "it")
     for own, other in zip(motion.system.numbers, again.numbers, strict=True):
@@ -158,7 +158,7 @@ def test_text_of_a_system_has_all_digits():
     st.floats(-1e6, 1e6),
 )
 def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoch):
-    from poinsot.files.scenario import rebuilt_system
+    from poinsot.files.scenarios.scenario import rebuilt_system
 
     orbit = pt.KeplerOrbit(1e3, 2.0, eccentricity, *angles, epoch)
     system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))

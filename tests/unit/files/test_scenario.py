@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.files.makers import FUNCTIONS, makers
-from poinsot.files.quantities import quantity
-from poinsot.files.scenario import parsed_scenario, rebuilt_system
-from poinsot.files.scenario_model import schema
+from poinsot.files.scenarios.makers import FUNCTIONS, makers
+from poinsot.files.scenarios.model import schema
+from poinsot.files.scenarios.quantities import quantity
+from poinsot.files.scenarios.scenario import parsed_scenario, rebuilt_system
 
 ROOT = Path(__file__).parents[3]
 

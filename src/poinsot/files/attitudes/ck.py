@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import optional, real_array
-from poinsot.files.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
+from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
 from poinsot.files.spice import ET, check_inertial, loaded, sentences
 from poinsot.files.writing import new_file

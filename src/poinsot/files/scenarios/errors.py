@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from poinsot.files.makers import Maker, makers
-from poinsot.files.scenario_model import scenario_model, short
-from poinsot.files.toml_text import Path, lines_of
+from poinsot.files.scenarios.makers import Maker, makers
+from poinsot.files.scenarios.model import scenario_model, short
+from poinsot.files.scenarios.toml_text import Path, lines_of
 
 __all__ = ["Errors", "has", "nearest"]
 

@@ -100,7 +100,7 @@ def read_scenario(path: str | Path) -> Scenario:
 
 def parsed_scenario(text: str, name: str) -> Scenario:
     """Return the propagation that the text of a scenario describes; errors call it by the name."""
-    from poinsot.files.scenario_parts import Parts
+    from poinsot.files.scenarios.parts import Parts
 
     parts = Parts(text, name)
     system = parts.system()
@@ -119,7 +119,7 @@ def parsed_scenario(text: str, name: str) -> Scenario:
 
 def rebuilt_system(text: str, name: str) -> System:
     """Return the system alone that the text of a scenario describes, which may have neither state nor times."""
-    from poinsot.files.scenario_parts import Parts
+    from poinsot.files.scenarios.parts import Parts
 
     return Parts(text, name, whole=False).system()
 

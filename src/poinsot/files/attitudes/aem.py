@@ -11,8 +11,9 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from poinsot.files import adm, ccsds
-from poinsot.files.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
+from poinsot.files import ccsds
+from poinsot.files.attitudes import adm
+from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
 from poinsot.files.strangers import local_name, read_text
 from poinsot.files.writing import write_text
 from poinsot.mechanics import quaternion as quat

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from poinsot.files.tle import omm_orbit, tle_orbit
+from poinsot.files.orbits.tle import omm_orbit, tle_orbit
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.frame import RotatingFrame

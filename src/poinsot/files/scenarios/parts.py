@@ -13,10 +13,10 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from poinsot.errors import member_array, real_numbers
-from poinsot.files.makers import Key, kind_of, makers
-from poinsot.files.scenario_errors import Errors, has, nearest
-from poinsot.files.scenario_model import converted, scenario_model, short
-from poinsot.files.toml_text import Path, parsed_toml
+from poinsot.files.scenarios.errors import Errors, has, nearest
+from poinsot.files.scenarios.makers import Key, kind_of, makers
+from poinsot.files.scenarios.model import converted, scenario_model, short
+from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.body import Body

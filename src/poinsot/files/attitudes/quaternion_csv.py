@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.files import adm, ccsds
-from poinsot.files.attitude_table import AttitudeTable, check_rising, table_of
+from poinsot.files import ccsds
+from poinsot.files.attitudes import adm
+from poinsot.files.attitudes.attitude_table import AttitudeTable, check_rising, table_of
 from poinsot.files.strangers import read_text
 from poinsot.files.writing import write_text
 from poinsot.mechanics.calendar import SECONDS, Calendar

@@ -23,8 +23,8 @@ from pydantic import (
 )
 
 from poinsot.errors import real_numbers
-from poinsot.files.makers import Key, Maker, makers
-from poinsot.files.quantities import quantity
+from poinsot.files.scenarios.makers import Key, Maker, makers
+from poinsot.files.scenarios.quantities import quantity
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.motion.kernels import PRECISIONS
 

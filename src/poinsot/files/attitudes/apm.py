@@ -10,8 +10,9 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from poinsot.files import adm, ccsds
-from poinsot.files.attitude_table import AttitudeTable, rates_per_second, table_of
+from poinsot.files import ccsds
+from poinsot.files.attitudes import adm
+from poinsot.files.attitudes.attitude_table import AttitudeTable, rates_per_second, table_of
 from poinsot.files.ccsds import Entry
 from poinsot.files.strangers import local_name, read_text
 from poinsot.files.writing import write_text
