@@ -1,10 +1,12 @@
 """Rotation of rigid bodies: `propagate(System(body, *forces), state, times) -> Trajectory`."""
 
 from poinsot import functions
+from poinsot.analysis.chaos import ChaosIndicators, LyapunovSpectrum, chaos_indicators, lyapunov_spectrum
 from poinsot.analysis.equilibria import Equilibrium, equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.frequencies import LineSpectrum, diffusion, frequencies
 from poinsot.analysis.periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
+from poinsot.analysis.state_transition import StateTransition, state_transition
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.attitudes.aem import read_aem, write_aem
 from poinsot.files.attitudes.apm import read_apm, write_apm
@@ -75,6 +77,7 @@ __all__ = [
     "Body",
     "Calendar",
     "CassiniState",
+    "ChaosIndicators",
     "Cylinder",
     "Ellipsoid",
     "EllipsoidGravity",
@@ -91,6 +94,7 @@ __all__ = [
     "LagrangePoint",
     "LineSpectrum",
     "LinearDamping",
+    "LyapunovSpectrum",
     "MasconGravity",
     "Mascons",
     "Mesh",
@@ -107,6 +111,7 @@ __all__ = [
     "Shape",
     "Sky",
     "State",
+    "StateTransition",
     "System",
     "ThreeBodyOrbit",
     "Torque",
@@ -114,12 +119,14 @@ __all__ = [
     "UniformGravity",
     "Vector",
     "cassini_state",
+    "chaos_indicators",
     "diffusion",
     "equilibria",
     "free_motion",
     "frequencies",
     "functions",
     "load",
+    "lyapunov_spectrum",
     "omm_orbit",
     "orbit_sum",
     "periodic_motion",
@@ -148,6 +155,7 @@ __all__ = [
     "save",
     "spice_attitude",
     "spice_orbit",
+    "state_transition",
     "tle_orbit",
     "two_body_orbit",
     "view",

@@ -18,7 +18,7 @@ from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
+from poinsot.mechanics.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
@@ -128,7 +128,7 @@ def solve(problem: Problem) -> tuple[Trajectory, list[Row]]:
         for name in ("canonical", "lie_poisson")
     }
     motions, rows = {}, []
-    for name in FORMULATIONS:
+    for name in GENERAL:
         reference = references["lie_poisson" if name == "canonical" else "canonical"]
         try:
             propagate(problem.system, problem.state, problem.times[:2], formulation=name)  # compiles

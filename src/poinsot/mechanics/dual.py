@@ -78,11 +78,11 @@ class Dual(Commuting):
             size2 = x.value * x.value + y.value * y.value
             value = functions.atan2(y.value, x.value)
             return Dual(value, (y.chain(0, x.value / size2) + x.chain(0, -y.value / size2)).partials)
-        if name == "eccentric_anomaly" and not isinstance(arguments[0], Dual):
-            eccentricity, mean = arguments
-            E = functions.eccentric_anomaly(eccentricity, mean.value)
-            slope: Dual = mean.chain(E, 1 / (1 - eccentricity * functions.cos(E)))
-            return slope
+        if name == "eccentric_anomaly":
+            e, M = map(_dual, arguments)
+            E = functions.eccentric_anomaly(e.value, M.value)
+            slope = 1 / (1 - e.value * functions.cos(E))
+            return Dual(E, (M.chain(0, slope) + e.chain(0, slope * functions.sin(E))).partials)
         if name not in SLOPES:
             raise TypeError(f"{name} must not depend on the attitude in a potential, but it does.")
         value = getattr(functions, name)(self.value)
@@ -92,6 +92,7 @@ class Dual(Commuting):
 SLOPES: Mapping[str, Callable[[Scalar, Scalar], Scalar]] = {
     "sqrt": lambda x, y: 0.5 / y,  # noqa: ARG005
     "exp": lambda x, y: y,  # noqa: ARG005
+    "sine_defect": lambda x, y: 1 - functions.cos(x),  # noqa: ARG005
     "log": lambda x, y: 1 / x,  # noqa: ARG005
     "sin": lambda x, y: functions.cos(x),  # noqa: ARG005
     "cos": lambda x, y: -functions.sin(x),  # noqa: ARG005

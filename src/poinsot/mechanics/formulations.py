@@ -1,6 +1,7 @@
-"""Three sets of variables for one flow, each with its equations of motion.
+"""Sets of variables for one flow, each with its equations of motion.
 
-`lie_poisson` (q, g), `canonical` (q, Q) and `euler_angles` (angles and momenta of the sequence 3-1-3).
+`lie_poisson` (q, g), `canonical` (q, Q) and `euler_angles` (angles and momenta of the sequence 3-1-3); `planar` is
+`lie_poisson` about one axis.
 The equations run on scalars of any kind; a state vector is a flat sequence in the order of `blocks`.
 """
 
@@ -20,12 +21,16 @@ from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.dual import partial, seeded
 from poinsot.mechanics.kinetics import Kinetics
-from poinsot.mechanics.state import State
+from poinsot.mechanics.samples import time_scale
+from poinsot.mechanics.state import State, computed_state
 
-__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "Formulation"]
+__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation"]
 
 TorqueOf = Callable[[Attitude, Any], Vector]
 """Attitude and omega_body -> torque along the body axes."""
+
+FLAT = 1e-9
+"""What a planar motion may have of other components, relative."""
 
 Phase = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -35,6 +40,11 @@ class Formulation(ABC):
 
     name: str
     blocks: Mapping[str, int]
+    tangent: tuple[int, ...] = ()
+    """Which of the six tangent coordinates it has: rotation vector, change of angular momentum, body axes."""
+
+    def check(self, system: Any, state: State) -> None:  # noqa: B027
+        """Raise a ValueError if the variables cannot hold the motion of a system from a state."""
 
     @property
     def momenta(self) -> slice:
@@ -51,6 +61,10 @@ class Formulation(ABC):
     def size(self) -> int:
         """The number of variables."""
         return sum(self.blocks.values())
+
+    def active(self, variables: Any) -> Any:
+        """Return a flat sequence with literal zeros for the variables that are always zero."""
+        return variables
 
     def split(self, variables: Any) -> list[Any]:
         """Return the blocks of a flat sequence of scalars."""
@@ -80,6 +94,7 @@ class LiePoisson(Formulation):
 
     name = "lie_poisson"
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 3}
+    tangent: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
 
     def derivatives(
         self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
@@ -94,6 +109,49 @@ class LiePoisson(Formulation):
     def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
         q, g = variables[..., :4], variables[..., 4:]
         return q, 2 * quat.product(q, quat.pure(g))
+
+
+class Planar(LiePoisson):
+    """The same for a body that turns about its third axis only, in axes whose third axis is that one too.
+
+    The variables that such a motion does not have are zero and stay so: it is the user's to say, and checked.
+    """
+
+    name = "planar"
+    tangent = (2, 5)
+
+    def check(self, system: Any, state: State) -> None:
+        for name, vectors in _about_third_axis(system, state).items():
+            aside = np.max(np.abs(vectors[..., :2]), initial=0.0)
+            if aside > FLAT * np.max(np.abs(vectors), initial=0.0):
+                raise ValueError(
+                    "formulation 'planar' must be for a body that turns about its third axis alone, but its "
+                    f"{name} has components along the others, up to {aside:.2g}. Use the default formulation."
+                )
+
+    def active(self, variables: Any) -> Any:
+        q0, _, _, q3, _, _, g3 = variables
+        return q0, 0.0, 0.0, q3, 0.0, 0.0, g3
+
+    def derivatives(
+        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    ) -> list[Scalar]:
+        return list(self.active(super().derivatives(self.active(variables), kinetics, torque_of, turning)))
+
+
+def _about_third_axis(system: Any, state: State) -> dict[str, NDArray[np.float64]]:
+    """Return vectors along the body axes that a planar motion has along the third one alone, largest first axis."""
+    first, last = system.span
+    torques = []
+    for angle in np.arange(5) * 1.3:
+        turned = quat.product(state.quaternion, (np.cos(angle), 0, 0, np.sin(angle)))
+        time = np.clip(state.time + angle**3 * time_scale(system), first, last)
+        torques.append(system.torque_body(computed_state(turned, np.zeros_like(turned), time)))
+    return {
+        "angular momentum": state.angular_momentum_body,
+        "inertia tensor": system.body.inertia[..., 2],
+        "torque": np.reshape(torques, (-1, 3)),
+    }
 
 
 class Canonical(Formulation):
@@ -168,5 +226,6 @@ def _turned(x: Any, half_omega: Any, turning: Vector | None) -> Any:
     return change if turning is None else change - quat.product(quat.pure(0.5 * turning), x)
 
 
-FORMULATIONS: Mapping[str, Formulation] = {f.name: f for f in (LiePoisson(), Canonical(), EulerAngles())}
+GENERAL: Mapping[str, Formulation] = {f.name: f for f in (LiePoisson(), Canonical(), EulerAngles())}
+FORMULATIONS: Mapping[str, Formulation] = {**GENERAL, "planar": Planar()}
 DEFAULT_FORMULATION = "lie_poisson"

@@ -89,6 +89,16 @@ class Parametric:
             elif isinstance(kind, tuple):
                 yield from np.moveaxis(np.reshape(value, (*_members(value, kind), -1)), -1, 0)
 
+    def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
+        """Yield the name of each of `numbers`, and what is the same for one number of one record."""
+        for name, kind in _fields_of(self).items():
+            value = getattr(self, name)
+            if isinstance(value, Parametric):
+                yield from ((f"{name}.{inner}", own) for inner, own in value.number_names())
+            elif isinstance(kind, tuple):
+                brackets = ("".join(f"[{i}]" for i in index) for index in np.ndindex(kind))
+                yield from ((f"{name}{end}", (id(self), f"{name}{end}")) for end in brackets)
+
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which formulas or numbers change; those of the parts. A kernel stops at each."""

@@ -14,6 +14,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.axes import SPACE_AXES, Axes
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
@@ -246,6 +247,21 @@ class System:
         """The system with numbers that broadcast against a row of samples, members first."""
         return self.with_numbers(number[..., None] for number in self.numbers)
 
+    def watching(self, events: Iterable[Event]) -> System:
+        """Return the system with events beside its forces: no force, but with numbers and orbits of their own."""
+        twin = object.__new__(System)
+        twin.body, twin.forces, twin.units = self.body, (*self.forces, *events), self.units
+        _check_skies(twin)
+        for event in twin.events:
+            _try_formula(event, self.body)
+        twin.__dict__["_push"] = self._push
+        return twin
+
+    @property
+    def events(self) -> list[Event]:
+        """What is watched for."""
+        return [event for event in self.forces if isinstance(event, Event)]
+
     def beside(self, shape: tuple[int, ...]) -> System:
         """Return the system with numbers that broadcast against arrays of a shape, members first."""
         return self.with_numbers(
@@ -313,7 +329,7 @@ def _check_skies(system: System) -> None:
 def _try_formula(force: Force, body: Body) -> float:
     """Run the formula once on arrays of two values, which refuse a Python `if` and betray a wrong shape.
 
-    Return the larger of the two energies, or the torque on the body at rest, which is the first value.
+    Return the larger of the two energies or values, or the torque on the body at rest, which is the first value.
     """
     name = type(force).__name__
     try:
@@ -328,9 +344,10 @@ def _try_formula(force: Force, body: Body) -> float:
                 "Write poinsot.functions.where(condition, a, b)."
             ) from None
         raise TypeError(f"the formula of {name} {USE_FUNCTIONS.format('on arrays it', error)}") from error
-    if isinstance(force, Potential):
+    if isinstance(force, Potential | Event):
         if _components(value) != 1:
-            raise TypeError(f"the energy of {name} must be one scalar, but {_size(value)} came.")
+            what = "value" if isinstance(force, Event) else "energy"
+            raise TypeError(f"the {what} of {name} must be one scalar, but {_size(value)} came.")
         return float(np.nan_to_num(np.max(np.abs(value)), posinf=0.0))
     if _components(value) != 3 or any(_components(x) != 1 for x in value):
         raise TypeError(f"the torque of {name} must be three components along the body axes, but {_size(value)} came.")
@@ -380,7 +397,12 @@ def _formula_on_pairs(force: Any, body: Body) -> Any:
         if _components(energy) == 1:
             derived_torque(force, body, attitude, sky)  # which its functions must bear
         return energy
-    return force.torque(body, attitude, Vector(np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])), sky)
+    omega = Vector(np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]]))
+    return (
+        force.value(body, attitude, omega, sky)
+        if isinstance(force, Event)
+        else force.torque(body, attitude, omega, sky)
+    )
 
 
 def _components(value: Any) -> int:

@@ -10,11 +10,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import Calendar, holds_dates
+from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
+from poinsot.motion import kernels
+from poinsot.motion.ensemble import allowed_threads
 
-__all__ = ["broadcast_members", "check_kinds", "check_span", "checked_times", "members_of"]
+__all__ = [
+    "broadcast_members",
+    "check_kinds",
+    "check_span",
+    "checked_formulation",
+    "checked_threads",
+    "checked_times",
+    "checked_tolerance",
+    "members_of",
+]
 
 
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
@@ -69,3 +81,36 @@ def broadcast_members(state: State, members: tuple[int, ...]) -> State:
     arrays = (state.quaternion, state.conjugate_momenta, state.time)
     q, Q, time = (np.broadcast_to(x, (*members, *tail)) for x, tail in zip(arrays, ((4,), (4,), ()), strict=True))
     return computed_state(q, Q, time)
+
+
+def checked_threads(threads: int | None) -> int:
+    """Return how many threads an ensemble may use; default: all cores of the process."""
+    if threads is None:
+        return allowed_threads()
+    if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
+        raise ValueError(f"threads must be a positive whole number, but {threads!r} came.")
+    return threads
+
+
+def checked_formulation(name: str | None) -> str:
+    """Return the name of a formulation."""
+    name = DEFAULT_FORMULATION if name is None else name
+    if not isinstance(name, str) or name not in FORMULATIONS:
+        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, but {name!r} came.")
+    return name
+
+
+def checked_tolerance(tolerance: float | None, precision: str) -> float:
+    """Return a tolerance for the engine, 0 for the rounding unit of the precision."""
+    if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
+        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, but {precision!r} came.")
+    if not kernels.available(precision):
+        raise ValueError(
+            f"precision must be one that the engine has on this machine, but {precision!r} came. Use 'double'."
+        )
+    if tolerance is None:
+        return 0.0
+    value = float(real_array("tolerance", tolerance, ()))
+    if not 0 < value < 1:
+        raise ValueError(f"tolerance must be between 0 and 1, but {value} came.")
+    return value

@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import heyoka as hy
@@ -114,6 +114,17 @@ class Constants:
             for place, function, places in self._needed:
                 known[place] = function(*[known[argument] for argument in places])
         return [known[place] for place in self._parameters]
+
+    def slopes(self, inputs: Iterable[int]) -> dict[int, Any]:
+        """Return the derivatives of the kernel's parameters by a common change of inputs: those that are not zero."""
+        known: dict[int, Any] = {place: number for number, place in self._literals.items()}
+        known |= {self._inputs[i]: Dual(Constant(self, self._inputs[i]), {"change": 1}) for i in inputs}
+        for place, (function, places) in list(self._recipes.items()):
+            arguments = [known.get(argument, Constant(self, argument)) for argument in places]
+            if any(isinstance(argument, Dual) for argument in arguments):
+                known[place] = function(*arguments)
+        changed = {number: known.get(place) for number, place in enumerate(self._parameters)}
+        return {number: dual.partials["change"] for number, dual in changed.items() if isinstance(dual, Dual)}
 
     @functools.cached_property
     def _needed(self) -> list[tuple[int, Callable[..., Any], tuple[int, ...]]]:

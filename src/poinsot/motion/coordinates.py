@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from poinsot.mechanics.samples import same, tracked_orbits
 from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+
+if TYPE_CHECKING:
+    from poinsot.motion.neighbours import Neighbours
 
 __all__ = ["SMALL", "Coordinates", "IntegratedSky"]
 
@@ -31,16 +34,32 @@ BLOCK = 8192
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Variables of a kernel: those of the formulation, then those of the axes."""
+    """Variables of a kernel: those of the formulation, then those of the axes, then those of a companion."""
 
     formulation: Formulation
     axes: Axes
     scale: Any
+    companion: Neighbours | None = None
 
     @property
     def size(self) -> int:
         """The number of variables."""
-        return self.formulation.size + self.axes.size
+        return self.formulation.size + self.axes.size + (self.companion.size if self.companion else 0)
+
+    @property
+    def carried(self) -> slice:
+        """Where the variables of the axes are."""
+        return slice(self.formulation.size, self.formulation.size + self.axes.size)
+
+    @property
+    def companions(self) -> slice:
+        """Where the variables of the companion are."""
+        return slice(self.carried.stop, None)
+
+    @property
+    def structure(self) -> tuple[Any, ...]:
+        """What selects the equations of axes and companion."""
+        return (*self.axes.structure, self.companion and replace(self.companion, vectors=None))
 
     def of_members(self, members: NDArray[np.int_]) -> Coordinates:
         """Return the variables of some members of an ensemble."""
@@ -49,10 +68,17 @@ class Coordinates:
             return number[members] if np.ndim(number) else number
 
         axes = self.axes.with_numbers(map(chosen, self.axes.numbers))
-        return Coordinates(self.formulation, axes, chosen(self.scale))
+        return Coordinates(self.formulation, axes, chosen(self.scale), self.companion)
 
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
+        own = self._from_state(state)
+        if self.companion is None:
+            return own
+        start = self.companion.start()
+        return np.concatenate([own, np.broadcast_to(start, (*own.shape[:-1], start.shape[-1]))], axis=-1)
+
+    def _from_state(self, state: State) -> Array:
         own = self.formulation.from_state(state)
         own[..., self.formulation.momenta] *= np.expand_dims(np.array(self.scale, dtype=own.dtype), -1)
         if not self.axes.size:
@@ -80,7 +106,7 @@ class Coordinates:
         return q, Q
 
     def _converted(self, times: Array, variables: Array) -> tuple[Array, Array]:
-        own, carried = variables[..., : self.formulation.size].copy(), variables[..., self.formulation.size :]
+        own, carried = variables[..., : self.formulation.size].copy(), variables[..., self.carried]
         own[..., self.formulation.momenta] /= np.expand_dims(self.scale, (-1, -2))
         if self.axes.size:
             axes = self.axes

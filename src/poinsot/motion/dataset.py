@@ -7,36 +7,45 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from poinsot.motion.scenario_text import text_of
+from poinsot.mechanics.calendar import SCALES, Calendar
+from poinsot.mechanics.samples import orbits_of
+from poinsot.mechanics.sky import SPACE_AXES_UNNAMED
+from poinsot.motion.scenario_text import Text, shape_of, text_of
 
 if TYPE_CHECKING:
     import xarray
 
     from poinsot.motion.trajectory import Trajectory
 
-__all__ = ["PROVENANCE", "SYSTEM", "WHOLE", "dataset_of"]
+__all__ = ["PROVENANCE", "SYSTEM", "WHOLE", "WITH_FILES", "calendar_of", "dataset_of", "space_axes_of"]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
-PROVENANCE = ("title", "seed", "scenario", "scenario_of")
+PROVENANCE = ("title", "seed", "scenario", "scenario_of", "scenario_read")
 """What a trajectory knows of the scenario that made it, and a dataset too."""
 
 SYSTEM, WHOLE = "system", "state, times and system"
 """What the text of a scenario in a file is of: the rest is in the variables."""
+
+WITH_FILES = "state, times and system, with files"
+"""The scenario names files: what was read from them is in `scenario_read`, the text of the system, and variables."""
 
 
 def dataset_of(motion: Trajectory) -> xarray.Dataset:
     """Return the dataset of a trajectory, one variable for each quantity, along `time`, members first.
 
     It has what a trajectory is made of, to the bit, and nothing of the machine that computed it. The attribute
-    `scenario` has the text that makes the system again; where there can be none, `not_rerunnable` says why.
+    `scenario` has the text that makes the system again; where there can be none, `not_rerunnable` says why. Arrays
+    that the text names are variables, and so are those of the body's shape, whose text is the attribute `shape`.
     """
     import xarray
 
+    scenario, data = _scenario_of(motion)
     return xarray.Dataset(
-        {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()},
+        {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()}
+        | {name: _named(name, values) for name, values in data.items()},
         coords={
-            "time": ("time", motion.times, {"units": motion.system.units["time"], "long_name": "time"}),
+            "time": ("time", motion.times, {"units": motion.system.units["time"], **_said_of_time(motion)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
         },
@@ -49,24 +58,61 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
             **{key: value for key, value in motion.summary.items() if key != "wall_time"},
             **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
             **{f"version_{name}": version for name, version in motion.run.versions.items()},
-            **_scenario_of(motion),
+            **scenario,
+            **({} if space_axes_of(motion) == SPACE_AXES_UNNAMED else {"reference_frame": space_axes_of(motion)}),
             "units_time": motion.system.units["time"],
             "units_inertia": motion.system.units["inertia"],
         },
     )
 
 
-def _scenario_of(motion: Trajectory) -> dict[str, Any]:
-    """Return the text of the scenario, or why there is none, and what else is known of it."""
-    known = {key: value for key, value in motion.provenance.items() if value is not None}
-    if "scenario" in known:
-        return known
+def calendar_of(motion: Trajectory) -> Calendar | None:
+    """Return what the times of a motion mean as dates: by its orbits, or by the scenario that made it."""
+    calendar: Calendar | None = motion.system.calendar or motion.provenance.get("calendar")
+    return calendar
+
+
+def space_axes_of(motion: Trajectory) -> str:
+    """Return the name of the space axes of a motion, by its orbits or by the file that had it."""
+    named = (orbit.reference_frame for orbit in orbits_of(motion.system))
+    own = next((frame for frame in named if frame != SPACE_AXES_UNNAMED), None)
+    return str(own or motion.provenance.get("reference_frame", SPACE_AXES_UNNAMED))
+
+
+def _said_of_time(motion: Trajectory) -> dict[str, str]:
+    """Return what the times mean as dates; the unit stays alone, because a decoded date has no 64 bits of time."""
+    calendar = calendar_of(motion)
+    if calendar is None:
+        return {"long_name": "time"}
+    counted = {"tai": "TAI", "tt": "TT", "tdb": "TDB", "tcb": "TCB", "tcg": "TCG"}[SCALES[calendar.scale]]
+    return {
+        "long_name": f"time since {calendar.zero} {calendar.scale}, counted in {counted}",
+        "epoch": calendar.zero,
+        "scale": calendar.scale,
+        "counted_in": counted,
+    }
+
+
+def _scenario_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the texts of scenario and shape, or why there is none, what else is known, and the arrays they name."""
+    known = {key: motion.provenance[key] for key in PROVENANCE if motion.provenance.get(key) is not None}
+    shape = shape_of(motion) or Text("", {})
+    shaped = {"shape": shape.text} if shape.text else {}
+    if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
+        return {**known, **shaped}, {**motion.provenance.get("data", {}), **shape.data}
     if hasattr(motion.system, "not_rerunnable"):
-        return {**known, "not_rerunnable": motion.system.not_rerunnable}
+        return {**known, "not_rerunnable": motion.system.not_rerunnable, **shaped}, shape.data
     try:
-        return {**known, "scenario": text_of(motion), "scenario_of": SYSTEM}
+        text = text_of(motion)
     except ValueError as error:
-        return {**known, "not_rerunnable": str(error)}
+        return {**known, "not_rerunnable": str(error), **shaped}, shape.data
+    read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
+    return {**known, **read, **shaped}, {**text.data, **shape.data}
+
+
+def _named(name: str, values: Any) -> tuple[list[str], Any, dict[str, str]]:
+    """Return an array that a text names, as a variable with axes of its own."""
+    return [f"{name}_axis{i}" for i in range(np.ndim(values))], values, {"units": "1", "long_name": "named in a text"}
 
 
 class _Variables:

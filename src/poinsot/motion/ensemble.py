@@ -5,21 +5,21 @@ from __future__ import annotations
 import os
 import threading
 import time as clock
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.mechanics.samples import tracked_orbits
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.stops import reason
 
-__all__ = ["Ensemble", "integrate_members"]
+__all__ = ["Ensemble", "Outcome", "allowed_threads", "integrate_members"]
 
 STEPS_AT_A_TIME = 5_000
 """Steps of a batch between two looks at the keyboard: some hundredths of a second."""
@@ -35,62 +35,91 @@ NEAR = 1e6
 Array = NDArray[np.float64]
 
 
-class Ensemble:
+class Outcome(ABC):
     """The output of an ensemble, filled in by threads.
 
     Attributes
     ----------
-    quaternion, conjugate_momenta : array (members, n, 4)
-        NaN where a member did not get.
     failures : dict
         Member -> why it stopped.
     steps : array (members,)
-    carried : array (members, n, any)
-        The variables of the axes, kept if they are those of orbits without formulas on symbols.
     """
 
-    def __init__(self, members: int, times: int, carried: int) -> None:
-        self.quaternion = np.full((members, times, 4), np.nan)
-        self.conjugate_momenta = np.full((members, times, 4), np.nan)
-        self.carried = np.full((members, times, carried), np.nan)
+    def __init__(self, members: int) -> None:
         self.failures: dict[int, str] = {}
         self.steps = np.zeros(members, dtype=int)
         self.order, self.tolerance = 0, 0.0
         self.wall_time = 0.0
         self.interrupted = False
 
+    @abstractmethod
+    def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
+        """Keep what there is to keep of some members' variables, shape (members, n, size); NaN where they did not get.
+
+        `variables` are of those members.
+        """
+
+
+class Ensemble(Outcome):
+    """The motions of an ensemble.
+
+    Attributes
+    ----------
+    quaternion, conjugate_momenta : array (members, n, 4)
+        NaN where a member did not get.
+    carried : array (members, n, any)
+        The variables of the axes, kept if they are those of orbits without formulas on symbols.
+    """
+
+    def __init__(self, members: int, times: int, carried: int) -> None:
+        super().__init__(members)
+        self.quaternion = np.full((members, times, 4), np.nan)
+        self.conjugate_momenta = np.full((members, times, 4), np.nan)
+        self.carried = np.full((members, times, carried), np.nan)
+
+    def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
+        """Keep q, Q and the variables of the axes."""
+        self.quaternion[members], self.conjugate_momenta[members] = variables.to_canonical(times, rows)
+        self.carried[members] = rows[..., variables.carried][..., : self.carried.shape[-1]]
+
 
 def integrate_members(
-    system: System, state: State, times: Array, variables: Coordinates, tolerance: float, threads: int, progress: bool
-) -> Ensemble:
+    system: System,
+    state: State,
+    times: Array,
+    variables: Coordinates,
+    tolerance: float,
+    threads: int,
+    progress: bool,
+    out: Outcome,
+) -> None:
     """Integrate every member from its state to all the times, which rise; what is finished is kept on Ctrl-C."""
-    members = np.broadcast_shapes(state.quaternion.shape[:-1], state.time.shape, system.members)[0]
+    members = len(out.steps)
     state = computed_state(
         np.broadcast_to(state.quaternion, (members, 4)),
         np.broadcast_to(state.conjugate_momenta, (members, 4)),
         np.broadcast_to(state.time, (members,)),
     )
-    out = Ensemble(members, times.size, variables.axes.size if tracked_orbits(system) else 0)
     work = _Work(system, state, times, variables, tolerance, out)
+    threads = min(threads, -(-members // work.width))
     began = clock.perf_counter()
     with _bar(members, progress) as report, ThreadPoolExecutor(threads) as pool:
         workers = [pool.submit(work.serve, report) for _ in range(threads)]
         try:
-            while not all(worker.done() for worker in workers):
-                clock.sleep(0.002)
+            while wait(workers, timeout=1.0).not_done:
+                pass
         except KeyboardInterrupt:
             work.stop, out.interrupted = True, True
         for worker in workers:
             worker.result()
     out.wall_time = clock.perf_counter() - began
-    return out
 
 
 class _Work:
     """Slabs of members, taken by the threads one after another."""
 
     def __init__(
-        self, system: System, state: State, times: Array, variables: Coordinates, tolerance: float, out: Ensemble
+        self, system: System, state: State, times: Array, variables: Coordinates, tolerance: float, out: Outcome
     ) -> None:
         self.system, self.state, self.times, self.variables, self.out = system, state, times, variables, out
         self.tolerance, self.width = tolerance, kernels.LANES
@@ -132,9 +161,7 @@ class _Work:
             rows[first:finished] = found
             report(members.size)
         kept = slab[:finished]
-        q, Q = self.variables.of_members(kept).to_canonical(self.times, rows[:finished])
-        self.out.quaternion[kept], self.out.conjugate_momenta[kept] = q, Q
-        self.out.carried[kept] = rows[:finished, :, self.variables.size - self.out.carried.shape[-1] :]
+        self.out.take(kept, self.times, rows[:finished], self.variables.of_members(kept))
 
     def _both_ways(self, borrowed: kernels.Borrowed, lanes: NDArray[np.int_], count: int) -> Array:
         """Return the variables of the first lanes at all times, shape (count, n, size), outwards from their start."""
@@ -162,7 +189,7 @@ class _Batch:
     def __init__(self, borrowed: kernels.Borrowed, members: NDArray[np.int_], starts: Array, origins: Array) -> None:
         self.borrowed, self.engine = borrowed, borrowed.engine
         self.members, self.starts, self.origins = members, starts, origins
-        self.width = len(starts)
+        self.width, self.most = len(starts), borrowed.steps_at_a_time(STEPS_AT_A_TIME)
         self.rows: list[Array] = [np.empty((0, starts.shape[1]))] * self.width
         self.steps = np.zeros(self.width, dtype=int)
         self.failed = [""] * self.width
@@ -201,7 +228,8 @@ class _Batch:
         now = np.array(self.engine.time)
         grids = [grid if grid.size else ahead[busy] for grid in ahead]
         table = [_padded(grid, here, ahead[busy].size) for grid, here in zip(grids, now, strict=True)]
-        _, found = self.engine.propagate_grid(np.stack(table, axis=-1), max_steps=STEPS_AT_A_TIME)
+        _, found = self.engine.propagate_grid(np.stack(table, axis=-1), max_steps=self.most)
+        self.borrowed.rescale()
         reached = np.array(self.engine.time)
         return [
             self._read(lane, ahead[lane], found[:, :, lane], now[lane], reached[lane])
@@ -225,7 +253,7 @@ class _Batch:
         self.rows[lane] = np.concatenate([self.rows[lane], rows])
         self.steps[lane] += steps
         advance, left = abs(reached - before), abs(ahead[-1] - reached)
-        stopped = reason(self.borrowed.outcome(outcome), advance, reached, left, STEPS_AT_A_TIME)
+        stopped = reason(self.borrowed.outcome(outcome), advance, reached, left, self.most)
         if stopped:
             self.failed[lane] = f"propagation stopped at t = {reached:.10g} of {ahead[-1]:.10g}: {stopped}"
         return ahead[len(rows) :] if not stopped else ahead[:0]

@@ -27,7 +27,10 @@ from poinsot.mechanics.state import State
 from poinsot.mechanics.system import USE_FUNCTIONS, System
 from poinsot.motion.constants import Constants
 from poinsot.motion.coordinates import SMALL, Coordinates
+from poinsot.motion.linear import NONE, Linearization
+from poinsot.motion.neighbours import STEPS_AT_A_TIME, Neighbours
 from poinsot.motion.switches import Pieces, Switches, event_class
+from poinsot.motion.watch import Watch, event_functions
 
 PRECISIONS: dict[str, Any] = {
     "double": np.float64,
@@ -65,6 +68,7 @@ class _Built:
     engine: Any
     constants: Constants
     switches: Switches | None
+    watch: Watch | None
 
 
 class _Pool:
@@ -112,6 +116,7 @@ def coordinates(system: System, state: State, formulation: str, precision: str) 
     Wide precision stays in the space axes, so that it judges the carried ones.
     """
     chosen, smooth = FORMULATIONS[formulation], system.between_knots()
+    chosen.check(system, state)
     axes: Axes = smooth.space_axes
     carried = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
     if carried is not None and _pool.decide(smooth.structure, lambda: _can_be_carried(smooth, carried)):
@@ -127,10 +132,13 @@ class Borrowed:
     ----------
     engine : the engine's integrator
         Its state and its time are the borrower's to set.
+    watch : Watch or None
+        The user's events.
     """
 
     def __init__(self, built: _Built, system: System, variables: Coordinates, precision: str, lanes: int) -> None:
-        self.engine, self._switches = built.engine, built.switches
+        self.engine, self._switches, self.watch = built.engine, built.switches, built.watch
+        self._companion, self._first = variables.companion, variables.companions.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
         typed = kind if lanes == 1 and not system.knots.size else functools.partial(np.asarray, dtype=kind)
 
@@ -138,7 +146,7 @@ class Borrowed:
             numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)
             return built.constants.values(tuple(map(typed, numbers)))
 
-        self._values, self._system, self._scale = values, system, variables.scale
+        self._values, self._system, self._variables = values, system, variables
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes."""
@@ -146,7 +154,10 @@ class Borrowed:
         if self._switches is not None:
             self._switches.begin(self.engine, self._pieces, forwards, members)
         else:
-            pars[:] = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
+            table = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
+            pars[: len(table)] = table
+        if self.watch is not None:
+            self.watch.begin(self.engine, self._system, self._variables, members)
         if self.engine.with_events:
             self.engine.reset_cooldowns()
 
@@ -154,25 +165,38 @@ class Borrowed:
     def _table(self) -> NDArray[np.float64]:
         """The values of the parameters of all members, one column each."""
         values = self._values(self._system)[: len(self.engine.pars)]
-        members = np.broadcast_shapes(self._system.members, np.shape(self._scale))
+        members = np.broadcast_shapes(self._system.members, np.shape(self._variables.scale))
         return np.reshape([np.broadcast_to(value, members) for value in values], (len(values), *members))
 
     @functools.cached_property
     def _pieces(self) -> Pieces:
         return Pieces(self._system, self._values)
 
-    def outcome(self, engines: Any) -> str:
-        """Return how steps ended: the engine's name for it, or "switch" or "angles" for its events."""
+    def outcome(self, engines: Any, lane: int = 0) -> str:
+        """Return how steps ended: the engine's name for it, or "event", "haste", "switch" or "angles" for its events."""
         if engines.name in ("time_limit", "step_limit", "err_nf_state"):
             return str(engines.name)
+        if self.watch is not None and self.watch.stopped[lane]:
+            return self.watch.stopped[lane]
         switches = len(self._switches.events) if self._switches else 0
         return "switch" if -int(engines) <= switches else "angles"
+
+    def steps_at_a_time(self, most: int) -> int:
+        """Return after how many steps the borrower shall come back, to `rescale`."""
+        return most if self._companion is None else STEPS_AT_A_TIME
+
+    def rescale(self) -> None:
+        """Look after the vectors of the companion, if there is one."""
+        if self._companion is not None:
+            self._companion.rescale(self.engine.state[self._first :].T)
 
     def repeat(self, busy: int, idle: int) -> None:
         """Let a lane follow another one."""
         self.engine.pars[:, idle] = self.engine.pars[:, busy]
         if self._switches is not None:
             self._switches.repeat(busy, idle)
+        if self.watch is not None:
+            self.watch.repeat(busy, idle)
 
 
 @contextmanager
@@ -181,7 +205,7 @@ def integrator(
 ) -> Iterator[Borrowed]:
     """Lend an integrator for a system."""
     smooth = system.between_knots()
-    structure = (*smooth.structure, smooth is not system, *variables.axes.structure)
+    structure = (*smooth.structure, smooth is not system, *variables.structure)
     kernel = Kernel(structure, variables.formulation.name, precision, tolerance, lanes)
     built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not system)
     yield Borrowed(built, system, variables, precision, lanes)
@@ -198,18 +222,42 @@ def _can_be_carried(system: System, axes: Axes) -> bool:
     return True
 
 
-def _equations(system: System, variables: Coordinates, symbols: list[Any], constants: Constants) -> list[Any]:
+def _equations(
+    system: System, variables: Coordinates, symbols: list[Any], constants: Constants
+) -> tuple[list[Any], list[Any]]:
+    """Return the rates of the variables, and the values of the events."""
     inputs = constants.inputs()
     scale, axes = next(inputs), variables.axes.with_numbers(inputs)
+    companion = variables.companion
     twin = system.with_numbers(inputs)
     if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
         axes = axes.along(tracked_orbits(twin))
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
+    motion, companions = own[: variables.companions.start], symbols[variables.companions]
     try:
-        rates = twin.derivatives(variables.formulation.name, own, time, scale=scale, axes=axes)
-        return [hy.expression(0.0) + constants.expression(rate) for rate in rates]
+        rates = twin.derivatives(variables.formulation.name, motion, time, scale=scale, axes=axes)
+        equations = [NONE + constants.expression(rate) for rate in rates]
+        values = event_functions(twin, variables.formulation, motion, axes, scale, constants)
+        if companion is None:
+            return equations, values
+        carried = motion[variables.carried]
+        sky, turns = axes.sky(time, carried), axes.omega(time, carried) is not None
+        linear = Linearization(twin, variables.formulation, motion, sky, scale, turns, constants)
+        _refuse_jumps(constants, symbols[: variables.formulation.size], companion)
+        return [*equations, *(NONE + rate for rate in companion.equations(companions, linear))], values
     except TypeError as error:
         raise TypeError(f"the formulas of a system {USE_FUNCTIONS.format('on symbols they', error)}") from error
+
+
+def _refuse_jumps(constants: Constants, symbols: list[Any], neighbours: Neighbours) -> None:
+    """Refuse conditions at which neighbours cross the switch at another time than the motion itself."""
+    names = {str(symbol) for symbol in symbols}
+    for function, _ in constants.conditions:
+        if neighbours.inputs or names & set(hy.get_variables(function)):
+            raise ValueError(
+                "system must have no `where` on the attitude or the rates for neighbours of a motion, nor any for "
+                "derivatives by parameters, but it has one. Write a smooth formula."
+            )
 
 
 def available(precision: str) -> bool:
@@ -223,12 +271,19 @@ def available(precision: str) -> bool:
 def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: bool) -> _Built:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
-    equations = _equations(system, variables, symbols, constants)
+    equations, values = _equations(system, variables, symbols, constants)
     kind: Any = PRECISIONS[kernel.precision]
-    switches, stops = None, {}
+    attitude = next(iter(variables.formulation.blocks.values()))
+    switches, watch, stops = None, None, {}
     if with_knots or constants.conditions:
-        switches = Switches(symbols, equations, constants, with_knots, kernel.lanes, kind)
+        switches = Switches(symbols, equations, constants, with_knots, attitude, kernel.lanes, kind)
         stops["t_events"] = switches.events
+    if values:
+        first = switches.parameters if switches else constants.next_parameter()
+        watch = Watch(system.events, values, symbols, equations, first, attitude, kernel.lanes, kind)
+        stops = {"t_events": [*stops.get("t_events", []), *watch.stops], "nt_events": watch.passed}
+        if switches:
+            switches.watch, watch.settle = watch, switches.settle
     if kernel.formulation == "euler_angles":
         nearness = hy.sin(symbols[1]) ** 2 - SINGULAR_SINE**2
         stops["t_events"] = [*stops.get("t_events", []), event_class(kernel.lanes, kind)(nearness)]
@@ -248,5 +303,5 @@ def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: b
     if kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
         if len(built.decomposition) > LARGE[kernel.precision]:
-            return _Built(built, constants, switches)
-    return _Built(compiled(compact=False), constants, switches)
+            return _Built(built, constants, switches, watch)
+    return _Built(compiled(compact=False), constants, switches, watch)

@@ -11,16 +11,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import PropagationError, PropagationInterrupted, real_array
+from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
-from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
 from poinsot.mechanics.samples import tracked_orbits
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
-from poinsot.motion.arguments import broadcast_members, check_kinds, check_span, checked_times, members_of
+from poinsot.motion.arguments import (
+    broadcast_members,
+    check_kinds,
+    check_span,
+    checked_formulation,
+    checked_threads,
+    checked_times,
+    checked_tolerance,
+    members_of,
+)
 from poinsot.motion.coordinates import Coordinates
-from poinsot.motion.ensemble import allowed_threads, integrate_members
+from poinsot.motion.ensemble import Ensemble, integrate_members
 from poinsot.motion.stops import INTERRUPTED, reason
 from poinsot.motion.trajectory import Run, Trajectory, versions
 
@@ -80,15 +88,15 @@ def propagate(
     """
     check_kinds("propagate(system, state, times)", {"system": (system, System), "state": (state, State)})
     t = checked_times(times, system.calendar)
-    chosen = _checked_formulation(formulation)
-    asked = _checked_tolerance(tolerance, precision)
+    chosen = checked_formulation(formulation)
+    asked = checked_tolerance(tolerance, precision)
     check_span(system, state, t)
     members = members_of(system, state)
     if members:
         _check_single(dense, precision)
         state = broadcast_members(state, members)
         variables = kernels.coordinates(system, state, chosen, precision)
-        return _propagate_members(system, state, t, variables, asked, _checked_threads(threads), progress)
+        return _propagate_members(system, state, t, variables, asked, checked_threads(threads), progress)
     variables = kernels.coordinates(system, state, chosen, precision)
     start, origin = variables.from_state(_in_precision(state, precision)), float(state.time)
     with kernels.integrator(system, variables, precision, asked) as borrowed:
@@ -121,7 +129,9 @@ def _propagate_members(
     progress: bool | None,
 ) -> Trajectory:
     wanted = sys.stderr.isatty() if progress is None else progress
-    done = integrate_members(system, state, np.sort(t), variables, tolerance, threads, wanted)
+    count = members_of(system, state)[0]
+    done = Ensemble(count, t.size, variables.axes.size if tracked_orbits(system) else 0)
+    integrate_members(system, state, np.sort(t), variables, tolerance, threads, wanted, done)
     name, steps = variables.formulation.name, int(done.steps.sum())
     run = Run(
         "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, versions()
@@ -279,33 +289,3 @@ def _check_single(dense: bool, precision: str) -> None:
     if dense or precision != "double":
         what = "dense=True" if dense else f"precision={precision!r}"
         raise ValueError(f"an ensemble must be propagated without {what}, but it came. Propagate members one by one.")
-
-
-def _checked_threads(threads: int | None) -> int:
-    if threads is None:
-        return allowed_threads()
-    if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
-        raise ValueError(f"threads must be a positive whole number, but {threads!r} came.")
-    return threads
-
-
-def _checked_formulation(name: str | None) -> str:
-    name = DEFAULT_FORMULATION if name is None else name
-    if not isinstance(name, str) or name not in FORMULATIONS:
-        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, but {name!r} came.")
-    return name
-
-
-def _checked_tolerance(tolerance: float | None, precision: str) -> float:
-    if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
-        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, but {precision!r} came.")
-    if not kernels.available(precision):
-        raise ValueError(
-            f"precision must be one that the engine has on this machine, but {precision!r} came. Use 'double'."
-        )
-    if tolerance is None:
-        return 0.0
-    value = float(real_array("tolerance", tolerance, ()))
-    if not 0 < value < 1:
-        raise ValueError(f"tolerance must be between 0 and 1, but {value} came.")
-    return value

@@ -8,7 +8,7 @@ step begins with the other formula.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import heyoka as hy
 import numpy as np
@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 from poinsot.mechanics.system import System
 from poinsot.motion.constants import Constants
 
-__all__ = ["Pieces", "Switches", "event_class"]
+if TYPE_CHECKING:
+    from poinsot.motion.watch import Watch
+
+__all__ = ["AT_ONCE", "LARGE", "SMALL", "Pieces", "Switches", "event_class", "lane_of", "time_scale", "with_rates"]
 
 SMALL, LARGE = 0.05, 0.5
 """What the functions of events are scaled to, and where they are scaled anew.
@@ -26,7 +29,7 @@ The engine's step control looks at them as at the variables, of which the attitu
 """
 
 AT_ONCE = 16 * np.finfo(float).eps
-"""Times that differ by less, relative to time and step, are one: conditions may change together."""
+"""Times that differ by less, relative to time and the time scale of the motion, are one: events may coincide."""
 
 BLOCK = 256
 """Pieces whose parameters are computed together."""
@@ -81,9 +84,16 @@ class Switches:
         Those of the equations; their conditions are the parameters that change.
     with_knots : bool
         Whether the system has tables.
+    attitude : int
+        How many variables, the first ones, are the attitude's.
     lanes : int
     kind : type
         Of the numbers.
+
+    Attributes
+    ----------
+    watch : Watch or None
+        The user's events, which may be due where something changes.
     """
 
     def __init__(
@@ -92,9 +102,11 @@ class Switches:
         equations: list[Any],
         constants: Constants,
         with_knots: bool,
+        attitude: int,
         lanes: int,
         kind: Any,
     ) -> None:
+        self.watch: Watch | None = None
         self._forwards = True
         self._pieces: Any = None
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
@@ -105,7 +117,7 @@ class Switches:
         self._scales = constants.next_parameter() + np.arange(len(functions))
         self._sizes = np.zeros((lanes, len(functions)))
         self._knot = constants.next_parameter() + len(functions) if with_knots else None
-        self._look = _with_rates(functions, symbols, equations, kind) if functions else None
+        self._look = with_rates(functions, symbols, equations, attitude, kind) if functions else None
         build = event_class(lanes, kind)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
         self.events = [build(function, callback=self._crossing(i)) for i, function in enumerate(scaled)]
@@ -127,6 +139,11 @@ class Switches:
             own[idle] = own[busy]
 
     @property
+    def parameters(self) -> int:
+        """The number of the first parameter behind its own."""
+        return int(self._fixed.size + 2 * self._scales.size + 2 * (self._knot is not None))
+
+    @property
     def _sign(self) -> int:
         return 1 if self._forwards else -1
 
@@ -137,17 +154,20 @@ class Switches:
     def _entering(self) -> Callable[..., bool]:
         def entered(engine: Any, _: int, lane: int = 0) -> bool:
             self._enter(engine, lane, self._piece[lane] + self._sign)
-            return True
+            return self._watched(engine, lane)
 
         return entered
 
     def _crossing(self, number: int) -> Callable[..., bool]:
         def crossed(engine: Any, slope: int, lane: int = 0) -> bool:
-            self._set_conditions(engine, lane)
-            if not slope:
+            self.settle(engine, lane)
+            before = np.array(lane_of(engine.state, lane))
+            if not self._watched(engine, lane):
+                return False
+            if not slope or np.any(lane_of(engine.state, lane) != before):
                 return True
             holds = (slope < 0) == self._forwards
-            _lane(engine.pars, lane)[self._places[number]] = holds
+            lane_of(engine.pars, lane)[self._places[number]] = holds
             onwards = self._values_of_functions(engine, lane)[number + len(self._places)] * self._sign
             return not (onwards > 0 if holds else onwards < 0)
 
@@ -156,62 +176,69 @@ class Switches:
     def _growing(self, number: int) -> Callable[..., bool]:
         def grown(engine: Any, _: int, lane: int = 0) -> bool:
             self._sizes[lane, number] *= LARGE / SMALL**2
-            _lane(engine.pars, lane)[self._scales[number]] = SMALL / self._sizes[lane, number]
+            lane_of(engine.pars, lane)[self._scales[number]] = SMALL / self._sizes[lane, number]
             return True
 
         return grown
+
+    def _watched(self, engine: Any, lane: int) -> bool:
+        return self.watch is None or self.watch.look(engine, lane)
 
     def _enter(self, engine: Any, lane: int, piece: int) -> None:
         """Let a lane go on in a piece; beyond the last one, in that."""
         knots = self._pieces.knots
         self._piece[lane] = inside = min(max(piece, 1), max(knots.size - 1, 1))
         constants = np.array(self._pieces.values(inside, self._members[lane]))
-        _lane(engine.pars, lane)[self._fixed] = constants[self._fixed]
+        lane_of(engine.pars, lane)[self._fixed] = constants[self._fixed]
         if self._knot is not None:
             end = knots[inside if self._forwards else inside - 1]
             far = (knots[-1] - knots[0]) * self._sign
             until = end if inside == piece else end + far
             left = abs(until - float(np.ravel(engine.time)[lane]))
-            _lane(engine.pars, lane)[[self._knot, self._knot + 1]] = until, SMALL / (left or 1.0)
-        self._set_conditions(engine, lane)
+            lane_of(engine.pars, lane)[[self._knot, self._knot + 1]] = until, SMALL / (left or 1.0)
+        self.settle(engine, lane)
 
-    def _set_conditions(self, engine: Any, lane: int) -> None:
+    def settle(self, engine: Any, lane: int) -> None:
         """Set each condition by the sign of its function, at a zero by that of the derivative; and its scale."""
-        pars = _lane(engine.pars, lane)
-        time, step = (abs(float(np.ravel(part)[lane])) for part in (engine.time, engine.last_h))
+        pars = lane_of(engine.pars, lane)
+        time, count = abs(float(np.ravel(engine.time)[lane])), len(self._places)
         for i, place in enumerate(self._places):
             values = self._values_of_functions(engine, lane)
-            value, rate = values[i], values[i + len(self._places)] * self._sign
-            at_zero = abs(value) <= AT_ONCE * max(time, step) * abs(rate)
+            value, rate, pace = values[i], values[i + count] * self._sign, time_scale(values[2 * count :])
+            at_zero = abs(value) <= AT_ONCE * max(time, pace) * abs(rate)
             pars[place] = (rate if at_zero else value) < 0
-            size = max(self._sizes[lane, i], abs(float(value)), abs(float(rate)) * (step or 1.0))
+            size = max(self._sizes[lane, i], abs(float(value)), abs(float(rate)) * (pace or 1.0))
             self._sizes[lane, i] = size or 1.0
             pars[self._scales[i]] = SMALL / self._sizes[lane, i]
 
     def _values_of_functions(self, engine: Any, lane: int) -> Any:
-        """Return the functions of the conditions, then their derivatives."""
-        state, pars = (_lane(part, lane) for part in (engine.state, engine.pars))
+        """Return the functions of the conditions, then their derivatives, then those of the attitude."""
+        state, pars = (lane_of(part, lane) for part in (engine.state, engine.pars))
         look: Any = self._look
         return look(np.append(state, np.ravel(engine.time)[lane]), pars=np.ascontiguousarray(pars[: look.nparams]))
 
 
-def _lane(array: NDArray[Any], lane: int) -> NDArray[Any]:
+def lane_of(array: NDArray[Any], lane: int) -> NDArray[Any]:
     """Return a view of what is one lane's."""
     return array[:, lane] if array.ndim > 1 else array
 
 
-def _with_rates(functions: list[Any], symbols: list[Any], equations: list[Any], kind: Any) -> Any:
-    """Return compiled functions of the variables and the time, followed by their derivatives along the motion."""
+def with_rates(functions: list[Any], symbols: list[Any], equations: list[Any], attitude: int, kind: Any) -> Any:
+    """Return compiled functions of variables and time, then their derivatives along the motion, then the attitude's."""
     time = hy.expression("time")
     functions, equations = (hy.subs(part, {hy.time: time}) for part in (functions, equations))
     variables, slopes = [*symbols, time], [*equations, hy.expression(1.0)]
     rates = [hy.sum([hy.diff(f, x) * slope for x, slope in zip(variables, slopes, strict=True)]) for f in functions]
-    return hy.cfunc([*functions, *rates], vars=variables, fp_type=kind)
+    return hy.cfunc([*functions, *rates, *equations[:attitude]], vars=variables, fp_type=kind)
 
 
-def event_class(lanes: int, kind: Any) -> Any:
-    """Return the engine's class of terminal events for lanes and a kind of numbers."""
-    if lanes > 1:
-        return hy.t_event_batch_dbl
-    classes = {np.float64: hy.t_event_dbl, np.longdouble: hy.t_event_ldbl}
-    return classes.get(kind) or hy.t_event_f128
+def time_scale(turning: NDArray[Any]) -> float:
+    """Return the time in which the attitude changes, from its derivatives; 0 where it rests."""
+    fastest = max((abs(float(rate)) for rate in turning), default=0.0)
+    return 1 / fastest if fastest > 0 else 0.0
+
+
+def event_class(lanes: int, kind: Any, terminal: bool = True) -> Any:
+    """Return the engine's class of events for lanes and a kind of numbers."""
+    prefix, names = "t_event" if terminal else "nt_event", {np.float64: "dbl", np.longdouble: "ldbl"}
+    return getattr(hy, f"{prefix}_batch_dbl" if lanes > 1 else f"{prefix}_{names.get(kind, 'f128')}")

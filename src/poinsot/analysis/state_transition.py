@@ -1,0 +1,187 @@
+"""The state-transition matrix of a motion, its derivatives by parameters, and what it does to a covariance.
+
+xi = (rotation vector, change of angular momentum), both along the body axes: the neighbour of (q, g) has the quaternion
+q exp(theta / 2) and the angular momentum g + gamma.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import PropagationError, real_numbers
+from poinsot.mechanics.parameter_names import resolve
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+from poinsot.motion.coordinates import Coordinates
+from poinsot.motion.ensemble import Ensemble
+from poinsot.motion.tangent import TangentRun, units
+from poinsot.motion.trajectory import Trajectory
+
+__all__ = ["StateTransition", "state_transition"]
+
+Array = NDArray[np.float64]
+
+
+class StateTransition:
+    """Neighbours of a motion to first order, xi(t) = matrix xi(t0) + sensitivity dp; of an ensemble members come first.
+
+    Attributes
+    ----------
+    motion : Trajectory
+    parameters : tuple of str
+        Names of the parameters p.
+    directions : array (n, k, k + p)
+        Columns of the matrix, then of the sensitivity, each divided by exp(growth): k = 6, or 2 of planar motion,
+        the rotation about the third axis and the third component of the momentum.
+    growth : array (n, k + p)
+        Natural logarithms, which do not overflow.
+    """
+
+    def __init__(self, motion: Trajectory, parameters: tuple[str, ...], directions: Array, growth: Array) -> None:
+        self.motion, self.parameters = motion, parameters
+        self.directions, self.growth = directions, growth
+
+    def __repr__(self) -> str:
+        largest = np.nanmax(self.growth[..., : self._k])
+        return f"StateTransition(times={self.motion.times.size}, parameters={self.parameters}, growth={largest:.4g})"
+
+    @property
+    def _k(self) -> int:
+        return int(self.directions.shape[-2])
+
+    @functools.cached_property
+    def _columns(self) -> Array:
+        with np.errstate(over="ignore"):
+            return self.directions * np.exp(self.growth)[..., None, :]
+
+    @property
+    def matrix(self) -> Array:
+        """Phi(t, t0), shape (n, 6, 6); infinite where it is beyond 1e308."""
+        return self._columns[..., : self._k]
+
+    @property
+    def sensitivity(self) -> Array:
+        """Derivatives of xi by the parameters at fixed attitude and angular momentum at the start; shape (n, 6, p)."""
+        return self._columns[..., self._k :]
+
+    def covariance(self, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Array:
+        """Return the covariance of xi at the times, to first order.
+
+        Parameters
+        ----------
+        initial : array (6, 6)
+            Of xi at the start: rad^2, rad times momentum, momentum^2.
+        of_parameters : array (p, p), optional
+            Of the parameters, without correlation to the state; default: they are known.
+
+        Returns
+        -------
+        array (n, 6, 6)
+        """
+        start = _covariance("initial", initial, self._k)
+        total = self.matrix @ start @ np.swapaxes(self.matrix, -1, -2)
+        if of_parameters is None:
+            return np.asarray(total)
+        own = _covariance("of_parameters", of_parameters, len(self.parameters))
+        return np.asarray(total + self.sensitivity @ own @ np.swapaxes(self.sensitivity, -1, -2))
+
+
+def state_transition(
+    system: System,
+    state: State,
+    times: ArrayLike,
+    parameters: Sequence[str] = (),
+    *,
+    formulation: str | None = None,
+    tolerance: float | None = None,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> StateTransition:
+    """Return a motion with its state-transition matrix, and its derivatives by parameters.
+
+    Parameters
+    ----------
+    system, state, times, formulation, tolerance, threads, progress
+        As in `propagate`; "planar" gives the two coordinates of a body that turns about its third axis alone.
+    parameters : sequence of str
+        Names of numbers: "body.moments[0]", "forces[0].orbit.eccentricity", or the end of one, "eccentricity", where
+        it says which. An orbit that several forces share is one.
+
+    Raises
+    ------
+    ValueError
+        If there is no such number, if it belongs to an orbit that is integrated or a table, or if the torques
+        jump where the attitude crosses something.
+    PropagationError, PropagationInterrupted
+        As `propagate`.
+    """
+    call = "state_transition(system, state, times)"
+    inputs = tuple(_checked(system, name) for name in _listed(parameters))
+    job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress, inputs)
+    k = len(job.tangent)
+    out = _Columns(len(job.state.time), job.times.size, k, k + len(inputs), job.scale)
+    job.integrate(np.eye(k), np.sort(job.times), out)
+    order = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
+    arrays = [x[:, order] for x in (out.quaternion, out.conjugate_momenta, out.directions, out.growth)]
+    q, Q, directions, growth = arrays if job.members else [x[0] for x in arrays]
+    failures = dict(sorted(out.failures.items())) if job.members else {}
+    motion = Trajectory(system, state, job.times, lambda: (q, Q), job.run(out), failures=failures)
+    result = StateTransition(motion, tuple(parameters), directions, growth)
+    job.raise_interrupted(out, int(np.sum(np.isfinite(out.quaternion[:, -1, 0]))), result)
+    if out.failures and not job.members:
+        reached = job.times[np.isfinite(q[:, 0])]
+        raise PropagationError(out.failures[0], float(reached[-1]) if reached.size else float(state.time), result)
+    return result
+
+
+class _Columns(Ensemble):
+    """Motions with their matrices, in the units of the user."""
+
+    def __init__(self, members: int, times: int, k: int, columns: int, scale: float) -> None:
+        super().__init__(members, times, 0)
+        self.directions, self.growth = (
+            np.full((members, times, k, columns), np.nan),
+            np.full((members, times, columns), np.nan),
+        )
+        self._columns, self._scale = columns, scale
+
+    def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
+        assert variables.companion is not None  # noqa: S101
+        super().take(members, times, rows, variables)
+        tangent = variables.companion.tangent
+        unit = units(tangent, self._scale)
+        vectors, bits = variables.companion.read(rows[..., variables.companions])
+        columns = np.swapaxes(vectors / unit, -1, -2)
+        columns[..., : len(tangent)] *= unit
+        sizes = np.linalg.norm(columns, axis=-2)
+        sizes[sizes == 0] = 1.0
+        self.directions[members] = columns / sizes[..., None, :]
+        self.growth[members] = np.log(sizes) + bits * np.log(2)
+
+
+def _listed(parameters: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(parameters, str):
+        raise TypeError(f"parameters must be a list of names, but {parameters!r} came. Write [{parameters!r}].")
+    return tuple(parameters)
+
+
+def _checked(system: System, name: str) -> tuple[int, ...]:
+    return resolve(system, name)
+
+
+def _covariance(name: str, value: ArrayLike, size: int) -> Array:
+    matrix = real_numbers(name, value)
+    if matrix.shape[-2:] != (size, size):
+        raise ValueError(f"{name} must have shape ({size}, {size}), but shape {matrix.shape} came.")
+    slack = 1e-9 * np.max(np.abs(matrix), initial=0.0)
+    if np.max(np.abs(matrix - np.swapaxes(matrix, -1, -2)), initial=0.0) > slack:
+        raise ValueError(f"{name} must be symmetric, but it is not.")
+    if np.min(np.linalg.eigvalsh(matrix), initial=0.0) < -slack:
+        raise ValueError(
+            f"{name} must have no negative eigenvalue, but one is {np.min(np.linalg.eigvalsh(matrix)):.3g}."
+        )
+    return matrix

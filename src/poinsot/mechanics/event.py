@@ -1,0 +1,64 @@
+"""What is watched for on the way: zeros of a formula, and what is done there.
+
+To add one, inside or outside the package, write a subclass: its fields are its parameters, its one method the
+formula. It is frozen and becomes a dataclass by itself.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import field
+from typing import TYPE_CHECKING
+
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.force import Force
+from poinsot.mechanics.sky import Sky
+from poinsot.mechanics.state import State
+
+if TYPE_CHECKING:
+    from poinsot.mechanics.body import Body
+
+__all__ = ["Event"]
+
+
+class Event(Force):
+    """A zero of one scalar formula along a motion.
+
+    A subclass that also has the method `act` changes the state there, and the motion goes on from what it returns.
+
+    Parameters
+    ----------
+    slope : {-1, 0, 1}
+        Only where the value falls (-1) or rises (1) with time, in whichever direction the run goes. 0: both.
+    terminal : bool
+        Whether the motion ends there.
+
+    Raises
+    ------
+    ValueError
+        If the slope is another number, or a terminal event also acts.
+    """
+
+    slope: int = field(default=0, kw_only=True)
+    terminal: bool = field(default=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.slope not in (-1, 0, 1):
+            raise ValueError(f"slope must be -1, 0 or 1, but {self.slope} came.")
+        if self.terminal and self.acts:
+            raise ValueError(f"{type(self).__name__} must either act or be terminal, but it does both.")
+
+    @abstractmethod
+    def value(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Scalar:
+        """Return the scalar whose zeros are the events; `body.angular_momentum(omega_body)` is the momentum."""
+
+    def act(self, body: Body, state: State) -> State:  # noqa: ARG002
+        """Return the state with which the motion goes on; `body` and the fields are those of the member."""
+        return state
+
+    @property
+    def acts(self) -> bool:
+        """Whether the event changes the state."""
+        return type(self).act is not Event.act

@@ -1,0 +1,259 @@
+"""The user's events on an integrator: they are recorded, act on the state and end a motion.
+
+Their functions are scaled by parameters of the kernel, as those of the switches are, so that they change a motion by
+rounding only. What happens at the instant of another event is found there, and not left to the engine's rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.functions import Vector
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.parameters import Parametric, came, kinds_of
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+from poinsot.motion.constants import Constant, Constants
+from poinsot.motion.coordinates import Coordinates
+from poinsot.motion.switches import AT_ONCE, LARGE, SMALL, event_class, lane_of, time_scale, with_rates
+
+__all__ = ["Recorded", "Watch", "event_functions"]
+
+HURRY, HASTE = 1e4, 8
+"""Actions are without end where this many follow each other within as many times that difference."""
+
+Recorded = tuple[int, int, float, int, NDArray[Any]]
+"""Number of the event, lane, time, sign of the slope in time, variables."""
+
+
+class Watch:
+    """The user's events of one integrator.
+
+    Parameters
+    ----------
+    events : list of Event
+        Of which only the structure is looked at.
+    functions, symbols, equations : lists of expressions
+        The values of the events, and the variables of the integrator with their rates.
+    first : int
+        The number of the first parameter that nothing else has.
+    attitude : int
+        How many variables, the first ones, are the attitude's.
+    lanes : int
+    kind : type
+        Of the numbers.
+
+    Attributes
+    ----------
+    records : list of Recorded
+        What happened, until the borrower takes it.
+    stopped : list
+        For each lane "", or why it must not go on: "event" or "haste".
+    """
+
+    def __init__(
+        self,
+        events: list[Event],
+        functions: list[Any],
+        symbols: list[Any],
+        equations: list[Any],
+        first: int,
+        attitude: int,
+        lanes: int,
+        kind: Any,
+    ) -> None:
+        self.records: list[Recorded] = []
+        self.stopped = [""] * lanes
+        self.settle: Callable[[Any, int], None] = lambda _engine, _lane: None
+        self._events, self._lanes, self._attitude = events, lanes, attitude
+        self._scales = first + np.arange(len(events))
+        self._sizes, self._last = np.zeros((2, lanes, len(events)))
+        self._paces = np.zeros(lanes)
+        self._hurried = np.zeros(lanes, dtype=int)
+        self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
+        self._look = with_rates(functions, symbols, equations, attitude, kind)
+        scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
+        stop, pass_by = event_class(lanes, kind), event_class(lanes, kind, terminal=False)
+        ways = {-1: hy.event_direction.negative, 0: hy.event_direction.any, 1: hy.event_direction.positive}
+        self.passed: list[Any] = []
+        self.stops = [stop(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
+        for i, (event, f) in enumerate(zip(events, scaled, strict=True)):
+            if event.terminal or event.acts:
+                self.stops.append(stop(f, callback=self._reaching(), direction=ways[event.slope]))
+            else:
+                self.passed.append(pass_by(f, callback=self._passing(i), direction=ways[event.slope]))
+
+    def begin(self, engine: Any, system: System, variables: Coordinates, members: NDArray[np.int_]) -> None:
+        """Fit the scales to the state of an integrator; a zero where it stands is no event."""
+        self._system, self._variables, self._members = system, variables, np.array(members)
+        self._last[:] = np.ravel(engine.time).astype(float)[:, None]
+        self._hurried[:], self.stopped[:] = 0, [""] * self._lanes
+        for lane in range(self._lanes):
+            self._fit(engine, lane)
+
+    def repeat(self, busy: int, idle: int) -> None:
+        """Let a lane follow another one."""
+        for own in (self._members, self._sizes, self._last, self._paces, self._hurried):
+            own[idle] = own[busy]
+        self.stopped[idle] = self.stopped[busy]
+
+    def look(self, engine: Any, lane: int = 0) -> bool:
+        """Let happen what is due at the time of a lane, to rounding; return whether the motion goes on."""
+        values, rates = self._values_and_rates(engine, lane)
+        time = float(np.ravel(engine.time)[lane])
+        due = np.flatnonzero(np.abs(values) <= self._near(lane, time) * np.abs(rates))
+        slopes = np.sign(rates).astype(int)
+        new = [i for i in due if self._events[i].slope in (0, slopes[i]) and self._is_new(i, lane, time)]
+        row = np.array(lane_of(engine.state, lane))
+        self.records += [(int(i), lane, time, int(slopes[i]), row) for i in new]
+        for i in new:
+            if self._events[i].acts:
+                self._act(engine, lane, int(i), time)
+        if any(self._events[i].terminal for i in new):
+            self.stopped[lane] = "event"
+        return not self.stopped[lane]
+
+    # ------------------------------------------------------------------ events
+
+    # The engine copies what it is given, but for plain functions.
+
+    def _passing(self, number: int) -> Callable[..., None]:
+        several = self._lanes > 1
+
+        def passed(engine: Any, time: Any, slope: int, lane: int = 0) -> None:
+            if self._is_new(number, lane, float(time)):
+                engine.update_d_output([time] * self._lanes if several else time)
+                row = np.array(lane_of(engine.d_output, lane))
+                self.records.append((number, lane, float(time), slope, row))
+
+        return passed
+
+    def _reaching(self) -> Callable[..., bool]:
+        def reached(engine: Any, _: int, lane: int = 0) -> bool:
+            return self.look(engine, lane)
+
+        return reached
+
+    def _growing(self, number: int) -> Callable[..., bool]:
+        def grown(engine: Any, _: int, lane: int = 0) -> bool:
+            self._sizes[lane, number] *= LARGE / SMALL**2
+            self._set_scales(engine, lane)
+            return True
+
+        return grown
+
+    def _is_new(self, number: int, lane: int, time: float) -> bool:
+        """Whether the event has not just happened, and note that it has."""
+        since, near = abs(time - self._last[lane, number]), self._near(lane, time)
+        self._last[lane, number] = time
+        if self._events[number].acts and near < since:
+            self._hurried[lane] = self._hurried[lane] + 1 if since <= HURRY * near else 0
+            if self._hurried[lane] >= HASTE:
+                self.stopped[lane] = "haste"
+        return bool(since > near)
+
+    def _near(self, lane: int, time: float) -> float:
+        return AT_ONCE * max(abs(time), float(self._paces[lane]))
+
+    def _act(self, engine: Any, lane: int, number: int, time: float) -> None:
+        """Give the state that an event returns to a lane."""
+        member, own = int(self._members[lane]), lane_of(engine.state, lane)
+        variables = self._variables.of_members(np.array([member]))
+        rows = np.asarray(own, dtype=float)[None]
+        batched = np.ndim(variables.scale) > 0 or any(np.ndim(number) for number in variables.axes.numbers)
+        q, Q = variables.to_canonical(np.array([time]), rows[None] if batched else rows)
+        state = computed_state(np.reshape(q, 4), np.reshape(Q, 4), np.array(time))
+        event, body = (_of_member(part, member) for part in (self._system.events[number], self._system.body))
+        changed = event.act(body, state)
+        if not isinstance(changed, State) or changed.quaternion.shape != (4,):
+            what = came(changed) if not isinstance(changed, State) else "one of several members"
+            raise TypeError(f"{type(event).__name__}.act must return a State of one body, but {what} came.")
+        own[: variables.formulation.size] = _rewritten(variables, changed, time, own)
+        self.settle(engine, lane)
+        self._fit(engine, lane)
+
+    # ------------------------------------------------------------------ sizes
+
+    def _fit(self, engine: Any, lane: int) -> None:
+        values, rates = self._values_and_rates(engine, lane)
+        self._sizes[lane] = np.maximum(np.abs(values), np.abs(rates) * self._paces[lane])
+        if np.any(flat := self._sizes[lane] == 0):
+            aside, _ = self._values_and_rates(engine, lane, aside=0.1)
+            self._sizes[lane, flat] = np.abs(aside[flat])
+        self._set_scales(engine, lane)
+
+    def _set_scales(self, engine: Any, lane: int) -> None:
+        sizes = self._sizes[lane]
+        sizes[~((sizes > 0) & np.isfinite(sizes))] = 1.0
+        lane_of(engine.pars, lane)[self._scales] = np.exp2(np.round(np.log2(SMALL / sizes)))
+
+    def _values_and_rates(self, engine: Any, lane: int, aside: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return the functions and their derivatives, and note the pace; `aside` of where the lane is."""
+        state, pars = (lane_of(part, lane) for part in (engine.state, engine.pars))
+        inputs = np.append(state, np.ravel(engine.time)[lane])
+        if aside:
+            inputs = inputs + aside * np.cos(np.arange(1, inputs.size + 1))
+        found = self._look(inputs, pars=np.ascontiguousarray(pars[: self._look.nparams])).astype(float)
+        values, rates, turning = np.split(found, [len(self._events), 2 * len(self._events)])
+        if not aside:
+            self._paces[lane] = time_scale(turning)
+        return values, rates
+
+
+def event_functions(
+    system: System, formulation: Formulation, variables: list[Any], axes: Any, scale: Any, constants: Constants
+) -> list[Any]:
+    """Return the values of a system's events as expressions of the variables of a kernel and the time."""
+    if not system.events:
+        return []
+    seen: list[Any] = []
+
+    def torque_of(attitude: Any, omega: Any) -> Vector:
+        seen.extend([attitude, omega])
+        return Vector((0.0, 0.0, 0.0))
+
+    own, carried, time = variables[: formulation.size], variables[formulation.size :], constants.variable(hy.time)
+    formulation.derivatives(own, system.body.kinetics(scale), torque_of, axes.omega(time, carried))
+    attitude, omega = seen
+    sky = axes.sky(time, carried)
+    values = [event.value(system.body, attitude, omega, sky) for event in system.events]
+    for event, value in zip(system.events, values, strict=True):
+        if isinstance(value, Constant | int | float):
+            raise ValueError(
+                f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
+                f"of {formulation.name!r}."
+            )
+    return [constants.expression(value) for value in values]
+
+
+def _of_member(record: Any, member: int) -> Any:
+    """Return a record with the numbers of one member."""
+    fields = {}
+    for name, kind in kinds_of(type(record)).items():
+        value = getattr(record, name)
+        if isinstance(value, Parametric):
+            value = _of_member(value, member)
+        elif isinstance(kind, tuple) and np.ndim(value) > len(kind):
+            value = value[member]
+        fields[name] = value
+    return type(record).unchecked(**fields)
+
+
+def _rewritten(variables: Coordinates, state: State, time: float, own: NDArray[Any]) -> NDArray[Any]:
+    """Return the variables of body and attitude of a state, along the axes as they are."""
+    formulation, axes = variables.formulation, variables.axes
+    new = np.array(formulation.from_state(state))
+    new[formulation.momenta] *= np.ravel(variables.scale)[0]
+    if axes.size:
+        plain = axes.with_numbers(np.ravel(number)[0] for number in axes.numbers)
+        turn = quat.conjugate(plain.quaternion(np.array(time), np.asarray(own[variables.carried], dtype=float)))
+        for block in formulation.quaternions:
+            new[block] = quat.product(turn, new[block])
+    return new
