@@ -6,7 +6,7 @@ READY := .venv/.ready
 .PHONY: run test verify slow clean
 
 run: $(READY)
-	$(BIN)/poinsot paper --out out
+	$(BIN)/poinsot paper --out out --overwrite
 
 test: $(READY)
 	@echo "== lint and format"

@@ -6,6 +6,7 @@ from poinsot.analysis.equilibria import Equilibrium, equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.frequencies import LineSpectrum, diffusion, frequencies
 from poinsot.analysis.periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
+from poinsot.analysis.sections import Section, andoyer_section, section, spin_orbit_section
 from poinsot.analysis.state_transition import StateTransition, state_transition
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.attitudes.aem import read_aem, write_aem
@@ -29,6 +30,16 @@ from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.crossings import (
+    AndoyerCrossing,
+    Apsis,
+    AttractorCrossing,
+    AxisCrossing,
+    Instant,
+    RateCrossing,
+    SpinFlip,
+)
+from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
@@ -36,6 +47,7 @@ from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.sky import Orbit, Sky
 from poinsot.mechanics.state import State, project_to_tangent
 from poinsot.mechanics.system import System
+from poinsot.motion.events import Crossings
 from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
@@ -60,6 +72,8 @@ from poinsot.pictures.histories import (
     plot_roll_pitch_yaw,
 )
 from poinsot.pictures.momentum_sphere import plot_momentum_sphere
+from poinsot.pictures.sections import plot_section
+from poinsot.pictures.uncertainty import plot_uncertainty
 from poinsot.pictures.view import view
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.mascons import Mascons
@@ -71,25 +85,32 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Andoyer",
+    "AndoyerCrossing",
+    "Apsis",
     "Assembly",
     "Attitude",
     "AttitudeTable",
+    "AttractorCrossing",
+    "AxisCrossing",
     "Body",
     "Calendar",
     "CassiniState",
     "ChaosIndicators",
+    "Crossings",
     "Cylinder",
     "Ellipsoid",
     "EllipsoidGravity",
     "Ephemeris",
     "Equilibrium",
     "EscapeOrbit",
+    "Event",
     "FixedPoint",
     "Frame",
     "FreeRotation",
     "GravityField",
     "GravityGradient",
     "HarmonicGravity",
+    "Instant",
     "KeplerOrbit",
     "LagrangePoint",
     "LineSpectrum",
@@ -105,11 +126,14 @@ __all__ = [
     "PrecessingOrbit",
     "PropagationError",
     "PropagationInterrupted",
+    "RateCrossing",
     "RotatingFrame",
     "RotatingPoint",
     "Scenario",
+    "Section",
     "Shape",
     "Sky",
+    "SpinFlip",
     "State",
     "StateTransition",
     "System",
@@ -118,6 +142,7 @@ __all__ = [
     "Trajectory",
     "UniformGravity",
     "Vector",
+    "andoyer_section",
     "cassini_state",
     "chaos_indicators",
     "diffusion",
@@ -142,6 +167,8 @@ __all__ = [
     "plot_quaternions",
     "plot_rates",
     "plot_roll_pitch_yaw",
+    "plot_section",
+    "plot_uncertainty",
     "project_to_tangent",
     "propagate",
     "read_aem",
@@ -153,8 +180,10 @@ __all__ = [
     "read_scenario",
     "read_stk_attitude",
     "save",
+    "section",
     "spice_attitude",
     "spice_orbit",
+    "spin_orbit_section",
     "state_transition",
     "tle_orbit",
     "two_body_orbit",

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 
 import poinsot as pt
 from poinsot.cli import app
+from poinsot.cli.pictures import KINDS
 from poinsot.files.scenarios import scenario as scenarios
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -83,6 +85,35 @@ def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
     assert (
         pt.load(tmp_path / "again" / "top.nc").quaternion.tobytes() == pt.load(tmp_path / "top.nc").quaternion.tobytes()
     )
+
+
+def test_result_is_repeated_beside_itself(top, tmp_path):
+    call("run", top)
+    assert call("run", tmp_path / "top.nc").stdout == f"{tmp_path}/top-again.nc\nThe same to the bit.\n"
+    assert "top-again.nc must be a new file" in call("run", tmp_path / "top.nc", code=2).stderr
+    assert pt.load(tmp_path / "top-again.nc").quaternion.tobytes() == pt.load(tmp_path / "top.nc").quaternion.tobytes()
+
+
+def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch):
+    right = scenarios.propagate
+
+    def stopped(*arguments, **options):
+        motion = right(*arguments, **options)
+        half = pt.Trajectory(
+            motion.system,
+            motion.initial,
+            motion.times[:50],
+            lambda: (motion.quaternion[:50], motion.conjugate_momenta[:50]),
+            motion.run,
+        )
+        raise pt.PropagationError("it stopped.", 5.0, half)
+
+    monkeypatch.setattr(scenarios, "propagate", stopped)
+    call("run", top, code=3)
+    monkeypatch.undo()
+    result = call("run", tmp_path / "top.partial.nc")
+    assert result.stdout.splitlines()[1] == "The same to the bit, as far as the original goes."
+    assert pt.load(tmp_path / "top.partial-again.nc").times.size == 101
 
 
 def test_result_of_python_is_repeated_too(tmp_path):
@@ -165,6 +196,31 @@ def test_threads_and_failures_of_members(top, tmp_path):
     assert one.quaternion.tobytes() == two.quaternion.tobytes()
 
 
+def test_members_that_stop_are_told_and_end_in_their_own_status(top, tmp_path):
+    spread = '[ensemble]\nmembers = 12\nseed = 1\n[[ensemble.spread]]\nof = "state.turn"\nsize = 0\n'
+    text = TOP.replace("[0.1, 1, 0.2]", "[1, 0, 0]").replace("[1, 0, 0, 0]", "[0.8, -0.6, 0, 0]")
+    top.write_text(text.replace("forces = [", "# ") + 'run = {formulation = "euler_angles"}\n' + spread)
+    said = call("run", top, code=3).stderr.splitlines()
+    assert said[0] == "12 of 12 members stopped before the last time."
+    assert said[1].startswith("member 0: propagation stopped at t = ")
+    assert len(said) == 12
+    assert said[-1] == "... and 2 more, which `motion.failures` has."
+    assert "at the last time: 0 of 12 members" in call("info", tmp_path / "top.nc").stdout
+
+
+def test_what_would_be_refused_after_a_run_is_refused_before(top, tmp_path):
+    spread = '[ensemble]\nmembers = 5\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
+    top.write_text(TOP + '[outputs]\nview = "v.html"\n' + spread)
+    assert "v.html must be of one body" in call("run", top, code=2).stderr
+    top.write_text(TOP + spread.replace("= 5", "= 100_000"))
+    usage = shutil._ntuple_diskusage(10**9, 10**9 - 10**8, 10**8)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(shutil, "disk_usage", lambda _: usage)
+        said = call("run", top, code=2).stderr
+    assert f"{tmp_path} must have room for some 1515 MB, but 100 MB are free." in said
+    assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
+
+
 def test_warnings_are_sentences(tmp_path):
     path = tmp_path / "low.toml"
     path.write_text(
@@ -202,15 +258,73 @@ def test_info(top, tmp_path):
     for words in ("a top", "UniformGravity", "times: 101", "drift_energy", "heyoka", "can be run again: yes"):
         assert words in told
     assert call("info", tmp_path / "top.nc", "--scenario").stdout == TOP
-    assert "Scenario of System(" in call("info", top).stdout
+    said = call("info", top).stdout
+    for words in ("a top", "body: Body(", "force: UniformGravity(", "start: State(", "times: 101"):
+        assert words in said
 
 
-@pytest.mark.parametrize("kind", ["quaternions", "rates", "drift", "polhode"])
-def test_plot(top, tmp_path, kind):
+FREE = """\
+body.moments = [4, 5, 6]
+state = {quaternion = [0.5, -0.5, 0.1, 0.7], omega_body = [0.1, 1, 0.2]}
+times = {stop = 10, count = 101}
+forces = [{type = "GravityGradient", orbit = "o"}]
+orbits.o = {type = "KeplerOrbit.from_vectors", mu = 1e-12, position = [1, 0, 0], velocity = [0, 1e-6, 0]}
+"""
+
+
+def test_every_plot_of_the_package_is_a_kind(tmp_path):
+    (tmp_path / "free.toml").write_text(FREE)
+    call("run", tmp_path / "free.toml")
+    call("run", tmp_path / "free.nc", "--out", tmp_path / "b")
+    assert {f"plot_{kind}" for kind in KINDS} == {name for name in pt.__all__ if name.startswith("plot_")}
+    for kind in KINDS:
+        more = ("--with", tmp_path / "b" / "free.nc") if kind == "difference" else ()
+        arguments = ("plot", tmp_path / "free.nc", "--kind", kind, *more)
+        assert call(*arguments).stdout == f"{tmp_path}/free-{kind}.png\n"
+        assert (tmp_path / f"free-{kind}.png").stat().st_size > 5000
+        assert "--overwrite" in call(*arguments, code=2).stderr
+
+
+def test_plot_in_degrees_and_as_vectors(top, tmp_path):
     call("run", top)
-    assert call("plot", tmp_path / "top.nc", "--kind", kind).stdout == f"{tmp_path}/top-{kind}.png\n"
-    assert (tmp_path / f"top-{kind}.png").stat().st_size > 5000
-    assert "--overwrite" in call("plot", tmp_path / "top.nc", "--kind", kind, code=2).stderr
+    call("plot", tmp_path / "top.nc", tmp_path / "a.svg", "--kind", "euler_angles")
+    call("plot", tmp_path / "top.nc", tmp_path / "b.svg", "--kind", "euler_angles", "--degrees")
+    assert (tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
+    assert (tmp_path / "a.svg").stat().st_size != (tmp_path / "b.svg").stat().st_size
+    call("plot", tmp_path / "top.nc", tmp_path / "a.pdf")
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
+    call("run", top)
+    result = tmp_path / "top.nc"
+    for arguments, told in (
+        (("--kind", "difference"), "--with must be another result"),
+        (("--with", result), "--with must go with a kind that it is for, but --kind quaternions came."),
+        (("--degrees",), "--degrees must go with a kind"),
+        (("--kind", "roll_pitch_yaw"), "the result must have an orbit"),
+        (("--kind", "nothing"), "one of angular_momentum"),
+        ((tmp_path / "x.exe",), "x.exe must end in .png, .pdf, .svg"),
+    ):
+        assert told in call("plot", result, *arguments, code=2).stderr
+    top.write_text(TOP.replace("count = 101", "count = 51"))
+    call("run", top, "--out", tmp_path / "b")
+    other = tmp_path / "b" / "top.nc"
+    said = call("plot", result, "--kind", "difference", "--with", other, code=2).stderr
+    assert said.startswith("poinsot: --with must have the times of the result, but 51 times")
+
+
+def test_orbit_of_roll_pitch_yaw_is_named_where_there_are_several(tmp_path):
+    two = FREE.replace('orbit = "o"}', 'orbit = "o"}, {type = "GravityGradient", orbit = "p"}')
+    (tmp_path / "two.toml").write_text(
+        two + FREE.splitlines()[-1].replace("orbits.o", "orbits.p").replace("1e-6", "8e-7")
+    )
+    call("run", tmp_path / "two.toml")
+    arguments = ("plot", tmp_path / "two.nc", "--kind", "roll_pitch_yaw")
+    told = "--orbit must say which orbit, but {} came. There are 1: KeplerOrbit; 2: KeplerOrbit."
+    assert told.format("none") in call(*arguments, code=2).stderr
+    assert told.format(3) in call(*arguments, "--orbit", 3, code=2).stderr
+    call(*arguments, "--orbit", 2)
 
 
 def test_view(top, tmp_path):
@@ -233,15 +347,18 @@ def test_convert(top, tmp_path):
         back = pt.load(tmp_path / f"{suffix}.nc")
         np.testing.assert_allclose(back.attitude.as_matrix(), motion.attitude.as_matrix(), atol=1e-9)
         np.testing.assert_allclose(back.omega_body, motion.omega_body, atol=1e-9)
-    assert "must come with a scenario" in call("convert", tmp_path / "top.csv", tmp_path / "x.nc", code=2).stderr
+    assert "must come with --scenario" in call("convert", tmp_path / "top.csv", tmp_path / "x.nc", code=2).stderr
     assert "must end in .nc" in call("convert", result, tmp_path / "x.exe", code=2).stderr
 
 
 def test_help_teaches_and_has_the_exit_codes():
-    for command in ("run", "plot", "view", "info", "convert", "new"):
+    for command in ("run", "plot", "view", "info", "convert", "new", "paper", "verify"):
         told = " ".join(call(command, "--help").stdout.split())
-        assert "Example" in told
-        assert "130 Ctrl-C" in told
+        assert f"For example: • poinsot {command}" in told
+        assert "Exit status: 0 done;" in told
+        assert "130 Ctrl-C." in told
+        assert call(command, "-h").stdout == call(command, "--help").stdout
+    assert "1 a repeated result differs from the original" in " ".join(call("run", "-h").stdout.split())
 
 
 def test_wrong_files_end_in_one_sentence(tmp_path):

@@ -21,6 +21,17 @@ def test_paper_command_writes_figures_files_and_table(tmp_path, monkeypatch):
         assert (tmp_path / "table.md").read_text().count(f"| {name} |") == 3
 
 
+def test_paper_command_replaces_nothing_without_being_told(tmp_path, monkeypatch):
+    (tmp_path / "fig3-kepler.pdf").write_text("mine")
+    result = CliRunner().invoke(app, ["paper", "--out", str(tmp_path)], env={"COLUMNS": "400"})
+    assert result.exit_code == 2
+    assert "fig3-kepler.pdf must be a new file, but it exists. --overwrite replaces it." in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["fig3-kepler.pdf"]
+    monkeypatch.setattr(paper, "PROBLEMS", paper.PROBLEMS[-1:])
+    assert CliRunner().invoke(app, ["paper", "--out", str(tmp_path), "--overwrite"]).exit_code == 0
+    assert (tmp_path / "fig3-kepler.pdf").exists()
+
+
 def test_readings_of_the_paper():
     names = [problem.name for problem in paper.PROBLEMS]
     assert len(names) == len(set(names)) == 8

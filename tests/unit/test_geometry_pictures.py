@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mpl_toolkits.mplot3d.proj3d import proj_transform
+from scipy import special
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -152,6 +153,43 @@ def test_the_path_of_omega_is_that_of_the_motion_in_the_given_axes(motion):
     assert {tuple(omega) for omega in path} == {tuple(omega) for omega in motion.omega_body}
 
 
+def test_the_path_of_omega_is_the_closed_form_in_elliptic_functions():
+    """Landau and Lifshitz, Mechanics, Sec. 37: cn, sn, dn where G^2 > 2T I_2, the start at omega_2 = 0."""
+    I1, I2, I3 = moments = np.array([2.0, 2.5, 3.5])
+    g = np.array([0.9, 0.0, 1.4])
+    times = np.linspace(0, 60, 601)
+    (path,) = drawn(plot_polhode(motion_of(pt.Body(moments), g, times), view=(90, 0)), BLUE)
+    energy, size = np.sum(g**2 / moments), np.sum(g**2)
+    tau = times * np.sqrt((I3 - I2) * (size - energy * I1) / np.prod(moments))
+    m = (I2 - I1) * (energy * I3 - size) / ((I3 - I2) * (size - energy * I1))
+    sn, cn, dn, _ = special.ellipj(tau, m)
+    expected = np.stack(
+        [
+            np.sqrt((energy * I3 - size) / (I1 * (I3 - I1))) * cn,
+            np.sqrt((energy * I3 - size) / (I2 * (I3 - I2))) * sn,
+            np.sqrt((size - energy * I1) / (I3 * (I3 - I1))) * dn,
+        ],
+        axis=-1,
+    )
+    assert np.allclose(path, expected, rtol=0, atol=1e-12)
+
+
+def test_the_path_in_the_invariable_plane_is_the_closed_form_in_elliptic_functions():
+    """The radius of the same motion, rho^2 = |omega|^2 - (2T/G)^2."""
+    moments, g, times = np.array([2.0, 2.5, 3.5]), np.array([0.9, 0.0, 1.4]), np.linspace(0, 60, 601)
+    I1, I2, I3 = moments
+    axes = plot_herpolhode(motion_of(pt.Body(moments), g, times))
+    (path,) = (np.hypot(*line.get_data()) for line in axes.lines if line.get_color() == VERMILION)
+    energy, size = np.sum(g**2 / moments), np.sum(g**2)
+    m = (I2 - I1) * (energy * I3 - size) / ((I3 - I2) * (size - energy * I1))
+    sn = special.ellipj(times * np.sqrt((I3 - I2) * (size - energy * I1) / np.prod(moments)), m)[0]
+    squares = np.sum((g / moments) ** 2) + sn**2 * (
+        (energy * I3 - size) * (1 / (I2 * (I3 - I2)) - 1 / (I1 * (I3 - I1)))
+        - m * (size - energy * I1) / (I3 * (I3 - I1))
+    )
+    assert np.allclose(path**2, squares - energy**2 / size, rtol=0, atol=1e-12)
+
+
 def test_other_polhodes_keep_the_momentum_too():
     motion = motion_of(BODIES["oblique"])
     axes, body = plot_polhode(motion), motion.system.body
@@ -279,6 +317,12 @@ def test_curves_of_a_symmetric_body_are_circles_of_latitude(name, axis, word):
     for n in drawn(axes, BLACK):
         assert np.allclose(n[:, axis], 0, rtol=0, atol=1e-15)
     assert labels(axes) == [word, "fixed directions"]
+
+
+def test_a_motion_alone_is_drawn_on_the_sphere_of_its_body():
+    motion = motion_of(BODIES["oblique"])
+    alone, both = plot_momentum_sphere(motion), plot_momentum_sphere(motion.system.body, motion)
+    assert [points(line).tolist() for line in alone.lines] == [points(line).tolist() for line in both.lines]
 
 
 def test_a_spherical_body_has_no_curves_and_the_title_says_so():

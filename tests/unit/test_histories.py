@@ -1,5 +1,7 @@
 """Pictures against time: what they draw, in which units, of one motion and of ensembles."""
 
+import re
+
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,7 +18,7 @@ TIMES = np.linspace(0, 6000, 61)
 PLOTS = {
     "quaternions": pt.plot_quaternions,
     "euler": pt.plot_euler_angles,
-    "level": lambda motion: pt.plot_roll_pitch_yaw(motion, ORBIT),
+    "level": pt.plot_roll_pitch_yaw,
     "rates": pt.plot_rates,
     "momentum": pt.plot_angular_momentum,
     "drift": pt.plot_drift,
@@ -44,6 +46,13 @@ def members():
 
 def curves(axes):
     return [line.get_ydata() for panel in np.atleast_1d(axes) for line in panel.lines]
+
+
+def replaced(motion, q, times=TIMES):
+    """The motion with other attitudes, at other times, and momenta that are all the same in the body."""
+    g = np.broadcast_to((0.3, -0.2, 0.5), (*q.shape[:-1], 3))
+    Q = 2 * pt.mechanics.quaternion.product(q, np.concatenate([np.zeros_like(g[..., :1]), g], axis=-1))
+    return pt.Trajectory(motion.system, motion.initial, times, lambda: (q, Q), motion.run)
 
 
 def labels(axes):
@@ -85,6 +94,34 @@ def test_failed_members_are_left_out(members):
     assert np.allclose(drawn, np.median(np.delete(members.quaternion, 3, axis=0)[..., 0], axis=0))
 
 
+def test_the_bands_are_said_in_words(motion, members):
+    stopped = members.quaternion.copy()
+    stopped[3, 40:] = np.nan
+    words = [pt.plot_rates(each)[0].figure.get_supxlabel() for each in (motion, members, replaced(members, stopped))]
+    assert words == [
+        "",
+        "Median of 21 members, and bands from 25 to 75 % and 5 to 95 % of them.",
+        "Median of the 20 of 21 members that did not stop, and bands from 25 to 75 % and 5 to 95 % of them.",
+    ]
+
+
+@pytest.mark.parametrize("name", [name for name in PLOTS if name != "difference"])
+def test_a_single_time_is_drawn_as_points(name, motion, members):
+    for each in (motion, members):
+        alone = replaced(each, each.quaternion[..., 7:8, :], TIMES[7:8])
+        for panel in np.atleast_1d(PLOTS[name](alone)):
+            assert all(line.get_marker() == "o" and line.get_xdata() == TIMES[7] for line in panel.lines)
+            panel.figure.draw_without_rendering()
+
+
+def test_backwards_in_time_the_axis_still_goes_forwards(motion):
+    back = replaced(motion, motion.quaternion[::-1], TIMES[::-1])
+    assert pt.plot_quaternions(back)[0].get_xlim() == (0, 6000)
+    there, and_back = (np.array(curves(pt.plot_euler_angles(each))) for each in (motion, back))
+    whole = (there[:, ::-1] - and_back) / (2 * np.pi)
+    assert np.allclose(whole, np.round(whole[:, :1]), atol=1e-12)
+
+
 def test_components_are_those_of_the_motion(motion):
     expected = {
         pt.plot_quaternions: (motion.quaternion, motion.conjugate_momenta),
@@ -103,6 +140,38 @@ def test_angles_do_not_jump_and_come_back_to_the_attitude(motion, degrees):
     assert np.max(np.abs(np.diff(angles, axis=0))) < (180 if degrees else np.pi)
     back = Rotation.from_euler("ZYX", angles, degrees=degrees)
     assert np.max((back.inv() * motion.attitude).magnitude()) < 1e-14
+
+
+def test_angles_start_within_the_first_turn(motion):
+    flipped = replaced(motion, -motion.quaternion)
+    for each in (motion, flipped):
+        assert np.all(np.abs(np.array(curves(pt.plot_euler_angles(each)))[:, 0]) < 2 * np.pi)
+
+
+def test_angles_have_a_gap_where_they_are_not_defined():
+    free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.001, 0.002, 0.003)), TIMES)
+    angles = np.array(curves(pt.plot_euler_angles(free))).T
+    assert np.all(np.isnan(angles[0]))
+    back = Rotation.from_euler("ZXZ", angles[1:])
+    assert np.max((back.inv() * free.attitude[1:]).magnitude()) < 1e-14
+
+
+def test_members_are_whole_turns_apart_only_where_they_turned():
+    """Starts on both sides of the half turn, at which roll jumps."""
+    rolls = np.radians(np.linspace(170, 190, 21))
+    level = [from_roll_pitch_yaw((roll, 0.1, 0.2)) for roll in rolls]
+    start = BODY.state(level, omega_body=(0.0, 0.0, 0.0), frame=ORBIT.frame)
+    panel = pt.plot_roll_pitch_yaw(pt.propagate(SYSTEM, start, (0.0, 1.0, 2.0)))
+    assert curves(panel)[0] == pytest.approx(180, abs=0.01)
+    edges = panel.collections[0].get_paths()[0].get_extents()
+    assert (edges.y0, edges.y1) == pytest.approx((171, 189), abs=0.01)
+
+
+def test_the_orbit_of_two_forces_is_one_orbit(motion):
+    system = pt.System(BODY, pt.GravityGradient(ORBIT), pt.Oblateness(ORBIT, 1e-3, 6000.0, (0, 0, 1)))
+    twice = pt.propagate(system, motion.initial, TIMES)
+    drawn = [curves(pt.plot_roll_pitch_yaw(twice, *orbit)) for orbit in ((), (ORBIT,))]
+    assert np.array_equal(*drawn)
 
 
 def test_roll_pitch_yaw_by_hand(motion):
@@ -132,8 +201,17 @@ def test_drifts_are_on_a_log_axis():
     panel = pt.plot_drift(free)
     assert panel.get_yscale() == "log"
     names = [text.get_text() for text in panel.get_legend().get_texts()]
-    assert names == ["$|q| - 1$", "$H$", "$G1$", "$G2$", "$G3$"]
-    assert np.allclose(curves(panel)[1], np.maximum(np.abs(free.drift["energy"]), 1e-17))
+    norms = ["$|q| - 1$", r"$q \cdot Q\,/\,|Q|$"]
+    assert names == [*norms, "$H$ = 39", "$G_{1}$ = 40", "$G_{2}$ = 100", "$G_{3}$ = 180"]
+    assert np.allclose(curves(panel)[2], np.maximum(np.abs(free.drift["energy"]), 2**-53), rtol=1e-15)
+
+
+def test_what_is_conserved_is_named_with_its_value_and_unit():
+    circle = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(398600.4418, 7000.0, 0, 0, 0, 0)), units=SYSTEM.units)
+    motion = pt.propagate(circle, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.001)), TIMES)
+    names = [text.get_text() for text in pt.plot_drift(motion).get_legend().get_texts()]
+    value = motion.integrals["jacobi_energy"][0]
+    assert names[2:] == [rf"$H-n \cdot G$ = {value:.5g} [kg m² s⁻²]"]
 
 
 def test_difference_is_the_angle_between_attitudes(motion):
@@ -141,6 +219,51 @@ def test_difference_is_the_angle_between_attitudes(motion):
     drawn = curves(pt.plot_difference(motion, turned, degrees=True))[0]
     expected = np.degrees((motion.attitude.inv() * turned.attitude).magnitude())
     assert np.allclose(drawn[1:], expected[1:], rtol=1e-9)
+
+
+def test_difference_with_other_times_takes_the_dense_output(motion):
+    dense = pt.propagate(SYSTEM, motion.initial, TIMES, dense=True)
+    others = TIMES[:-1] + 37.0
+    table = pt.propagate(SYSTEM, dense(37.0), others)
+    panel = pt.plot_difference(dense, table)
+    assert np.array_equal(panel.lines[0].get_xdata(), others)
+    assert np.max(curves(panel)[0]) < 1e-13
+
+
+# ---------------------------------------------------------------------- files
+
+
+def noisy(count):
+    times = np.linspace(0, 6000, count)
+    turn = np.random.default_rng(5).normal(size=(count, 4))
+    return times, turn / np.linalg.norm(turn, axis=-1, keepdims=True)
+
+
+def test_of_very_many_samples_the_extremes_are_drawn(motion):
+    times, q = noisy(300_000)
+    lines = pt.plot_quaternions(replaced(motion, q, times))[0].lines
+    for k, line in enumerate(lines):
+        x, y = line.get_data()
+        assert x.size < 6100
+        assert np.all(np.diff(x) > 0)
+        assert (x[0], x[-1]) == (0, 6000)
+        for low in (0, 1236, 5992):
+            within, kept = (values[(at >= low) & (at < low + 8)] for at, values in ((times, q[:, k]), (x, y)))
+            assert (kept.min(), kept.max()) == (within.min(), within.max())
+
+
+def test_a_vector_file_is_small_and_has_text(motion, tmp_path):
+    times, q = noisy(300_000)
+    long = replaced(motion, q, times)
+    pictures = {"quaternions": pt.plot_quaternions(long)[0], "sphere": pt.plot_momentum_sphere(long)}
+    for name, panel in pictures.items():
+        for suffix in ("svg", "pdf"):
+            path = tmp_path / f"{name}.{suffix}"
+            panel.figure.savefig(path)
+            assert path.stat().st_size < 3e6
+        assert re.search(r"<text[^>]*>(at )?time( 6000 s| \[s\])</text>", (tmp_path / f"{name}.svg").read_text())
+        assert b"/Type3" not in (tmp_path / f"{name}.pdf").read_bytes()
+    assert mpl.rcParams["svg.fonttype"] == "path"
 
 
 def test_bad_input(motion):
@@ -151,6 +274,19 @@ def test_bad_input(motion):
         pt.plot_difference(motion, other)
     with pytest.raises(TypeError, match=r"orbit must be an Orbit, but OrbitFrame came"):
         pt.plot_roll_pitch_yaw(motion, ORBIT.frame)
+    free = pt.propagate(pt.System(BODY), motion.initial, (0.0, 1.0))
+    with pytest.raises(ValueError, match=r"orbit must be named where the system has not exactly one, but it has none"):
+        pt.plot_roll_pitch_yaw(free)
+    two = pt.System(BODY, pt.GravityGradient(ORBIT), pt.GravityGradient(pt.KeplerOrbit(4902.8, 7000.0, 0, 0, 0, 0)))
+    with pytest.raises(ValueError, match=r"but it has 2\. Pass plot_roll_pitch_yaw\(motion, orbit\)\.$"):
+        pt.plot_roll_pitch_yaw(pt.propagate(two, motion.initial, (0.0, 1.0)))
+    with pytest.raises(ValueError, match=r"second angle of sequence 313 must stay away from its singularity"):
+        pt.plot_euler_angles(pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1)), TIMES))
+    with pytest.raises(ValueError, match=r"^motion must have times to draw, but it has none\.$"):
+        pt.plot_rates(replaced(motion, motion.quaternion[:0], motion.times[:0]))
+    stopped = np.full((2, *motion.quaternion.shape), np.nan)
+    with pytest.raises(ValueError, match=r"^motion must have a member that reached its last time, but none did\.$"):
+        pt.plot_rates(replaced(motion, stopped))
     for plot in PLOTS.values():
         with pytest.raises(TypeError, match=r"motion must be a Trajectory, but State came"):
             plot(motion.initial)

@@ -125,12 +125,67 @@ def test_a_turn_too_large_between_stored_times_is_said(steps, noted):
 
 def test_a_mesh_is_drawn_from_its_centre_of_mass():
     mesh = pt.Mesh.box((1.0, 2.0, 3.0), density=1.5).moved(position=(7.0, -3.0, 2.0))
-    corners = decoded(content(free(pt.Body.from_shape(mesh)))["solids"]["mesh"], 3)
+    (part,) = content(free(pt.Body.from_shape(mesh)))["solids"]["shape"]
+    corners = decoded(part["triangles"], 3)
     assert corners.shape == (36, 3)
     np.testing.assert_allclose(np.max(corners, axis=0), np.array([1, 2, 3]) / np.sqrt(14), rtol=1e-6)
     np.testing.assert_allclose(np.min(corners, axis=0), -np.array([1, 2, 3]) / np.sqrt(14), rtol=1e-6)
     volume = np.sum(np.linalg.det(corners.reshape(12, 3, 3))) / 6
     assert volume == pytest.approx(8 * 6 / 14**1.5, rel=1e-6)
+
+
+TURN = Rotation.from_rotvec([0.5, -1.1, 0.7])
+PARTS = (
+    pt.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), TURN),
+    pt.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), TURN.inv()),
+)
+POINTS = pt.Mascons((5.0, 1.0, 2.0, 2.5), ((2, 0, 0), (-3, 1, 0), (0, 2, 1), (0.3, -2, -1)))
+
+
+def inertia_as_drawn(part, mass):
+    """The tensor about the origin of the picture, from radii, place and turn alone."""
+    a, b, c = part["sides"]
+    moments = {
+        "ellipsoid": mass / 5 * np.array([b * b + c * c, a * a + c * c, a * a + b * b]),
+        "cylinder": mass / 12 * np.array([3 * a * a + 4 * c * c, 3 * a * a + 4 * c * c, 6 * a * a]),
+    }[part["solid"]]
+    turn, x = Rotation.from_quat(part["turn"], scalar_first=True).as_matrix(), np.array(part["place"])
+    return turn @ np.diag(moments) @ turn.T + mass * (x @ x * np.eye(3) - np.outer(x, x))
+
+
+def test_parts_are_drawn_where_their_mass_is():
+    shape = pt.Assembly([PARTS[0], pt.Assembly([PARTS[1]])]).moved((10.0, 20.0, 30.0), Rotation.from_rotvec([0, 1, 2]))
+    body = pt.Body.from_shape(shape)
+    drawn = content(free(body))["solids"]["shape"]
+    assert [part["solid"] for part in drawn] == ["cylinder", "ellipsoid"]
+    found = sum(inertia_as_drawn(part, mass) for part, mass in zip(drawn, (3.0, 4.0), strict=True))
+    np.testing.assert_allclose(found * shape.circumscribing_radius**2, body.inertia, rtol=0, atol=1e-12 * 7 * 30)
+
+
+def test_mass_points_are_spheres_of_volumes_like_their_masses():
+    (part,) = content(free(pt.Body.from_shape(POINTS)))["solids"]["shape"]
+    rows = decoded(part["spheres"], 4)
+    places = (POINTS.positions - POINTS.center_of_mass) / POINTS.circumscribing_radius
+    np.testing.assert_allclose(rows[:, :3], places, atol=1e-7)
+    np.testing.assert_allclose(rows[:, 3], 0.1 * np.cbrt(POINTS.masses / 5), rtol=1e-6)
+
+
+def test_of_very_many_mass_points_the_heaviest_are_drawn():
+    points = np.random.default_rng(6).normal(size=(20_050, 3))
+    masses = np.where(np.arange(20_050) % 401 == 7, 1.0, 2.0)
+    (part,) = content(free(pt.Body.from_shape(pt.Mascons(masses, points)), times=(0.0, 1.0)))["solids"]["shape"]
+    rows = decoded(part["spheres"], 4)
+    assert np.ptp(rows[:, 3]) == 0
+    assert len(rows) == 20_000
+
+
+def test_a_body_without_a_shape_is_drawn_by_its_moments():
+    assert content(free())["solids"]["shape"] is None
+
+
+def test_numbers_in_the_title_are_short():
+    body = pt.Body((1.0, 1 + 1 / 3, 1.5))
+    assert content(free(body))["title"] == "poinsot: System(Body(moments=[1.0, 1.33333, 1.5]))"
 
 
 # ---------------------------------------------------------------------- what the page may do

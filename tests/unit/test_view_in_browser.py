@@ -127,6 +127,129 @@ def test_vectors_turn_with_the_body(free):
         np.testing.assert_allclose(shown, MOTION.angular_momentum_space[i], atol=SINGLE)
 
 
+PATHS = """name => [Array.from(motion.fine), Array.from(poinsot.scene.paths[name])]"""
+
+
+def test_the_polhode_is_that_of_poinsot(free):
+    """On the ellipsoids of energy and of momentum, up to the chords between stored rates."""
+    times, path = map(np.array, free(PATHS, "polhode"))
+    path, moments = path.reshape(-1, 3), np.array([2.0, 2.5, 3.5])
+    expected = np.stack([np.interp(times, MOTION.times, each) for each in MOTION.omega_body.T], axis=-1)
+    np.testing.assert_allclose(path, expected, atol=SINGLE)
+    assert np.allclose(path**2 @ moments, 2 * MOTION.kinetic_energy[0], rtol=2e-4, atol=0)
+    assert np.allclose(np.linalg.norm(path * moments, axis=-1), np.sqrt(0.5**2 + 0.7**2 + 1.1**2), rtol=2e-4, atol=0)
+
+
+def test_the_herpolhode_is_between_its_circles_on_the_invariable_plane(free):
+    """The radii are G sqrt((D - 1/I_k) (1/I_i - D)), with D = 2T/G^2; here k = 3."""
+    path = np.array(free(PATHS, "herpolhode")[1]).reshape(-1, 3)
+    G, I = np.array(MOTION.angular_momentum_space[0]), np.array([2.0, 2.5, 3.5])
+    size = np.linalg.norm(G)
+    D = 2 * MOTION.kinetic_energy[0] / size**2
+    along = path @ G / size
+    assert np.allclose(along, D * size, rtol=2e-4, atol=0)
+    across = np.linalg.norm(path - np.outer(along, G / size), axis=-1)
+    radii = sorted(size * np.sqrt((D - 1 / I[2]) * (1 / I[:2] - D)))
+    assert (np.min(across), np.max(across)) == pytest.approx(radii, rel=2e-3)
+
+
+TAIL = """([name, t]) => {
+    poinsot.setTime(t);
+    const tail = name === "trace" ? poinsot.scene.traces[2] : poinsot.scene.tails[name];
+    const [{ start, count }, { array: index }] = [tail.geometry.drawRange, tail.geometry.index];
+    const corners = Array.from(index.subarray(start, start + count));
+    return ["instanceStart", "instanceEnd"].map((end) => {
+        const { array } = tail.geometry.attributes[end];
+        return corners.filter((_, k) => k % 6 === 0).map((at) => Array.from(array.subarray(3 * at, 3 * at + 3)));
+    });
+}"""
+
+
+@pytest.mark.parametrize("name", ["polhode", "herpolhode", "trace"])
+def test_tails_are_joined_and_end_at_the_tip_of_the_instant(name, free):
+    for i in (57, 300, 1, 301, 120):
+        starts, ends = map(np.array, free(TAIL, [name, MOTION.times[i]]))
+        assert np.array_equal(starts[1:], ends[:-1])
+        tip = {
+            "polhode": MOTION.omega_body[i],
+            "herpolhode": MOTION.omega_space[i],
+            "trace": 1.35 * MOTION.attitude[i].apply((0, 0, 1)),
+        }[name]
+        np.testing.assert_allclose(ends[-1], tip, atol=3e-7)
+
+
+def test_a_tail_is_ten_turns_long_of_many_stored_times(browser, tmp_path):
+    spin = pt.Body((1.0, 1.0, 1.0))
+    times = np.linspace(0, 40 * np.pi, 10_001)
+    motion = pt.free_motion(spin, spin.state((1, 0, 0, 0), omega_body=(0.6, 0.0, 0.8)), times)
+    visit = Visit(browser, pt.view(motion, tmp_path / "motion.html"))
+    starts, _ = visit(TAIL, ["trace", 30 * np.pi])
+    np.testing.assert_allclose(starts[0], 1.35 * motion.attitude[2500].apply((0, 0, 1)), atol=0.15)
+    assert np.sum(np.linalg.norm(np.diff(starts, axis=0), axis=-1)) == pytest.approx(20 * np.pi * 1.35 * 0.6, rel=0.01)
+    assert visit("motion.fine.length") < 1500
+    assert visit.said == []
+    visit.page.close()
+
+
+CORNERS = """() => poinsot.scene.drawn.shape.children.map(part => {
+    part.updateWorldMatrix(true, false);
+    const place = part.geometry.attributes.position;
+    const point = new THREE.Vector3();
+    const inSpace = (_, i) => point.fromBufferAttribute(place, i).applyMatrix4(part.matrixWorld).toArray();
+    return Array.from({ length: place.count }, inSpace);
+})"""
+
+
+def test_a_shape_stands_in_space_as_the_attitude_says(browser, tmp_path):
+    """How far each part reaches along three directions of space."""
+    turn = Rotation.from_rotvec([0.5, -1.1, 0.7])
+    parts = [
+        pt.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), turn),
+        pt.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), turn.inv()),
+        pt.Mesh.box((0.2, 0.4, 0.6), mass=1.0).moved((0.0, -2.0, 0.0), turn),
+        pt.Mascons((1.0, 2.0), ((0.0, 0.0, 0.0), (3.0, 0.0, 0.0))),
+    ]
+    reaches = [
+        lambda d: 0.3 * np.linalg.norm(d[..., :2], axis=-1) + np.abs(d[..., 2]),
+        lambda d: np.linalg.norm(d * (0.5, 1.0, 0.7), axis=-1),
+        lambda d: np.abs(d) @ (0.1, 0.2, 0.3),
+    ]
+    shape = pt.Assembly(parts)
+    body = pt.Body.from_shape(shape)
+    motion = pt.free_motion(body, body.state((0.1, 0.7, -0.5, 0.5), omega_body=(1, 2, -1)), np.linspace(0, 3, 61))
+    visit = Visit(browser, pt.view(motion, tmp_path / "motion.html"))
+    visit.quaternion_at(motion.times[33])
+    drawn = [np.array(each) * shape.circumscribing_radius for each in visit(CORNERS)]
+    places = [(0.5, 1.0, -2.0), (-1.0, 0.0, 2.0), (0.0, -2.0, 0.0)]
+    for corners, reach, own, place in zip(drawn, reaches, (turn, turn.inv(), turn), places, strict=False):
+        center = motion.attitude[33].apply(place - shape.center_of_mass)
+        towards = (motion.attitude[33] * own).inv().apply(np.eye(3))
+        found = [np.max((corners - center) @ side) for side in np.eye(3)]
+        np.testing.assert_allclose(found, reach(towards), rtol=4e-3)
+    middle = motion.attitude[33].inv().apply(drawn[3].reshape(2, -1, 3).mean(axis=1)) + shape.center_of_mass
+    np.testing.assert_allclose(middle, parts[3].positions, atol=1e-6)
+    assert visit.said == []
+    visit.page.close()
+
+
+def test_slow_frames_have_fewer_dots_and_a_picture_at_rest_all(browser, tmp_path):
+    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"))
+    visit("""() => (function busy() {
+        const start = performance.now();
+        while (!window.idle && performance.now() - start < 40);
+        requestAnimationFrame(busy);
+    })()""")
+    dots = "document.getElementById('scene').width / document.getElementById('scene').clientWidth"
+    visit.page.keyboard.press("Space")
+    visit.until("poinsot.sharpness === 0.4")
+    assert visit(dots) == pytest.approx(0.4, abs=0.01)
+    visit.page.keyboard.press("Space")
+    visit.until(f"{dots} >= 1")
+    shown = visit("document.getElementById('now').textContent")
+    assert float(shown[4:].replace("−", "-")) == pytest.approx(visit("poinsot.time"), rel=1e-5)
+    visit.page.close()
+
+
 # ---------------------------------------------------------------------- the controls
 
 
@@ -180,7 +303,7 @@ def test_play_goes_on_until_paused_or_over(free):
     paused = free("poinsot.time")
     free.page.wait_for_timeout(150)
     assert (free("poinsot.time"), free("poinsot.playing")) == (paused, False)
-    free.page.select_option("#rate", index=10)
+    free.page.select_option("#rate", index=7)
     free.page.click("#play")
     assert free("poinsot.playing")
     free.until("poinsot.time === 40 && !poinsot.playing")
@@ -226,6 +349,23 @@ def test_dragging_turns_the_view_and_not_the_time(free):
     free.page.mouse.up()
     free.page.wait_for_timeout(200)
     assert free.page.locator("#scene").screenshot() != before
+    assert free("poinsot.time") == 3
+
+
+def test_the_keyboard_turns_the_view_and_not_the_time(free):
+    free.page.evaluate("poinsot.setTime(3)")
+    eye = "poinsot.scene.controls.object.position.toArray()"
+    before = np.array(free(eye))
+    for keys in ("ArrowRight", "ArrowDown"):
+        free.page.keyboard.press(f"Shift+{keys}")
+        after = np.array(free(eye))
+        assert np.linalg.norm(after) == pytest.approx(np.linalg.norm(before), rel=1e-6)
+        across = np.hypot(*before[:2]) if keys == "ArrowRight" else np.linalg.norm(before)
+        assert np.linalg.norm(after - before) == pytest.approx(2 * np.sin(0.05) * across, rel=1e-6)
+        before = after
+    free.page.keyboard.press("Shift+PageUp")
+    np.testing.assert_allclose(free(eye), 0.9 * before, rtol=1e-6)
+    free.page.keyboard.press("Shift+PageDown")
     assert free("poinsot.time") == 3
 
 
@@ -282,6 +422,21 @@ def test_a_notebook_shows_the_same_page(browser, tmp_path):
     shown = frame.evaluate("t => { poinsot.setTime(t); return poinsot.quaternion; }", MOTION.times[7])
     np.testing.assert_allclose(shown, MOTION.quaternion[7], atol=SINGLE)
     assert visit.said == []
+    visit.page.close()
+
+
+def test_two_views_stand_beside_each_other(browser, tmp_path):
+    other = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(1, 2, 3)), np.linspace(0, 5, 51))
+    notebook = tmp_path / "notebook.html"
+    frames = "".join(pt.view(motion)._repr_html_() for motion in (MOTION, other))
+    notebook.write_text(f"<!DOCTYPE html><meta charset=utf-8>{frames}")
+    visit = Visit(browser, notebook)
+    for frame, motion in zip(visit.page.frames[1:], (MOTION, other), strict=True):
+        frame.evaluate("t => poinsot.setTime(t)", motion.times[7])
+    for frame, motion in zip(visit.page.frames[1:], (MOTION, other), strict=True):
+        np.testing.assert_allclose(frame.evaluate("poinsot.quaternion"), motion.quaternion[7], atol=SINGLE)
+    assert visit.said == []
+    assert all(url.startswith("file:") or url == "about:srcdoc" for url in visit.asked)
     visit.page.close()
 
 

@@ -1,8 +1,7 @@
 """Indicators of chaos: what becomes of neighbours of a motion, to first order.
 
-The distance of a neighbour is |u|, u = (rotation vector, change of angular momentum / unit), body axes. Exponents and
-MEGNO do not depend on the unit in the limit of long times; it is about ten times the largest angular momentum of the
-ensemble.
+The distance of a neighbour is |u|, u = (rotation vector, change of angular momentum / unit), body axes. Another unit
+changes what is found at finite times, not the limits.
 """
 
 from __future__ import annotations
@@ -14,12 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot import functions
+from poinsot.errors import PropagationError, real_array, refuse_nonpositive
 from poinsot.mechanics.samples import orbits_of, time_scale
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.ensemble import Ensemble, Outcome
-from poinsot.motion.tangent import TangentRun
+from poinsot.motion.tangent import TangentRun, units
 from poinsot.motion.trajectory import Run
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
@@ -29,7 +30,7 @@ Array = NDArray[np.float64]
 SAMPLES = 8
 """Of the growth for MEGNO's integrals, in 2 pi of the fastest angle."""
 
-APART = 3.0
+APART = 10.0
 """Radians of the fastest angle between two orthogonalisations of vectors."""
 
 
@@ -39,23 +40,37 @@ class ChaosIndicators:
 
     Attributes
     ----------
+    system : System
     times : array (n,)
+    start : float or array (members,)
+        The time of the state.
+    momentum_unit : float
+        Of the distance |u|, u = (rotation vector, change of angular momentum / momentum_unit), body axes.
+    vectors : array (count, k)
+        The tangent vectors u at the start; k = 6, or 2 of planar motion, where u is along the third axis.
     growth : array
         ln |u(t)| / |u(0)| of the first vector.
+    fli : array
+        The largest growth so far, and zero: the fast Lyapunov indicator (Froeschle et al. 1997, CMDA 67, 41).
     megno : array
         Y = 2/T int (d ln |u| / dt) t dt, T since the start (Cincotta and Simo 2000, A&AS 147, 205).
     mean_megno : array
-        The mean of Y since the start: 2 for regular motion, about T lyapunov / 2 for chaotic.
+        The mean of Y since the start: 2 for regular motion, less near a stable periodic one, T lyapunov / 2 in chaos.
     gali : array
-        The volume that the unit vectors span: decays exponentially in chaos (Skokos et al. 2007, Physica D 231, 30).
+        The volume that the unit vectors span: decays exponentially in chaos (Skokos et al. 2007, Physica D 231, 30),
+        down to rounding.
     failures : dict
         Member -> why it stopped; NaN from there on.
     run : Run
     """
 
+    system: System
     times: Array
     start: Any
+    momentum_unit: float
+    vectors: Array
     growth: Array
+    fli: Array
     megno: Array
     mean_megno: Array
     gali: Array
@@ -68,16 +83,13 @@ class ChaosIndicators:
         since = np.abs(self.times - np.asarray(self.start)[..., None])
         return np.asarray(self.growth / np.where(since > 0, since, np.nan))
 
-    @property
-    def fli(self) -> Array:
-        """The largest growth so far, at the times, the fast Lyapunov indicator (Froeschle et al. 1997)."""
-        return np.maximum.accumulate(self.growth, axis=-1)
-
     def __repr__(self) -> str:
-        last = np.atleast_1d(self.mean_megno[..., -1])
+        last = np.atleast_1d(self.mean_megno[..., np.argmax(np.abs(self.times - np.mean(self.start)))])
+        known = last[np.isfinite(last)]
+        found = f"{np.min(known):.4g} ... {np.max(known):.4g}" if known.size else "none"
         return (
-            f"ChaosIndicators(times={self.times.size}, members={last.size}, failed={len(self.failures)}, "
-            f"mean_megno={np.nanmin(last):.4g} ... {np.nanmax(last):.4g})"
+            f"ChaosIndicators(times={self.times.size}, members={last.size}, failed={last.size - known.size}, "
+            f"mean_megno={found})"
         )
 
 
@@ -87,26 +99,32 @@ def chaos_indicators(
     times: ArrayLike,
     *,
     vectors: int = 1,
+    momentum_unit: float | None = None,
     formulation: str | None = None,
     tolerance: float | None = None,
     threads: int | None = None,
     progress: bool | None = None,
 ) -> ChaosIndicators:
-    """Return Lyapunov exponent, MEGNO, FLI and GALI of a motion, or of each member of an ensemble.
+    """Return Lyapunov exponent, FLI, MEGNO and GALI of a motion, or of each member of an ensemble.
 
     Parameters
     ----------
     system, state, formulation, tolerance, threads, progress
         As in `propagate`; "planar" is for bodies that turn about their third axis alone, and fast.
     times : array (n,)
-        All after the state's time or all before; none twice.
+        All after the state's time or all before.
     vectors : int
         How many tangent vectors, at the start perpendicular to each other: `gali` is GALI_k of them (2: about SALI).
+    momentum_unit : float, optional
+        What a rotation by one radian is compared with. Default: the angular momentum of the body at the rate of its
+        fastest orbit, without orbits about its own, the largest of the ensemble.
 
     Raises
     ------
     ValueError
         If times lie on both sides of the state's, or the torques jump where the attitude crosses something.
+    PropagationError
+        If a single body stops; of an ensemble see `failures`.
     PropagationInterrupted
         On Ctrl-C; its `trajectory` are the indicators, NaN where members are not done.
     """
@@ -115,41 +133,61 @@ def chaos_indicators(
     _check_count(vectors, len(job.tangent))
     rising = np.sort(job.times)
     _check_one_way(rising, job.state.time)
-    out = _Indicators(
-        job, _refined(rising, job.state.time, SAMPLES / (2 * np.pi) * _fastest(system, job.state)), rising
-    )
-    job.integrate(_directions(vectors, len(job.tangent)), out.fine, out)
+    rate = _fastest(system, job.state)
+    unit = _momentum_unit(system, rate) if momentum_unit is None else _checked_unit(momentum_unit)
+    fine = _refined(rising, job.state.time, 2 * np.pi / (SAMPLES * rate))
+    weights = units(job.tangent, job.scale * unit)
+    out = _Indicators(job.state.time, fine, rising, weights)
+    start = _directions(vectors, len(job.tangent))
+    job.integrate(start * weights, fine, out)
     order = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
-    found = [part[:, order] if job.members else part[0, order] for part in out.parts]
-    start = job.state.time if job.members else job.state.time[0]
-    growth, megno, mean, gali = found
-    failures = dict(sorted(out.failures.items()))
-    result = ChaosIndicators(job.times, start, growth, megno, mean, gali, failures, job.run(out))
-    job.raise_interrupted(out, int(np.sum(np.isfinite(out.parts[0][:, -1]))), result)
+    found = {name: part[:, order] if job.members else part[0, order] for name, part in out.parts.items()}
+    since = job.state.time if job.members else float(job.state.time[0])
+    failures = dict(sorted(out.failures.items())) if job.members else {}
+    result = ChaosIndicators(system, job.times, since, unit, start, **found, failures=failures, run=job.run(out))
+    job.raise_interrupted(out, out.done, result)
+    if out.failures and not job.members:
+        raise PropagationError(out.failures[0], out.reached, result)
     return result
 
 
 class _Indicators(Outcome):
-    """The indicators of an ensemble at some of its times."""
+    """The indicators of an ensemble at some of its times, which rise."""
 
-    def __init__(self, job: TangentRun, fine: Array, wanted: Array) -> None:
-        members = len(job.state.time)
-        super().__init__(members)
-        self.fine, self._wanted, self._starts = fine, np.searchsorted(fine, wanted), job.state.time
-        self.parts = [np.full((members, wanted.size), np.nan) for _ in range(4)]
+    def __init__(self, starts: Array, fine: Array, wanted: Array, weights: Array) -> None:
+        super().__init__(len(starts))
+        self._starts, self._weights, self._wanted = starts, weights, np.searchsorted(fine, wanted)
+        self._forwards = bool(wanted[-1] > np.min(starts))
+        self._times = wanted
+        names = ("growth", "fli", "megno", "mean_megno", "gali")
+        self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in names}
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
         assert variables.companion is not None  # noqa: S101
-        u, bits = variables.companion.read(rows[..., variables.companions])
+        u, _, bits = variables.companion.read(rows[..., variables.companions])
+        u = u / self._weights
         lengths = np.linalg.norm(u, axis=-1)
-        growth = np.log(lengths[..., 0]) + bits[..., 0] * np.log(2)
-        since = np.abs(times - self._starts[members, None])
-        backwards = slice(None, None, 1 if times[-1] > self._starts[members[0]] else -1)
-        megno, mean = (x[:, backwards] for x in _megno(since[:, backwards], growth[:, backwards]))
-        gali = np.prod(np.linalg.svd(u[:, self._wanted] / lengths[:, self._wanted, :, None], compute_uv=False), axis=-1)
-        for part, values in zip(self.parts, (growth, megno, mean), strict=False):
-            part[members] = values[:, self._wanted]
-        self.parts[3][members] = gali
+        since = (times - self._starts[members, None]) * (1 if self._forwards else -1)
+        growth = np.where(since > 0, np.log(lengths[..., 0]) + bits[..., 0] * np.log(2), 0.0 * lengths[..., 0])
+        outwards = slice(None, None, 1 if self._forwards else -1)
+        growth, since = growth[:, outwards], np.maximum(since, 0.0)[:, outwards]
+        megno, mean = _megno(since, growth)
+        fli = np.maximum.accumulate(np.maximum(growth, 0.0), axis=-1)
+        for name, values in {"growth": growth, "fli": fli, "megno": megno, "mean_megno": mean}.items():
+            self.parts[name][members] = values[:, outwards][:, self._wanted]
+        self.parts["gali"][members] = _volume(u[:, self._wanted] / lengths[:, self._wanted, :, None])
+
+    @property
+    def done(self) -> int:
+        """How many members have got to the end."""
+        ends = self.parts["growth"][:, [0, -1]]
+        return int(np.sum(np.all(np.isfinite(ends), axis=-1)))
+
+    @property
+    def reached(self) -> float:
+        """The last time that the first member reached."""
+        times = self._times[np.isfinite(self.parts["growth"][0])]
+        return float(times[-1 if self._forwards else 0]) if times.size else float(self._starts[0])
 
 
 def _megno(since: Array, growth: Array) -> tuple[Array, Array]:
@@ -165,6 +203,12 @@ def _integral(since: Array, values: Array) -> Array:
     return np.cumsum(0.5 * (y[:, 1:] + y[:, :-1]) * np.diff(x), axis=-1)
 
 
+def _volume(vectors: Array) -> Array:
+    """Return the volume that vectors span; shape (..., count, k) to (...)."""
+    triangle = np.linalg.qr(np.swapaxes(vectors, -1, -2), mode="r")
+    return np.asarray(np.abs(np.prod(np.diagonal(triangle, axis1=-2, axis2=-1), axis=-1)))
+
+
 # ---------------------------------------------------------------------- the whole spectrum
 
 
@@ -176,17 +220,20 @@ class LyapunovSpectrum:
     ----------
     times : array (n,)
     exponents : array (n, k)
-        Largest first, 1/time; k = 6, or 2 of planar motion. Without damping each has its opposite, apart from how far
-        the limit is away.
+        1/time, in the order of the vectors: largest first in the limit. k = 6, or 2 of planar motion. Without torques
+        beyond potentials each has its opposite in the limit.
+    failures : dict
+        Member -> why it stopped; NaN from there on.
     run : Run
     """
 
     times: Array
     exponents: Array
+    failures: dict[int, str]
     run: Run
 
     def __repr__(self) -> str:
-        return f"LyapunovSpectrum(times={self.times.size}, exponents={self.exponents[..., -1, :].tolist()})"
+        return f"LyapunovSpectrum(times={self.times.size}, exponents={self.exponents[..., -1:, :].tolist()})"
 
 
 def lyapunov_spectrum(
@@ -197,47 +244,52 @@ def lyapunov_spectrum(
     formulation: str | None = None,
     tolerance: float | None = None,
     threads: int | None = None,
-    progress: bool | None = None,
 ) -> LyapunovSpectrum:
     """Return all Lyapunov exponents, by vectors that are orthogonalised now and then (Benettin et al. 1980).
 
     Parameters
     ----------
-    system, state, formulation, tolerance, threads, progress
-        As in `propagate`.
+    system, state, formulation, tolerance, threads
+        As in `propagate`; members of an ensemble start at one time.
     times : array (n,)
         Rising, all after the state's time.
 
     Raises
     ------
     ValueError
-        If times do not rise from the state's.
+        If times do not rise from the state's, or the torques jump where the attitude crosses something.
+    PropagationError
+        If a single body stops; of an ensemble see `failures`.
+    PropagationInterrupted
+        On Ctrl-C; its `trajectory` is the spectrum at the times that all members have reached.
     """
     call = "lyapunov_spectrum(system, state, times)"
-    job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress)
-    start = float(job.state.time[0])
-    if np.any(job.state.time != start) or job.times[0] <= start or np.any(np.diff(job.times) < 0):
-        raise ValueError(f"times must rise from the state's time, {start:.10g}, but they begin at {job.times[0]:.10g}.")
-    k = len(job.tangent)
-    stops = _refined(job.times, job.state.time, _fastest(system, job.state) / APART)
+    job = TangentRun(call, system, state, times, formulation, tolerance, threads, False)
+    start = _common_start(job)
+    k, rate = len(job.tangent), _fastest(system, job.state)
+    weights = units(job.tangent, job.scale * _momentum_unit(system, rate))
     vectors = np.broadcast_to(_directions(k, k), (len(job.state.time), k, k))
-    total, now = np.zeros((len(vectors), k)), job.state
-    kept: list[Array] = []
-    for stop in stops:
+    now, total = job.state, _Ends(len(vectors), k)
+    growth, kept = np.zeros((len(vectors), k)), np.empty((len(vectors), 0, k))
+
+    def result() -> LyapunovSpectrum:
+        found = kept if job.members else kept[0]
+        failures = dict(sorted(total.failures.items())) if job.members else {}
+        return LyapunovSpectrum(job.times[: kept.shape[1]], found, failures, job.run(total))
+
+    for stop in _refined(job.times, job.state.time, APART / rate):
         out = _Ends(len(vectors), k)
-        job.integrate(vectors, np.array([stop]), out, now)
-        job.raise_interrupted(out, 0, LyapunovSpectrum(job.times[: len(kept)], np.array(kept), job.run(out)))
-        if out.failures:
-            raise ValueError(f"state must lead to a motion without end, but {next(iter(out.failures.values()))}")
-        turned, triangle = np.linalg.qr(np.swapaxes(out.vectors, -1, -2))
-        vectors = np.swapaxes(turned, -1, -2)
-        sizes = np.abs(np.diagonal(triangle, axis1=-2, axis2=-1))
-        total = total + np.log(sizes) + out.bits * np.log(2)
+        job.integrate(vectors * weights, np.array([stop]), out, now)
+        total.add(out)
+        job.raise_interrupted(out, 0, result())
+        if out.failures and not job.members:
+            raise PropagationError(out.failures[0], float(now.time[0]), result())
+        vectors, sizes = _orthogonal(out.vectors / weights)
+        growth = growth + np.log(sizes) + out.bits * np.log(2)
         now = computed_state(out.quaternion[:, 0], out.conjugate_momenta[:, 0], np.full(len(vectors), stop))
-        if stop == job.times[len(kept)]:
-            kept.append(total / (stop - start))
-    found = np.stack(kept, axis=1)
-    return LyapunovSpectrum(job.times, found if job.members else found[0], job.run(out))
+        if stop == job.times[kept.shape[1]]:
+            kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
+    return result()
 
 
 class _Ends(Ensemble):
@@ -250,8 +302,33 @@ class _Ends(Ensemble):
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
         assert variables.companion is not None  # noqa: S101
         super().take(members, times, rows, variables)
-        u, bits = variables.companion.read(rows[:, 0, variables.companions])
+        u, _, bits = variables.companion.read(rows[:, 0, variables.companions])
         self.vectors[members], self.bits[members] = u, bits
+
+    def add(self, other: Outcome) -> None:
+        """Count what a later piece of the same motions took; the first failure of a member stays."""
+        self.steps, self.wall_time = self.steps + other.steps, self.wall_time + other.wall_time
+        self.order, self.tolerance, self.failures = other.order, other.tolerance, other.failures | self.failures
+
+
+def _orthogonal(vectors: Array) -> tuple[Array, Array]:
+    """Return orthonormal vectors for those in rows, one after another, and the lengths that each had beside them."""
+    turned, triangle = np.linalg.qr(np.swapaxes(vectors, -1, -2))
+    return np.swapaxes(turned, -1, -2), np.abs(np.diagonal(triangle, axis1=-2, axis2=-1))
+
+
+def _common_start(job: TangentRun) -> float:
+    """Return the time at which all members start; refuse several, and times that do not rise from it."""
+    start = float(job.state.time[0])
+    if np.any(job.state.time != start):
+        other = job.state.time[job.state.time != start][0]
+        raise ValueError(f"state must have one time for a spectrum, but {start:.10g} and {other:.10g} came.")
+    if job.times[0] <= start or job.times[0] > job.times[-1]:
+        raise ValueError(
+            f"times must rise from the state's time, {start:.10g}, but [{job.times[0]:.10g}, ... "
+            f"{job.times[-1]:.10g}] came."
+        )
+    return start
 
 
 # ---------------------------------------------------------------------- both
@@ -264,20 +341,26 @@ def _directions(count: int, k: int) -> Array:
 
 def _fastest(system: System, state: State) -> float:
     """Return the rate of the fastest angle that a motion needs to be looked at along: the orbit's, else the body's."""
-    if any(True for _ in orbits_of(system)):
+    if any(np.any(functions.norm(orbit.velocity_at(orbit.sample_time)) > 0) for orbit in orbits_of(system)):
         return 1 / time_scale(system)
     return float(np.max(system.momentum_scale(state) / np.min(system.body.moments, axis=-1)))
 
 
-def _refined(times: Array, starts: Array, per_time: float) -> Array:
-    """Return rising times with so many more between the starts and them that there are `per_time` in a unit."""
+def _momentum_unit(system: System, rate: float) -> float:
+    return float(np.max(system.body.moments)) * rate
+
+
+def _checked_unit(unit: float) -> float:
+    value = float(real_array("momentum_unit", unit, ()))
+    refuse_nonpositive("momentum_unit", value)
+    return value
+
+
+def _refined(times: Array, starts: Array, step: float) -> Array:
+    """Return rising times with so many more between the starts and them that they are a step apart at most."""
     ends = np.union1d(times, [np.min(starts), np.max(starts)])
-    pieces = [
-        np.linspace(a, b, max(int(np.ceil((b - a) * per_time)), 1) + 1)[1:-1]
-        for a, b in itertools.pairwise(ends)
-    ]
-    fine = np.union1d(times, np.concatenate(pieces)) if pieces else times
-    return np.asarray(fine)
+    pieces = [np.linspace(a, b, max(int(np.ceil((b - a) / step)), 1) + 1)[1:-1] for a, b in itertools.pairwise(ends)]
+    return np.union1d(times, np.concatenate(pieces)) if pieces else times
 
 
 def _check_count(vectors: int, most: int) -> None:

@@ -39,11 +39,15 @@ class StateTransition:
         the rotation about the third axis and the third component of the momentum.
     growth : array (n, k + p)
         Natural logarithms, which do not overflow.
+    second : array (n, k, k + p, k + p) or None
+        Second derivatives of xi(t) by xi(t0) and the parameters; None of order 1.
     """
 
-    def __init__(self, motion: Trajectory, parameters: tuple[str, ...], directions: Array, growth: Array) -> None:
+    def __init__(
+        self, motion: Trajectory, parameters: tuple[str, ...], directions: Array, growth: Array, second: Array | None
+    ) -> None:
         self.motion, self.parameters = motion, parameters
-        self.directions, self.growth = directions, growth
+        self.directions, self.growth, self.second = directions, growth, second
 
     def __repr__(self) -> str:
         largest = np.nanmax(self.growth[..., : self._k])
@@ -96,6 +100,7 @@ def state_transition(
     times: ArrayLike,
     parameters: Sequence[str] = (),
     *,
+    order: int = 1,
     formulation: str | None = None,
     tolerance: float | None = None,
     threads: int | None = None,
@@ -110,6 +115,8 @@ def state_transition(
     parameters : sequence of str
         Names of numbers: "body.moments[0]", "forces[0].orbit.eccentricity", or the end of one, "eccentricity", where
         it says which. An orbit that several forces share is one.
+    order : {1, 2}
+        With second derivatives or without.
 
     Raises
     ------
@@ -121,16 +128,18 @@ def state_transition(
     """
     call = "state_transition(system, state, times)"
     inputs = tuple(_checked(system, name) for name in _listed(parameters))
-    job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress, inputs)
+    if order not in (1, 2):
+        raise ValueError(f"order must be 1 or 2, but {order!r} came.")
+    job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
     k = len(job.tangent)
-    out = _Columns(len(job.state.time), job.times.size, k, k + len(inputs), job.scale)
+    out = _Columns(len(job.state.time), job.times.size, k, k + len(inputs), order, job.scale)
     job.integrate(np.eye(k), np.sort(job.times), out)
-    order = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
-    arrays = [x[:, order] for x in (out.quaternion, out.conjugate_momenta, out.directions, out.growth)]
-    q, Q, directions, growth = arrays if job.members else [x[0] for x in arrays]
+    rows = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
+    arrays = [x[:, rows] for x in (out.quaternion, out.conjugate_momenta, out.directions, out.growth, out.second)]
+    q, Q, directions, growth, second = arrays if job.members else [x[0] for x in arrays]
     failures = dict(sorted(out.failures.items())) if job.members else {}
     motion = Trajectory(system, state, job.times, lambda: (q, Q), job.run(out), failures=failures)
-    result = StateTransition(motion, tuple(parameters), directions, growth)
+    result = StateTransition(motion, tuple(parameters), directions, growth, second if order == 2 else None)
     job.raise_interrupted(out, int(np.sum(np.isfinite(out.quaternion[:, -1, 0]))), result)
     if out.failures and not job.members:
         reached = job.times[np.isfinite(q[:, 0])]
@@ -141,26 +150,31 @@ def state_transition(
 class _Columns(Ensemble):
     """Motions with their matrices, in the units of the user."""
 
-    def __init__(self, members: int, times: int, k: int, columns: int, scale: float) -> None:
+    def __init__(self, members: int, times: int, k: int, columns: int, order: int, scale: float) -> None:
         super().__init__(members, times, 0)
-        self.directions, self.growth = (
-            np.full((members, times, k, columns), np.nan),
-            np.full((members, times, columns), np.nan),
+        self.directions = np.full((members, times, k, columns), np.nan)
+        self.growth = np.full((members, times, columns), np.nan)
+        self.second = (
+            np.full((members, times, k, *(columns,) * 2), np.nan) if order == 2 else np.empty((members, times))
         )
-        self._columns, self._scale = columns, scale
+        self._scale = scale
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        assert variables.companion is not None  # noqa: S101
+        neighbours = variables.companion
+        assert neighbours is not None  # noqa: S101
         super().take(members, times, rows, variables)
-        tangent = variables.companion.tangent
-        unit = units(tangent, self._scale)
-        vectors, bits = variables.companion.read(rows[..., variables.companions])
-        columns = np.swapaxes(vectors / unit, -1, -2)
-        columns[..., : len(tangent)] *= unit
+        unit = units(neighbours.tangent, self._scale)
+        by = np.concatenate([unit, np.ones(len(neighbours.inputs))])
+        vectors, pairs, bits = neighbours.read(rows[..., variables.companions])
+        columns = np.swapaxes(vectors / unit, -1, -2) * by
         sizes = np.linalg.norm(columns, axis=-2)
         sizes[sizes == 0] = 1.0
         self.directions[members] = columns / sizes[..., None, :]
         self.growth[members] = np.log(sizes) + bits * np.log(2)
+        for i, (a, b) in enumerate(neighbours.pairs):
+            with np.errstate(over="ignore"):
+                bent = pairs[..., i, :] / unit * (by[a] * by[b]) * np.exp2(bits[..., a] + bits[..., b])[..., None]
+            self.second[members, :, :, a, b] = self.second[members, :, :, b, a] = bent
 
 
 def _listed(parameters: Sequence[str]) -> tuple[str, ...]:

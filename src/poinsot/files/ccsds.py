@@ -223,11 +223,20 @@ def times_of(
 def _first_wrong(
     epochs: list[str], places: list[str], scale: str, calendar: Calendar | None
 ) -> tuple[str, ValueError] | None:
-    for text, place in zip(epochs, places, strict=True):
-        try:
-            (calendar or Calendar("2000-01-01", "TT")).time(_epoch(text, scale))
-        except ValueError as error:
-            return place, error
+    """Return the place of the first epoch that is none, found by halves, and what is wrong with it."""
+    clock, low, high = calendar or Calendar("2000-01-01", "TT"), 0, len(epochs)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if _wrong(clock, epochs[low:middle], scale) else (middle, high)
+    error = _wrong(clock, epochs[low:high], scale)
+    return None if error is None else (places[low], error)
+
+
+def _wrong(calendar: Calendar, epochs: list[str], scale: str) -> ValueError | None:
+    try:
+        calendar.time([_epoch(text, scale) for text in epochs])
+    except ValueError as error:
+        return error
     return None
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from poinsot.files.attitudes.aem import read_aem, write_aem
-from poinsot.files.attitudes.ck import write_ck
+from poinsot.files.attitudes.ck import read_ck, write_ck
 from poinsot.files.attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
 from poinsot.files.attitudes.stk import read_stk_attitude, write_stk_attitude
 from poinsot.files.netcdf import load, save
@@ -17,9 +17,9 @@ from poinsot.mechanics.calendar import Calendar
 
 __all__ = ["convert"]
 
-ATTITUDES: dict[str, tuple[Callable[..., Any] | None, Callable[..., Any]]] = {
+ATTITUDES: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
     ".aem": (read_aem, write_aem),
-    ".bc": (None, write_ck),
+    ".bc": (read_ck, write_ck),
     ".a": (read_stk_attitude, write_stk_attitude),
     ".csv": (read_quaternion_csv, write_quaternion_csv),
 }
@@ -59,8 +59,6 @@ def convert(
         if path.suffix not in (*RESULTS, *ATTITUDES):
             raise ValueError(f"{path} must end in {', '.join((*RESULTS, *ATTITUDES))}, but it ends in {path.suffix!r}.")
     read = load if source.suffix in RESULTS else ATTITUDES[source.suffix][0]
-    if read is None:
-        raise ValueError(f"{source} must be read together with the kernels of its clock: spice_attitude does that.")
     what = read(source)
     if target.suffix in RESULTS:
         return save(_motion_of(what, source, scenario), target, overwrite=overwrite)
@@ -74,7 +72,7 @@ def _motion_of(what: Any, source: Path, scenario: str | Path | None) -> Any:
         return what
     if scenario is None:
         raise ValueError(f"{source} must come with a scenario to become a result: it has neither body nor forces.")
-    return what.trajectory(rebuilt_system(read_text(scenario), str(scenario)))
+    return what.trajectory(rebuilt_system(read_text(scenario), str(scenario), folder=Path(scenario).parent))
 
 
 def _calendar(zero: str | None) -> Calendar | None:

@@ -21,12 +21,13 @@ from numpy.typing import NDArray
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.writing import new_file
 from poinsot.mechanics.body import Body, ObliqueBody
+from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
-from poinsot.motion.dataset import PROVENANCE
+from poinsot.motion.dataset import PROVENANCE, WITH_FILES
 from poinsot.motion.recorded import Record, RecordedMotion, RecordedSky, RecordedSystem
 from poinsot.motion.trajectory import Run, Trajectory
 
@@ -42,6 +43,9 @@ SUFFIXES = (".nc", ".zarr")
 NEEDED = ("time", "quaternion", "conjugate_momenta", "initial_quaternion", "initial_conjugate_momenta", "initial_time")
 BODY = ("moments", "principal_axes")
 RECORDED = ("potential_energy",)
+NAMED = ("system_", "shape_")
+"""Beginnings of the names of arrays that a text names."""
+
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
 SUMMARY = (*RUN, "norm_error", "tangency_error", "integrals")
 
@@ -93,9 +97,10 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     """Return the trajectory in a file that `save` wrote, or in a dataset as `motion.dataset`.
 
     Times, q, Q, the start and the orbits that were integrated along come back to the bit. Body, forces and orbits are
-    made again from the text in the file. Where it has none (classes from outside the package, orbits from tables), the
-    trajectory has the body alone: its potential energy and its integrals are those of the file, and its system says
-    why it cannot be run, `motion.system.not_rerunnable`. The wall time is NaN, and there is no dense output.
+    made again from the text in the file and the arrays that it names. Where it has none (classes from outside the
+    package), the trajectory has the body alone: its potential energy and its integrals are those of the file, and its
+    system says why it cannot be run, `motion.system.not_rerunnable`. The wall time is NaN, and there is no dense
+    output.
 
     Raises
     ------
@@ -226,7 +231,7 @@ def _refuse_inflated(data: xarray.Dataset, path: Path) -> None:
 
 
 def _is_needed(name: str) -> bool:
-    return name in (*NEEDED, *BODY, *RECORDED, "carried") or name.startswith(("integral_", "drift_"))
+    return name in (*NEEDED, *BODY, *RECORDED, "carried") or name.startswith(("integral_", "drift_", *NAMED))
 
 
 def _digest(data: xarray.Dataset) -> str:
@@ -278,16 +283,45 @@ class _Reading:
     def trajectory(self) -> Trajectory:
         motion = self._motion()
         motion.failures = {int(member): str(why) for member, why in self._failures().items()}
-        known = {key: self.data.attrs[key] for key in PROVENANCE if key in self.data.attrs}
-        if "scenario" in known and isinstance(motion.system, System):
-            motion.provenance = known | ({"seed": int(known["seed"])} if "seed" in known else {})
+        motion.provenance = self._provenance(isinstance(motion.system, System))
         return motion
+
+    def _provenance(self, whole: bool) -> dict[str, Any]:
+        """Return what is known of the scenario; of a system that cannot be run, no more than what its times mean."""
+        known = {key: self.data.attrs[key] for key in PROVENANCE if key in self.data.attrs}
+        data = self._named_arrays("system_")
+        calendar = self._calendar()
+        return {
+            **(known if whole and "scenario" in known else {}),
+            **({"seed": int(known["seed"])} if whole and "seed" in known else {}),
+            **({"data": data} if data and whole else {}),
+            **({"calendar": calendar} if calendar else {}),
+            **({"reference_frame": str(frame)} if (frame := self.data.attrs.get("reference_frame")) else {}),
+        }
+
+    def _calendar(self) -> Calendar | None:
+        """Return what the times mean as dates."""
+        said = self.data["time"].attrs
+        if "epoch" not in said or "scale" not in said:
+            return None
+        return Calendar(str(said["epoch"]), str(said["scale"]), str(said.get("units", "s")))
+
+    def _named_arrays(self, beginning: str) -> dict[str, Any]:
+        return {str(name): self.data[name].values for name in self.data.variables if str(name).startswith(beginning)}
+
+    def _shape(self) -> Any:
+        """Return the shape that the body was made of, None if the file has none."""
+        if "shape" not in self.data.attrs:
+            return None
+        text = str(self.data.attrs["shape"])
+        return rebuilt_system(text, f"the shape in {self.name}", data=self._named_arrays("shape_")).body.shape
 
     def _motion(self) -> Trajectory:
         try:
             system = self._system()
         except (ValueError, TypeError, ImportError) as error:
             return self._recorded(str(error))
+        object.__setattr__(system.body, "shape", self._shape() or system.body.shape)
         q, Q, times = (self._array(name) for name in ("quaternion", "conjugate_momenta", "time"))
         initial, run = self._initial(), self._run()
         sky = None
@@ -301,7 +335,13 @@ class _Reading:
         attributes = self.data.attrs
         if "scenario" not in attributes:
             raise ValueError(attributes.get("not_rerunnable", f"{self.name} has no scenario."))
-        system = rebuilt_system(str(attributes["scenario"]), f"the scenario in {self.name}")
+        text = attributes["scenario"]
+        if attributes.get("scenario_of") == WITH_FILES:
+            if "scenario_read" not in attributes:
+                raise ValueError(attributes.get("not_rerunnable", f"{self.name} has not what its scenario read."))
+            text = attributes["scenario_read"]
+        data = self._named_arrays("system_")
+        system = rebuilt_system(str(text), f"the scenario in {self.name}", data=data)
         same = np.array_equal(system.body.moments, self._array("moments"))
         if not same or dict(system.units) != self._units():
             raise ValueError(f"the scenario in {self.name} must be that of the body, but it has another one.")
@@ -317,6 +357,7 @@ class _Reading:
             raise ValueError(f"{self.name} must have the variable {min(missing)}, but it has not.")
         moments, axes = self._array("moments"), self._array("principal_axes")
         body = Body(moments) if np.array_equal(axes, np.eye(3)) else ObliqueBody(moments, axes)
+        object.__setattr__(body, "shape", self._shape())
         integrals = tuple(_said(name, data[f"integral_{name}"].attrs) for name in names)
         system = RecordedSystem(body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals)
         summary = {key: value for key, value in data.attrs.items() if key in SUMMARY or str(key).startswith("drift_")}

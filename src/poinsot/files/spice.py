@@ -19,6 +19,9 @@ SUMMARIES = {"DAF/SPK": (2, 6), "DAF/CK": (2, 6), "DAF/PCK": (2, 5)}
 
 INERTIAL_CLASS = 1
 
+MOST_OF_TEXT = 16 * 1024 * 1024
+"""Bytes of a kernel in text, which SPICE reads line by line."""
+
 
 @contextlib.contextmanager
 def loaded(spice: Any, kernels: Sequence[str | Path]) -> Iterator[None]:
@@ -40,6 +43,10 @@ def _check_shape(path: Path) -> None:
     """Refuse a binary kernel whose summaries are of a size that its kind does not have, at which SPICE may crash."""
     with path.open("rb") as stream:
         head = stream.read(96)
+    if not head.startswith((b"DAF/", b"DAS/", b"NAIF/DAF")) and (b"\0" in head or path.stat().st_size > MOST_OF_TEXT):
+        raise ValueError(
+            f"{path} must be a SPICE kernel, binary or text of at most {MOST_OF_TEXT} bytes, but it is none."
+        )
     if not head.startswith(b"DAF/"):
         return
     kind, order = head[:8].decode("ascii", "replace").strip(), "<" if head[88:96] == b"LTL-IEEE" else ">"

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-__all__ = ["local_name", "parsed_xml", "read_bytes", "read_text"]
+__all__ = ["MOST_BYTES", "lazy_lines", "local_name", "parsed_xml", "read_bytes", "read_text"]
 
 MOST_BYTES = 64 * 1024 * 1024
+"""Of a file that is read line by line."""
+
+MOST_OF_MESSAGE = 16 * 1024 * 1024
+MOST_LINES = 120_000
+MOST_TAGS = 400_000
+MOST_ATTRIBUTES = 200_000
+"""Of a message or a table of attitudes: more would take more than a second to refuse if it ends wrongly."""
+
+ENDS = "\n\r\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029"
+"""Of lines."""
 
 
 def read_bytes(path: str | Path, most: int) -> bytes:
@@ -27,30 +38,45 @@ def read_bytes(path: str | Path, most: int) -> bytes:
     if not path.is_file():
         raise ValueError(f"path must lead to a file, but {path} is none.")
     with path.open("rb") as stream:
-        content = stream.read(min(most, path.stat().st_size) + 1)
-    if len(content) > most:
+        size = path.stat().st_size
+        content = stream.read(size + 1) if size <= most else b""
+    if size > most or len(content) > most:
         raise ValueError(f"{path} must have at most {most} bytes, but it has more.")
     return content
 
 
-def read_text(path: str | Path) -> str:
-    """Return the text of a file.
+def read_text(path: str | Path, most: int | None = None) -> str:
+    """Return the text of a file: of a message, unless the most bytes of something longer are said.
 
     Raises
     ------
     OSError
         If it cannot be read.
     ValueError
-        If it is no file, longer than 64 MiB, or no text.
+        If it is no file, no text, or longer than the most bytes, 16 MiB or 120,000 lines of a message.
     """
-    content = read_bytes(path, MOST_BYTES)
+    content = read_bytes(path, MOST_OF_MESSAGE if most is None else most)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
         raise ValueError(f"{path} must be text in UTF-8, but it has other bytes.")
+    lines = sum(map(text.count, ENDS))
+    if most is None and lines > 2 * MOST_LINES:  # each may end in two characters
+        raise ValueError(f"{path} must have at most {MOST_LINES} lines, but it has more.")
     return text
+
+
+def lazy_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a long text, each after its number from 1, without a list of them."""
+    start, count = 0, 0
+    while start < len(text):
+        end = text.find("\n", start)
+        end = len(text) if end < 0 else end
+        count += 1
+        yield count, text[start:end]
+        start = end + 1
 
 
 def parsed_xml(text: str, name: str) -> ET.Element:
@@ -59,8 +85,11 @@ def parsed_xml(text: str, name: str) -> ET.Element:
     Raises
     ------
     ValueError
-        If it does, or is no XML.
+        If it does, has more than 400,000 tags or 200,000 attributes, or is no XML.
     """
+    for what, mark, most in (("tags", "<", MOST_TAGS), ("attributes", "=", MOST_ATTRIBUTES)):
+        if text.count(mark) > most:
+            raise ValueError(f"{name} must have at most {most} {what}, but it has {text.count(mark)}.")
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise ValueError(f"{name} must be XML without a document type, but it declares one.")
     try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import field
+
 import numpy as np
 
 from poinsot import functions
@@ -36,7 +38,7 @@ class AxisCrossing(Event):
 
     axis: Vector
     direction: Vector
-    angle: float = np.pi / 2
+    angle: float = field(default=np.pi / 2, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -75,7 +77,7 @@ class AttractorCrossing(Event):
 
     axis: Vector
     orbit: Orbit
-    angle: float = np.pi / 2
+    angle: float = field(default=np.pi / 2, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -110,7 +112,7 @@ class RateCrossing(Event):
     """
 
     axis: Vector
-    rate: float = 0.0
+    rate: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -176,8 +178,8 @@ class AndoyerCrossing(Event):
         If the pole is zero.
     """
 
-    angle: float = 0.0
-    pole: Vector = (0.0, 0.0, 1.0)
+    angle: float = field(default=0.0, kw_only=True)
+    pole: Vector = field(default=(0.0, 0.0, 1.0), kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.force import Force
+from poinsot.mechanics.parameters import kinds_of, listed
 from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 
@@ -49,6 +50,12 @@ class Event(Force):
             raise ValueError(f"slope must be -1, 0 or 1, but {self.slope} came.")
         if self.terminal and self.acts:
             raise ValueError(f"{type(self).__name__} must either act or be terminal, but it does both.")
+
+    def __repr__(self) -> str:
+        defaults: dict[str, Any] = {"slope": 0, "terminal": False}
+        names = [name for name in kinds_of(type(self)) if name not in defaults]
+        names += [name for name, default in defaults.items() if getattr(self, name) != default]
+        return f"{type(self).__name__}({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
 
     @abstractmethod
     def value(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Scalar:

@@ -32,7 +32,7 @@ class Table:
     """Base of data that no formula sees as a whole, such as an ephemeris; two of them are equal if they are one."""
 
 
-@dataclass_transform(frozen_default=True, eq_default=False)
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
 class Parametric:
     """Base of the frozen records: a subclass lists its fields and becomes a dataclass by itself."""
 

@@ -117,14 +117,23 @@ class Constants:
 
     def slopes(self, inputs: Iterable[int]) -> dict[int, Any]:
         """Return the derivatives of the kernel's parameters by a common change of inputs: those that are not zero."""
+        return self._derivatives(dict(enumerate(self._parameters)), inputs)
+
+    def bends(self, inputs: Iterable[int], others: Iterable[int]) -> dict[int, Any]:
+        """Return the second derivatives of the kernel's parameters by two changes of inputs."""
+        slopes = {n: x.place for n, x in self.slopes(inputs).items() if isinstance(x, Constant)}
+        return self._derivatives(slopes, others)
+
+    def _derivatives(self, places: dict[int, int], inputs: Iterable[int]) -> dict[int, Any]:
         known: dict[int, Any] = {place: number for number, place in self._literals.items()}
         known |= {self._inputs[i]: Dual(Constant(self, self._inputs[i]), {"change": 1}) for i in inputs}
-        for place, (function, places) in list(self._recipes.items()):
-            arguments = [known.get(argument, Constant(self, argument)) for argument in places]
-            if any(isinstance(argument, Dual) for argument in arguments):
-                known[place] = function(*arguments)
-        changed = {number: known.get(place) for number, place in enumerate(self._parameters)}
-        return {number: dual.partials["change"] for number, dual in changed.items() if isinstance(dual, Dual)}
+        for place, (function, arguments) in list(self._recipes.items()):
+            values = [known.get(argument, Constant(self, argument)) for argument in arguments]
+            if any(isinstance(value, Dual) for value in values):
+                known[place] = function(*values)
+        found = {n: known.get(place) for n, place in places.items()}
+        slopes = {n: dual.partials["change"] for n, dual in found.items() if isinstance(dual, Dual)}
+        return {n: slope for n, slope in slopes.items() if not _is(slope, 0)}
 
     @functools.cached_property
     def _needed(self) -> list[tuple[int, Callable[..., Any], tuple[int, ...]]]:

@@ -18,6 +18,7 @@ from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.stops import reason
+from poinsot.motion.watch import Recorded
 
 __all__ = ["Ensemble", "Outcome", "allowed_threads", "integrate_members"]
 
@@ -43,10 +44,13 @@ class Outcome(ABC):
     failures : dict
         Member -> why it stopped.
     steps : array (members,)
+    happened : list
+        Pairs of a member and what was recorded of an event.
     """
 
     def __init__(self, members: int) -> None:
         self.failures: dict[int, str] = {}
+        self.happened: list[tuple[int, Recorded]] = []
         self.steps = np.zeros(members, dtype=int)
         self.order, self.tolerance = 0, 0.0
         self.wall_time = 0.0
@@ -175,6 +179,7 @@ class _Work:
             halves.append(batch)
             with self._lock:
                 self.out.steps[lanes[:count]] += batch.steps[:count]
+                self.out.happened += [(int(lanes[i]), one) for i in range(count) for one in batch.happened[i]]
                 self.out.failures |= {int(lanes[i]): why for i, why in enumerate(batch.failed[:count]) if why}
         rows = np.full((count, self.times.size, self.variables.size), np.nan)
         for lane, m in enumerate(middles[:count]):
@@ -193,12 +198,14 @@ class _Batch:
         self.rows: list[Array] = [np.empty((0, starts.shape[1]))] * self.width
         self.steps = np.zeros(self.width, dtype=int)
         self.failed = [""] * self.width
+        self.happened: list[list[Recorded]] = [[] for _ in range(self.width)]
 
     def run(self, grids: list[Array], forwards: bool, stop: Callable[[], bool]) -> None:
         """Integrate every lane over its grid, a chunk of steps at a time."""
         self.engine.state[:] = self.starts.T
         self.engine.set_time(list(self.origins))
         self.borrowed.begin(forwards, self.members)
+        self._take_events([])
         for lane, grid in enumerate(grids):
             if grid.size and grid[0] == self.origins[lane]:
                 self.rows[lane] = self.starts[lane : lane + 1]
@@ -217,7 +224,28 @@ class _Batch:
         self.engine.propagate_until(list(np.where(near, first, self.origins)))
         for lane in np.flatnonzero(near):
             self.rows[lane] = np.concatenate([self.rows[lane], self.engine.state[:, lane][None]])
-        return [grid[int(reached) :] for grid, reached in zip(ahead, near, strict=True)]
+        left = [grid[int(reached) :] for grid, reached in zip(ahead, near, strict=True)]
+        self._look_at_ends(ahead, left)
+        return left
+
+    def _look_at_ends(self, before: list[Array], left: list[Array]) -> None:
+        """Take the events of lanes that were under way, and what is due at the ends that they reached."""
+        if self.borrowed.watch is None:
+            return
+        under_way = [lane for lane in range(self.width) if before[lane].size]
+        for lane in under_way:
+            if not left[lane].size and not self.borrowed.watch.stopped[lane]:
+                self.borrowed.watch.look(self.engine, lane)
+        self._take_events(under_way)
+
+    def _take_events(self, lanes: list[int]) -> None:
+        """Keep the events of some lanes, and forget the others."""
+        if self.borrowed.watch is None:
+            return
+        for record in self.borrowed.watch.records:
+            if record[1] in lanes:
+                self.happened[record[1]].append(record)
+        self.borrowed.watch.records = []
 
     def _advance(self, ahead: list[Array]) -> list[Array]:
         """Take a chunk of steps and return what remains of the grids."""
@@ -231,12 +259,14 @@ class _Batch:
         _, found = self.engine.propagate_grid(np.stack(table, axis=-1), max_steps=self.most)
         self.borrowed.rescale()
         reached = np.array(self.engine.time)
-        return [
+        left = [
             self._read(lane, ahead[lane], found[:, :, lane], now[lane], reached[lane])
             if ahead[lane].size
             else ahead[lane]
             for lane in range(self.width)
         ]
+        self._look_at_ends(ahead, left)
+        return left
 
     def _repeat(self, busy: int, idle: int) -> None:
         """Let a lane that is done repeat one that is not: the engine moves all of them."""
@@ -253,7 +283,10 @@ class _Batch:
         self.rows[lane] = np.concatenate([self.rows[lane], rows])
         self.steps[lane] += steps
         advance, left = abs(reached - before), abs(ahead[-1] - reached)
-        stopped = reason(self.borrowed.outcome(outcome), advance, reached, left, self.most)
+        ended = self.borrowed.outcome(outcome, lane)
+        stopped = reason(ended, advance, reached, left, self.most)
+        if ended == "event":
+            return ahead[:0]
         if stopped:
             self.failed[lane] = f"propagation stopped at t = {reached:.10g} of {ahead[-1]:.10g}: {stopped}"
         return ahead[len(rows) :] if not stopped else ahead[:0]

@@ -42,7 +42,8 @@ IDLE_INTEGRATORS = 64
 DECISIONS = 1024
 LARGE = {"double": 350, "extended": 80, "quadruple": 80}
 """Operations of a step above which the compiler would take many seconds: a system this large runs in the
-engine's compact mode, which compiles in one or two and takes two or three times as long a step."""
+engine's compact mode, which compiles in one or two and takes two or three times as long a step; with many neighbours
+it takes a quarter longer."""
 
 MANY_TERMS = 5000
 """Terms in the equations, repeated ones counted again, below which a system in double precision is not large."""
@@ -174,7 +175,7 @@ class Borrowed:
 
     def outcome(self, engines: Any, lane: int = 0) -> str:
         """Return how steps ended: the engine's name for it, or "event", "haste", "switch" or "angles" for its events."""
-        if engines.name in ("time_limit", "step_limit", "err_nf_state"):
+        if engines.name in ("time_limit", "step_limit", "err_nf_state", "success"):
             return str(engines.name)
         if self.watch is not None and self.watch.stopped[lane]:
             return self.watch.stopped[lane]
@@ -300,8 +301,9 @@ def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: b
             **stops,
         )
 
-    if kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
+    many_neighbours = variables.companion is not None and variables.companion.total > 1
+    if many_neighbours or kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
-        if len(built.decomposition) > LARGE[kernel.precision]:
+        if many_neighbours or len(built.decomposition) > LARGE[kernel.precision]:
             return _Built(built, constants, switches, watch)
     return _Built(compiled(compact=False), constants, switches, watch)

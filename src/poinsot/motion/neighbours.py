@@ -1,4 +1,4 @@
-"""Neighbours of a motion, to first order: tangent vectors and derivatives by parameters, integrated along with it.
+"""Neighbours of a motion: tangent vectors and derivatives by parameters, integrated along with it.
 
 A vector is u 2^n with a tiny u, whose size means nothing in linear equations: so the engine's step control looks at
 the motion alone. Now and then a u that has grown is made tiny again, by a power of two, and n is raised.
@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.motion.linear import Linearization
+from poinsot.motion.linear import NONE, Linearization
 
 __all__ = ["STEPS_AT_A_TIME", "Neighbours"]
 
 Array = NDArray[np.float64]
 
-START, GROWN = -500, -400
+START, GROWN = -200, -150
 """Binary exponents of a vector at the start, and of one that is brought back to that."""
 
-STEPS_AT_A_TIME = 500
-"""Steps between two looks at the size of the vectors: they may grow by 2^350 before they are seen."""
+STEPS_AT_A_TIME = 250
+"""Steps between two looks at the size of the vectors, in which they may grow by 2^140."""
 
 COUNTED = 2.0**-20
 """What the variable n counts in, to stay below the attitude for the engine's step control."""
@@ -40,6 +40,8 @@ class Neighbours:
         How many are tangent vectors.
     inputs : tuple of tuples of int
         Of the others, which are derivatives: the inputs of the kernel that change together.
+    order : {1, 2}
+        Whether there are second derivatives too, one for each two vectors.
     vectors : array (..., count, k)
         The tangent vectors at the start, of size one, with members first.
     """
@@ -47,51 +49,70 @@ class Neighbours:
     tangent: tuple[int, ...]
     count: int
     inputs: tuple[tuple[int, ...], ...] = ()
+    order: int = 1
     vectors: Any = field(default=None, compare=False)
 
     @property
     def size(self) -> int:
-        """How many variables: u and n of each vector, and what a unit change of the parameter is, of derivatives."""
-        return (self.count + len(self.inputs)) * self._each + len(self.inputs)
+        """How many variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
+        return (self.total + len(self.pairs)) * len(self.tangent) + self.total + len(self.inputs)
 
     @property
-    def _each(self) -> int:
-        return len(self.tangent) + 1
+    def total(self) -> int:
+        """How many vectors."""
+        return self.count + len(self.inputs)
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """The pairs of vectors with second derivatives."""
+        return [(a, b) for a in range(self.total) for b in range(a + 1)] if self.order == 2 else []
+
+    def _split(self, rows: Any) -> tuple[Any, Any, Any, Any]:
+        """Return views of u (..., vectors, k), of pairs (..., pairs, k), of n and of units in rows of variables."""
+        k, first, second = len(self.tangent), self.total * len(self.tangent), len(self.pairs) * len(self.tangent)
+        u, pairs, n, units = np.split(rows, [first, first + second, first + second + self.total], axis=-1)
+        return u.reshape(*u.shape[:-1], -1, k), pairs.reshape(*pairs.shape[:-1], len(self.pairs), k), n, units
 
     def start(self) -> Array:
         """Return the variables at the start; shape (..., size)."""
-        u = np.ldexp(np.asarray(self.vectors, dtype=float), START)
-        u = np.concatenate([u, np.zeros((*u.shape[:-2], len(self.inputs), u.shape[-1]))], axis=-2)
-        rows = np.concatenate([u, np.zeros((*u.shape[:-1], 1))], axis=-1).reshape(*u.shape[:-2], -1)
-        return np.concatenate([rows, np.full((*u.shape[:-2], len(self.inputs)), 2.0**START)], axis=-1)
+        vectors = np.ldexp(np.asarray(self.vectors, dtype=float), START)
+        rows = np.zeros((*vectors.shape[:-2], self.size))
+        rows[..., : self.count * len(self.tangent)] = vectors.reshape(*vectors.shape[:-2], -1)
+        rows[..., self.size - len(self.inputs) :] = 2.0**START
+        return rows
 
     def equations(self, symbols: list[Any], linear: Linearization) -> list[Any]:
         """Return the time derivatives."""
-        units, rates = symbols[len(symbols) - len(self.inputs) :], []
-        for i, u in enumerate(self._split(symbols)):
-            change = linear.rates(u)
-            if i >= self.count:
-                forcing, unit = linear.forcing(self.inputs[i - self.count]), units[i - self.count]
-                change = [c + unit * f for c, f in zip(change, forcing, strict=True)]
-            rates += [*change, 0.0]
-        return [*rates, *[0.0] * len(units)]
-
-    def _split(self, symbols: list[Any]) -> list[list[Any]]:
-        return [symbols[i : i + self._each - 1] for i in range(0, self.size - len(self.inputs), self._each)]
+        u, pairs, _, units = self._split(np.array(symbols, dtype=object))
+        inputs = [()] * self.count + list(self.inputs)
+        units = [NONE] * self.count + list(units)
+        changes = [linear.changes(x, *given) for x, *given in zip(u, inputs, units, strict=True)]
+        rates = [rate for change in changes for rate in linear.rates(change)]
+        for (a, b), x in zip(self.pairs, pairs, strict=True):
+            bent = linear.second_changes(x, changes[a], changes[b], (inputs[a], inputs[b]), (units[a], units[b]))
+            rates += linear.second_rates(bent, changes[a], changes[b])
+        return rates + [NONE] * (self.size - len(rates))
 
     def rescale(self, rows: Array) -> None:
         """Bring vectors that have grown back to a small size, in rows of variables; shape (..., size)."""
-        for i in range(self.count + len(self.inputs)):
-            own = slice(i * self._each, (i + 1) * self._each - 1)
-            _, bits = np.frexp(np.max(np.abs(rows[..., own]), axis=-1))
-            bits = np.where(bits > GROWN, bits - START, 0)
-            rows[..., own] = np.ldexp(rows[..., own], -bits[..., None])
-            rows[..., own.stop] += COUNTED * bits
-            if i >= self.count:
-                unit = i - self.count - len(self.inputs)
-                rows[..., unit] = np.ldexp(rows[..., unit], -bits)
+        u, _, n, units = self._split(rows)
+        _, bits = np.frexp(np.max(np.abs(u), axis=-1))
+        bits = np.where(bits > GROWN, bits - START, 0)
+        if not np.any(bits):
+            return
+        of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
+        k, own = len(self.tangent), self.total * len(self.tangent)
+        rows[..., :own] = np.ldexp(rows[..., :own], -np.repeat(bits, k, axis=-1))
+        for i, both in enumerate(of_pairs):
+            pair = slice(own + i * k, own + (i + 1) * k)
+            rows[..., pair] = np.ldexp(rows[..., pair], -both[..., None])
+        n += COUNTED * bits
+        units[...] = np.ldexp(units, -bits[..., self.count :])
 
-    def read(self, rows: Array) -> tuple[Array, Array]:
-        """Return the vectors (..., vectors, k) and the numbers n (..., vectors): the truth is vector 2^n."""
-        each = rows[..., : self.size - len(self.inputs)].reshape(*rows.shape[:-1], -1, self._each)
-        return np.ldexp(each[..., :-1], -START), each[..., -1] / COUNTED
+    def read(self, rows: Array) -> tuple[Array, Array, Array]:
+        """Return vectors (..., vectors, k), those of pairs (..., pairs, k), and numbers n (..., vectors).
+
+        The truth is vector 2^n; of a pair, vector 2^(n + n).
+        """
+        u, pairs, n, _ = self._split(rows)
+        return np.ldexp(u, -START), np.ldexp(pairs, -2 * START), n / COUNTED

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import sys
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
+from poinsot.mechanics.event import Event
 from poinsot.mechanics.samples import tracked_orbits
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
@@ -29,8 +30,10 @@ from poinsot.motion.arguments import (
 )
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.ensemble import Ensemble, integrate_members
+from poinsot.motion.events import checked_events, crossings
 from poinsot.motion.stops import INTERRUPTED, reason
 from poinsot.motion.trajectory import Run, Trajectory, versions
+from poinsot.motion.watch import Recorded
 
 __all__ = ["propagate"]
 
@@ -45,6 +48,7 @@ def propagate(
     state: State,
     times: ArrayLike,
     *,
+    events: Sequence[Event] = (),
     formulation: str | None = None,
     tolerance: float | None = None,
     dense: bool = False,
@@ -66,6 +70,8 @@ def propagate(
         Its time may be anywhere.
     times : array (n,)
         Strictly monotonic, up or down; the results are in this order. Dates where an orbit has a calendar.
+    events : list of Event
+        What to watch for: `motion.events` has the times and the states of each.
     formulation : {"lie_poisson", "canonical", "euler_angles"}, optional
         The variables integrated; results look the same. Default: the fastest, "lie_poisson".
     tolerance : float, optional
@@ -90,16 +96,18 @@ def propagate(
     t = checked_times(times, system.calendar)
     chosen = checked_formulation(formulation)
     asked = checked_tolerance(tolerance, precision)
-    check_span(system, state, t)
-    members = members_of(system, state)
+    chosen_events = checked_events(events)
+    watched = system.watching(chosen_events) if chosen_events else system
+    check_span(watched, state, t)
+    members = members_of(watched, state)
     if members:
         _check_single(dense, precision)
         state = broadcast_members(state, members)
-        variables = kernels.coordinates(system, state, chosen, precision)
-        return _propagate_members(system, state, t, variables, asked, checked_threads(threads), progress)
-    variables = kernels.coordinates(system, state, chosen, precision)
+        variables = kernels.coordinates(watched, state, chosen, precision)
+        return _propagate_members((system, watched), state, t, variables, asked, checked_threads(threads), progress)
+    variables = kernels.coordinates(watched, state, chosen, precision)
     start, origin = variables.from_state(_in_precision(state, precision)), float(state.time)
-    with kernels.integrator(system, variables, precision, asked) as borrowed:
+    with kernels.integrator(watched, variables, precision, asked) as borrowed:
         engine = borrowed.engine
         began = clock.perf_counter()
         rising = np.sort(t)
@@ -112,7 +120,7 @@ def propagate(
         wall_time = clock.perf_counter() - began
         steps = sum(half.steps for half in halves)
         run = Run("Taylor", chosen, precision, float(engine.tol), engine.order, steps, wall_time, versions())
-    motion = _join(system, state, t, halves, variables, run, dense)
+    motion = _join((system, watched), state, t, halves, variables, run, dense)
     for half in halves:
         if half.stopped:
             raise half.error(motion)
@@ -120,7 +128,7 @@ def propagate(
 
 
 def _propagate_members(
-    system: System,
+    systems: tuple[System, System],
     state: State,
     t: Array,
     variables: Coordinates,
@@ -129,18 +137,20 @@ def _propagate_members(
     progress: bool | None,
 ) -> Trajectory:
     wanted = sys.stderr.isatty() if progress is None else progress
-    count = members_of(system, state)[0]
-    done = Ensemble(count, t.size, variables.axes.size if tracked_orbits(system) else 0)
-    integrate_members(system, state, np.sort(t), variables, tolerance, threads, wanted, done)
+    system, watched = systems
+    count = members_of(watched, state)[0]
+    done = Ensemble(count, t.size, variables.axes.size if tracked_orbits(watched) else 0)
+    integrate_members(watched, state, np.sort(t), variables, tolerance, threads, wanted, done)
     name, steps = variables.formulation.name, int(done.steps.sum())
     run = Run(
         "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, versions()
     )
-    order = slice(None, None, -1 if t.size > 1 and t[0] > t[1] else 1)
+    order = slice(None, None, 1 if _rises(t) else -1)
     canonical = done.quaternion[:, order], done.conjugate_momenta[:, order]
-    sky = functools.partial(variables.sky, system, t, done.carried[:, order]) if done.carried.size else None
+    sky = functools.partial(variables.sky, watched, t, done.carried[:, order]) if done.carried.size else None
     failures = dict(sorted(done.failures.items()))
     motion = Trajectory(system, state, t, lambda: canonical, run, failures=failures, sky=sky)
+    motion.events = crossings(system, watched.events, variables, done.happened, _rises(t))
     if done.interrupted:
         finished = int(np.sum(np.isfinite(done.quaternion[:, -1, 0])))
         message = f"propagation was interrupted: {finished} of {len(done.steps)} members are done."
@@ -161,17 +171,23 @@ class _Half:
         self.rows: list[Array] = []
         self.pieces: list[Any] = []
         self.steps, self.reached, self.stopped = 0, origin, ""
+        self.happened: list[Recorded] = []
 
     def run(self) -> None:
         """Integrate to the last time of the grid, or to where it stops."""
         if not self.grid.size:
             return
         self._place(self.kind(self.origin), self._typed(self.start))
+        watch = self.borrowed.watch
+        if watch is not None:
+            watch.records = self.happened
         try:
             while not self._advance():
                 pass
         except KeyboardInterrupt:
             self.stopped = INTERRUPTED
+        if watch is not None:
+            watch.records = []
         if self.pieces:
             self._read_pieces()
 
@@ -182,17 +198,21 @@ class _Half:
     def _advance(self) -> bool:
         """Take a chunk of steps; of one that fails, take again those before it. Return whether it was the last."""
         time, state, rows, pieces = self.engine.time, self.engine.state.copy(), len(self.rows), len(self.pieces)
+        happened = len(self.happened)
         outcome, steps = self._step(STEPS_AT_A_TIME)
         if outcome == "err_nf_state":
             self._place(time, state)
-            del self.rows[rows:], self.pieces[pieces:]
+            del self.rows[rows:], self.pieces[pieces:], self.happened[happened:]
             if steps:
                 self._step(steps)
-        before, self.reached = self.reached, float(self.engine.time)
+        at_end = outcome == "time_limit"
+        if at_end and self.borrowed.watch is not None:
+            self.borrowed.watch.look(self.engine)
+        before, self.reached = self.reached, self.last if at_end else float(self.engine.time)
         self.steps += steps
         advance, ahead = abs(self.reached - before), abs(self.last - self.reached)
         self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
-        return outcome == "time_limit" or bool(self.stopped)
+        return outcome in ("time_limit", "event") or bool(self.stopped)
 
     def _step(self, most: int) -> tuple[str, int]:
         outcome, steps = self._step_dense(most) if self.dense else self._step_on_grid(most)
@@ -242,20 +262,33 @@ class _Half:
 
 
 def _join(
-    system: System, state: State, t: Array, halves: list[_Half], variables: Coordinates, run: Run, dense: bool
+    systems: tuple[System, System],
+    state: State,
+    t: Array,
+    halves: list[_Half],
+    variables: Coordinates,
+    run: Run,
+    dense: bool,
 ) -> Trajectory:
     """Put the two halves into the order of the requested times; rows that were not reached are left out."""
-    later, earlier = halves
+    (system, watched), (later, earlier) = systems, halves
     count = [sum(map(len, half.rows)) for half in halves]
     rows = _stacked([*(part[::-1] for part in reversed(earlier.rows)), *later.rows], variables.size)
     times = np.concatenate([earlier.grid[: count[1]][::-1], later.grid[: count[0]]])
-    if t.size > 1 and t[0] > t[1]:
+    if not _rises(t):
         rows, times = rows[::-1], times[::-1]
     interpolant = (_interpolant(halves, variables), halves[1].reached, halves[0].reached) if dense else None
     sky = None
-    if tracked_orbits(system):
-        sky = functools.partial(variables.sky, system, times, rows[:, variables.formulation.size :])
-    return Trajectory(system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant, sky=sky)
+    if tracked_orbits(watched):
+        sky = functools.partial(variables.sky, watched, times, rows[:, variables.formulation.size :])
+    motion = Trajectory(system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant, sky=sky)
+    found = [(0, record) for half in halves for record in half.happened]
+    motion.events = crossings(system, watched.events, variables, found, _rises(t))
+    return motion
+
+
+def _rises(times: Array) -> bool:
+    return times.size < 2 or bool(times[0] < times[1])
 
 
 def _stacked(parts: list[Array], size: int) -> Array:

@@ -17,7 +17,7 @@ def reason(outcome: str, advance: float, reached: float, ahead: float, steps: in
 
     `outcome` says how a chunk of steps ended, `advance` is the time it covered, `ahead` what is left.
     """
-    if outcome == "time_limit":
+    if outcome in ("time_limit", "event", "success"):
         return ""
     if outcome == "step_limit":
         if advance <= steps * np.spacing(abs(reached)):
@@ -27,6 +27,8 @@ def reason(outcome: str, advance: float, reached: float, ahead: float, steps: in
         return ""
     if outcome == "err_nf_state":
         return "the state became non-finite. A force is singular there."
+    if outcome == "haste":
+        return "an event acts again and again without end. Let it act less often, or make it terminal."
     if outcome == "switch":
         return "the branches of a `where` lead back to its switch from both sides. Make the formula smooth there."
     return "sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."

@@ -44,6 +44,8 @@ class TangentRun:
         As in `propagate`; the formulation is one with tangent coordinates.
     inputs : sequence of tuples of int
         Of derivatives: which numbers of the system change together.
+    order : {1, 2}
+        Of the derivatives.
 
     Attributes
     ----------
@@ -66,8 +68,10 @@ class TangentRun:
         threads: int | None = None,
         progress: bool | None = None,
         inputs: tuple[tuple[int, ...], ...] = (),
+        order: int = 1,
     ) -> None:
         check_kinds(call, {"system": (system, System), "state": (state, State)})
+        self._order = order
         self.times = checked_times(times, system.calendar)
         check_span(system, state, self.times)
         chosen = checked_formulation(formulation)
@@ -92,7 +96,7 @@ class TangentRun:
 
         The state is by default that of the run.
         """
-        neighbours = Neighbours(self.tangent, vectors.shape[-2], self._inputs, vectors)
+        neighbours = Neighbours(self.tangent, vectors.shape[-2], self._inputs, self._order, vectors)
         variables = dataclasses.replace(self._variables, companion=neighbours)
         start = self.state if state is None else state
         integrate_members(self.system, start, times, variables, self._tolerance, self._threads, self._progress, out)

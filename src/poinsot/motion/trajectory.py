@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
+    from poinsot.motion.events import Crossings
+
 __all__ = ["RelativeMotion", "Run", "Trajectory", "versions"]
 
 Array = NDArray[np.float64]
@@ -77,6 +79,8 @@ class Trajectory:
         Method, order, steps, tolerance, versions.
     failures : dict
         Of an ensemble: member -> why it stopped; its rows from there on are NaN.
+    events : tuple of Crossings
+        What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
     provenance : dict
         Of a motion that a scenario made: its `title`, the `seed` of its spread, and its text, the `scenario`.
 
@@ -104,6 +108,7 @@ class Trajectory:
         self.failures = dict(failures or {})
         self._interpolant = interpolant
         self._sky = sky
+        self.events: tuple[Crossings, ...] = ()
         self.provenance: dict[str, Any] = {}
 
     # ------------------------------------------------------------------ reading

@@ -26,8 +26,8 @@ from poinsot.motion.switches import AT_ONCE, LARGE, SMALL, event_class, lane_of,
 
 __all__ = ["Recorded", "Watch", "event_functions"]
 
-HURRY, HASTE = 1e4, 8
-"""Actions are without end where this many follow each other within as many times that difference."""
+HASTE = 1e-5
+"""Actions are without end where the time between them shrinks from one to the next, by this at last."""
 
 Recorded = tuple[int, int, float, int, NDArray[Any]]
 """Number of the event, lane, time, sign of the slope in time, variables."""
@@ -76,7 +76,7 @@ class Watch:
         self._scales = first + np.arange(len(events))
         self._sizes, self._last = np.zeros((2, lanes, len(events)))
         self._paces = np.zeros(lanes)
-        self._hurried = np.zeros(lanes, dtype=int)
+        self._since, self._longest = np.zeros((2, lanes, len(events)))
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
         self._look = with_rates(functions, symbols, equations, attitude, kind)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
@@ -94,13 +94,13 @@ class Watch:
         """Fit the scales to the state of an integrator; a zero where it stands is no event."""
         self._system, self._variables, self._members = system, variables, np.array(members)
         self._last[:] = np.ravel(engine.time).astype(float)[:, None]
-        self._hurried[:], self.stopped[:] = 0, [""] * self._lanes
+        self._since[:], self.stopped[:] = 0.0, [""] * self._lanes
         for lane in range(self._lanes):
             self._fit(engine, lane)
 
     def repeat(self, busy: int, idle: int) -> None:
         """Let a lane follow another one."""
-        for own in (self._members, self._sizes, self._last, self._paces, self._hurried):
+        for own in (self._members, self._sizes, self._last, self._paces, self._since, self._longest):
             own[idle] = own[busy]
         self.stopped[idle] = self.stopped[busy]
 
@@ -108,14 +108,14 @@ class Watch:
         """Let happen what is due at the time of a lane, to rounding; return whether the motion goes on."""
         values, rates = self._values_and_rates(engine, lane)
         time = float(np.ravel(engine.time)[lane])
-        due = np.flatnonzero(np.abs(values) <= self._near(lane, time) * np.abs(rates))
+        due = np.flatnonzero(np.abs(values) <= self._near(lane, time) * np.abs(rates)).tolist()
         slopes = np.sign(rates).astype(int)
         new = [i for i in due if self._events[i].slope in (0, slopes[i]) and self._is_new(i, lane, time)]
         row = np.array(lane_of(engine.state, lane))
-        self.records += [(int(i), lane, time, int(slopes[i]), row) for i in new]
+        self.records += [(i, lane, time, int(slopes[i]), row) for i in new]
         for i in new:
             if self._events[i].acts:
-                self._act(engine, lane, int(i), time)
+                self._act(engine, lane, i, time)
         if any(self._events[i].terminal for i in new):
             self.stopped[lane] = "event"
         return not self.stopped[lane]
@@ -153,11 +153,14 @@ class Watch:
         """Whether the event has not just happened, and note that it has."""
         since, near = abs(time - self._last[lane, number]), self._near(lane, time)
         self._last[lane, number] = time
-        if self._events[number].acts and near < since:
-            self._hurried[lane] = self._hurried[lane] + 1 if since <= HURRY * near else 0
-            if self._hurried[lane] >= HASTE:
-                self.stopped[lane] = "haste"
-        return bool(since > near)
+        if since <= near:
+            return False
+        if since >= self._since[lane, number]:
+            self._longest[lane, number] = since
+        elif self._events[number].acts and since < HASTE * self._longest[lane, number]:
+            self.stopped[lane] = "haste"
+        self._since[lane, number] = since
+        return True
 
     def _near(self, lane: int, time: float) -> float:
         return AT_ONCE * max(abs(time), float(self._paces[lane]))

@@ -16,6 +16,7 @@ from poinsot.pictures.solids import (
     Ellipsoid,
     Solid,
     draw_arrow,
+    draw_path,
     draw_point,
     fit,
     label_axes,
@@ -121,12 +122,15 @@ def plot_polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
         _draw_polhodes(solid, moments, energy[-1])
         solid.curve(omega, BLUE, 2, path)
         solid.mark(omega[-1], GREEN, last)
-        room = np.array([solid.ellipsoid.reach(axis) for axis in np.eye(3)])
+        high = np.array([solid.ellipsoid.reach(axis) for axis in np.eye(3)])
+        low = -high
     else:
-        panel.plot(*omega.T, color=BLUE, linewidth=1.5, label=path)
+        draw_path(panel, omega, color=BLUE, linewidth=1.5, label=path)
         draw_point(panel, omega[-1], GREEN, last)
-        room = np.full(3, np.max(np.abs(omega)))
-    fit(panel, -room, room, zoom_of(eye, room))
+        low, high = np.min(omega, axis=0), np.max(omega, axis=0)
+        margin = np.maximum(0.05 * (high - low), 0.1 * np.max(high - low) or 0.1 * np.max(np.abs(omega)))
+        low, high = low - margin, high + margin
+    fit(panel, low, high, zoom_of(eye, high - low))
     label_axes(panel, [rf"$\omega_{i}${rate_label(motion.system.units)}" for i in (1, 2, 3)])
     legend(panel)
     return panel
@@ -156,14 +160,16 @@ def plot_herpolhode(motion: Trajectory) -> Axes:
     """
     import matplotlib.pyplot as plt
 
+    from poinsot.pictures.figure import TextFigure
+
     motion = _torque_free(motion)
     omega = motion.omega_space @ _upright(motion).T
     moments, axes = principal(motion.system.body)
     radii = herpolhode_radii(moments, motion.angular_momentum_body[-1] @ axes)
-    _, panel = plt.subplots(figsize=(5.6, 5.8), layout="constrained")
+    _, panel = plt.subplots(figsize=(5.6, 5.8), layout="constrained", FigureClass=TextFigure)
     for radius in radii:
         panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
-    panel.plot(*omega[:, :2].T, color=VERMILION, linewidth=1.1, label=r"$\omega$")
+    draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")
     panel.plot(*omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, -1)}")
     panel.plot(0, 0, "+", color=BLACK, markersize=9, label=r"$\mathbf{G}$, towards the eye")
     room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))
@@ -191,7 +197,8 @@ def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[
     for radius in radii:
         panel.plot(*_circle(radius), height, color=GREY, linewidth=0.8, zorder=plane + 1)
     name = "herpolhode, on the invariable plane"
-    panel.plot(*omega[:, :2].T, height, color=VERMILION, linewidth=1.2, zorder=plane + 1, label=name)
+    trace = np.column_stack([omega[:, :2], np.full(len(omega), height)])
+    draw_path(panel, trace, color=VERMILION, linewidth=1.2, zorder=plane + 1, label=name)
     up, head = np.array([0, 0, height]), 0.12 * height
     panel.plot(*np.outer([0, 1], up).T, color=BLACK, linewidth=1, zorder=4)
     draw_arrow(panel, up, 1.5 * up, BLACK, head, plane + 2 if above else plane - 1)

@@ -8,11 +8,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
+from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import came
+from poinsot.mechanics.samples import orbits_of, same
 from poinsot.mechanics.sky import Orbit
 from poinsot.motion.trajectory import Trajectory
-from poinsot.pictures.labels import BLACK, BLUE, GREEN, VERMILION, bracketed, momentum_unit, rate_label
+from poinsot.pictures.labels import (
+    BLACK,
+    BLUE,
+    GREEN,
+    VERMILION,
+    bracketed,
+    energy_unit,
+    momentum_unit,
+    rate_label,
+    time_label,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,8 +45,11 @@ COLOURS = (BLACK, BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
 STYLES = ("-", "--", "-.", ":")
 BANDS = ((5, 95, 0.15), (25, 75, 0.25))
 """Percentiles between which a band lies, and its opacity."""
-FLOOR = 1e-17
-"""The smallest value on the log axis of relative drifts, below the rounding of a float."""
+FLOOR = 0.5 * np.finfo(float).eps
+"""The smallest value on the log axis of relative drifts: the rounding of a float."""
+COLUMNS = 1500
+"""Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
+TURN = 2 * np.pi
 
 
 def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
@@ -76,7 +91,7 @@ def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: boo
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble.
+        One, or an ensemble, whose members start within half a turn of each other.
     sequence : str
         Any of the 12, as `State.euler` takes it.
     degrees : bool
@@ -86,14 +101,22 @@ def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: boo
     Returns
     -------
     matplotlib Axes
+        With gaps where the angles are not defined, within 1e-6 of their singularity.
+
+    Raises
+    ------
+    ValueError
+        If they are defined nowhere.
     """
     motion = _checked(motion)
-    angles, _ = motion.euler(sequence)
+    angles = _euler_angles(motion.quaternion, sequence)
     names = [f"$\\alpha_{i + 1}$ about axis {axis}" for i, axis in enumerate(sequence)]
     return _single(motion, f"Euler angles {'-'.join(sequence)}", _angles(names, angles, degrees), title, degrees)
 
 
-def plot_roll_pitch_yaw(motion: Trajectory, orbit: Orbit, *, degrees: bool = True, title: str = "") -> Axes:
+def plot_roll_pitch_yaw(
+    motion: Trajectory, orbit: Orbit | None = None, *, degrees: bool = True, title: str = ""
+) -> Axes:
     """Draw roll, pitch and yaw from the axes of an orbit.
 
     They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
@@ -102,9 +125,9 @@ def plot_roll_pitch_yaw(motion: Trajectory, orbit: Orbit, *, degrees: bool = Tru
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble.
-    orbit : Orbit
-        With a frame: radial, transverse, normal.
+        One, or an ensemble, whose members start within half a turn of each other.
+    orbit : Orbit, optional
+        With a frame: radial, transverse, normal. By default the orbit of the system, if there is one and no other.
     degrees : bool
         On the axis; radians otherwise.
     title : str
@@ -112,14 +135,19 @@ def plot_roll_pitch_yaw(motion: Trajectory, orbit: Orbit, *, degrees: bool = Tru
     Returns
     -------
     matplotlib Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no orbit, has no frame, or the system has none or several and none is named.
     """
     motion = _checked(motion)
-    if not isinstance(orbit, Orbit):
+    if not isinstance(orbit, Orbit | None):
         raise TypeError(f"orbit must be an Orbit, but {came(orbit)} came.")
-    angles = motion.relative_to(orbit.frame).roll_pitch_yaw
-    return _single(
-        motion, "from the axes of the orbit", _angles(("roll", "pitch", "yaw"), angles, degrees), title, degrees
-    )
+    frame = (_only_orbit(motion) if orbit is None else orbit).frame
+    angles = motion.relative_to(frame).roll_pitch_yaw
+    curves = _angles(("roll", "pitch", "yaw"), angles, degrees)
+    return _single(motion, "attitude from the orbit frame", curves, title, degrees)
 
 
 def plot_rates(motion: Trajectory, title: str = "") -> NDArray[Any]:
@@ -173,7 +201,9 @@ def plot_angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
 
 
 def plot_drift(motion: Trajectory, title: str = "") -> Axes:
-    """Draw how far the conserved quantities, |q| - 1 among them, are from where they started, on a log axis.
+    """Draw how far the conserved quantities are from where they started, on a log axis.
+
+    They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named.
 
     Parameters
     ----------
@@ -184,14 +214,19 @@ def plot_drift(motion: Trajectory, title: str = "") -> Axes:
     Returns
     -------
     matplotlib Axes
-        Values below 1e-17 are drawn there.
+        Values below half the rounding of a float, 1.1e-16, are drawn there.
     """
     motion = _checked(motion)
-    drifts = {"$|q| - 1$": motion.norm_error, **motion.drift}
-    symbols = {integral.name: f"${integral.symbol}$" for integral in motion.system.integrals}
-    curves = {symbols.get(name, name): np.maximum(np.abs(drift), FLOOR) for name, drift in drifts.items()}
+    size = np.nanmax(np.linalg.norm(motion.conjugate_momenta, axis=-1), initial=0.0) or 1.0
+    drifts = {"$|q| - 1$": motion.norm_error, r"$q \cdot Q\,/\,|Q|$": motion.tangency_error / size}
+    names = _names_of_integrals(motion)
+    drifts |= {names[key]: drift for key, drift in motion.drift.items()}
+    curves = {
+        name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), FLOOR)) for name, drift in drifts.items()
+    }
     panel = _single(motion, "relative drift", curves, title)
     panel.set_yscale("log")
+    panel.set_ylim(bottom=0.8 * FLOOR)
     return panel
 
 
@@ -201,7 +236,7 @@ def plot_difference(motion: Trajectory, other: Trajectory, *, degrees: bool = Fa
     Parameters
     ----------
     motion, other : Trajectory
-        Each one or an ensemble, at equal times.
+        Each one or an ensemble, at equal times; or `motion` has dense output over the times of `other`.
     degrees : bool
         On the axis; radians otherwise.
     title : str
@@ -214,25 +249,28 @@ def plot_difference(motion: Trajectory, other: Trajectory, *, degrees: bool = Fa
     Raises
     ------
     ValueError
-        If their times differ.
+        If their times differ, and there is no dense output.
     """
     motion, other = _checked(motion), _checked(other, "other")
-    if not np.array_equal(motion.times, other.times):
-        raise ValueError(
-            f"other must have the times of motion, but {_span(other)} and {_span(motion)} came. "
-            "Propagate to the same times."
-        )
-    angle = np.asarray(rotation_angle(motion.quaternion, other.quaternion))
+    angle = np.asarray(rotation_angle(_attitudes_at(motion, other), other.quaternion))
     angle = np.degrees(angle) if degrees else angle
-    angle = np.maximum(angle, np.min(angle[angle > 0], initial=np.inf) if np.any(angle > 0) else FLOOR)
-    panel = _single(motion, f"difference of attitude{_angle_unit(degrees)}", {"": angle}, title)
+    smallest = np.min(angle, where=angle > 0, initial=np.inf)
+    angle = np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
+    panel = _single(other, f"difference of attitude{_angle_unit(degrees)}", {"": angle}, title)
     panel.set_yscale("log")
     return panel
+
+
+# ---------------------------------------------------------------------- what is drawn
 
 
 def _checked(motion: Any, name: str = "motion") -> Trajectory:
     if not isinstance(motion, Trajectory):
         raise TypeError(f"{name} must be a Trajectory, but {came(motion)} came.")
+    if not motion.times.size:
+        raise ValueError(f"{name} must have times to draw, but it has none.")
+    if np.all(np.any(np.isnan(motion.quaternion), axis=(-2, -1))):
+        raise ValueError(f"{name} must have a member that reached its last time, but none did.")
     return motion
 
 
@@ -240,18 +278,87 @@ def _span(motion: Trajectory) -> str:
     return f"{motion.times.size} times from {motion.times[0]:.6g} to {motion.times[-1]:.6g}"
 
 
+def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
+    """Return the quaternions of a motion at the times of another one."""
+    if np.array_equal(motion.times, other.times):
+        return motion.quaternion
+    if not motion.has_dense_output:
+        raise ValueError(
+            f"other must have the times of motion, but {_span(other)} and {_span(motion)} came. "
+            "Propagate to the same times, or motion with dense=True."
+        )
+    return np.asarray(motion(other.times).quaternion)
+
+
+def _only_orbit(motion: Trajectory) -> Orbit:
+    """Return the orbit of a system."""
+    orbits: list[Orbit] = []
+    for orbit in orbits_of(motion.system):
+        if not any(same(orbit, known) for known in orbits):
+            orbits.append(orbit)
+    if len(orbits) != 1:
+        raise ValueError(
+            f"orbit must be named where the system has not exactly one, but it has {len(orbits) or 'none'}. "
+            "Pass plot_roll_pitch_yaw(motion, orbit)."
+        )
+    return orbits[0]
+
+
+def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
+    """Return what the integrals are called in a legend, of one body with their value at the start."""
+    names, units, values = {}, motion.system.units, motion.integrals
+    for integral in motion.system.integrals:
+        letter, index = integral.symbol[0], integral.symbol[1:]
+        symbol = f"{letter}_{{{index}}}" if index.isalnum() else integral.symbol.replace(".", r" \cdot ")
+        value = ""
+        if motion.quaternion.ndim == 2:
+            unit = energy_unit(units) if integral.is_energy else momentum_unit(units)
+            value = f" = {values[integral.name][0]:.5g}" + ("" if unit == "1" else bracketed(unit))
+        names[integral.name] = f"${symbol}${value}"
+    return names
+
+
 def _named(pattern: str, values: Array, first: int) -> dict[str, Array]:
     """Return the components of vectors by name."""
     return {pattern.format(i + first): values[..., i] for i in range(values.shape[-1])}
 
 
+def _euler_angles(q: Array, sequence: str) -> Array:
+    """Return the angles of unit quaternions, NaN where they are not defined; shape (..., 3)."""
+    first, _, third = axes_of(sequence)
+    across = np.delete(rotation_matrix(q)[..., first, :], third, axis=-1)  # of the third axis from the first
+    defined = np.linalg.norm(across, axis=-1) > 2 * SINGULAR_SINE
+    if not np.any(defined):
+        angles_from_quaternion(q, sequence)
+    angles = np.full((*q.shape[:-1], 3), np.nan)
+    angles[defined] = angles_from_quaternion(q[defined], sequence)
+    return angles
+
+
 def _angles(names: Sequence[str], angles: Array, degrees: bool) -> dict[str, Array]:
-    unwrapped = np.unwrap(angles, axis=-2)
-    return dict(zip(names, np.moveaxis(np.degrees(unwrapped) if degrees else unwrapped, -1, 0), strict=True))
+    unwrapped = _unwrapped(np.moveaxis(angles, -1, 0))
+    return dict(zip(names, np.degrees(unwrapped) if degrees else unwrapped, strict=True))
+
+
+def _unwrapped(angles: Array) -> Array:
+    """Return angles (..., n) without jumps by whole turns, also across gaps, from starts near those of the first."""
+    known = ~np.isnan(angles)
+    begin = np.argmax(known, axis=-1)[..., None]
+    latest = np.maximum(np.maximum.accumulate(np.where(known, np.arange(angles.shape[-1]), 0), axis=-1), begin)
+    smooth = np.unwrap(np.take_along_axis(angles, latest, axis=-1), axis=-1)
+    start = smooth[..., :1]
+    start = start - TURN * np.trunc(start / TURN)
+    if angles.ndim == 3:
+        reference = np.nan_to_num(start[:, np.argmax(np.all(known, axis=(0, 2)))])[:, None]
+        start = start - TURN * np.round((start - reference) / TURN)
+    return np.asarray(np.where(known, smooth - smooth[..., :1] + start, np.nan))
 
 
 def _angle_unit(degrees: bool) -> str:
     return " [deg]" if degrees else " [rad]"
+
+
+# ---------------------------------------------------------------------- how it is drawn
 
 
 def _single(
@@ -266,33 +373,83 @@ def _panels(motion: Trajectory, panels: Mapping[str, Mapping[str, Array]], title
     """Draw panels side by side, each with its label and its named curves."""
     import matplotlib.pyplot as plt
 
-    width = 11 if len(panels) > 1 else 8
-    figure, axes = plt.subplots(1, len(panels), figsize=(width, 4), layout="constrained", sharex=True, squeeze=False)
+    from poinsot.pictures.figure import TextFigure
+
+    size: Any = {"figsize": (11 if len(panels) > 1 else 8, 4), "layout": "constrained"}
+    figure, axes = plt.subplots(1, len(panels), sharex=True, squeeze=False, FigureClass=TextFigure, **size)
     for panel, (label, curves) in zip(axes[0], panels.items(), strict=True):
         for number, (name, values) in enumerate(curves.items()):
-            _draw(panel, motion.times, values, name, number)
+            style = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
+            _draw(panel, motion.times, values, label=name, **style)
         _dress(panel, motion, label, len([name for name in curves if name]))
+    members = [values for curves in panels.values() for values in curves.values() if values.ndim > 1]
+    if members:
+        figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
     if title:
         figure.suptitle(title)
     return np.asarray(axes[0])
 
 
-def _draw(panel: Axes, times: Array, values: Array, name: str, number: int) -> None:
-    style: Any = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
+def _draw(panel: Axes, times: Array, values: Array, **style: Any) -> None:
+    style |= {"linewidth": 1.1, "marker": "o" if times.size == 1 else None}
     if values.ndim == 1:
-        panel.plot(times, values, linewidth=1.1, label=name, **style)
+        panel.plot(*_seen(times, values), **style)
         return
-    known = values[~np.any(np.isnan(values), axis=-1)]
+    known = _complete(values)
     for low, high, opacity in BANDS:
-        edges = np.percentile(known, [low, high], axis=0)
-        panel.fill_between(times, *edges, color=style["color"], alpha=opacity, linewidth=0)
-    panel.plot(times, np.median(known, axis=0), linewidth=1.1, label=name, **style)
+        _draw_band(panel, times, np.percentile(known, [low, high], axis=0), color=style["color"], alpha=opacity)
+    panel.plot(*_seen(times, np.median(known, axis=0)), **style)
+
+
+def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
+    """Fill what lies between two edges, shape (2, n)."""
+    starts = _columns(times)
+    if starts.size < times.size:
+        edges = np.stack([np.minimum.reduceat(edges[0], starts), np.maximum.reduceat(edges[1], starts)])
+    if times.size == 1:
+        panel.vlines(times, *edges, linewidth=8, **style)
+    else:
+        panel.fill_between(times[starts], *edges, linewidth=0, **style)
+
+
+def _complete(values: Array) -> Array:
+    """Return the members that have a value at every time, or all if none has."""
+    complete = ~np.any(np.isnan(values), axis=-1)
+    return values[complete] if np.any(complete) else values
+
+
+def _bands_in_words(values: Array) -> str:
+    drawn, all_of_them = len(_complete(values)), len(values)
+    members = f"{drawn} members" if drawn == all_of_them else f"the {drawn} of {all_of_them} members that did not stop"
+    bands = " and ".join(f"{low} to {high} %" for low, high, _ in reversed(BANDS))
+    return f"Median of {members}, and bands from {bands} of them."
+
+
+def _columns(times: Array) -> NDArray[np.int64]:
+    """Return where each column of a panel begins, or each sample where they are few."""
+    if times.size <= 4 * COLUMNS:
+        return np.arange(times.size)
+    column = np.floor(COLUMNS * (times - times[0]) / (times[-1] - times[0]))
+    return np.append(0, np.flatnonzero(np.diff(column)) + 1)
+
+
+def _seen(times: Array, values: Array) -> tuple[Array, Array]:
+    """Return the samples that can be told apart in a picture: of each column the first, least, largest and last."""
+    starts = _columns(times)
+    if starts.size == times.size:
+        return times, values
+    column = np.repeat(np.arange(starts.size), np.diff(np.append(starts, times.size)))
+    sorted_within = np.lexsort((values, column))
+    ends = np.append(starts[1:], times.size) - 1
+    kept = np.unique(np.concatenate([starts, ends, sorted_within[starts], sorted_within[ends]]))
+    return times[kept], values[kept]
 
 
 def _dress(panel: Axes, motion: Trajectory, label: str, names: int) -> None:
-    panel.set_xlabel(f"time{bracketed(motion.system.units['time'])}")
+    panel.set_xlabel(time_label(motion.system))
     panel.set_ylabel(label)
-    panel.set_xlim(np.min(motion.times), np.max(motion.times))
+    if motion.times.size > 1:
+        panel.set_xlim(np.min(motion.times), np.max(motion.times))
     panel.margins(y=0.08)
     panel.grid(alpha=0.25)
     if names:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from poinsot.mechanics.parameters import came
+from poinsot.mechanics.system import System
 from poinsot.motion.trajectory import Trajectory
 
 __all__ = [
@@ -17,9 +18,11 @@ __all__ = [
     "VERMILION",
     "bracketed",
     "checked_motion",
+    "energy_unit",
     "instant",
     "momentum_unit",
     "rate_label",
+    "time_label",
 ]
 
 BLACK, BLUE, VERMILION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
@@ -44,8 +47,24 @@ def checked_motion(motion: Any, name: str = "motion") -> Trajectory:
 
 def momentum_unit(units: Mapping[str, str]) -> str:
     """Return the CF unit of angular momentum from the units of a system; "1" where they have none."""
-    inverse_time = "1" if units["time"] == "1" else f"{units['time']}-1"
-    return " ".join(unit for unit in (units["inertia"], inverse_time) if unit != "1") or "1"
+    return _inertia_over_time(units, 1)
+
+
+def energy_unit(units: Mapping[str, str]) -> str:
+    """Return the CF unit of energy from the units of a system; "1" where they have none."""
+    return _inertia_over_time(units, 2)
+
+
+def _inertia_over_time(units: Mapping[str, str], power: int) -> str:
+    per_time = "1" if units["time"] == "1" else f"{units['time']}-{power}"
+    return " ".join(unit for unit in (units["inertia"], per_time) if unit != "1") or "1"
+
+
+def time_label(system: System) -> str:
+    """Return the label of an axis of time: "time [s] since 2029-04-13 TDB"."""
+    calendar = system.calendar
+    since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
+    return f"time{bracketed(system.units['time'])}{since}"
 
 
 def rate_label(units: Mapping[str, str]) -> str:

@@ -25,7 +25,9 @@ Array = NDArray[np.float64]
 UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
 
 
-def plot_momentum_sphere(body: Body, state: State | Trajectory | None = None, *, view: ArrayLike | None = None) -> Axes:
+def plot_momentum_sphere(
+    body: Body | Trajectory, state: State | Trajectory | None = None, *, view: ArrayLike | None = None
+) -> Axes:
     """Draw the unit sphere of directions g/G of the angular momentum, with the curves of equal energy.
 
     A free body moves along one of them: round the short axis (of the largest moment of inertia) where
@@ -34,8 +36,9 @@ def plot_momentum_sphere(body: Body, state: State | Trajectory | None = None, *,
 
     Parameters
     ----------
-    body : Body
-        The sphere is drawn in its principal axes, numbered as its moments are.
+    body : Body or Trajectory
+        The sphere is drawn in its principal axes, numbered as its moments are. A trajectory alone is its body with
+        its path.
     state : State or Trajectory, optional
         A state is marked with its curve, and so is each of an array of states; a trajectory by its path and
         its last sample. With forces the path crosses the curves.
@@ -52,8 +55,11 @@ def plot_momentum_sphere(body: Body, state: State | Trajectory | None = None, *,
     TypeError, ValueError
         If an argument is not of its kind, is an ensemble, is at rest, or a trajectory is of another body.
     """
-    moments, axes = principal(_one_body(body))
-    n = _directions(body, state) @ axes
+    if isinstance(body, Trajectory) and state is None:
+        state = checked_motion(body)
+    turning = _one_body(body.system.body if isinstance(body, Trajectory) else body)
+    moments, axes = principal(turning)
+    n = _directions(turning, state) @ axes
     eye = _facing(moments, n[-1] if len(n) else np.ones(3)) if view is None else view_direction(view)
     panel: Axes = solid_axes(eye, _title(moments))
     solid = Solid(panel, UNIT_SPHERE, eye)

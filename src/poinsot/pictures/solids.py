@@ -21,6 +21,7 @@ __all__ = [
     "Ellipsoid",
     "Solid",
     "draw_arrow",
+    "draw_path",
     "draw_point",
     "fit",
     "label_axes",
@@ -35,6 +36,9 @@ Array = NDArray[np.float64]
 
 FADED = 0.3
 """The opacity of what lies on the far side."""
+
+MOST_POINTS = 20_000
+"""Of a line that a vector file has as a line."""
 
 LAYERS = 24
 """Of light on a solid."""
@@ -102,7 +106,7 @@ class Solid:
         near = self._near(points)
         for side, order, opacity, name in ((~near, 2, FADED, None), (near, 3, 1.0, label)):
             part = np.where(_widened(side)[:, None], points, np.nan)
-            self.axes.plot(*part.T, color=colour, linewidth=width, alpha=opacity, zorder=order, label=name, **style)
+            draw_path(self.axes, part, color=colour, linewidth=width, alpha=opacity, zorder=order, label=name, **style)
 
     def mark(self, point: Array, colour: str, label: str | None = None) -> None:
         """Draw a point of the surface, shape (3,)."""
@@ -133,7 +137,9 @@ def solid_axes(eye: Array, title: str) -> Any:
     """Return 3D axes seen from a direction, in which artists are painted in their given order."""
     import matplotlib.pyplot as plt
 
-    figure = plt.figure(figsize=(6.4, 6.8))
+    from poinsot.pictures.figure import TextFigure
+
+    figure = plt.figure(figsize=(6.4, 6.8), FigureClass=TextFigure)
     axes: Any = figure.add_axes((0, 0.07, 1, 0.84), projection="3d", computed_zorder=False, proj_type="ortho")
     axes.view_init(np.degrees(np.arcsin(eye[2])), np.degrees(np.arctan2(eye[1], eye[0])))
     axes.disable_mouse_rotation()
@@ -157,11 +163,13 @@ def label_axes(axes: Any, labels: Sequence[str]) -> None:
     """Name the three axes, with few ticks and without walls."""
     from matplotlib.ticker import MaxNLocator
 
-    for axis, label in zip((axes.xaxis, axes.yaxis, axes.zaxis), labels, strict=True):
+    lengths = np.ptp([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()], axis=-1)
+    few = np.where(lengths > 0.3 * np.max(lengths), 4, 2)
+    for axis, label, ticks in zip((axes.xaxis, axes.yaxis, axes.zaxis), labels, few, strict=True):
         axis.set_label_text(label)
         axis.set_pane_color((1, 1, 1, 0))
         axis.line.set_color(GREY)
-        axis.set_major_locator(MaxNLocator(4))
+        axis.set_major_locator(MaxNLocator(ticks))
     axes.tick_params(labelsize=8, colors="#404040")
     axes.grid(visible=False)
 
@@ -174,6 +182,11 @@ def legend(axes: Any) -> None:
 
 
 # ---------------------------------------------------------------------- parts
+
+
+def draw_path(axes: Any, points: Array, **style: Any) -> None:
+    """Draw the line through points, shape (n, 2) or (n, 3): of very many as dots, also in a vector file."""
+    axes.plot(*points.T, rasterized=len(points) > MOST_POINTS, **style)
 
 
 def draw_point(axes: Any, point: Array, colour: str, label: str | None = None, opacity: float = 1.0) -> None:

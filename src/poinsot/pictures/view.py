@@ -8,7 +8,7 @@ import html
 import json
 import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -32,7 +32,11 @@ from poinsot.pictures.labels import (
     momentum_unit,
     rate_label,
 )
+from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.shape import Shape
+from poinsot.shapes.solids import Cylinder, Ellipsoid
 
 __all__ = ["View", "view"]
 
@@ -55,6 +59,12 @@ SCRIPTS = ("three.min.js", "motion.js", "scene.js", "plots.js", "page.js")
 
 THINNEST = 0.01
 """The least extent of a drawn body, relative to the largest: a flat plate remains visible from its side."""
+
+LARGEST_SPHERE = 0.1
+"""Of a mass point, relative to the farthest one; of very many they are smaller."""
+
+MOST_SPHERES = 20_000
+"""Of mass points that are drawn, the heaviest ones."""
 
 SECONDS_PER_TURN = 4.0
 
@@ -114,9 +124,9 @@ def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool 
 
     Notes
     -----
-    A body made of a `Mesh` is drawn as that. Ellipsoid and box are the homogeneous ones with the moments of the
-    body; the inertia ellipsoid omega . I omega = 2T, on which the polhode lies, is there if T is constant to 1e-6,
-    and the invariable plane if the angular momentum in space is, too.
+    A body made of a shape is drawn as that, mass points as spheres. Ellipsoid and box are the homogeneous ones with
+    the moments of the body; the inertia ellipsoid omega . I omega = 2T, on which the polhode lies, is there if T is
+    constant to 1e-6, and the invariable plane if the angular momentum in space is, too.
     """
     if path is None:
         return View(_page(motion))
@@ -172,7 +182,7 @@ def _content(motion: Trajectory) -> dict[str, Any]:
         "angular_momentum_space": motion.angular_momentum_space,
     }
     return {
-        "title": textwrap.shorten(f"poinsot: {motion.system!r}", 300, placeholder=" ..."),
+        "title": textwrap.shorten(f"poinsot: {_rounded(repr(motion.system))}", 300, placeholder=" ..."),
         "note": _note(times, rate),
         "labels": _labels(motion.system.units),
         "colours": COLOURS,
@@ -187,6 +197,11 @@ def _content(motion: Trajectory) -> dict[str, Any]:
         "solids": _solids(motion),
         "plane": _invariable_plane(motion),
     }
+
+
+def _rounded(words: str) -> str:
+    """Return words with no more than six digits in a number."""
+    return re.sub(r"\d+\.\d{6,}(e[-+]?\d+)?", lambda number: f"{float(number[0]):.6g}", words)
 
 
 def _labels(units: Mapping[str, str]) -> dict[str, str]:
@@ -219,19 +234,44 @@ def _solids(motion: Trajectory) -> dict[str, Any]:
     energy = motion.kinetic_energy
     rolls = energy[0] > 0 and _constant(energy[:, None])
     return {
-        "mesh": _mesh(motion.system.body.shape),
+        "shape": _shape(motion.system.body.shape),
         "principal": quaternion_from_matrix(axes).tolist(),
         "extent": np.maximum(extent / np.max(extent), THINNEST).tolist(),
         "inertia_ellipsoid": np.sqrt(2 * energy[0] / moments).tolist() if rolls else None,
     }
 
 
-def _mesh(shape: Any) -> dict[str, Any] | None:
-    """Return the corners of the triangles of a mesh from its centre of mass, the farthest at 1; None of others."""
-    if not isinstance(shape, Mesh):
+def _shape(shape: Shape | None) -> list[dict[str, Any]] | None:
+    """Return the parts of a shape from its centre of mass, within a unit sphere; None of a shape of another kind."""
+    parts = [] if shape is None else list(_parts(shape))
+    if shape is None or not all(isinstance(part, Cylinder | Ellipsoid | Mascons | Mesh) for part in parts):
         return None
-    corners = (shape.vertices - shape.center_of_mass)[shape.faces]
-    return _packed(corners / shape.circumscribing_radius)
+    return [_part(part, shape.center_of_mass, 1 / shape.circumscribing_radius) for part in parts]
+
+
+def _parts(shape: Shape) -> Iterator[Shape]:
+    if isinstance(shape, Assembly):
+        for part in shape.parts:
+            yield from _parts(part)
+    else:
+        yield shape
+
+
+def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:
+    """Return what one part looks like, all lengths times a scale."""
+    if isinstance(part, Mesh):
+        return {"triangles": _packed(scale * (part.vertices - center)[part.faces])}
+    if isinstance(part, Mascons):
+        heaviest = np.sort(np.argsort(part.masses)[-MOST_SPHERES:])
+        sizes = min(LARGEST_SPHERE, 0.6 / np.cbrt(heaviest.size)) * np.cbrt(part.masses[heaviest] / np.max(part.masses))
+        return {"spheres": _packed(np.column_stack([scale * (part.positions[heaviest] - center), sizes]))}
+    sides = part.semiaxes if isinstance(part, Ellipsoid) else (part.radius, part.radius, part.height / 2)
+    return {
+        "solid": "ellipsoid" if isinstance(part, Ellipsoid) else "cylinder",
+        "sides": (scale * np.asarray(sides)).tolist(),
+        "place": (scale * (part.center_of_mass - center)).tolist(),
+        "turn": quaternion_from_matrix(part._axes).tolist(),
+    }
 
 
 def _invariable_plane(motion: Trajectory) -> dict[str, Any] | None:

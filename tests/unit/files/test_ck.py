@@ -152,3 +152,42 @@ def test_existing_files_stay(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["m.tf"]
     pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED, overwrite=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.bc", "m.tf", "m.tsc"]
+
+
+# ------------------------------------------------------------------ at its own instants
+
+
+def test_its_own_instants(kernels):
+    table = ck.read_ck(kernels[0])
+    assert table.times.size == TIMES.size
+    np.testing.assert_allclose(CALENDAR.time(table.calendar.date(table.times)), TIMES, atol=2e-7)
+    back = pt.AttitudeTable(TIMES, table.quaternion, table.omega_body, CALENDAR)
+    assert np.max(back.angle_to(MOTION)) < 3e-7
+    np.testing.assert_allclose(table.omega_body, MOTION.omega_body, atol=3e-7)
+    assert (table.reference_frame, table.body_frame) == ("ICRF", "SC_BODY_1")
+
+
+def test_kernels_of_others_are_read_to_their_ends(kernels, tmp_path):
+    """One with the ticks of our clock, relative to the ecliptic, whose first attitude is a turn of 90 degrees."""
+    path = tmp_path / "o.bc"
+    for kernel in kernels[1:]:
+        path.with_suffix(kernel.suffix).write_bytes(kernel.read_bytes())
+    ticks = np.array([1e6, 2e6, 3e6])
+    turns = np.sqrt(0.5) * np.array([(1, 1, 0, 0), (1, 0, 1, 0), (1, 0, 0, 1)])
+    handle = spice.ckopn(str(path), "others", 0)
+    no_rates = np.zeros((3, 3))
+    spice.ckw03(handle, 1e6, 3e6, -1000000, "ECLIPJ2000", False, "others", 3, ticks, turns, no_rates, 1, ticks[:1])
+    spice.ckcls(handle)
+    table = ck.read_ck(path)
+    assert table.reference_frame == "ECLIPJ2000"
+    assert table.omega_body is None
+    np.testing.assert_allclose(np.diff(table.times), 1, atol=3e-7)
+    np.testing.assert_allclose(table.attitude.as_matrix()[0], [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-6)
+
+
+def test_what_is_missing_is_said(kernels):
+    kernels[2].unlink()
+    with pytest.raises(
+        FileNotFoundError, match=r"m\.bc must have the kernels of its clock and its frame .* no m\.tf\."
+    ):
+        ck.read_ck(kernels[0])

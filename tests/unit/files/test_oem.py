@@ -295,7 +295,7 @@ def test_files_that_are_none(tmp_path, monkeypatch):
         pt.read_oem(tmp_path)
     with pytest.raises(ValueError, match=r"^path must lead to a file, but /dev/zero is none\.$"):
         pt.read_oem("/dev/zero")
-    monkeypatch.setattr(strangers, "MOST_BYTES", 100)
+    monkeypatch.setattr(strangers, "MOST_OF_MESSAGE", 100)
     (tmp_path / "long.oem").write_text(WHOLE)
     with pytest.raises(ValueError, match=r"long\.oem must have at most 100 bytes, but it has more\.$"):
         pt.read_oem(tmp_path / "long.oem")

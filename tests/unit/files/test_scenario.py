@@ -233,7 +233,7 @@ def test_dates():
 
 def test_unit_of_time_is_that_of_the_orbits():
     pytest.importorskip("astropy")
-    sky = '[orbits.earth]\ntype = "planet_orbit"\nbody = "moon"\nattractor = "earth"\nstart = 0\nstop = 1000\n[times]'
+    sky = '[orbits.earth]\ntype = "planet_orbit"\nbody = "moon"\nattractor = "earth"\nstart = 0\nstop = 10000\n[times]'
     own = SATELLITE[SATELLITE.index("[orbits.earth]") : SATELLITE.index("[times]") + 7]
     assert scenario(SATELLITE, (own, sky)).system.calendar.unit == "s"
     with pytest.raises(ValueError, match=r"line 10: in forces, units\['time'\] must be 's', .*, but 'min' came\."):
@@ -255,6 +255,9 @@ def test_every_form_of_a_body():
         'type = "Body.cylinder"\nmass = 5\nradius = 1\nheight = 3': pt.Body.cylinder(5, 1, 3),
         f'type = "Body.point_masses"\n{point}': pt.Body.point_masses(
             [1, 1, 1, 1, 2], [[1, 0, 0], [-1, 0, 0], [0, 2, 0], [0, -2, 0], [0, 0, 0.5]]
+        ),
+        'type = "Body.from_shape"\nshape = {type = "Ellipsoid", mass = 5, semiaxes = [1, 2, 3]}': pt.Body.ellipsoid(
+            5, (1, 2, 3)
         ),
     }
     assert len(bodies) == len(FUNCTIONS["body"])
@@ -318,6 +321,26 @@ def test_ensemble_has_the_spread_that_it_says():
     assert np.all(np.abs(turned[:, 1:]) < 1e-15)
     assert np.std(inclination) == pytest.approx(degree, rel=0.05)
     assert np.mean(inclination) == pytest.approx(30 * degree, abs=0.06 * degree)
+
+
+def test_isotropic_attitudes_have_no_direction():
+    """Means of axes, of their squares, and of the angle, pi/2 + 2/pi."""
+    text = '[ensemble]\nmembers = 20000\nseed = 3\n[[ensemble.spread]]\nof = "state.turn"\n'
+    turned = scenario(SATELLITE + text + 'distribution = "isotropic"\n').state.attitude
+    axes = turned.apply((0, 0, 1))
+    np.testing.assert_allclose(np.mean(axes, axis=0), 0, atol=0.02)
+    np.testing.assert_allclose(np.mean(axes**2, axis=0), 1 / 3, atol=0.01)
+    assert np.mean(turned.magnitude()) == pytest.approx(math.pi / 2 + 2 / math.pi, abs=0.02)
+    for spread, sentence in {
+        'distribution = "isotropic"\nsize = 1': "size must not be beside isotropic, but it is.",
+        'distribution = "uniform"': "size must be there, but it is not.",
+    }.items():
+        with pytest.raises(ValueError, match=rf"ensemble\.spread\[0\]\.{sentence}"):
+            scenario(SATELLITE + text + spread)
+    with pytest.raises(
+        ValueError, match=r"spread\[0\]\.of must be state\.turn if it is isotropic, but 'body\.moments'"
+    ):
+        scenario(SATELLITE + text.replace("state.turn", "body.moments") + 'distribution = "isotropic"\n')
 
 
 def test_turn_is_about_the_body_axes():
@@ -436,14 +459,30 @@ WRONG = {
     "line 18: orbits.earth.inclination must be a number, but the date 2026-01-01 came.": ('"30 deg"', "2026-01-01"),
     "line 1: title must be text, but 3 came.": ('"test"', "3"),
     "line 2: unit must be a key that it can have, but it is none. Did you mean units?": ("[units]", "[unit]"),
-    "line 22: run.formulation must be 'lie_poisson', 'canonical' or 'euler_angles', but 'canonic' came. "
-    "Did you mean canonical?": ("[times]", '[run]\nformulation = "canonic"\n[times]'),
+    "line 22: run.method must be 'integration' or 'closed form', but 'integral' came. Did you mean integration?": (
+        ("[times]", '[run]\nmethod = "integral"\n[times]')
+    ),
     "it.toml, line 22: run.method must be integration where there are forces, but it is not.": (
         ("[times]", '[run]\nmethod = "closed form"\n[times]')
     ),
     "line 21: times must have one of stop and periods, or values.": ("stop", "periods = 1\nstop"),
     "line 21: times.orbit must be there beside periods, but it is not.": ('stop = "2 h"', "periods = 2"),
-    "it.toml must be TOML, but it is not: ": ("[times]", "[times"),
+    "line 21: the text must be TOML, but it is not: ": ("[times]", "[times"),
+    "line 24: count must be there once, but it comes again.": ("count = 11", "count = 11\ncount = 12"),
+    "line 21: body must be one table, but [body] comes again.": ("[times]", "[body]\n[times]"),
+    "line 10: forces[0].type must be there, but it is not. There is ": ('type = "GravityGradient"\n', ""),
+    "line 22: in times.values, times must be strictly monotonic, but times[1]": (
+        'stop = "2 h"\ncount = 11',
+        "values = [1, 3, 2]",
+    ),
+    "line 22: run.tolerance must be between 0 and 1, but -1.0 came.": (
+        "[times]",
+        "[run]\ntolerance = -1\n[times]",
+    ),
+    "line 22: calendar.zero must be a date that exists, but '2026-13-01' came.": (
+        "[times]",
+        '[calendar]\nzero = "2026-13-01"\nscale = "UTC"\n[times]',
+    ),
 }
 
 

@@ -1,5 +1,6 @@
 """The line of every key, and texts that must not take long."""
 
+import re
 import time
 
 import pytest
@@ -115,7 +116,7 @@ LONG = {
 @pytest.mark.parametrize("case", LONG)
 def test_text_that_is_no_scenario_is_refused_in_a_second(case):
     began = time.process_time()
-    with pytest.raises(ValueError, match=r"^it must .* but .*\.$"):
+    with pytest.raises(ValueError, match=r"^it.* must .* but .*\.$"):
         parsed_toml(LONG[case], "it")
     assert time.process_time() - began < 1
 
@@ -129,4 +130,4 @@ def test_any_text_ends_in_tables_or_a_sentence(text):
     else:
         lines_of(text)
         return
-    assert said.startswith("it must ")
+    assert re.match(r"it(, line \d+:.*)? must ", said, re.DOTALL)

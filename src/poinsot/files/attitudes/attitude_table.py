@@ -19,6 +19,8 @@ from poinsot.mechanics.samples import orbits_of
 from poinsot.mechanics.sky import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
+from poinsot.motion.dataset import calendar_of as dates_of_motion
+from poinsot.motion.dataset import space_axes_of
 from poinsot.motion.trajectory import Run, Trajectory, versions
 
 if TYPE_CHECKING:
@@ -132,13 +134,14 @@ class AttitudeTable:
             dense output.
         """
         _check_motion(motion)
-        times, unit = self._times_of(motion.system)
+        times, unit = self._times_of(motion.system, dates_of_motion(motion))
         slack = SAME_TIME / (unit * (SECONDS[self.calendar.unit] if self.calendar else 1))
         same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= slack)
         return np.asarray(rotation_angle(self.quaternion, motion.quaternion if same else motion(times).quaternion))
 
-    def _times_of(self, system: System) -> tuple[Array, float]:
+    def _times_of(self, system: System, calendar: Calendar | None = None) -> tuple[Array, float]:
         """Return the times by the calendar and in the unit of a system, and that unit in units of the table."""
+        calendar = calendar or system.calendar
         frame = _frame_of(system)
         if frame != self.reference_frame and SPACE_AXES_UNNAMED not in (frame, self.reference_frame):
             raise ValueError(
@@ -147,11 +150,10 @@ class AttitudeTable:
         if self.calendar is None:
             return self.times, 1.0
         own = SECONDS[self.calendar.unit]
-        if system.calendar is None:
+        if calendar is None:
             unit = SECONDS.get(system.units["time"], own) / own
             return self.times / unit, unit
-        times = system.calendar.converted(self.times, self.calendar)
-        return np.asarray(times), SECONDS[system.calendar.unit] / own
+        return np.asarray(calendar.converted(self.times, self.calendar)), SECONDS[calendar.unit] / own
 
     def _rates(self) -> Array:
         if self.omega_body is not None:
@@ -191,8 +193,8 @@ def table_of(
             motion.times[order],
             motion.quaternion[order],
             motion.omega_body[order],
-            motion.system.calendar,
-            _frame_of(motion.system),
+            dates_of_motion(motion),
+            space_axes_of(motion),
         )
     if calendar is not None and not isinstance(calendar, Calendar):
         raise TypeError(f"calendar must be a Calendar, but {came(calendar)} came.")
@@ -216,7 +218,7 @@ def calendar_of(table: AttitudeTable) -> Calendar:
     if table.calendar is None:
         raise ValueError(
             "calendar must be given for a motion without one, but none came. It says what instant t = 0 is: "
-            "calendar=Calendar('2026-11-21T00:00:00', 'UTC')."
+            "calendar=Calendar('2026-11-21T00:00:00', 'UTC'), or --zero '2026-11-21T00:00:00 UTC' on the command line."
         )
     return table.calendar
 
@@ -252,7 +254,7 @@ def _named(own: str, given: str | None, dated: bool) -> str:
     if dated and given is None and own == SPACE_AXES_UNNAMED:
         raise ValueError(
             "reference_frame must be given for a motion whose space axes have no name, but none came. "
-            "reference_frame='ICRF' says that they are the ICRF."
+            "reference_frame='ICRF', or --frame ICRF on the command line, says that they are the ICRF."
         )
     if dated and (given or own) not in FRAMES:
         raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, but {given or own!r} came.")

@@ -21,7 +21,7 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.motion.trajectory import Trajectory
 
-__all__ = ["spice_attitude", "write_ck"]
+__all__ = ["read_ck", "spice_attitude", "write_ck"]
 
 Array = NDArray[np.float64]
 
@@ -30,6 +30,14 @@ MARGIN = 1e-3
 
 TICKS = 1_000_000
 """In a second of the clock of a C-kernel."""
+
+OWN = "poinsot"
+"""The name of the segments that are written here."""
+
+TYPE, CK_CLASS = 3, 3
+"""Of the segment, discrete attitudes with interpolation; of frames that C-kernels turn."""
+
+MOST_RECORDS = 1_000_000
 
 CLOCK = """KPL/SCLK
 
@@ -133,6 +141,59 @@ def _turned(spice: Any, reference: str, frame: str, ets: Array) -> tuple[Array, 
     return np.array(matrices).reshape(-1, 3, 3), np.array(rates).reshape(-1, 3)
 
 
+def read_ck(path: str | Path) -> AttitudeTable:
+    """Return the attitudes in a C-kernel at its own instants; clock and frame are beside it, with .tsc and .tf.
+
+    The kernel has one segment, of type 3, relative to an inertial frame. Of one written here the millisecond at both
+    ends is left out. Times are SPICE's ET, 0.1 microseconds apart.
+
+    Raises
+    ------
+    OSError, ValueError
+        If a kernel is missing or none, or what is in it is something else.
+    ImportError
+        If spiceypy is missing.
+    """
+    spice, path = optional("spiceypy", "SPICE kernels"), Path(path)
+    kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
+    for kernel in kernels[1:]:
+        if path.is_file() and not kernel.is_file():
+            raise FileNotFoundError(
+                f"{path} must have the kernels of its clock and its frame beside it, but there is no {kernel.name}. "
+                "spice_attitude reads it with any kernels."
+            )
+    with loaded(spice, kernels), sentences(spice, f"{path} must be a C-kernel whose clock is beside it"):
+        number, reference, ets = _instants(spice, path)
+        frame = spice.ccifrm(CK_CLASS, number)[1]
+        named = spice.frmnam(reference)
+    return spice_attitude(str(frame), ets, kernels, reference_frame=named)
+
+
+def _instants(spice: Any, path: Path) -> tuple[int, int, Array]:
+    """Return what the one segment of a C-kernel turns, the number of its reference frame, and its instants as ET."""
+    handle = spice.dafopr(str(path))
+    try:
+        spice.dafbfs(handle)
+        found = []
+        while spice.daffna():
+            found.append((np.ascontiguousarray(spice.dafgs()[:5]), spice.dafgn(41)))
+        if len(found) != 1:
+            raise ValueError(f"{path} must have one segment, but it has {len(found)}.")
+        ((summary, name),) = found
+        _, (number, reference, kind, *_) = spice.dafus(summary, 2, 6)
+        if kind != TYPE:
+            raise ValueError(f"{path} must be of type {TYPE}, but it is of type {kind}.")
+        count = spice.cknr03(handle, summary)
+        if not 0 < count <= MOST_RECORDS:
+            raise ValueError(f"{path} must have from 1 to {MOST_RECORDS} attitudes, but it has {count}.")
+        ticks = [spice.ckgr03(handle, summary, i + 1)[0] for i in range(count)]
+    finally:
+        spice.dafcls(handle)
+    inner = ticks[1:-1] if name.strip() == OWN and count > 2 else ticks
+    clock = spice.ckmeta(int(number), "SCLK")
+    return int(number), int(reference), np.array([spice.sct2e(clock, tick) for tick in inner])
+
+
 # ------------------------------------------------------------------ writing
 
 
@@ -222,7 +283,7 @@ def _clock_of(table: AttitudeTable) -> tuple[float, Array, str]:
 
 @contextlib.contextmanager
 def _opened(spice: Any, path: Path) -> Iterator[int]:
-    handle = spice.ckopn(str(path), "poinsot", 0)
+    handle = spice.ckopn(str(path), OWN, 0)
     try:
         yield handle
     finally:
@@ -246,7 +307,7 @@ def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array
         number,
         "J2000",
         known is not None,
-        "poinsot",
+        OWN,
         ticks.size,
         ticks,
         quat.conjugate(q),

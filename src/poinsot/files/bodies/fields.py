@@ -11,13 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.errors import real_array, refuse_nonpositive
-from poinsot.files.strangers import read_text
+from poinsot.files.strangers import MOST_BYTES, lazy_lines, read_text
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
 from poinsot.shapes.shape import HIGHEST_DEGREE
 
 __all__ = ["read_field"]
 
 Array = NDArray[np.float64]
+
+
+MOST_OF_HEADER = 1_000_000
+"""Characters."""
 
 
 class _Table(NamedTuple):
@@ -61,7 +65,7 @@ def read_field(
         If a line is not right, a coefficient is missing or there twice, the field changes with time, the degree is
         beyond the table, or it is no `GravityField`.
     """
-    text, factor = read_text(path), float(real_array("unit", unit, ()))
+    text, factor = read_text(path, MOST_BYTES), float(real_array("unit", unit, ()))
     refuse_nonpositive("unit", factor)
     try:
         table = _icgem(text) if "end_of_head" in text else _shadr(text)
@@ -84,8 +88,8 @@ def _checked_degree(degree: int, most: int) -> int:
 
 
 def _shadr(text: str) -> _Table:
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    header = _fields(lines[0][1]) if lines else []
+    lines = ((k, line) for k, line in lazy_lines(text) if line.strip())
+    header = _fields(next(lines, (0, ""))[1][:MOST_OF_HEADER])
     if not 6 <= len(header) <= 8:
         raise ValueError(
             "the header must have radius, GM, its error, degree, order and normalization, "
@@ -96,7 +100,7 @@ def _shadr(text: str) -> _Table:
         raise ValueError(f"the normalization must be 0 (none) or 1 (full), but {flag} came.")
     if any(_number(1, turn) for turn in header[6:]):
         raise ValueError("the reference longitude and latitude must be 0, but they are not.")
-    return _Table(radius, degree, order, flag == 1, ((k, _fields(line)) for k, line in lines[1:]))
+    return _Table(radius, degree, order, flag == 1, ((k, _fields(line)) for k, line in lines))
 
 
 def _icgem(text: str) -> _Table:
@@ -113,7 +117,7 @@ def _icgem(text: str) -> _Table:
 
 
 def _pairs(head: str) -> Iterator[tuple[str, str]]:
-    for line in head.splitlines():
+    for _, line in lazy_lines(head[:MOST_OF_HEADER]):
         words = line.split()
         if len(words) >= 2:
             yield words[0], words[1]
@@ -121,13 +125,13 @@ def _pairs(head: str) -> Iterator[tuple[str, str]]:
 
 def _static(head: str, body: str) -> Iterator[tuple[int, list[str]]]:
     before = head.count("\n") + 1
-    for k, line in enumerate(body.splitlines()[1:], start=before + 1):
-        words = line.split()
+    for k, line in lazy_lines(body):
+        words = line.split() if k > 1 else []
         if not words:
             continue
         if words[0] != "gfc":
-            raise ValueError(f"the field must be static, lines of gfc, but line {k} has {words[0][:40]}.")
-        yield k, words[1:]
+            raise ValueError(f"the field must be static, lines of gfc, but line {before + k - 1} has {words[0][:40]}.")
+        yield before + k - 1, words[1:]
 
 
 def _coefficients(table: _Table, degree: int) -> tuple[Array, Array]:

@@ -29,6 +29,11 @@ TABLE = re.compile(rb"\s*\d{1,9}(?:[ \t]+\d{1,9})?[ \t\r]*\n")
 
 PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c, but"
 
+VERTEX = re.compile(rb"vertex", re.IGNORECASE)
+
+SPARE = 16
+"""Vertices for each face above which a file is refused: each corner of a quadrilateral is 4, with normals and more."""
+
 SILENT = logging.NullHandler()
 """Keeps what trimesh logs off the terminal of those who have not set up logging."""
 
@@ -93,16 +98,29 @@ def _refuse_many(faces: int) -> None:
 def _most_faces(kind: str, content: bytes) -> int:
     """Return how many faces, or other elements, a file says that it has."""
     if kind == "OBJ":
-        return content.count(b"\nf")
+        return _refuse_spare(content.count(b"\nv"), content.count(b"\nf") + content.startswith(b"f"))
     if kind == "STL":
-        return (len(content) - 84) // 50 if _is_binary(content) else content.lower().count(b"vertex") // 3
+        binary = _is_binary(content)
+        corners = (len(content) - 84) // 50 * 3 if binary else sum(1 for _ in VERTEX.finditer(content))
+        return _refuse_spare(corners or SPARE * 2000, corners // 3)
     header, found, _ = content.partition(b"end_header")
     if not found or len(header) > 100_000:
         raise ValueError("a PLY file must have a header with an end, but there is none.")
-    counts = [int(count[:12]) for count in re.findall(rb"element\s+\S+\s+(\d+)", header)]
-    if sum(counts) > len(content):
-        raise ValueError(f"a PLY file must have a byte for each element, but it says {sum(counts)} in {len(content)}.")
-    return max(counts, default=0)
+    counts = {name: int(count[:12]) for name, count in re.findall(rb"element\s+(\S+)\s+(\d+)", header)}
+    if sum(counts.values()) > len(content):
+        raise ValueError(
+            f"a PLY file must have a byte for each element, but it says {sum(counts.values())} in {len(content)}."
+        )
+    _refuse_spare(counts.get(b"vertex", 0), counts.get(b"face", 0))
+    return max(counts.values(), default=0)
+
+
+def _refuse_spare(vertices: int, faces: int) -> int:
+    """Refuse far more vertices than faces can have, before they are read; return the number of faces."""
+    if vertices > SPARE * (faces + 1000):
+        came = f"{faces} faces for {vertices} vertices" if faces else "none"
+        raise ValueError(f"the file must have faces, but it has {came}.")
+    return faces
 
 
 def _plates(content: bytes) -> tuple[Any, Any]:

@@ -68,11 +68,13 @@ class Errors:
         if kind == "value_error":
             return self.prefixed(place, str(first["ctx"]["error"]))
         if kind == "union_tag_not_found" and isinstance(came, dict):
-            return self.at((*place, "type"), MISSING)
+            return self.at((*place, "type"), f"{MISSING}{_types_of(first)}")
         if kind == "union_tag_invalid":
             place, came = (*place, "type"), first["ctx"]["tag"]
         context = first.get("ctx", {})
         near = nearest(came, re.findall(r"'([^']*)'", context.get("expected", context.get("expected_tags", ""))))
+        if kind == "union_tag_invalid":
+            near = near or _types_of(first)
         return self.at(
             place, f"must {KINDS.get(kind, KINDS['model_type']).format(**context)}, but {short(came)} came.{near}"
         )
@@ -101,6 +103,15 @@ class Errors:
             raise ValueError(f"{self._where(place)}{inside}{sentence}") from None
 
 
+def _types_of(error: Any) -> str:
+    """Return what a table can name as its type."""
+    location = [part for part in error["loc"] if isinstance(part, str)]
+    groups = {"body": "body", "forces": "force", "orbits": "orbit"}
+    inner = [INNER[part] for part in location if part in INNER]
+    group = inner[-1] if inner else groups.get(location[0]) if location else None
+    return f" There is {', '.join(makers(group))}." if group else ""
+
+
 def has(node: Any, part: Any) -> bool:
     """Return whether a table has a key, or a list an element."""
     if isinstance(node, dict):
@@ -124,7 +135,8 @@ def _keys_at(data: Any, outer: Path) -> list[str]:
         data = data[part]
     groups = {"body": "body", "forces": "force", "orbits": "orbit", "frames": "frame"}
     if outer and outer[0] in groups:
-        group = "field" if outer[-1] == "field" else groups[str(outer[0])]
+        inner = [part for part in outer if part in INNER]
+        group = INNER[inner[-1]] if inner else groups[str(outer[0])]
         kinds = makers(group)
         maker: Maker = kinds[data.get("type", next(iter(kinds)))]
         return [key.name for key in maker.keys]
@@ -133,6 +145,10 @@ def _keys_at(data: Any, outer: Path) -> list[str]:
         if not isinstance(part, int):
             model = _model_in(model.model_fields[part].annotation)
     return list(model.model_fields)
+
+
+INNER: dict[Any, str] = {"field": "field", "shape": "shape", "parts": "part"}
+"""Groups of the tables within those of bodies, forces and orbits, by their keys."""
 
 
 def _model_in(annotation: Any) -> Any:

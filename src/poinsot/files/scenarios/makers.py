@@ -8,18 +8,29 @@ from __future__ import annotations
 import dataclasses
 import functools
 import inspect
+import math
 import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from poinsot.errors import real_array
+from poinsot.files.bodies.fields import read_field
+from poinsot.files.bodies.meshes import read_mesh
+from poinsot.files.orbits.oem import read_oem
+from poinsot.files.orbits.spk import spice_orbit
 from poinsot.files.orbits.tle import omm_orbit, tle_orbit
+from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.parameters import Parametric, Table, kinds_of
 from poinsot.mechanics.sky import Orbit
-from poinsot.orbits.ephemeris import PolynomialArc
+from poinsot.orbits.ephemeris import Ephemeris, PolynomialArc
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.orbits.lagrange import LagrangePoint
@@ -28,6 +39,10 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.orbits.restricted import ThreeBodyOrbit
 from poinsot.orbits.sums import orbit_sum
 from poinsot.orbits.two_body import two_body_orbit
+from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.mascons import Mascons
+from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.solids import Cylinder, Ellipsoid
 
 __all__ = ["Key", "Maker", "kind_of", "makers"]
 
@@ -48,6 +63,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
         Body.box,
         Body.cylinder,
         Body.point_masses,
+        Body.from_shape,
     ),
     "force": (),
     "orbit": (
@@ -62,9 +78,13 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
         tle_orbit,
         omm_orbit,
         orbit_sum,
+        Ephemeris.from_table,
+        read_oem,
+        spice_orbit,
     ),
-    "field": (GravityField.from_normalized,),
+    "field": (GravityField.from_normalized, read_field),
     "frame": (RotatingFrame,),
+    "shape": (Mesh, Mesh.box, Ellipsoid, Cylinder, Mascons, read_mesh, Assembly),
 }
 """Other ways to them."""
 
@@ -75,7 +95,7 @@ ANGLES = (
     *("euler_angles", "roll_pitch_yaw", "turn"),
 )
 RATES = ("rate", "node_rate", "periapsis_rate", "anomaly_rate", "mean_motion", "omega_body", "omega_space")
-TIMES = ("epoch", "time", "time_since_periapsis", "start", "stop", "step", "values")
+TIMES = ("epoch", "time", "time_since_periapsis", "start", "stop", "step", "values", "times", "knots")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,7 +105,8 @@ class Key:
     Attributes
     ----------
     kind : str
-        "number", "angle", "rate", "time", "text", "texts", "whole", "truth", "orbit", "orbits" or "field".
+        "number", "angle", "rate", "time", "text", "texts", "whole", "truth", "file", "files", "orbit", "orbits",
+        "field", "shape" or "shapes".
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     """
@@ -112,8 +133,17 @@ class Maker:
 @functools.cache
 def makers(group: str) -> dict[str, Maker]:
     """Return what a table of a group may name as its type, by name."""
+    if group == "part":
+        return {name: maker for name, maker in makers("shape").items() if maker.call is not Assembly}
     found = [_of_class(cls) for base in CLASSES.get(group, ()) for cls in _concrete(base)]
-    return {maker.name: maker for maker in (*found, *map(_of_function, FUNCTIONS[group]))}
+    others = list(map(_of_function, FUNCTIONS[group]))
+    if group == "orbit":
+        others.append(dataclasses.replace(_of_function(stored_ephemeris), name="Ephemeris"))
+    if group == "field":
+        others.append(dataclasses.replace(_of_function(field_of_shape), name="Shape.field"))
+    if group == "shape":
+        others = [maker if maker.call is Assembly else _placed(maker) for maker in others]
+    return {maker.name: maker for maker in (*found, *others)}
 
 
 def kind_of(name: str) -> str:
@@ -166,12 +196,102 @@ def _key_of_parameter(parameter: inspect.Parameter, said: str) -> Key:
     rest = (required, None if required else parameter.default, said)
     if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
         return Key(name, "orbits", 0, True, None, said)
-    if annotation.endswith("Orbit"):
-        return Key(name, "orbit", 0, *rest)
+    if name in WORDS or annotation.endswith("Orbit"):
+        return Key(name, WORDS.get(name, "orbit"), 0, *rest)
     if "str" in annotation:
         return Key(name, "texts" if "Sequence" in annotation else "text", 0, *rest)
-    rank = {"tensor": 2, "positions": 2, "C": 2, "S": 2}.get(name, 1) if "ArrayLike" in annotation else 0
+    if annotation.partition(" ")[0] in ("int", "bool"):
+        return Key(name, "whole" if annotation.startswith("int") else "truth", 0, *rest)
+    rank = RANKS.get(name, 1) if "ArrayLike" in annotation else 0
     return Key(name, kind_of(name), rank, *rest)
+
+
+WORDS = {"path": "file", "kernels": "files", "shape": "shape", "parts": "shapes"}
+"""Kinds of parameters by their names."""
+
+RANKS = dict.fromkeys(("tensor", "positions", "velocities", "vertices", "faces", "matrix", "C", "S", "coefficients"), 2)
+"""Of arrays that are no vectors, by the names of their parameters."""
+
+
+def field_of_shape(shape: Any, degree: int, radius: float | None = None) -> GravityField:
+    """Return the gravity field of a shape about its centre of mass, as `Shape.field` does.
+
+    Parameters
+    ----------
+    degree : int
+        From 2 to 80.
+    radius : float, optional
+        The length to which the coefficients refer; default: the circumscribing radius.
+    """
+    field: GravityField = shape.field(degree, radius)
+    return field
+
+
+def stored_ephemeris(
+    mu: float,
+    knots: ArrayLike,
+    coefficients: ArrayLike,
+    reference_frame: str,
+    origin: str,
+    error: float | None = None,
+    radius: float = 0.0,
+    dated: bool = True,
+    *,
+    calendar: Calendar | None = None,
+) -> Ephemeris:
+    """Return an ephemeris from what it is made of.
+
+    Parameters
+    ----------
+    knots : array (n + 1,)
+    coefficients : array (n, 3, terms)
+        Of Chebyshev's polynomials in each piece, positions from the attractor.
+    reference_frame, origin, error, radius
+        As the attributes of `Ephemeris`.
+    dated : bool
+        Whether its times are those of the calendar.
+    """
+    times = real_array("knots", knots, (None,))
+    if times.size < 2 or np.any(np.diff(times) <= 0):
+        raise ValueError("knots must be two or more that rise, but others came.")
+    polynomials = real_array("coefficients", coefficients, (times.size - 1, 3, None))
+    if not polynomials.size:
+        raise ValueError("coefficients must not be empty, but there are none.")
+    labels = (reference_frame, origin, calendar if dated else None)
+    pieces = kinds_of(Ephemeris)["pieces"](times, polynomials, math.nan if error is None else float(error), labels)
+    return Ephemeris(mu, pieces, radius)
+
+
+PLACE = (
+    Key("position", "number", 1, False, help="Where the origin of the shape goes, along the body axes."),
+    Key("quaternion", "number", 1, False, help="Turns the shape before: scalar first, its axes to the body axes."),
+    Key("matrix", "number", 2, False, help="Turns the shape before, as a matrix in place of a quaternion."),
+)
+
+
+def _placed(maker: Maker) -> Maker:
+    """Return the maker of a shape that can be moved."""
+
+    def call(position: Any = (0, 0, 0), quaternion: Any = None, matrix: Any = None, **fields: Any) -> Any:
+        if quaternion is not None and matrix is not None:
+            raise ValueError("matrix must not be beside quaternion, but it is.")
+        if "faces" in fields:
+            fields["faces"] = _whole(fields["faces"])
+        shape = maker.call(**fields)
+        if matrix is not None:
+            quaternion_from_matrix(real_array("matrix", matrix, (3, 3)))
+            return shape._placed(real_array("position", position, (3,)), np.asarray(matrix))
+        if quaternion is None and not np.any(position):
+            return shape
+        return shape.moved(position, (1, 0, 0, 0) if quaternion is None else quaternion)
+
+    return dataclasses.replace(maker, call=call, keys=(*maker.keys, *PLACE))
+
+
+def _whole(values: Any) -> Any:
+    """Return numbers of a file as whole ones; others as they are, to be refused."""
+    array = np.asarray(values)
+    return array.astype(np.int64) if np.all(array == np.rint(array)) and np.all(np.abs(array) < 2**53) else array
 
 
 def _first_line(doc: str | None) -> str:

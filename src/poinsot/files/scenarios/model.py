@@ -169,8 +169,14 @@ def _ensemble() -> Any:
     spread = _created(
         "Spread",
         of=(StrictStr, Field(description=place)),
-        distribution=(_one_of(("normal", "uniform")), Field("normal", description="Around the value in this file.")),
-        size=(Any, Field(description="Standard deviation, or half the width: a number, or one for each component.")),
+        distribution=(
+            _one_of(("normal", "uniform", "isotropic")),
+            Field("normal", description="Around the value in this file; isotropic: any attitude, of state.turn."),
+        ),
+        size=(
+            Any,
+            Field(None, description="Standard deviation, or half the width: a number, or one for each component."),
+        ),
     )
     return _created(
         "Ensemble",
@@ -215,6 +221,10 @@ def _field(key: Key, inner: str) -> Any:
         "texts": lambda: StrictStr | list[StrictStr],
         "whole": lambda: StrictInt,
         "truth": lambda: StrictBool,
+        "file": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": FILE_NAME})],
+        "files": lambda: list[StrictStr],
+        "shape": lambda: _union("shape", ""),
+        "shapes": lambda: _several(_union("part", "")),
         "orbit": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": ORBIT_NAME})],
         "orbits": lambda: list[StrictStr],
         "field": lambda: _union(inner, inner),
@@ -225,6 +235,8 @@ def _field(key: Key, inner: str) -> Any:
     default = key.default if isinstance(key.default, float | int | str | None) else None
     return annotation, Field(default, description=key.help or None)
 
+
+FILE_NAME = "The path of a file, from the folder of this one: in it or below."
 
 ORBIT_NAME = "The name of a table under orbits, or name.from_primary, name.from_secondary."
 
@@ -249,9 +261,20 @@ def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
     if name in DATED and _is_date(value):
         return value
     try:
+        if isinstance(value, dict) and "data" in value:
+            return _named_array(name, value, (info.context or {}).get("data"))
         return real_numbers(name, converted(value, "time" if kind in ("date", "dates") else kind, unit, name))
     except TypeError as error:
         raise ValueError(str(error)) from None
+
+
+def _named_array(name: str, value: dict[str, Any], arrays: Mapping[str, Any] | None) -> Any:
+    """Return an array that is beside the text, in a result."""
+    if arrays is None:
+        raise ValueError(f"{name} must be numbers, but the result from which this text is has them. Run the result.")
+    if value.keys() != {"data"} or not isinstance(value["data"], str) or value["data"] not in arrays:
+        raise ValueError(f"{name} must name an array of the file, but {short(value['data'])} is none.")
+    return arrays[value["data"]]
 
 
 def _is_date(value: Any) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from poinsot.errors import member_array, real_numbers
 from poinsot.files.scenarios.errors import Errors, has, nearest
+from poinsot.files.scenarios.folder import Folder
 from poinsot.files.scenarios.makers import Key, kind_of, makers
 from poinsot.files.scenarios.model import converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
@@ -25,7 +27,7 @@ from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.frame import Frame, from_roll_pitch_yaw
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.motion.arguments import members_of
+from poinsot.motion.arguments import check_span, checked_times, checked_tolerance, members_of
 
 __all__ = ["Parts"]
 
@@ -45,6 +47,9 @@ MOST_DRAWN = 10_000_000
 
 ENDINGS = {"result": (".nc", ".zarr"), "plot": (".png", ".pdf", ".svg"), "view": (".html",)}
 
+VARIED = ("body", "state", "forces", "orbits")
+"""Tables whose numbers an ensemble can vary."""
+
 ONCE = ("body", "state", "times")
 
 STAND_IN: dict[str, Any] = {"state": {}, "times": {}}
@@ -59,19 +64,31 @@ class Parts:
         The name is that of the file, for errors.
     whole : bool
         Whether state and times must be there.
+    folder : Folder, optional
+        With the files that it names.
+    data : mapping, optional
+        The arrays that it names, by name.
     """
 
-    def __init__(self, text: str, name: str, whole: bool = True) -> None:
-        self._errors = Errors(name, text)
-        data = parsed_toml(text, name)
-        self._check_once(data)
-        self._calendar_of(data)
+    def __init__(
+        self,
+        text: str,
+        name: str,
+        whole: bool = True,
+        *,
+        folder: Folder | None = None,
+        data: Mapping[str, Any] | None = None,
+    ) -> None:
+        self._errors, self._folder = Errors(name, text), folder or Folder(None)
+        read = parsed_toml(text, name)
+        self._check_once(read)
+        self._calendar_of(read)
         try:
             model = scenario_model().model_validate(
-                data if whole else {**STAND_IN, **data}, context={"time_unit": self.time_unit}
+                read if whole else {**STAND_IN, **read}, context={"time_unit": self.time_unit, "data": data}
             )
         except ValidationError as error:
-            raise self._errors.told(error, data) from None
+            raise self._errors.told(error, read) from None
         self.values: dict[str, Any] = model.model_dump(exclude_unset=True)
         self._made: dict[str, Any] = {}
         self._making: list[str] = []
@@ -91,7 +108,7 @@ class Parts:
         unit = said.get("time") if isinstance(said, dict) else None
         self.calendar: Calendar | None = None
         if isinstance(told, dict) and {"zero", "scale"} <= set(told) <= {"zero", "scale", "unit"}:
-            self.calendar = self._errors.called(("calendar",), Calendar, **told)
+            self.calendar = self._errors.called(("calendar",), _calendar, **told)
             if unit not in (None, self.calendar.unit):
                 raise self._errors.at(
                     ("units", "time"), f"must be that of the calendar, {self.calendar.unit}, but {short(unit)} came."
@@ -109,22 +126,41 @@ class Parts:
             place: Path = ("ensemble", "spread", i)
             table, key = self._target(spread["of"], place)
             value = np.zeros(3) if key == "turn" else np.asarray(table[key], dtype=float)
-            try:
-                size = real_numbers("size", converted(spread["size"], kind_of(str(key)), self.time_unit, "size"))
-                size = np.broadcast_to(size, value.shape)
-            except (TypeError, ValueError) as error:
-                raise self._errors.prefixed((*place, "size"), _about_size(str(error))) from None
-            uniform = spread.get("distribution") == "uniform"
-            shape = (members, *value.shape)
             if members * value.size > MOST_DRAWN:
                 raise self._errors.at(
                     ("ensemble", "members"), f"must make at most {MOST_DRAWN} numbers of one, but {members} make more."
                 )
-            drawn = value + size * (random.uniform(-1, 1, shape) if uniform else random.standard_normal(shape))
+            drawn = self._drawn(random, spread, value, members, place)
             if key == "turn":
                 self._turn = drawn
             else:
                 table[key] = drawn
+
+    def _drawn(self, random: Any, spread: dict[str, Any], value: Array, members: int, place: Path) -> Array:
+        """Return members of a number or of several, by the distribution of one spread."""
+        distribution, shape = spread.get("distribution"), (members, *value.shape)
+        if distribution == "isotropic":
+            return self._any_turn(random, spread, members, place)
+        if spread.get("size") is None:
+            raise self._errors.at((*place, "size"), "must be there, but it is not.")
+        try:
+            kind = kind_of(spread["of"].rpartition(".")[2])
+            size = real_numbers("size", converted(spread["size"], kind, self.time_unit, "size"))
+            size = np.broadcast_to(size, value.shape)
+        except (TypeError, ValueError) as error:
+            raise self._errors.prefixed((*place, "size"), _about_size(str(error))) from None
+        if np.any(size < 0):
+            raise self._errors.at((*place, "size"), f"must not be negative, but {np.min(size):g} came.")
+        uniform = distribution == "uniform"
+        return np.asarray(value + size * (random.uniform(-1, 1, shape) if uniform else random.standard_normal(shape)))
+
+    def _any_turn(self, random: Any, spread: dict[str, Any], members: int, place: Path) -> Array:
+        """Return rotation vectors of turns in any direction by any angle, each attitude as likely as another."""
+        if spread["of"] != "state.turn":
+            raise self._errors.at((*place, "of"), f"must be state.turn if it is isotropic, but {spread['of']!r} came.")
+        if spread.get("size") is not None:
+            raise self._errors.at((*place, "size"), "must not be beside isotropic, but it is.")
+        return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
 
     def _target(self, path: str, place: Path) -> tuple[Any, Any]:
         """Return the table and the key of the number at a path such as state.omega_body."""
@@ -134,11 +170,12 @@ class Parts:
             int(part) if part.isdecimal() and len(part) < 6 else part
             for part in path.replace("[", ".").replace("]", "").split(".")
         ]
-        node: Any = self.values if parts[0] in ("body", "state", "forces", "orbits") else {}
+        node: Any = self.values if parts[0] in VARIED else {}
         for part in parts[:-1]:
             node = node[part] if has(node, part) else {}
         if not has(node, parts[-1]) or not isinstance(node[parts[-1]], np.ndarray):
-            raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is none.")
+            near = nearest(path, _places(self.values))
+            raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is none.{near}")
         if node[parts[-1]].dtype.kind != "f":
             raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is a date.")
         return node, parts[-1]
@@ -152,6 +189,8 @@ class Parts:
         for name in self.values.get("orbits", {}):
             self._orbit(name, ("orbits", name))
         units = self.values.get("units")
+        if self.calendar is not None:
+            units = {"time": self.calendar.unit, **(units or {})}
         system: System = self._errors.called(
             ("forces",) if forces else ("body",), lambda: System(body, *forces, units=units)
         )
@@ -179,11 +218,24 @@ class Parts:
     def _value(self, key: Key, value: Any, place: Path) -> Any:
         if key.kind == "orbit":
             return self._orbit(value, place)
-        if key.kind == "field":
-            return self._part("field", value, place)
-        if key.kind == "time" and isinstance(value, str) and self.calendar is not None:
+        if key.kind in ("field", "shape"):
+            return self._part(key.kind, value, place)
+        if key.kind == "shapes":
+            return [self._part("part", table, (*place, i)) for i, table in enumerate(value)]
+        if key.kind == "file":
+            return self._file(self._folder.file, value, place)
+        if key.kind == "files":
+            return [self._file(self._folder.kernel, name, place) for name in value]
+        if key.kind == "time" and _says_dates(value) and self.calendar is not None:
             return self._errors.called(place[:-1], self.calendar.time, value)
         return value
+
+    def _file(self, find: Callable[[str], Any], name: str, place: Path) -> Any:
+        """Return the path of a file beside the scenario."""
+        try:
+            return find(name)
+        except ValueError as error:
+            raise self._errors.at(place, str(error)) from None
 
     def _orbit(self, reference: str, place: Path) -> Any:
         """Return the orbit of a name, or the orbit about one attractor of a path beside two."""
@@ -285,6 +337,11 @@ class Parts:
         if reference in frames:
             frame: Frame = self._part("frame", frames[reference], ("frames", reference))
             return frame
+        if frames and reference.partition(".")[0] not in self.values.get("orbits", {}):
+            known = nearest(reference, [*frames, *self.values.get("orbits", {})])
+            raise self._errors.at(
+                place, f"must be the name of a table under frames or orbits, but {short(reference)} came.{known}"
+            )
         orbit = self._orbit(reference, place)
         found: Frame = self._errors.called(place, lambda: orbit.frame)
         return found
@@ -293,7 +350,7 @@ class Parts:
 
     def _time(self, value: Any, place: Path, calendar: Calendar | None = None) -> Any:
         """Return a time, or times, from dates too."""
-        if not isinstance(value, str) and not (isinstance(value, list) and any(isinstance(x, str) for x in value)):
+        if not _says_dates(value):
             return value
         calendar = calendar or self.calendar
         if calendar is None:
@@ -311,16 +368,17 @@ class Parts:
                 raise self._errors.at(("times", name), f"must be {rule}, but shape {np.shape(read[name])} came.")
         if "values" in read:
             self._alone("values", table)
-            times = np.asarray(read["values"], dtype=float)
+            times = self._errors.called(("times", "values"), checked_times, np.asarray(read["values"], dtype=float))
         else:
             start = read.get("start", np.ravel(state.time)[0])
             times = self._grid(float(start), self._stop(float(start), read, table), table)
+        self._errors.called(("times",), check_span, system, state, times)
         members = (self._errors.called(("state",), members_of, system, state) or (1,))[0]
         if times.size * members > MOST_ROWS:
             raise self._errors.at(
                 ("times",), f"must be at most {MOST_ROWS} with all members, but {times.size * members} came."
             )
-        return times
+        return np.asarray(times)
 
     def _alone(self, name: str, table: dict[str, Any]) -> None:
         for other in table:
@@ -366,7 +424,8 @@ class Parts:
                 if name != "method":
                     raise self._errors.at(("run", name), "must not be beside the closed form, but it is.")
         if isinstance(run.get("tolerance"), np.ndarray):
-            run["tolerance"] = float(self._errors.called(("run",), _one, run["tolerance"]))
+            precision = run.get("precision", "double")
+            run["tolerance"] = self._errors.called(("run",), _one, tolerance=run["tolerance"], precision=precision)
         return run
 
     def outputs(self) -> dict[str, str]:
@@ -384,14 +443,42 @@ class Parts:
         return dict(found)
 
 
+def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
+    """Return a calendar whose date exists."""
+    calendar = Calendar(zero, scale, unit)
+    try:
+        dt.datetime.fromisoformat(re.sub(r":60(\..*)?$", ":59", calendar.zero))
+    except ValueError:
+        raise ValueError(f"zero must be a date that exists, but {zero!r} came.") from None
+    return calendar
+
+
+def _says_dates(value: Any) -> bool:
+    return isinstance(value, str) or (isinstance(value, list) and any(isinstance(x, str) for x in value))
+
+
+def _places(node: Any, path: str = "") -> Iterator[str]:
+    """Yield the places of the numbers in the tables that an ensemble can vary."""
+    if isinstance(node, np.ndarray):
+        yield path
+    elif isinstance(node, dict):
+        for key, value in node.items():
+            if path or key in VARIED:
+                yield from _places(value, f"{path}.{key}".lstrip("."))
+    elif isinstance(node, list):
+        for i, value in enumerate(node):
+            yield from _places(value, f"{path}[{i}]")
+
+
 def _triple(name: str, angles: Array) -> Array:
     return member_array(name, angles, (3,))
 
 
-def _one(tolerance: Any) -> Any:
+def _one(tolerance: Any, precision: str) -> float:
     if np.ndim(tolerance):
         raise ValueError(f"tolerance must be one number, but shape {np.shape(tolerance)} came.")
-    return tolerance
+    checked_tolerance(float(tolerance), precision)
+    return float(tolerance)
 
 
 def _about_size(sentence: str) -> str:

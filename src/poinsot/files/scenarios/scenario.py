@@ -15,7 +15,7 @@ from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.strangers import read_bytes
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.motion.dataset import WHOLE
+from poinsot.motion.dataset import WHOLE, WITH_FILES
 from poinsot.motion.free.motion import free_motion
 from poinsot.motion.propagate import propagate
 from poinsot.motion.scenario_text import MOST_CHARACTERS, text_of
@@ -79,7 +79,7 @@ class Scenario:
 def read_scenario(path: str | Path) -> Scenario:
     """Return the propagation that a scenario file (TOML) describes; docs/scenarios.md has the keys.
 
-    No expression in it is evaluated, and no other file is opened.
+    No expression in it is evaluated, and no file is opened but those that it names, in its own folder or below.
 
     Raises
     ------
@@ -95,14 +95,19 @@ def read_scenario(path: str | Path) -> Scenario:
         text = read_bytes(path, 4 * MOST_CHARACTERS).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise ValueError(f"{path} must be text in UTF-8, but it has other bytes.") from None
-    return parsed_scenario(text.replace("\r\n", "\n"), str(path))
+    return parsed_scenario(text.replace("\r\n", "\n"), str(path), path.parent)
 
 
-def parsed_scenario(text: str, name: str) -> Scenario:
-    """Return the propagation that the text of a scenario describes; errors call it by the name."""
+def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenario:
+    """Return the propagation that the text of a scenario describes; errors call it by the name.
+
+    Without a folder it can name no file.
+    """
+    from poinsot.files.scenarios.folder import Folder
     from poinsot.files.scenarios.parts import Parts
 
-    parts = Parts(text, name)
+    files = Folder(folder)
+    parts = Parts(text, name, folder=files)
     system = parts.system()
     state = parts.state(system.body)
     values = parts.values
@@ -111,17 +116,24 @@ def parsed_scenario(text: str, name: str) -> Scenario:
         "title": values.get("title") or None,
         "seed": spread.get("seed"),
         "scenario": text,
-        "scenario_of": WHOLE,
+        "scenario_of": WITH_FILES if files.used else WHOLE,
+        **({} if system.calendar or parts.calendar is None else {"calendar": parts.calendar}),
     }
     times = parts.times(system, state)
     return Scenario(name, system, state, times, parts.run(system), parts.outputs(), provenance)
 
 
-def rebuilt_system(text: str, name: str) -> System:
-    """Return the system alone that the text of a scenario describes, which may have neither state nor times."""
+def rebuilt_system(
+    text: str, name: str, *, folder: Path | None = None, data: Mapping[str, Any] | None = None
+) -> System:
+    """Return the system alone that the text of a scenario describes, which may have neither state nor times.
+
+    The files that it names are in the folder, and the arrays in the data.
+    """
+    from poinsot.files.scenarios.folder import Folder
     from poinsot.files.scenarios.parts import Parts
 
-    return Parts(text, name, whole=False).system()
+    return Parts(text, name, whole=False, folder=Folder(folder), data=data).system()
 
 
 def repetition(motion: Trajectory, name: str) -> Scenario:
@@ -134,8 +146,9 @@ def repetition(motion: Trajectory, name: str) -> Scenario:
     """
     if not isinstance(motion.system, System):
         raise ValueError(f"{name} cannot be run again: {motion.system.not_rerunnable}")
-    text = motion.provenance.get("scenario") or text_of(motion)
-    if motion.provenance.get("scenario_of") == WHOLE:
-        return parsed_scenario(text, name)
+    known = motion.provenance
+    if known.get("scenario_of") == WHOLE:
+        return parsed_scenario(known["scenario"], name)
+    text = known.get("scenario_read") or known.get("scenario") or text_of(motion).text
     run = tomllib.loads(text)["run"]
     return Scenario(name, motion.system, motion.initial, motion.times, run, provenance=motion.provenance)

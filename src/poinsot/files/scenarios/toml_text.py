@@ -47,7 +47,24 @@ def parsed_toml(text: str, name: str) -> dict[str, Any]:
     except RecursionError:
         raise ValueError(f"{name} must have lists at most some hundred deep, but it has deeper ones.") from None
     except ValueError as error:
-        raise ValueError(f"{name} must be TOML, but it is not: {error}.") from None
+        raise ValueError(_told(str(error), text, name)) from None
+
+
+def _told(error: str, text: str, name: str) -> str:
+    """Return what is wrong as a sentence with its line."""
+    found = re.fullmatch(r"(.*?) \(at line (\d+), column \d+\)", error)
+    if found is None:
+        return f"{name} must be TOML, but it is not: {error}."
+    what, line = found[1], int(found[2])
+    place = f"{name}, line {line}: "
+    key = text.split("\n")[line - 1].partition("=")[0].strip()[:60]
+    if what == "Cannot overwrite a value" and key:
+        return f"{place}{key} must be there once, but it comes again."
+    twice = re.fullmatch(r"Cannot declare \((.*)\) twice", what)
+    if twice:
+        table = ".".join(part.strip("' ") for part in twice[1].rstrip(",").split(","))
+        return f"{place}{table} must be one table, but [{table}] comes again."
+    return f"{place}the text must be TOML, but it is not: {what}."
 
 
 def lines_of(text: str) -> dict[Path, int]:

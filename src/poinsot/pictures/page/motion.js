@@ -84,17 +84,29 @@ const motion = (() => {
     return [a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p];
   }
 
-  /** The times with so many more between them that the body turns by four degrees at most, or 1e5 in all. */
+  /** How far it is from one stored time to the next: the turn of the body and the change of its rate, in radians. */
+  function distance(i) {
+    const cosine = Math.min(Math.abs(dot(row("quaternion", i, 4), row("quaternion", i + 1, 4))), 1);
+    const change = norm(mix(row("omega_body", i + 1, 3), row("omega_body", i, 3), 1, -1));
+    return 2 * Math.acos(cosine) + change / page.largest.omega || 0;
+  }
+
+  /** Times at equal distances along the motion, six degrees apart, or 1e5 in all: what the curves go through. */
   function fineTimes() {
-    const most = Math.max(Math.floor(1e5 / last), 1);
-    const fine = [];
-    for (let i = 0; i < last; i++) {
-      const cosine = Math.min(Math.abs(dot(row("quaternion", i, 4), row("quaternion", i + 1, 4))), 1);
-      const parts = Math.min(Math.ceil((2 * Math.acos(cosine)) / (Math.PI / 45)) || 1, most);
-      for (let k = 0; k < parts; k++) fine.push(times[i] + ((times[i + 1] - times[i]) * k) / parts);
+    const reached = new Float64Array(last + 1);
+    for (let i = 0; i < last; i++) reached[i + 1] = reached[i] + distance(i);
+    const count = Math.min(Math.ceil(reached[last] / (Math.PI / 30)), 1e5) || 1;
+    const fine = new Float64Array(count + 1);
+    let i = 0;
+    for (let k = 0; k < count; k++) {
+      const goal = (reached[last] * k) / count;
+      while (reached[i + 1] <= goal && i < last - 1) i++;
+      const u = (goal - reached[i]) / (reached[i + 1] - reached[i]) || 0;
+      fine[k] = times[i] + u * (times[i + 1] - times[i]);
     }
-    fine.push(times[last]);
-    return Float64Array.from(fine);
+    fine[0] = times[0];
+    fine[count] = times[last];
+    return fine;
   }
 
   return { page, times, arrays, unscaled, place, quaternion, momenta, vector, norm, rotate, fine: fineTimes() };

@@ -61,14 +61,40 @@
   }
 
   function draw() {
-    const t = time;
-    slider.value = t;
-    at("now").textContent = `${page.labels.t} = ${short(Number(t.toPrecision(7)))}${page.labels.unit}`;
-    plots[0].place(t, motion.quaternion(t));
-    plots[1].place(t, motion.momenta(t));
-    for (const [name, reading] of Object.entries(sizes)) reading.textContent = short(size(name, t));
-    scene?.place(t);
+    slider.value = time;
+    plots.forEach((plot) => plot.place(time));
+    scene?.place(time);
     scene?.render();
+  }
+
+  function read() {
+    at("now").textContent = `${page.labels.t} = ${short(Number(time.toPrecision(7)))}${page.labels.unit}`;
+    plots[0].read(motion.quaternion(time));
+    plots[1].read(motion.momenta(time));
+    for (const [name, reading] of Object.entries(sizes)) reading.textContent = short(size(name, time));
+  }
+
+  // Where frames come slowly the picture has fewer dots while it moves, and all of them when it rests.
+
+  // Numbers change as often as an eye can read them.
+
+  const [SLOW, COARSEST, REST, READABLE] = [25, 0.4, 300, 100];
+  let part = 1;
+  let usual = 0;
+  let drawn = -Infinity;
+  let told = -Infinity;
+  let rests = true;
+
+  function adapt(gap) {
+    if (rests) {
+      part = Math.min(part * 1.5, 1);
+    } else {
+      usual = usual ? 0.8 * usual + 0.2 * gap : gap;
+      if (usual < SLOW || part === COARSEST) return;
+      part = Math.max(part * 0.8, COARSEST);
+    }
+    usual = 0;
+    scene?.sharpen(part);
   }
 
   function frame(now) {
@@ -78,14 +104,25 @@
       if (time >= last) setPlaying(false);
     }
     if (changed) {
-      changed = false;
+      adapt(now - drawn);
+      [changed, rests, drawn] = [false, false, now];
       draw();
+      if (!playing || now - told > READABLE) {
+        read();
+        told = now;
+      }
+    } else if (!rests && now - drawn > REST) {
+      rests = true;
+      scene?.sharpen(1);
+      draw();
+      read();
     }
     requestAnimationFrame(frame);
   }
 
   function resize() {
     scene?.resize();
+    scene?.sharpen(1);
     plots.forEach((plot) => plot.resize());
     changed = true;
   }
@@ -103,8 +140,9 @@
   rate.selectedIndex = 4;
 
   if (scene) {
-    const names = { mesh: "shape", ellipsoid: "ellipsoid", box: "box", inertia: "inertia ellipsoid" };
-    for (const name of scene.solids) at("solid").add(new Option(names[name], name));
+    for (const name of scene.solids) {
+      at("solid").add(new Option(name === "inertia" ? "inertia ellipsoid" : name, name));
+    }
     at("solid").addEventListener("change", (event) => {
       scene.show(event.target.value);
       changed = true;
@@ -139,7 +177,19 @@
     Home: () => step(-times.length),
     End: () => step(times.length),
   };
+  const views = {
+    ArrowLeft: [-0.1, 0, 1],
+    ArrowRight: [0.1, 0, 1],
+    ArrowUp: [0, -0.1, 1],
+    ArrowDown: [0, 0.1, 1],
+    PageUp: [0, 0, 0.9],
+    PageDown: [0, 0, 1 / 0.9],
+  };
   document.addEventListener("keydown", (event) => {
+    if (event.shiftKey && event.key in views && !event.target.closest("select")) {
+      event.preventDefault();
+      return scene?.turn(...views[event.key]);
+    }
     const own = event.target.closest("select") || (event.key === " " && event.target.closest("button, [type=checkbox]"));
     if (own || event.ctrlKey || event.metaKey || event.altKey || !(event.key in keys)) return;
     event.preventDefault();
@@ -158,10 +208,19 @@
     get playing() {
       return playing;
     },
+    /** Body, parts and paths as they are drawn, to be read. */
+    get scene() {
+      return scene;
+    },
+    /** The part of its dots with which the scene moves, from 0.4 to 1. */
+    get sharpness() {
+      return part;
+    },
     setTime(t) {
       setTime(t);
       changed = false;
       draw();
+      read();
     },
   };
 

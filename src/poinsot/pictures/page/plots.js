@@ -41,7 +41,8 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
     pen.textAlign = "center";
     for (const t of ticks(first, last, box.width / 80)) {
       line(pen, [x(t), box.top], [x(t), box.top + box.height]);
-      pen.fillText(short(t), x(t), box.top + box.height + 14);
+      const [label, edge] = [short(t), box.left + box.width + box.right];
+      pen.fillText(label, Math.min(x(t), edge - pen.measureText(label).width / 2), box.top + box.height + 14);
     }
     pen.fillText(timeLabel, box.left + box.width / 2, box.top + box.height + 30);
     [pen.textAlign, pen.textBaseline] = ["right", "middle"];
@@ -99,10 +100,13 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
   const readings = Array.from(figure.querySelectorAll("output"));
   readings.forEach((reading, k) => (reading.parentElement.style.borderColor = colours[k]));
 
-  function place(t, components) {
+  function place(t) {
     cursor.style.transform = `translateX(${x(t)}px)`;
+  }
+
+  function read(components) {
     components.forEach((value, k) => (readings[k].textContent = short(Number(value.toPrecision(3)))));
   }
 
-  return { canvas, resize, place, timeAt };
+  return { canvas, resize, place, read, timeAt };
 }

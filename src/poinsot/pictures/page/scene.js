@@ -8,34 +8,60 @@ const LONGEST_MOMENTUM = 1.95;
 const TAIL_TURNS = 10;
 const LIGHT = "#D3E0EA";
 const SHADE = "#9DB6C9";
+const UP = new THREE.Vector3(0, 1, 0);
+const SHARPEST = 2;
 
-/** A fat line through at most `most` points, of which the last ones are drawn. */
+/** A fat line along a path, of which the last points before a tip are drawn. */
 class Tail {
-  constructor(parent, colour, width, most) {
-    this.geometry = new THREE.LineSegmentsGeometry().setPositions(new Float32Array(6 * most));
-    this.buffer = this.geometry.attributes.instanceStart.data;
-    this.most = most;
+  constructor(parent, colour, width, path, most) {
+    const count = path.length / 3 - 1;
+    const [corners, starts, ends] = [0, 1, 2].map(() => new Float32Array(12 * count));
+    const index = new Uint32Array(6 * count);
+    for (let i = 0; i < count; i++) {
+      for (let corner = 0; corner < 4; corner++) {
+        const at = 12 * i + 3 * corner;
+        [corners[at], corners[at + 1]] = [corner & 1 ? 1 : -1, corner >> 1];
+        starts.set(path.subarray(3 * i, 3 * i + 3), at);
+        ends.set(path.subarray(3 * i + 3, 3 * i + 6), at);
+      }
+      index.set([2, 0, 3, 0, 1, 3].map((corner) => 4 * i + corner), 6 * i);
+    }
+    // Not the instances of LineSegmentsGeometry, each of which costs a software renderer as much as a mesh.
+    this.geometry = new THREE.BufferGeometry()
+      .setAttribute("position", new THREE.BufferAttribute(corners, 3))
+      .setAttribute("instanceStart", new THREE.BufferAttribute(starts, 3))
+      .setAttribute("instanceEnd", new THREE.BufferAttribute(ends, 3))
+      .setIndex(new THREE.BufferAttribute(index, 1));
+    [this.path, this.ends, this.most, this.cut] = [path, this.geometry.attributes.instanceEnd, most, 0];
     this.line = new THREE.LineSegments2(
       this.geometry,
       new THREE.LineMaterial({ color: colour, linewidth: width, polygonOffset: true, polygonOffsetFactor: -2 }),
     );
     this.line.frustumCulled = false;
+    this.line.layers.mask = parent.layers.mask;
     parent.add(this.line);
   }
 
-  /** Draw the points first..last of a path, then the tip. */
-  draw(path, first, last, tip) {
+  /** End a piece of the line at a point. */
+  end(piece, x, y, z) {
+    for (let at = 12 * piece; at < 12 * piece + 12; at += 3) {
+      this.ends.array[at] = x;
+      this.ends.array[at + 1] = y;
+      this.ends.array[at + 2] = z;
+    }
+    this.ends.addUpdateRange(12 * piece, 12);
+  }
+
+  /** Draw the points first..last of the path, then the tip. */
+  draw(first, last, tip) {
     const from = Math.max(first, last - this.most + 1);
-    let [x, y, z] = path.subarray(3 * from, 3 * from + 3);
-    let n = 0;
-    const join = (a, b, c) => {
-      this.buffer.array.set([x, y, z, a, b, c], 6 * n++);
-      [x, y, z] = [a, b, c];
-    };
-    for (let i = from + 1; i <= last; i++) join(path[3 * i], path[3 * i + 1], path[3 * i + 2]);
-    join(...tip);
-    this.buffer.needsUpdate = true;
-    this.geometry.instanceCount = n;
+    this.ends.clearUpdateRanges();
+    const next = 3 * this.cut + 3;
+    this.end(this.cut, this.path[next], this.path[next + 1], this.path[next + 2]);
+    this.end(last, tip[0], tip[1], tip[2]);
+    this.cut = last;
+    this.ends.needsUpdate = true;
+    this.geometry.setDrawRange(6 * from, 6 * (last - from + 1));
   }
 }
 
@@ -46,20 +72,19 @@ class Arrow {
     this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(width, width, 1, 12), material);
     this.head = new THREE.Mesh(new THREE.ConeGeometry(3.2 * width, 9 * width, 20), material);
     this.head_length = 9 * width;
+    this.direction = new THREE.Vector3();
     this.label = text(label, colour);
     this.group = new THREE.Group().add(this.shaft, this.head, this.label);
     parent.add(this.group);
   }
 
-  point(tip) {
-    const length = Math.hypot(...tip);
+  point(tip, factor = 1) {
+    this.direction.fromArray(tip);
+    const length = this.direction.length() * factor;
     this.group.visible = length > 1e-6;
     if (!this.group.visible) return;
     const head = Math.min(this.head_length, length / 2);
-    this.group.quaternion.setFromUnitVectors(
-      new THREE.Vector3(0, 1, 0),
-      new THREE.Vector3(...tip.map((x) => x / length)),
-    );
+    this.group.quaternion.setFromUnitVectors(UP, this.direction.normalize());
     this.shaft.scale.y = length - head;
     this.shaft.position.y = (length - head) / 2;
     this.head.scale.y = head / this.head_length;
@@ -108,6 +133,39 @@ function shaded(geometry) {
   return new THREE.Mesh(flat, new THREE.MeshLambertMaterial({ vertexColors: true }));
 }
 
+function quaternion([w, x, y, z]) {
+  return new THREE.Quaternion(x, y, z, w);
+}
+
+/** A part of the shape of the body. */
+function part({ triangles, spheres, solid, sides, place, turn }) {
+  if (triangles) return mesh(motion.unscaled(triangles));
+  if (spheres) return beads(motion.unscaled(spheres));
+  const round = solid === "ellipsoid" ? new THREE.SphereGeometry(1, 64, 48) : new THREE.CylinderGeometry(1, 1, 2, 64, 2);
+  const drawn = shaded(solid === "ellipsoid" ? round : round.rotateX(Math.PI / 2));
+  drawn.scale.set(...sides);
+  drawn.position.set(...place);
+  drawn.quaternion.copy(quaternion(turn));
+  return drawn;
+}
+
+/** Spheres as one solid; rows are centre and radius. */
+function beads(rows) {
+  const count = rows.length / 4;
+  const one = new THREE.SphereGeometry(1, ...(count > 500 ? [8, 6] : [24, 16])).toNonIndexed();
+  const [corners, normals] = ["position", "normal"].map((name) => one.attributes[name].array);
+  const all = { position: new Float32Array(count * corners.length), normal: new Float32Array(count * corners.length) };
+  for (let i = 0; i < count; i++) {
+    all.normal.set(normals, i * corners.length);
+    for (let k = 0; k < corners.length; k++) {
+      all.position[i * corners.length + k] = rows[4 * i + (k % 3)] + rows[4 * i + 3] * corners[k];
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  for (const [name, values] of Object.entries(all)) geometry.setAttribute(name, new THREE.BufferAttribute(values, 3));
+  return shaded(geometry);
+}
+
 /** Triangles, three vertices each, with sharp edges. */
 function mesh(corners) {
   const geometry = new THREE.BufferGeometry();
@@ -116,11 +174,22 @@ function mesh(corners) {
   return shaded(geometry);
 }
 
+/** Whether the processor draws, to which smoothed edges cost more than more dots. */
+function drawsWithoutGraphics() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const named = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = named ? gl.getParameter(named.UNMASKED_RENDERER_WEBGL) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
 /** Return the scene; it draws itself at a time. */
 function sceneOf(motion, canvas) {
   const { page, fine } = motion;
   const { solids, colours } = page;
-  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+  const software = drawsWithoutGraphics();
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: false });
+  renderer.setClearColor("#ffffff");
   const scene = new THREE.Scene();
   const camera = new THREE.PerspectiveCamera(32, 1, 0.1, 100);
   camera.up.set(0, 0, 1);
@@ -137,7 +206,7 @@ function sceneOf(motion, canvas) {
 
   const body = new THREE.Group();
   scene.add(body);
-  const principal = new THREE.Quaternion(...[1, 2, 3, 0].map((k) => solids.principal[k]));
+  const principal = quaternion(solids.principal);
   const drawn = {};
   function add(name, solid) {
     drawn[name] = solid;
@@ -151,7 +220,7 @@ function sceneOf(motion, canvas) {
     Object.assign(solid.material, { transparent: true, opacity: 0.7 });
     add(name, solid);
   }
-  if (solids.mesh) add("mesh", mesh(motion.unscaled(solids.mesh)));
+  if (solids.shape) add("shape", new THREE.Group().add(...solids.shape.map(part)));
   addPrincipal("ellipsoid", new THREE.SphereGeometry(1, 64, 48), solids.extent);
   addPrincipal("box", new THREE.BoxGeometry(2, 2, 2, 2, 2, 2), solids.extent);
   if (solids.inertia_ellipsoid) addPrincipal("inertia", new THREE.SphereGeometry(1, 96, 64), solids.inertia_ellipsoid);
@@ -182,18 +251,17 @@ function sceneOf(motion, canvas) {
   const scaled = { polhode: new THREE.Group(), herpolhode: new THREE.Group() };
   body.add((parts.polhode = scaled.polhode));
   scene.add((parts.herpolhode = scaled.herpolhode));
-  const most = 2 * TAIL_TURNS * 90;
+  const most = TAIL_TURNS * 180;
   const tails = {};
   for (const name of ["polhode", "herpolhode"]) {
     scaled[name].add(whole(paths[name], colours[name], 0.4));
-    tails[name] = new Tail(scaled[name], colours[name], 2.5, most);
+    tails[name] = new Tail(scaled[name], colours[name], 2.5, paths[name], most);
   }
   if (page.plane) scaled.herpolhode.add(plane(page.plane, colours.herpolhode));
 
   parts.trace = new THREE.Group();
   scene.add(parts.trace);
-  tails.trace = new Tail(parts.trace, colours.body_axes, 2, most);
-  const traces = [0, 1, 2].map(() => null);
+  const traces = [null, null, null];
   const axisTip = (k, t) =>
     motion.rotate(motion.quaternion(t), [0, 1, 2].map((i) => (i === k ? BODY_AXIS : 0)));
   let traced = 2;
@@ -213,7 +281,8 @@ function sceneOf(motion, canvas) {
 
   function trace(k) {
     traced = k;
-    traces[k] ??= path((t) => axisTip(k, t));
+    traces[k] ??= new Tail(parts.trace, colours.body_axes, 2, path((t) => axisTip(k, t)), most);
+    traces.forEach((tail, i) => tail && (tail.line.visible = i === k));
   }
 
   function place(t) {
@@ -221,19 +290,24 @@ function sceneOf(motion, canvas) {
     body.quaternion.set(q[1], q[2], q[3], q[0]);
     const rate = omegaBody(t);
     const rateInSpace = motion.rotate(q, rate);
-    omega.point(rateInSpace.map((x) => x * scale));
+    omega.point(rateInSpace, scale);
     const momentum = motion.vector("angular_momentum_space", t);
-    G.point(momentum.map((x) => (x * LONGEST_MOMENTUM) / page.largest.angular_momentum || 0));
+    G.point(momentum, LONGEST_MOMENTUM / page.largest.angular_momentum);
     const [end] = motion.place(t, fine);
     const [start] = motion.place(t - duration, fine);
-    tails.polhode.draw(paths.polhode, start, end, rate);
-    tails.herpolhode.draw(paths.herpolhode, start, end, rateInSpace);
-    tails.trace.draw(traces[traced], start, end, axisTip(traced, t));
+    tails.polhode.draw(start, end, rate);
+    tails.herpolhode.draw(start, end, rateInSpace);
+    traces[traced].draw(start, end, axisTip(traced, t));
+  }
+
+  /** Draw with a part of the dots that the screen has, or without a graphics card with more when at rest. */
+  function sharpen(part) {
+    const dots = Math.min(window.devicePixelRatio, SHARPEST);
+    renderer.setPixelRatio(part === 1 && software ? SHARPEST : dots * part);
   }
 
   function resize() {
     const { clientWidth: width, clientHeight: height } = canvas.parentElement;
-    renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     renderer.setSize(width, height);
     camera.aspect = width / height;
     camera.zoom = Math.min(1, camera.aspect * 0.97);
@@ -242,10 +316,20 @@ function sceneOf(motion, canvas) {
     scene.traverse((part) => part.isSprite && part.scale.set(2 * label * 0.57, label * 0.57, 1));
   }
 
+  /** Turn the view by angles about the vertical and about the horizontal across the line of sight, and zoom. */
+  function turn(around, over, zoom) {
+    const across = new THREE.Vector3().crossVectors(camera.up, camera.position).normalize();
+    const steepness = Math.acos(camera.position.z / camera.position.length());
+    const least = 0.05;
+    camera.position.applyAxisAngle(across, Math.min(Math.max(steepness + over, least), Math.PI - least) - steepness);
+    camera.position.applyAxisAngle(camera.up, around).multiplyScalar(zoom);
+    controls.update();
+  }
+
   trace(traced);
   show(Object.keys(drawn)[0]);
   const render = () => renderer.render(scene, camera);
-  return { body, parts, solids: Object.keys(drawn), controls, show, trace, place, resize, render };
+  return { body, drawn, parts, paths, tails, traces, solids: Object.keys(drawn), controls, show, trace, turn, place, resize, sharpen, render };
 }
 
 /** The invariable plane, a translucent disc across the angular momentum at the tip of omega. */

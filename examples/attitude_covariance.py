@@ -1,0 +1,51 @@
+"""How well is an attitude known after an orbit? The covariance of a satellite, by its state-transition matrix.
+
+A satellite in the gravity gradient is known at the start to 0.1 degrees and 0.0005 degrees per second, its moments of
+inertia to half a percent. The state-transition matrix carries this on; four thousand satellites drawn at random agree.
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+
+moments = np.array([80.0, 100.0, 60.0])  # kg m2: roll, pitch, yaw
+orbit = pt.KeplerOrbit(
+    mu=398600.4418e9, semimajor_axis=7000e3, eccentricity=0.001, inclination=1.7, node=0, argument_of_periapsis=0
+)
+body = pt.Body(moments)
+system = pt.System(body, pt.GravityGradient(orbit), units={"time": "s", "inertia": "kg m2"})
+start = body.state(Rotation.from_euler("xyz", (3, 5, 4), degrees=True), omega_body=(0, 0, 0), frame=orbit.frame)
+times = np.linspace(0, orbit.period, 200)
+
+degree = np.radians(1)
+of_attitude, of_momentum = 0.1 * degree, moments * 0.0005 * degree
+initial = np.diag(np.concatenate([np.full(3, of_attitude), of_momentum]) ** 2)
+names = ["moments[0]", "moments[1]", "moments[2]"]
+of_moments = np.diag((0.005 * moments) ** 2)
+
+transition = pt.state_transition(system, start, times, names)
+covariance = transition.covariance(initial, of_moments)
+predicted = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+
+random, members = np.random.default_rng(1), 4000
+theta = random.normal(scale=of_attitude, size=(members, 3))
+gamma = random.normal(size=(members, 3)) * of_momentum
+drawn = pt.Body(moments * (1 + 0.005 * random.normal(size=(members, 3))))
+nominal = Rotation.from_quat(start.quaternion, scalar_first=True)
+starts = drawn.state(nominal * Rotation.from_rotvec(theta), angular_momentum_body=start.angular_momentum_body + gamma)
+every = slice(None, None, 20)
+cloud = pt.propagate(pt.System(drawn, pt.GravityGradient(orbit)), starts, times[every], progress=False)
+measured = []
+for n, attitude in enumerate(transition.motion.attitude[every]):
+    turn = attitude.inv() * Rotation.from_quat(cloud.quaternion[:, n], scalar_first=True)
+    measured.append(np.std(turn.as_rotvec(), axis=0))
+ratio = np.array(measured) / predicted[every, :3]
+
+print(f"standard deviations after an orbit: {np.degrees(predicted[-1, :3]).round(3)} deg")
+print(f"{members} satellites over the matrix: {ratio.min():.3f} ... {ratio.max():.3f}")
+assert np.all(np.abs(ratio - 1) < 0.06)
+
+axes = pt.plot_uncertainty(transition, initial, of_moments)
+axes[0].plot(times[every], measured, ".", color="#8C8C8C", label=f"{members} drawn")
+axes[0].figure.savefig("attitude_covariance.png", dpi=150)

@@ -1,0 +1,199 @@
+"""Poincare sections: where motions stand at the passages of an event, or once in a period.
+
+A regular motion of two degrees of freedom leaves points on a curve, a chaotic one fills an area.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import member_array
+from poinsot.mechanics.andoyer import Andoyer
+from poinsot.mechanics.crossings import AndoyerCrossing, Instant
+from poinsot.mechanics.euler import quaternion_from_angles
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.samples import orbits_of
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+from poinsot.motion.events import Crossings
+from poinsot.motion.propagate import propagate
+from poinsot.motion.trajectory import Trajectory
+from poinsot.orbits.kepler import KeplerOrbit
+
+__all__ = ["Section", "andoyer_section", "section", "spin_orbit_section"]
+
+Array = NDArray[Any]
+
+Coordinates = Callable[[Crossings], tuple[ArrayLike, ArrayLike]]
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """The points of motions in a plane, member by member, in the order of their times.
+
+    Attributes
+    ----------
+    x, y : array (members, n)
+        NaN behind the last point of a member.
+    labels : tuple of str
+        What they are, with units.
+    motion : Trajectory
+        Whose they are; of a failed member there are the points before.
+    """
+
+    x: Array
+    y: Array
+    labels: tuple[str, str]
+    motion: Trajectory
+
+    def __repr__(self) -> str:
+        return f"Section of {len(self.x)} motions, {int(np.sum(np.isfinite(self.x)))} points"
+
+
+def section(
+    motion: Trajectory, coordinates: Coordinates, event: int | None = None, labels: Sequence[str] = ("x", "y")
+) -> Section:
+    """Return the points of a motion at the passages of one of its events, or at all its times.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        Of one body or of members.
+    coordinates : callable
+        `Crossings` to x and y, each of shape (k,): from its `states`, `omega_body` and `times`.
+    event : int, optional
+        Which of `motion.events`. Default: the times of the motion, such as one in each revolution.
+    labels : two words, with units
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the motion is none or has no such event, or the coordinates are not two arrays (k,).
+    """
+    if not isinstance(motion, Trajectory):
+        raise TypeError(f"motion must be a Trajectory, but {came(motion)} came.")
+    if event is not None and not 0 <= event < len(motion.events):
+        raise ValueError(f"event must be below the {len(motion.events)} events of the motion, but {event} came.")
+    points = _all_times(motion) if event is None else motion.events[event]
+    found = [np.asarray(x, dtype=float) for x in coordinates(points)]
+    if len(found) != 2 or any(x.shape != (len(points),) for x in found):
+        shapes = " and ".join(str(x.shape) for x in found)
+        raise ValueError(f"coordinates must be two arrays of shape ({len(points)},), but {shapes} came.")
+    members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
+    counts = np.bincount(points.members, minlength=members)
+    place = np.arange(len(points)) - np.repeat(np.cumsum(counts) - counts, counts)
+    x, y = np.full((2, members, int(np.max(counts, initial=0))), np.nan)
+    x[points.members, place], y[points.members, place] = found
+    first, second = labels
+    return Section(x, y, (first, second), motion)
+
+
+def _all_times(motion: Trajectory) -> Crossings:
+    members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
+    q, Q = (np.reshape(part, (-1, 4)) for part in (motion.quaternion, motion.conjugate_momenta))
+    times, whose = np.tile(motion.times, members), np.repeat(np.arange(members), motion.times.size)
+    got = np.isfinite(q[:, 0])
+    states = computed_state(q[got], Q[got], times[got])
+    slopes = np.ones(int(got.sum()), dtype=int)
+    return Crossings(Instant(0.0), motion.system, times[got], states, slopes, whose[got])
+
+
+def spin_orbit_section(
+    system: System, angle: ArrayLike, rate: ArrayLike, revolutions: int, **options: Any
+) -> Section:
+    """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate over mean motion.
+
+    The third body axis is normal to the orbit, the first one at the angle from the direction to the periapsis
+    (Wisdom, Peale and Mignard 1984, Icarus 58, 137). The motion starts at the periapsis next to the epoch.
+
+    Parameters
+    ----------
+    system : System
+        Of forces with one Kepler orbit, no members.
+    angle : float or array (members,)
+        Radians, at the first periapsis.
+    rate : float or array (members,)
+        Inertial, over the mean motion of the orbit.
+    revolutions : int
+        Of the orbit.
+    **options
+        Those of `propagate`. The formulation is by default "planar".
+
+    Returns
+    -------
+    Section
+        x is in [0, pi).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the orbit is another one, or a force does not leave the spin axis normal to it.
+    """
+    orbit = _only_orbit(system)
+    if not isinstance(revolutions, int | np.integer) or revolutions < 1:
+        raise ValueError(f"revolutions must be a positive whole number, but {revolutions!r} came.")
+    theta, ratio = np.broadcast_arrays(member_array("angle", angle, ()), member_array("rate", rate, ()))
+    n = float(orbit.mean_motion)
+    passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / n
+    plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
+    spin = np.stack([0 * ratio, 0 * ratio, n * ratio], axis=-1)
+    start = system.body.state(quaternion_from_angles(np.stack(plane, axis=-1), "313"), omega_body=spin, time=passage)
+    times = passage + np.arange(revolutions + 1) * float(orbit.period)
+    motion = propagate(system, start, times, **{"formulation": "planar", **options})
+
+    def coordinates(points: Crossings) -> tuple[Array, Array]:
+        first_axis = points.states.attitude.apply([1.0, 0.0, 0.0])
+        ahead, aside = (first_axis @ np.array([float(x) for x in direction]) for direction in orbit.plane[:2])
+        return np.mod(np.arctan2(aside, ahead), np.pi), points.omega_body[:, 2] / n
+
+    return section(motion, coordinates, labels=("angle from the periapsis [rad]", "rate / mean motion"))
+
+
+def andoyer_section(system: System, state: State, time: float, *, angle: float = 0.0, **options: Any) -> Section:
+    """Return Andoyer's l and L/G where g passes an angle, growing.
+
+    Parameters
+    ----------
+    system : System
+    state : State
+        Of one body or of members; two degrees of freedom need one value of the energy for all, and of what else is
+        conserved.
+    time : float
+        Where the motion ends.
+    angle : float
+        Of g, radians.
+    **options
+        Those of `propagate`.
+
+    Returns
+    -------
+    Section
+        x is l in (-pi, pi], y is L/G.
+    """
+
+    def coordinates(points: Crossings) -> tuple[Array, Array]:
+        if not len(points):
+            return np.empty(0), np.empty(0)
+        variables = Andoyer.of(points.states)
+        return variables.l, variables.L / variables.G
+
+    event = AndoyerCrossing(angle=angle, slope=1)
+    motion = propagate(system, state, [time], events=[event], **options)
+    return section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
+
+
+def _only_orbit(system: Any) -> KeplerOrbit:
+    if not isinstance(system, System):
+        raise TypeError(f"system must be a System, but {came(system)} came.")
+    found = list(orbits_of(system))
+    if len(found) != 1 or not isinstance(found[0], KeplerOrbit):
+        kinds = ", ".join(type(orbit).__name__ for orbit in found) or "none"
+        raise TypeError(f"the forces of the system must have one KeplerOrbit, but {kinds} came.")
+    if any(number.ndim for number in found[0].numbers):
+        raise ValueError("the orbit must be one for all members, but it has members.")
+    return found[0]

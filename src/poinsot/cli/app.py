@@ -1,0 +1,70 @@
+"""The commands, and their help."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from poinsot.cli.checks import paper, verify
+from poinsot.cli.formats import convert, info
+from poinsot.cli.pictures import plot, view
+from poinsot.cli.runs import new, run
+from poinsot.cli.terminal import Commands, exit_statuses
+
+__all__ = ["app"]
+
+app = Commands(
+    epilog=exit_statuses(
+        _1="a comparison of `verify`, or of a repeated result with the original, fails",
+        _3="a propagation, or a member's, stopped before its last time",
+    ),
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from poinsot import __version__
+
+        typer.echo(f"poinsot {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def main(
+    version: Annotated[  # noqa: ARG001 - its callback shows it
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Rotation of rigid bodies, at machine precision.
+
+    Start with:
+
+    - `poinsot new top.toml` writes a scenario with a comment on every line
+    - `poinsot run top.toml` computes it, as top.nc
+    - `poinsot info top.nc`, `poinsot plot top.nc` and `poinsot view top.nc` look at it
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+for panel, commands in {
+    "Scenarios and results": (new, run, info, plot, view, convert),
+    "Is it right?": (verify, paper),
+}.items():
+    for command in commands:
+        own = {
+            run: {
+                "_1": "a repeated result differs from the original",
+                "_3": "it, or a member, stopped before its last time",
+            },
+            verify: {"_1": "a comparison fails"},
+        }.get(command, {})
+        app.command(epilog=exit_statuses(**own), rich_help_panel=panel)(command)

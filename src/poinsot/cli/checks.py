@@ -1,0 +1,130 @@
+"""How right it is: `poinsot paper`, `poinsot verify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, bar, bar_console, check_new, sentences
+
+__all__ = ["paper", "verify"]
+
+
+def paper(
+    out: Annotated[Path, typer.Option(help="Folder for figures, NetCDF files and the table.", file_okay=False)] = Path(
+        "out"
+    ),
+    overwrite: Overwrite = False,
+) -> None:
+    """Integrate the three problems of Arribas, Elipe and Palacios (2006) and show how exact the result is.
+
+    Writes Figs. 1-3 (PNG, PDF), one NetCDF file for each case, and table.md. Takes half a minute the first time;
+    Ctrl-C leaves the cases that are done.
+
+    For example:
+
+    - `poinsot paper`
+    - `poinsot paper --out problems --overwrite`
+    """
+    with sentences():
+        import matplotlib as mpl
+        from rich.console import Console
+
+        mpl.use("Agg")
+        from poinsot import paper as problems
+
+        console = Console()
+        out.mkdir(parents=True, exist_ok=True)
+        for name in [f"{problem.name}{end}" for problem in problems.PROBLEMS for end in (".png", ".pdf", ".nc")]:
+            check_new(out / name, overwrite)
+        check_new(out / "table.md", overwrite)
+        rows: list[problems.Row] = []
+        with bar("The paper's problems", len(problems.PROBLEMS), bar_console(console)) as begin:
+            for problem in problems.PROBLEMS:
+                begin(problem.title)
+                motion, found = problems.solve(problem)
+                problems.write(motion, problem, out)
+                rows += found
+                console.print(_table(problem.title, found))
+                (out / "table.md").write_text(problems.markdown_table(rows))
+        console.print(problems.PERIGEE, highlight=False)
+        first = out / f"{problems.PROBLEMS[0].name}.png"
+        console.print(
+            f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {first}", soft_wrap=True
+        )
+
+
+def verify() -> None:
+    """Check this installation against motions that others published.
+
+    Ten seconds, the first time half a minute. `expected` is the most that a difference may be. Ctrl-C shows the
+    comparisons that are done.
+
+    For example:
+
+    - `poinsot verify`
+    """
+    with sentences():
+        from rich.console import Console
+
+        from poinsot import verify as checks
+
+        console = Console()
+        found: list[Any] = []
+        interrupted = False
+        with bar("Verifying", len(checks.CASES), bar_console(console)) as begin:
+            try:
+                for case in checks.CASES:
+                    begin(case.title)
+                    found.append((case, checks.rows_of(case)))
+            except KeyboardInterrupt:
+                interrupted = True
+        rows = [row for _, rows in found for row in rows]
+        failed = sum(not row.holds for row in rows)
+        if rows:
+            console.print(_comparisons(found))
+            told = f"{failed} of {len(rows)} comparisons fail." if failed else f"All {len(rows)} comparisons hold."
+            console.print(told)
+        console.print(checks.installation(), highlight=False)
+        if interrupted:
+            console.print(f"Interrupted: {len(found)} of {len(checks.CASES)} cases were compared.")
+            raise typer.Exit(INTERRUPTED)
+        if failed:
+            raise typer.Exit(DIFFERS)
+
+
+def _comparisons(found: list[Any]) -> object:
+    """Return the comparisons of all cases, each under its title and source."""
+    from rich import box
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column("case, source, what is compared")
+    for heading in ("difference", "expected"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    for number, (case, rows) in enumerate(found, 1):
+        table.add_row(Text(f"{number}. {case.title}", style="bold"))
+        table.add_row(Padding(Text(case.source, style="dim"), (0, 0, 0, 3)))
+        for row in rows:
+            verdict = Text("ok") if row.holds else Text("FAILED", style="bold red")
+            quantity = Padding(Text(row.quantity), (0, 0, 0, 3))
+            table.add_row(quantity, f"{row.difference:.1e}", f"{row.expected:.1e}", verdict)
+    return table
+
+
+def _table(title: str, rows: list[Any]) -> object:
+    """Return the rows of one case, narrow enough for any terminal."""
+    from rich import box
+    from rich.table import Table
+
+    headings = ("formulation", "steps", "order", "ms", "|q|-1", "q.Q", "drift", "error")
+    table = Table(*headings, title=f"{title} (error in rad)", title_justify="left", box=box.SIMPLE_HEAD, padding=0)
+    for row in rows:
+        cells = (row.formulation, row.steps, row.order, row.milliseconds, row.norm_error, row.tangency_error)
+        table.add_row(*cells, row.drift.replace(", ", "\n"), row.attitude_error)
+    return table

@@ -1,0 +1,300 @@
+"""What files have in them, and other formats: `poinsot info`, `poinsot convert`."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from poinsot.cli.terminal import Overwrite, busy, check_new, sentences, tell, writing
+
+__all__ = ["convert", "info"]
+
+Lines = list[str]
+
+
+def info(
+    file: Annotated[Path, typer.Argument(help="A result, a scenario, or another file that the package can read.")],
+    scenario: Annotated[
+        bool, typer.Option("--scenario", help="Print the text of the scenario in it, no more.")
+    ] = False,
+) -> None:
+    """Tell what a file has: body and forces, times, how it was computed, its drift, and whether it can be run again.
+
+    Also of files of attitudes (AEM, APM, CK, STK, CSV), orbits (OEM), shapes (OBJ, PLY, STL, plates) and gravity fields
+    (ICGEM, SHADR): what is in them, and which function of the package reads them.
+
+    For example:
+
+    - `poinsot info top.nc`
+    - `poinsot info top.nc --scenario > again.toml`
+    - `poinsot info attitude.aem`
+    """
+    with sentences():
+        with busy(f"Reading {file}"):
+            lines, text = _in_file(file)
+        if not scenario:
+            typer.echo("\n".join(lines))
+        elif text is None:
+            raise ValueError(f"{file} must have a scenario to print, but it has none.")
+        else:
+            typer.echo(text, nl=False)
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or attitudes (.aem, .bc, .a, .csv).")],
+    target: Annotated[Path, typer.Argument(help="The file to write; its end says the format.")],
+    scenario: Annotated[
+        Path | None, typer.Option(help="From attitudes to a result: a scenario with body and forces.")
+    ] = None,
+    zero: Annotated[
+        str | None, typer.Option(help="The date of t = 0 with its scale, '2026-11-21T00:00:00 UTC'.")
+    ] = None,
+    frame: Annotated[str | None, typer.Option(help="The name of the space axes, such as ICRF.")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Convert between results and files of attitudes: CCSDS AEM (.aem), SPICE CK (.bc), STK (.a), tables (.csv).
+
+    Files of attitudes have dates, and the name of the space axes: say them where the result has none.
+
+    For example:
+
+    - `poinsot convert top.nc top.zarr`
+    - `poinsot convert sat.nc sat.aem --zero "2026-11-21T00:00:00 UTC" --frame ICRF`
+    - `poinsot convert sat.aem sat.nc --scenario sat.toml`
+    """
+    with sentences():
+        from poinsot.files.conversions import convert as write
+
+        if source.resolve() == target.resolve():
+            raise ValueError(f"{target} must be another file than the one to convert, but it is the same.")
+        if not source.exists():
+            raise FileNotFoundError(f"{source} must be a file to convert, but there is none.")
+        check_new(target, overwrite)
+        with writing(target):
+            write(source, target, scenario=scenario, zero=zero, frame=frame, overwrite=overwrite)
+        tell(target)
+
+
+# ------------------------------------------------------------------ what a file has
+
+
+def _in_file(file: Path) -> tuple[Lines, str | None]:
+    """Return the lines about a file, and the text of the scenario in it."""
+    if not file.exists():
+        raise FileNotFoundError(f"{file} must be a file that exists, but there is none.")
+    if file.suffix == ".toml":
+        return _of_scenario(file)
+    if file.suffix in (".nc", ".zarr"):
+        return _of_result(file)
+    kind = _kind_of(file)
+    if kind is None:
+        raise ValueError(
+            f"{file} must be a result (.nc, .zarr), a scenario (.toml), attitudes (AEM, APM, .bc, .a, .csv), an orbit "
+            "(OEM), a shape (.obj, .ply, .stl, .tab) or a gravity field (.gfc, .tab), but it is none of them."
+        )
+    return OF_OTHERS[kind](file), None
+
+
+def _kind_of(file: Path) -> str | None:
+    """Return what a file is: messages of the CCSDS say so in their first lines, others by the end of their names."""
+    if not file.is_file():
+        raise IsADirectoryError(f"{file} must be a file, but it is none.")
+    with file.open("rb") as stream:
+        head = stream.read(4096)
+    message = re.search(rb"CCSDS_(AEM|APM|OEM|OMM)_VERS|<(aem|apm|oem|omm)[\s>]", head)
+    if message is not None:
+        return (message[1] or message[2]).decode().lower()
+    suffix = file.suffix.lower()
+    if suffix == ".tab":
+        return "field" if b"," in head.partition(b"\n")[0] else "mesh"
+    return BY_SUFFIX.get(suffix)
+
+
+BY_SUFFIX = {
+    **dict.fromkeys((".obj", ".ply", ".stl"), "mesh"),
+    **dict.fromkeys((".gfc", ".sha"), "field"),
+    ".bc": "ck",
+    **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), "kernel"),
+    ".aem": "aem",
+    ".apm": "apm",
+    ".oem": "oem",
+    ".omm": "omm",
+    ".tle": "omm",
+    ".a": "stk",
+    ".csv": "csv",
+}
+
+
+def _of_scenario(file: Path) -> tuple[Lines, str | None]:
+    from poinsot.files.scenarios.scenario import read_scenario
+
+    job = read_scenario(file)
+    title, seed = job.provenance.get("title"), job.provenance.get("seed")
+    lines = [
+        title or f"Scenario {file.name}",
+        *_system(job.system),
+        f"  start: {_start(job.state)}",
+        _span(job.times),
+        *([f"  members: {len(job.state.quaternion)}, seed: {seed}"] if seed is not None else []),
+        *(f"  writes: {name}" for name in job.outputs.values()),
+    ]
+    return lines, job.provenance["scenario"]
+
+
+def _of_result(file: Path) -> tuple[Lines, str | None]:
+    from poinsot.files.netcdf import load
+
+    motion = load(file)
+    title, seed = (motion.provenance.get(key) for key in ("title", "seed"))
+    reason = getattr(motion.system, "not_rerunnable", None)
+    versions = ", ".join(f"{name} {version}" for name, version in motion.run.versions.items())
+    lines = [
+        title or f"Result {file.name}",
+        *_system(motion.system),
+        *(line for line in repr(motion).splitlines()[1:] if not line.startswith("  wall_time")),
+        *_members(motion),
+        *([f"  seed: {seed}"] if seed is not None else []),
+        f"  versions: {versions}",
+        "  can be run again: yes" if reason is None else f"  can be run again: no. {reason}",
+    ]
+    return lines, motion.provenance.get("scenario")
+
+
+def _members(motion: Any) -> Lines:
+    """Return the line about an ensemble of which not all members are there to the end."""
+    if motion.quaternion.ndim == 2:
+        return []
+    whole = [math.isfinite(last) for last in motion.quaternion[:, -1, 0]]
+    return [] if all(whole) else [f"  at the last time: {sum(whole)} of {len(whole)} members"]
+
+
+def _system(system: Any) -> Lines:
+    """Return the lines about body and forces; of a system whose forces are not at hand, what its file says."""
+    if hasattr(system, "not_rerunnable"):
+        return [f"  system: {system!r}"]
+    forces = [f"  force: {force!r}" for force in system.forces]
+    return [f"  body: {system.body!r}", *(forces or ["  forces: none"])]
+
+
+def _start(state: Any) -> str:
+    return repr(state) if state.quaternion.ndim == 1 else f"{len(state.quaternion)} states"
+
+
+def _span(times: Any) -> str:
+    return f"  times: {times.size}, {times[0]:.10g} ... {times[-1]:.10g}"
+
+
+# ------------------------------------------------------------------ files of others
+
+
+def _attitudes(title: str, reader: str, file: Path, table: Any) -> Lines:
+    size = (
+        "the quaternions are of unit norm"
+        if table.norm_error < 1e-15
+        else f"largest | |q| - 1 |: {table.norm_error:.2g}"
+    )
+    return [
+        f"{title}: {table.body_frame} in {table.reference_frame}",
+        _span(table.times),
+        f"  dates: {table.calendar or 'none'}",
+        f"  rates: {'in the file' if table.omega_body is not None else 'none, differentiated where needed'}",
+        f"  norm: {size}",
+        _read_by(reader, file),
+    ]
+
+
+def _read_by(reader: str, file: Path, more: str = "") -> str:
+    return f"  in Python: pt.{reader}({str(file)!r}{more})"
+
+
+def _of_aem(file: Path) -> Lines:
+    from poinsot.files.attitudes.aem import read_aem
+
+    return _attitudes("Attitudes, CCSDS AEM", "read_aem", file, read_aem(file))
+
+
+def _of_stk(file: Path) -> Lines:
+    from poinsot.files.attitudes.stk import read_stk_attitude
+
+    return _attitudes("Attitudes, STK", "read_stk_attitude", file, read_stk_attitude(file))
+
+
+def _of_csv(file: Path) -> Lines:
+    from poinsot.files.attitudes.quaternion_csv import read_quaternion_csv
+
+    return _attitudes("Attitudes, table", "read_quaternion_csv", file, read_quaternion_csv(file))
+
+
+def _of_ck(file: Path) -> Lines:
+    from poinsot.files.attitudes.ck import read_ck
+
+    *told, _ = _attitudes("Attitudes, SPICE CK", "spice_attitude", file, read_ck(file))
+    return [*told, "  in Python: pt.spice_attitude, with the kernels of its clock and its frame"]
+
+
+def _of_apm(file: Path) -> Lines:
+    from poinsot.files.attitudes.apm import read_apm
+
+    table, body = read_apm(file)
+    return [
+        *_attitudes("One attitude, CCSDS APM", "read_apm", file, table),
+        f"  body: {'none that can be used' if body is None else repr(body)}",
+    ]
+
+
+def _of_oem(file: Path) -> Lines:
+    from poinsot.files.orbits.oem import read_oem
+
+    return [f"Orbit, CCSDS OEM: {read_oem(file)!r}", _read_by("read_oem", file)]
+
+
+def _of_omm(file: Path) -> Lines:
+    return [f"Mean elements of an orbit, for SGP4: {file.name}", "  in Python: pt.omm_orbit, pt.tle_orbit"]
+
+
+def _of_mesh(file: Path) -> Lines:
+    from poinsot.files.bodies.meshes import read_mesh
+
+    mesh = read_mesh(file, density=1.0)
+    return [
+        f"Shape: {len(mesh.vertices)} vertices, {len(mesh.faces)} faces, closed",
+        f"  volume: {mesh.mass:.6g}, in the unit of length of the file",
+        f"  farthest from the centre of mass: {mesh.circumscribing_radius:.6g}",
+        _read_by("read_mesh", file, ", density=..."),
+    ]
+
+
+def _of_field(file: Path) -> Lines:
+    from poinsot.files.bodies.fields import read_field
+
+    field = read_field(file, mass=1.0)
+    return [
+        f"Gravity field: degree {field.degree}, reference radius {field.radius:.10g}",
+        _read_by("read_field", file, ", mass=..."),
+    ]
+
+
+def _of_kernel(file: Path) -> Lines:
+    return [
+        f"Kernel of SPICE: {file.name}",
+        "  in Python: pt.spice_attitude, pt.spice_orbit, with the kernels beside it",
+    ]
+
+
+OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
+    "aem": _of_aem,
+    "apm": _of_apm,
+    "ck": _of_ck,
+    "csv": _of_csv,
+    "field": _of_field,
+    "kernel": _of_kernel,
+    "mesh": _of_mesh,
+    "oem": _of_oem,
+    "omm": _of_omm,
+    "stk": _of_stk,
+}

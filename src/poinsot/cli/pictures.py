@@ -1,0 +1,174 @@
+"""What is looked at: `poinsot plot`, `poinsot view`."""
+
+from __future__ import annotations
+
+import inspect
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import poinsot
+from poinsot.cli.terminal import Overwrite, busy, check_new, checked_result, sentences, tell, writing
+
+__all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
+
+KINDS = tuple(name.removeprefix("plot_") for name in poinsot.__all__ if name.startswith("plot_"))
+"""What can be drawn of a result: the functions `plot_...` of the package."""
+
+PICTURES = (".png", ".pdf", ".svg")
+
+
+def _known(kind: str) -> str:
+    if kind not in KINDS:
+        raise typer.BadParameter(f"it must be one of {', '.join(KINDS)}, but {kind!r} came.")
+    return kind
+
+
+def plot(
+    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
+    picture: Annotated[
+        Path | None, typer.Argument(help="Ends in .png, .pdf or .svg; default: FILE-KIND.png beside the result.")
+    ] = None,
+    kind: Annotated[str, typer.Option(callback=_known, help=f"What to draw: {', '.join(KINDS)}.")] = "quaternions",
+    other: Annotated[
+        Path | None, typer.Option("--with", help="Another result, at the same times, for --kind difference.")
+    ] = None,
+    orbit: Annotated[
+        int | None, typer.Option(min=1, help="Which orbit, for --kind roll_pitch_yaw, if there are several: 1, 2, ...")
+    ] = None,
+    degrees: Annotated[bool, typer.Option("--degrees", help="Angles in degrees instead of radians.")] = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Draw a result, as the functions `plot_...` of the package do.
+
+    For example:
+
+    - `poinsot plot top.nc`: q and Q, in top-quaternions.png
+    - `poinsot plot top.nc top.pdf --kind polhode`
+    - `poinsot plot top.nc --kind difference --with top-again.nc`
+    """
+    with sentences():
+        checked_result(file)
+        path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
+        check_new(path, overwrite)
+        with busy(f"Reading {file}"):
+            motion = _loaded(file)
+        tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, degrees=degrees))
+
+
+def view(
+    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr) of one body.")],
+    page: Annotated[Path | None, typer.Argument(help="Ends in .html; default: beside the result.")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a page that plays a result in three dimensions, in any browser, without a network.
+
+    For example:
+
+    - `poinsot view top.nc`
+    - `poinsot view top.nc talk/top.html`
+    """
+    with sentences():
+        checked_result(file)
+        path = page or file.with_suffix(".html")
+        check_new(path, overwrite)
+        if path.suffix != ".html":
+            raise ValueError(f"{path} must end in .html, but it does not.")
+        with busy(f"Reading {file}"):
+            motion = _loaded(file)
+        tell(viewed(motion, path, overwrite))
+
+
+def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> Path:
+    """Draw a motion into a file, whole or not at all, and return its path; `said` are options of the command."""
+    if path.suffix not in PICTURES:
+        raise ValueError(f"{path} must end in {', '.join(PICTURES)}, but it does not.")
+    check_new(path, overwrite)
+    import matplotlib as mpl
+    import numpy as np
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    from poinsot.files.writing import new_file
+
+    draw = getattr(poinsot, f"plot_{kind}")
+    with writing(path):
+        figure = np.ravel(draw(**_arguments(draw, kind, motion, **said)))[0].figure
+        content = io.BytesIO()
+        figure.savefig(content, format=path.suffix[1:], **({"dpi": 150} if path.suffix == ".png" else {}))
+        plt.close(figure)
+        with new_file(path, overwrite) as part:
+            part.write_bytes(content.getvalue())
+    return path
+
+
+def viewed(motion: Any, path: Path, overwrite: bool) -> Path:
+    """Write the page of a motion, whole or not at all, and return its path."""
+    from poinsot.files.writing import write_text
+    from poinsot.pictures.view import view as page_of
+
+    with writing(path):
+        return write_text(path, page_of(motion).html, overwrite)
+
+
+def _arguments(
+    draw: Callable[..., Any],
+    kind: str,
+    motion: Any,
+    other: Path | None = None,
+    orbit: int | None = None,
+    degrees: bool = False,
+) -> dict[str, Any]:
+    """Return the arguments of a function of the package, by their names, from a motion and the options."""
+    wanted = inspect.signature(draw).parameters
+    for name, option, value in (
+        ("other", "--with", other),
+        ("orbit", "--orbit", orbit),
+        ("degrees", "--degrees", degrees),
+    ):
+        if value and name not in wanted:
+            raise ValueError(f"{option} must go with a kind that it is for, but --kind {kind} came.")
+    made: dict[str, Callable[[], Any]] = {
+        "motion": lambda: motion,
+        "body": lambda: motion.system.body,
+        "state": lambda: motion,
+        "other": lambda: _other(other),
+        "orbit": lambda: _orbit(motion, orbit),
+        "title": lambda: motion.provenance.get("title") or "",
+    }
+    given = {name: made[name]() for name in wanted if name in made}
+    return given | ({"degrees": True} if degrees else {})
+
+
+def _other(path: Path | None) -> Any:
+    if path is None:
+        raise ValueError("--with must be another result, such as --with other.nc, but none came.")
+    return _loaded(path)
+
+
+def _orbit(motion: Any, number: int | None) -> Any:
+    """Return the orbit of a motion, or the one of a number if there are several."""
+    from poinsot.mechanics.samples import orbits_of, same
+
+    found: list[Any] = []
+    for orbit in orbits_of(motion.system):
+        if not any(same(orbit, known) for known in found):
+            found.append(orbit)
+    if not found:
+        raise ValueError("the result must have an orbit from which to see the body, but it has none.")
+    if number is None and len(found) == 1:
+        return found[0]
+    if number is None or number > len(found):
+        listed = "; ".join(f"{i}: {type(orbit).__name__}" for i, orbit in enumerate(found, 1))
+        raise ValueError(f"--orbit must say which orbit, but {number or 'none'} came. There are {listed}.")
+    return found[number - 1]
+
+
+def _loaded(file: Path) -> Any:
+    from poinsot.files.netcdf import load
+
+    return load(checked_result(file))

@@ -1,0 +1,218 @@
+"""Scenarios and results: `poinsot new`, `poinsot run`."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from poinsot.cli.terminal import (
+    DIFFERS,
+    INTERRUPTED,
+    STOPPED,
+    Overwrite,
+    busy,
+    check_new,
+    kept,
+    say,
+    sentences,
+    tell,
+    writing,
+)
+
+__all__ = ["new", "run"]
+
+BYTES = 150
+"""The least that a result has for each time and member."""
+
+MOST_TOLD = 10
+"""Members whose failures are told one by one."""
+
+
+def new(
+    file: Annotated[Path, typer.Argument(help="The scenario to write, .toml.")] = Path("scenario.toml"),
+    overwrite: Overwrite = False,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema for editors instead.")] = False,
+) -> None:
+    """Write a scenario to start from, with a comment on every line.
+
+    For example:
+
+    - `poinsot new satellite.toml`, then `poinsot run satellite.toml`
+    - `poinsot new --schema > scenario.schema.json`
+    """
+    with sentences():
+        if schema:
+            import json
+
+            from poinsot.files.scenarios.model import schema as of_scenarios
+
+            typer.echo(json.dumps(of_scenarios(), indent=1))
+            return
+        from poinsot.files.scenarios.start import START
+        from poinsot.files.writing import write_text
+
+        if file.suffix != ".toml":
+            raise ValueError(f"{file} must end in .toml, but it does not.")
+        check_new(file, overwrite)
+        with writing(file):
+            write_text(file, START, overwrite)
+        tell(file)
+
+
+def run(
+    file: Annotated[Path, typer.Argument(help="A scenario (.toml), or a result (.nc, .zarr) to repeat.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for what is written; default: that of the file.", file_okay=False)
+    ] = None,
+    overwrite: Overwrite = False,
+    threads: Annotated[int | None, typer.Option(min=1, help="For an ensemble; default: all cores.")] = None,
+) -> None:
+    """Compute the motion that a scenario describes, and write it with all that is needed to compute it again.
+
+    The result is NetCDF-4, named like the scenario, or as the scenario says under outputs (also a plot, a view).
+    Ctrl-C ends a run, and what was computed is in NAME.partial.nc; so it is of a run that stops.
+
+    A result is repeated from what it has in itself, as NAME-again.nc, and compared: on the same versions it is the
+    same to the bit.
+
+    For example:
+
+    - `poinsot run top.toml`
+    - `poinsot run top.nc`
+    - `poinsot run tops.toml --out results --threads 4`
+    """
+    with sentences():
+        job, original = _job_in(file)
+        names = _output_names(job, original is not None, file, out)
+        _check_outputs(job, names, overwrite)
+        motion = _propagated(job, names["partial"], overwrite, threads)
+        _write_outputs(motion, names, overwrite)
+        if original is not None and not _compare(original, motion):
+            raise typer.Exit(DIFFERS)
+        if motion.failures:
+            _tell_failures(motion)
+            raise typer.Exit(STOPPED)
+
+
+def _job_in(file: Path) -> tuple[Any, Any]:
+    """Return what a file says is to be computed, and the original if it is a result."""
+    from poinsot.files.netcdf import load
+    from poinsot.files.scenarios.scenario import read_scenario, repetition
+
+    if file.suffix == ".toml":
+        return read_scenario(file), None
+    if file.suffix not in (".nc", ".zarr"):
+        raise ValueError(f"{file} must be a scenario, .toml, or a result, .nc or .zarr, but it is none.")
+    original = load(file)
+    return repetition(original, str(file)), original
+
+
+def _output_names(job: Any, repeated: bool, file: Path, out: Path | None) -> dict[str, Path]:
+    """Return the paths of the files to write, by what they are."""
+    folder = file.parent if out is None else out
+    if repeated:
+        named = {"result": file.name if out is not None else f"{file.stem}-again{file.suffix}"}
+    else:
+        named = {"result": f"{file.stem}.nc", **job.outputs}
+    names = {kind: folder / name for kind, name in named.items()}
+    return names | {"partial": names["result"].with_suffix(f".partial{names['result'].suffix}")}
+
+
+def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
+    """Refuse before the run what would be refused after it."""
+    from poinsot.motion.arguments import members_of
+
+    members = members_of(job.system, job.state)
+    if "view" in names and members:
+        raise ValueError(f"{names['view']} must be of one body, but the scenario has an ensemble, which has no view.")
+    folder = names["result"].parent
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in names.values():
+        if path.exists() and not overwrite:
+            raise FileExistsError(
+                f"{path} must be a new file, but it exists. --overwrite replaces it, --out leads away."
+            )
+        check_new(path, overwrite)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(f"{folder} must be a folder that can be written, but it is not.")
+    needed, free = BYTES * job.times.size * max(members or (1,)), shutil.disk_usage(folder).free
+    if free < needed:
+        raise OSError(f"{folder} must have room for some {needed / 1e6:.0f} MB, but {free / 1e6:.0f} MB are free.")
+
+
+def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -> Any:
+    """Return the motion; of one that stops keep what there is, and exit."""
+    import numpy as np
+
+    from poinsot.errors import PropagationError, PropagationInterrupted
+    from poinsot.files.netcdf import save
+    from poinsot.motion.arguments import members_of
+
+    try:
+        if members_of(job.system, job.state):  # which has a bar of its own
+            return job.propagate(threads=threads)
+        with busy(str(job.provenance.get("title") or job.name)):
+            return job.propagate(threads=threads)
+    except (PropagationError, PropagationInterrupted) as stopped:
+        code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
+        kept_in = "Nothing was computed before."
+        if np.any(np.isfinite(stopped.trajectory.quaternion)):
+            with kept(), writing(partial):
+                save(stopped.trajectory, partial, overwrite=overwrite)
+            kept_in = f"What was computed is in {partial}."
+        say(f"{stopped} {kept_in}")
+        raise typer.Exit(code) from None
+
+
+def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> None:
+    from poinsot.files.netcdf import save
+
+    with kept(), writing(names["result"]):
+        save(motion, names["result"], overwrite=overwrite)
+    tell(names["result"])
+    if "plot" in names:
+        from poinsot.cli.pictures import drawn
+
+        tell(drawn(motion, "quaternions", names["plot"], overwrite))
+    if "view" in names:
+        from poinsot.cli.pictures import viewed
+
+        tell(viewed(motion, names["view"], overwrite))
+
+
+def _tell_failures(motion: Any) -> None:
+    failures = motion.failures
+    say(f"{len(failures)} of {len(motion.quaternion)} members stopped before the last time.")
+    for member, why in list(failures.items())[:MOST_TOLD]:
+        say(f"member {member}: {why}")
+    if len(failures) > MOST_TOLD:
+        say(f"... and {len(failures) - MOST_TOLD} more, which `motion.failures` has.")
+
+
+def _compare(original: Any, motion: Any) -> bool:
+    """Say how a repeated motion differs from the original; return whether it is the same to the bit."""
+    import numpy as np
+
+    shared = np.isin(motion.times, original.times)
+    if np.sum(shared) != original.times.size:
+        typer.echo(f"It has other times: {original.times.size} before, {motion.times.size} now.")
+        return False
+    known = np.isfinite(original.quaternion)
+    pairs = [
+        (getattr(original, name)[known], getattr(motion, name)[..., shared, :][known])
+        for name in ("quaternion", "conjugate_momenta")
+    ]
+    if all(before.tobytes() == now.tobytes() for before, now in pairs):
+        whole = motion.times.size == original.times.size and np.array_equal(known, np.isfinite(motion.quaternion))
+        typer.echo("The same to the bit." if whole else "The same to the bit, as far as the original goes.")
+        return True
+    largest = max(float(np.nanmax(np.abs(now - before), initial=0.0)) for before, now in pairs)
+    typer.echo(f"It differs by up to {largest:.2g} in q and Q.")
+    before, now = original.run.versions, motion.run.versions
+    others = [f"{name} {before.get(name)} -> {now[name]}" for name in now if before.get(name) != now[name]]
+    typer.echo(f"Versions that differ: {', '.join(others) or 'none'}.")
+    return False

@@ -1,0 +1,271 @@
+"""What the commands share: exit statuses, errors as sentences, and what a terminal shows while something lasts."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import shutil
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = [
+    "DIFFERS",
+    "INTERRUPTED",
+    "STOPPED",
+    "Commands",
+    "Overwrite",
+    "bar",
+    "bar_console",
+    "busy",
+    "check_new",
+    "checked_result",
+    "exit_statuses",
+    "kept",
+    "say",
+    "sentences",
+    "tell",
+    "writing",
+]
+
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
+
+DIFFERS, WRONG, STOPPED, INTERRUPTED = 1, 2, 3, 130
+
+STATUSES = {
+    0: "done",
+    WRONG: "the command line, a file or a value is not right",
+    INTERRUPTED: "Ctrl-C",
+}
+
+PATIENCE = 0.5
+"""Seconds before something that lasts is shown."""
+
+SMALLEST = 65536
+"""Bytes of a result; a disk with less is full."""
+
+RESULTS = (".nc", ".zarr")
+
+COMMAND_WORDS = (
+    (
+        r"^path must be (a new file|new), but (.+) exists\..*",
+        r"\2 must be a new file, but it exists. --overwrite replaces it.",
+    ),
+    (r"overwrite=True", "--overwrite"),
+    (r"^reference_frame must", "--frame must"),
+    (r"reference_frame='(\w+)'(, or --frame \w+ on the command line,)?", r"--frame \1"),
+    (r"^calendar must", "--zero must"),
+    (r"calendar=Calendar\('([^']+)', '([^']+)'\)(, or --zero '[^']*' on the command line)?", r"--zero '\1 \2'"),
+    (r"^(zero|epoch) must", "--zero must"),
+    (r"^scale must", "the scale in --zero must"),
+    (r"^other must have the times of motion", "--with must have the times of the result"),
+    (r"must come with a scenario", "must come with --scenario"),
+)
+"""What Python calls an argument, and what the command line does."""
+
+
+def exit_statuses(**more: str) -> str:
+    """Return the sentence about the exit statuses of a command, of which `_1` and `_3` are its own."""
+    told = STATUSES | {int(code.strip("_")): what for code, what in more.items()}
+    return f"Exit status: {'; '.join(f'{code} {told[code]}' for code in sorted(told))}."
+
+
+# ------------------------------------------------------------------ words
+
+
+def say(sentence: str) -> None:
+    """Write a sentence to the standard error, on one line, whatever the names in it have."""
+    typer.echo("".join(_shown(letter) for letter in sentence), err=True)
+
+
+def tell(path: Path) -> None:
+    """Write the path of a file that was written."""
+    typer.echo("".join(map(_shown, str(path))) if sys.stdout.isatty() else str(path))
+
+
+def _shown(letter: str) -> str:
+    return letter if letter.isprintable() else letter.encode("unicode_escape").decode()
+
+
+class Commands(typer.Typer):
+    """Commands whose help and usage, too, end in a sentence where they cannot be written."""
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        """Run the command line."""
+        try:
+            return super().__call__(*arguments, **options)
+        except OSError as error:
+            say(f"poinsot: {_sentence(error)}")
+            sys.exit(WRONG)
+
+
+@contextlib.contextmanager
+def sentences() -> Iterator[None]:
+    """Tell errors, warnings and Ctrl-C as one sentence each, and end with the exit status that says which."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        try:
+            yield
+        except (typer.Exit, BrokenPipeError):
+            raise
+        except KeyboardInterrupt:
+            say("poinsot: interrupted. What is not named above was not written.")
+            raise typer.Exit(INTERRUPTED) from None
+        except (OSError, ValueError, ImportError, MemoryError, RuntimeError) as error:
+            say(f"poinsot: {_sentence(error)}")
+            raise typer.Exit(WRONG) from None
+        finally:
+            for message in dict.fromkeys(str(warning.message) for warning in told if warning.category is UserWarning):
+                say(f"warning: {message}")
+
+
+def _sentence(error: Exception) -> str:
+    """Return what an error says, in the words of the command line."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename or 'the output'} must be a file that can be used, but {_said(error)}."
+    text = str(error) or f"it ended in {type(error).__name__}."
+    for python, command in COMMAND_WORDS:
+        text = re.sub(python, command, text)
+    return text
+
+
+def _said(error: OSError) -> str:
+    return f"the system says: {error.strerror}"
+
+
+# ------------------------------------------------------------------ files
+
+
+def check_new(path: Path, overwrite: bool) -> None:
+    """Refuse a file that exists, or a folder for it that does not, before anything is computed."""
+    if path.is_dir() and path.suffix != ".zarr":
+        raise IsADirectoryError(f"{path} must be the name of a file, but it is a folder.")
+    if path.exists() and not overwrite:
+        raise FileExistsError(f"{path} must be a new file, but it exists. --overwrite replaces it.")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path} must be in a folder that exists, but there is no {path.parent}.")
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Show that a file is being written, and name it where the system or a library cannot write it."""
+    try:
+        with busy(f"Writing {path}"):
+            yield
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, OSError) and not error.strerror:
+            raise
+        full = shutil.disk_usage(path.parent).free < SMALLEST
+        said = "the disk is full" if full else _said(error) if isinstance(error, OSError) else f"{error}".rstrip(".")
+        raise OSError(f"{path} must be a file that can be written, but {said}.") from None
+
+
+def checked_result(file: Path) -> Path:
+    """Return the path of a result; of another file say what makes a result of it."""
+    if file.suffix in RESULTS and not file.exists():
+        raise FileNotFoundError(f"{file} must be a result, but there is no such file.")
+    if file.suffix in RESULTS:
+        return file
+    hint = {
+        ".toml": f"`poinsot run {file}` makes one.",
+        **dict.fromkeys((".aem", ".a", ".csv", ".bc"), f"`poinsot convert {file} NAME.nc --scenario ...` makes one."),
+    }
+    raise ValueError(
+        f"{file} must be a result, {' or '.join(RESULTS)}, but it is none. {hint.get(file.suffix, '')}".rstrip()
+    )
+
+
+@contextlib.contextmanager
+def kept() -> Iterator[None]:
+    """Let what was computed be written before a Ctrl-C is heard; the second one is heard at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before, heard = signal.getsignal(signal.SIGINT), list[int]()
+
+    def note(number: int, _: FrameType | None) -> None:
+        heard.append(number)
+        signal.signal(signal.SIGINT, before)
+        say("Writing what was computed first; Ctrl-C again gives it up.")
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if heard:
+        raise KeyboardInterrupt
+
+
+# ------------------------------------------------------------------ what a terminal shows
+
+
+@contextlib.contextmanager
+def busy(what: str) -> Iterator[None]:
+    """Show on a terminal that something lasts, and since when."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
+    shown = Progress(*columns, console=Console(stderr=True), transient=True)
+    shown.add_task("".join(map(_shown, what)), total=None)
+    with _later(shown):
+        yield
+
+
+@contextlib.contextmanager
+def bar(what: str, total: int, console: Console) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal how many parts of something are done; give what is called at the start of each."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn(what),
+        BarColumn(20),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    )
+    shown = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    task = shown.add_task("", total=total)
+    begun = [0]
+
+    def begin(part: str) -> None:
+        shown.update(task, completed=begun[0], description=part)
+        begun[0] += 1
+
+    with _later(shown):
+        yield begin
+
+
+def bar_console(console: Console) -> Console:
+    """Return where a bar is shown while tables go to a console: there if it is a terminal, else the standard error."""
+    from rich.console import Console
+
+    return console if console.is_terminal else Console(stderr=True)
+
+
+@contextlib.contextmanager
+def _later(shown: Any) -> Iterator[None]:
+    """Show something if it lasts."""
+    timer = threading.Timer(PATIENCE, shown.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+        shown.stop()

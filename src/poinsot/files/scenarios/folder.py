@@ -1,0 +1,70 @@
+"""The files that a scenario may name: those in its own folder and below, and no other."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePosixPath
+
+from poinsot.files.strangers import MOST_BYTES, read_bytes
+
+__all__ = ["Folder"]
+
+INDEX = b"KERNELS_TO_LOAD"
+"""The variable by which a kernel of SPICE in text opens other files."""
+
+
+class Folder:
+    """Opens files by the names that a scenario has for them.
+
+    Parameters
+    ----------
+    path : Path or None
+        The folder of the scenario; None for a text without one, which can name no file.
+
+    Attributes
+    ----------
+    used : list of str
+        The names that were asked for.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._path, self.used = path, list[str]()
+
+    def file(self, name: str) -> Path:
+        """Return the path of a file.
+
+        Raises
+        ------
+        ValueError
+            With the second half of a sentence, if the name leads out of the folder, or to no file.
+        """
+        if self._path is None:
+            raise ValueError("must not be in a text without a folder, but it is.")
+        parts = PurePosixPath(name).parts
+        if not parts or name.startswith(("/", "~")) or ".." in parts or any(mark in name for mark in "\\:\0\n"):
+            raise ValueError(
+                f"must be a path from the folder of the scenario to a file in it or below, but {_short(name)} came."
+            )
+        path = self._path / name
+        try:
+            inside = path.resolve(strict=True).is_relative_to(self._path.resolve())
+        except (OSError, RuntimeError):
+            raise ValueError(f"must lead to a file, but there is no {_short(name)} beside the scenario.") from None
+        if not inside:
+            raise ValueError(f"must lead to a file in the folder of the scenario, but {_short(name)} links out of it.")
+        if not path.is_file():
+            raise ValueError(f"must lead to a file, but {_short(name)} is none.")
+        self.used.append(name)
+        return path
+
+    def kernel(self, name: str) -> Path:
+        """Return the path of a kernel of SPICE, which must not load others."""
+        path = self.file(name)
+        with path.open("rb") as stream:
+            binary = stream.read(4) in (b"DAF/", b"DAS/", b"NAIF")
+        if not binary and INDEX in read_bytes(path, MOST_BYTES).upper():
+            raise ValueError(f"must be kernels that load no others, but {_short(name)} does. Name all of them.")
+        return path
+
+
+def _short(name: str) -> str:
+    return repr(name) if len(name) <= 60 else repr(name[:57] + "...")

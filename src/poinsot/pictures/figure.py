@@ -1,0 +1,31 @@
+"""Figures whose vector files keep their text as text."""
+
+from __future__ import annotations
+
+from os import fspath
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+__all__ = ["TextFigure"]
+
+TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42, "ps.fonttype": 42}
+"""Text in SVG, fonts that can be searched and edited in PDF and PostScript."""
+
+VECTOR = (".pdf", ".svg", ".ps", ".eps")
+
+DOTS_PER_INCH = 200
+"""Of what is stored as dots in a vector file: curves of very many points."""
+
+
+class TextFigure(Figure):
+    """A figure of which `savefig` writes text as text."""
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Write the figure, as any figure of matplotlib does."""
+        vector = not hasattr(fname, "write") and fspath(fname).lower().endswith(VECTOR)
+        if vector or str(options.get("format", "")) in {suffix[1:] for suffix in VECTOR}:
+            options.setdefault("dpi", DOTS_PER_INCH)
+        with mpl.rc_context(TEXT):
+            super().savefig(fname, **options)

@@ -1,0 +1,162 @@
+"""What the commands say of files of others, of files that are wrong, and in whose words."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import poinsot as pt
+from poinsot.cli import app
+
+BODY = pt.Body((4.0, 5.0, 6.0))
+START = BODY.state((0.5, -0.5, 0.1, 0.7), omega_body=(0.01, 0.02, 0.05))
+TETRAHEDRON = "v 0 0 0\nv 3 0 0\nv 0 2 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+FIELD = """\
+modelname x
+earth_gravity_constant 1.0
+radius 2.5
+max_degree 2
+errors no
+norm fully_normalized
+end_of_head
+gfc 0 0 1 0
+gfc 2 0 -1e-3 0
+gfc 2 1 0 0
+gfc 2 2 1e-4 0
+"""
+
+
+def call(*arguments, code=0):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "400"})
+    assert result.exit_code == code, (result.output, result.exception)
+    return result
+
+
+def refused(*arguments):
+    said = call(*arguments, code=2).stderr
+    assert said.startswith("poinsot: ")
+    assert said.count("\n") == 1
+    return said.removeprefix("poinsot: ").rstrip("\n")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    motion = pt.free_motion(BODY, START, np.linspace(0, 600, 31), units={"time": "s", "inertia": "kg m2"})
+    pt.save(motion, "sat.nc")
+    return tmp_path
+
+
+def test_files_of_attitudes_are_told_with_their_reader(folder):
+    pytest.importorskip("astropy")
+    said = ("--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
+    for end, kind, reader in (
+        ("aem", "Attitudes, CCSDS AEM", "read_aem"),
+        ("a", "Attitudes, STK", "read_stk_attitude"),
+        ("csv", "Attitudes, table", "read_quaternion_csv"),
+    ):
+        call("convert", "sat.nc", f"sat.{end}", *said)
+        told = call("info", f"sat.{end}").stdout.splitlines()
+        assert told[0] == f"{kind}: SC_BODY_1 in ICRF"
+        assert told[1] == "  times: 31, 0 ... 600"
+        assert "2026-11-21T00:00:00" in told[2]
+        assert told[3] == "  rates: in the file"
+        assert told[-1] == f"  in Python: pt.{reader}('sat.{end}')"
+        assert f"sat.{end} must have a scenario to print, but it has none." in refused(
+            "info", f"sat.{end}", "--scenario"
+        )
+    (folder / "any.txt").write_text((folder / "sat.aem").read_text())
+    assert "pt.read_aem('any.txt')" in call("info", "any.txt").stdout
+    named = {"calendar": pt.Calendar("2026-11-21T00:00:00", "UTC"), "reference_frame": "ICRF"}
+    pt.write_apm(BODY, START, "one.xml", **named)
+    told = call("info", "one.xml").stdout
+    assert told.startswith("One attitude, CCSDS APM: SC_BODY_1 in ICRF\n")
+    assert "body: Body(moments=[4.0, 5.0, 6.0])" in told
+
+
+@pytest.mark.usefixtures("folder")
+def test_kernels_are_told():
+    pytest.importorskip("spiceypy")
+    call("convert", "sat.nc", "sat.bc", "--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
+    told = call("info", "sat.bc").stdout
+    assert told.startswith("Attitudes, SPICE CK: ")
+    assert "times: 31, " in told
+    assert call("info", "sat.tsc").stdout.startswith("Kernel of SPICE: sat.tsc\n")
+
+
+def test_shapes_and_fields_are_told_with_their_reader(folder):
+    (folder / "it.obj").write_text(TETRAHEDRON)
+    told = call("info", "it.obj").stdout
+    assert told.startswith("Shape: 4 vertices, 4 faces, closed\n  volume: 1, ")
+    assert "pt.read_mesh('it.obj', density=...)" in told
+    (folder / "it.gfc").write_text(FIELD)
+    assert call("info", "it.gfc").stdout.splitlines() == [
+        "Gravity field: degree 2, reference radius 2.5",
+        "  in Python: pt.read_field('it.gfc', mass=...)",
+    ]
+
+
+def test_a_file_of_no_kind_is_told_what_there_is(folder):
+    (folder / "x.doc").write_text("")
+    assert refused("info", "x.doc").startswith("x.doc must be a result (.nc, .zarr), a scenario (.toml), attitudes")
+    assert refused("run", "x.doc") == "x.doc must be a scenario, .toml, or a result, .nc or .zarr, but it is none."
+    for command in ("plot", "view"):
+        assert refused(command, "x.toml").endswith("`poinsot run x.toml` makes one.")
+        assert refused(command, "x.aem").endswith("`poinsot convert x.aem NAME.nc --scenario ...` makes one.")
+
+
+@pytest.mark.usefixtures("folder")
+def test_words_are_those_of_the_command_line():
+    aem = ("convert", "sat.nc", "sat.aem")
+    assert refused(*aem).endswith("but none came. --frame ICRF says that they are the ICRF.")
+    assert refused(*aem, "--frame", "ICRF").endswith("what instant t = 0 is: --zero '2026-11-21T00:00:00 UTC'.")
+    assert refused(*aem, "--frame", "X", "--zero", "2026-11-21T00:00:00 UTC").startswith("--frame must be one of ICRF")
+    for zero in ("2026", "2026-11-21T00:00:00 X", "yesterday UTC"):
+        assert "--zero must be " in refused(*aem, "--frame", "ICRF", "--zero", zero)
+    call("convert", "sat.nc", "sat.csv")
+    assert refused("convert", "sat.csv", "x.nc").startswith("sat.csv must come with --scenario to become a result")
+    assert refused("convert", "sat.nc", "sat.csv") == (
+        "sat.csv must be a new file, but it exists. --overwrite replaces it."
+    )
+    assert refused("convert", "sat.nc", "./sat.nc", "--overwrite") == (
+        "sat.nc must be another file than the one to convert, but it is the same."
+    )
+    assert "\n" not in refused("convert", "sat.nc", "x.doc")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("new", "{}.toml"),
+        ("plot", "sat.nc", "{}.png"),
+        ("view", "sat.nc", "{}.html"),
+        ("convert", "sat.nc", "{}.csv"),
+        ("convert", "sat.nc", "{}.zarr"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_names_that_cannot_be_written_are_sentences(folder, command):
+    *most, last = command
+    (folder / last.format("there")).mkdir()
+    assert last.format("no/x") + " must be in a folder that exists" in refused(*most, last.format("no/x"))
+    assert last.format("there") + " must be " in refused(*most, last.format("there"))
+    assert last.format("a" * 300) in refused(*most, last.format("a" * 300))
+    assert {path.name for path in folder.iterdir()} == {"sat.nc", last.format("there")}
+
+
+@pytest.mark.parametrize("command", ["run", "plot", "view", "info", "convert"])
+def test_names_that_cannot_be_read_are_sentences(folder, command):
+    more = ("x.csv",) if command == "convert" else ()
+    (folder / "folder.nc").mkdir()
+    (folder / "cut.nc").write_bytes((folder / "sat.nc").read_bytes()[:3000])
+    for name in ("none.nc", "folder.nc", "cut.nc", "no/none.nc"):
+        assert name in refused(command, name, *more)
+    told = refused(command, "a\n\x1b]0;b\x07.nc", *more)
+    assert r"a\n\x1b]0;b\x07.nc" in told
+
+
+def test_folders_of_results(folder):
+    call("new", "top.toml")
+    (folder / "file").write_text("")
+    assert "is a file" in " ".join(call("run", "top.toml", "--out", "file", code=2).stderr.split())
+    assert refused("run", "top.toml", "--out", "file/below")
+    assert refused("paper", "--out", "file/below")

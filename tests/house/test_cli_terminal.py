@@ -1,0 +1,245 @@
+"""The command line as a terminal sees it: bars, Ctrl-C, pipes, and how soon it answers."""
+
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+
+import pytest
+from typer.testing import CliRunner
+
+import poinsot as pt
+from poinsot import paper, verify
+from poinsot.cli import app, terminal
+
+TOP = """\
+title = "a top"
+body.moments = [1.25, 1.0, 0.75]
+state = {quaternion = [1, 0, 0, 0], omega_body = [0.1, 1, 0.2]}
+forces = [{type = "UniformGravity", weight = 0.5, center_of_mass = [1, 0, 0]}]
+"""
+EXACT = """\
+title = "a top"
+body.moments = [1.25, 1.0, 0.75]
+state = {quaternion = [1, 0, 0, 0], omega_body = [0.1, 1, 0.2]}
+times = {stop = 10, count = 11}
+run.method = "closed form"
+"""
+ENSEMBLE = '[ensemble]\nmembers = 40\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
+
+INTERRUPT = """
+import os, signal, sys
+from importlib import import_module
+owner = import_module(sys.argv.pop(1))
+*path, name = sys.argv.pop(1).split(".")
+at, calls = int(sys.argv.pop(1)), []
+for part in path:
+    owner = getattr(owner, part)
+right = getattr(owner, name)
+def patched(*arguments, **options):
+    calls.append(1)
+    if len(calls) == at:
+        os.kill(os.getpid(), signal.SIGINT)
+    return right(*arguments, **options)
+setattr(owner, name, patched)
+from poinsot.cli import app
+app()
+"""
+
+
+def interrupted(module, name, at, *arguments):
+    """Run the command in a process of its own, which gets Ctrl-C at the n-th call of a function of the package."""
+    command = [sys.executable, "-c", INTERRUPT, module, name, str(at), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 130, done.stderr
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def on_terminal(code, *arguments, columns="80"):
+    """Run code in a process on a terminal; return all that it wrote there, and its status."""
+    pid, terminal_end = pty.fork()
+    if not pid:
+        os.environ |= {"TERM": "xterm-256color", "COLUMNS": columns}
+        os.execv(sys.executable, [sys.executable, "-c", code, *map(str, arguments)])
+    written = b""
+    with suppress(OSError):  # at its end
+        while part := os.read(terminal_end, 65536):
+            written += part
+    return written.decode(), os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+# ------------------------------------------------------------------ Ctrl-C
+
+
+def test_single_run_keeps_what_there_is(tmp_path):
+    scenario = tmp_path / "long.toml"
+    scenario.write_text(TOP + "times = {stop = 1e9, step = 1e3}\n")
+    done = interrupted("poinsot.motion.propagate", "_Half._advance", 3, "run", scenario)
+    kept = pt.load(tmp_path / "long.partial.nc")
+    assert f"What was computed is in {tmp_path}/long.partial.nc." in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+    assert 2 <= kept.times.size < 100
+    assert max(abs(kept.drift["energy"])) < 1e-11
+    assert {path.name for path in tmp_path.iterdir()} == {"long.toml", "long.partial.nc"}
+
+
+def test_ensemble_keeps_the_members_that_are_done(tmp_path):
+    scenario = tmp_path / "tops.toml"
+    scenario.write_text(TOP + "times = {stop = 3e4, count = 11}\n" + ENSEMBLE)
+    done = interrupted("poinsot.motion.ensemble", "_Batch.run", 4, "run", scenario, "--threads", "1")
+    assert re.search(r"propagation was interrupted: \d+ of 40 members are done\. What was computed is in ", done.stderr)
+    told = CliRunner().invoke(app, ["info", str(tmp_path / "tops.partial.nc")]).stdout
+    assert 0 < int(re.search(r"at the last time: (\d+) of 40 members", told)[1]) < 40
+
+
+def test_interrupt_before_anything_is_computed_is_a_sentence(tmp_path):
+    (tmp_path / "top.toml").write_text(TOP + "times = {stop = 10, count = 11}\n")
+    done = interrupted("poinsot.motion.kernels", "integrator", 1, "run", tmp_path / "top.toml")
+    assert done.stderr == "poinsot: interrupted. What is not named above was not written.\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
+
+
+@pytest.fixture
+def interrupting(monkeypatch):
+    """Send Ctrl-C to this process at the n-th call of a function."""
+
+    def patch(owner, name, at=1):
+        right, calls = getattr(owner, name), []
+
+        def patched(*arguments, **options):
+            calls.append(1)
+            if len(calls) == at:
+                os.kill(os.getpid(), signal.SIGINT)
+            return right(*arguments, **options)
+
+        monkeypatch.setattr(owner, name, patched)
+
+    return patch
+
+
+def invoked(*arguments, code=130):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
+    assert result.exit_code == code, (result.output, result.exception)
+    return result
+
+
+@pytest.fixture
+def result(tmp_path):
+    (tmp_path / "top.toml").write_text(EXACT)
+    invoked("run", tmp_path / "top.toml", code=0)
+    return tmp_path / "top.nc"
+
+
+def test_result_is_written_before_an_interrupt_is_heard(tmp_path, interrupting, result):
+    from poinsot.files import netcdf
+
+    before = result.read_bytes()
+    result.unlink()
+    interrupting(netcdf, "new_file")
+    said = invoked("run", tmp_path / "top.toml").stderr
+    assert "Writing what was computed first; Ctrl-C again gives it up." in said
+    assert pt.load(result).times.size == 11
+    assert len(result.read_bytes()) == len(before)
+
+
+@pytest.mark.parametrize("command", ["plot", "view"])
+def test_pictures_are_whole_or_not_there(interrupting, result, command):
+    from matplotlib.figure import Figure
+
+    from poinsot.pictures import view
+
+    interrupting(*{"plot": (Figure, "savefig"), "view": (view, "view")}[command])
+    said = invoked(command, result).stderr
+    assert said == "poinsot: interrupted. What is not named above was not written.\n"
+    assert {path.name for path in result.parent.iterdir()} == {"top.toml", "top.nc"}
+
+
+def test_verify_shows_what_it_compared(interrupting, monkeypatch):
+    cheap = [case for case in verify.CASES if case.title in ("4179 Toutatis", "Fast heavy top")]
+    monkeypatch.setattr(verify, "CASES", cheap)
+    interrupting(verify, "rows_of", 2)
+    told = invoked("verify").stdout
+    assert cheap[0].title in told
+    assert cheap[1].title not in told
+    assert "Interrupted: 1 of 2 cases were compared." in told
+
+
+def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path):
+    monkeypatch.setattr(paper, "PROBLEMS", paper.PROBLEMS[-2:])
+    interrupting(paper, "solve", 2)
+    invoked("paper", "--out", tmp_path)
+    done = paper.PROBLEMS[0].name
+    assert {path.name for path in tmp_path.iterdir()} == {f"{done}.png", f"{done}.pdf", f"{done}.nc", "table.md"}
+    assert pt.load(tmp_path / f"{done}.nc").times.size == 2001
+
+
+# ------------------------------------------------------------------ terminals and pipes
+
+
+SLOW = """
+import time
+from poinsot.files.scenarios.scenario import Scenario
+right = Scenario.propagate
+def slow(*arguments, **options):
+    time.sleep({})
+    return right(*arguments, **options)
+Scenario.propagate = slow
+from poinsot.cli import app
+app()
+"""
+
+
+def test_long_run_shows_itself_on_a_terminal(result):
+    scenario = result.with_name("top.toml")
+    written, code = on_terminal(SLOW.format(1.2), "run", scenario, "--overwrite")
+    assert code == 0
+    assert "a top" in written
+    assert "\x1b[?25h" in written  # the cursor is back
+    assert written.rstrip().endswith(str(result))
+    piped = subprocess.run(
+        [sys.executable, "-c", SLOW.format(1.2), "run", str(scenario), "--overwrite"], capture_output=True, text=True
+    )
+    assert (piped.stdout, piped.stderr) == (f"{result}\n", "")
+
+
+def test_ensemble_has_one_bar(tmp_path):
+    (tmp_path / "tops.toml").write_text(TOP + "times = {stop = 10, count = 11}\n" + ENSEMBLE)
+    written, code = on_terminal(SLOW.format(0), "run", tmp_path / "tops.toml")
+    assert code == 0
+    assert "40/40" in written
+    assert "a top" not in written
+
+
+def test_short_things_show_nothing_else(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with terminal.busy("short"):
+        time.sleep(0.01)
+    assert capsys.readouterr().err == ""
+
+
+def test_without_colour_and_on_narrow_terminals(monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    code = "from poinsot.cli import app; app()"
+    written, status = on_terminal(code, "plot", "--help", columns="50")
+    assert status == 0
+    assert not re.search(r"\x1b\[[0-9;]*3[0-7]m", written)
+    lines = re.sub(r"\x1b\[[0-9;]*m", "", written).splitlines()
+    assert max(map(len, lines)) <= 50
+
+
+def test_output_that_cannot_be_written_is_a_sentence():
+    code = "from poinsot.cli import app; app()"
+    for arguments in (["--help"], ["new", "--schema"]):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(
+                [sys.executable, "-c", code, *arguments], stdout=full, stderr=subprocess.PIPE, text=True
+            )
+        assert done.returncode == 2
+        assert done.stderr.startswith("poinsot: the output must be a file that can be used, but the system says: No")
+        assert done.stderr.count("\n") == 1

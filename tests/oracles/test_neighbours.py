@@ -1,0 +1,217 @@
+"""State transition against differences of runs in wide precision, the Poisson structure, and Monte Carlo."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot import functions
+
+T = [0.4, 1.7]
+ORBIT = {"mu": 1.0, "semimajor_axis": 1.0, "eccentricity": 0.1, "inclination": 0.3, "node": 0.4}
+ATTITUDE = Rotation.from_euler("zxz", (0.3, 1.1, -0.4))
+G, REST = np.array([0.3, -0.2, 1.4]), np.zeros(6)
+FIRST = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+
+
+class Drag(pt.Torque):
+    """A torque against the rate, larger where the third axis looks along x."""
+
+    coefficient: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        """Return the torque."""
+        return -self.coefficient * functions.exp(attitude.to_body((1.0, 0.0, 0.0))[2]) * omega_body
+
+
+def kepler(**changes):
+    orbit = ORBIT | changes
+    return pt.KeplerOrbit(*orbit.values(), 0.5)
+
+
+def everything(**p):
+    orbit = kepler(**{k: p[k] for k in ORBIT if k in p})
+    forces = (
+        pt.GravityGradient(orbit),
+        pt.Oblateness(orbit, p.get("j2", 0.05), 0.4, (0.1, 0.2, 1.0)),
+        Drag(p.get("coefficient", 0.02)),
+        pt.UniformGravity(p.get("weight", 0.3), (0.1, 0.2, 0.3)),
+    )
+    return pt.System(pt.Body((p.get("A", 1.0), 1.3, 1.7)), *forces)
+
+
+def oblique():
+    tensor = ((1.0, 0.1, 0.05), (0.1, 1.3, -0.07), (0.05, -0.07, 1.7))
+    return pt.System(pt.Body.from_inertia(tensor), pt.GravityGradient(kepler()))
+
+
+def mascons():
+    masses, places = (1.0, 0.5, 0.5), ((0.2, 0.1, 0.0), (-0.3, 0.2, 0.4), (-0.1, -0.4, -0.4))
+    return pt.System(pt.Body.point_masses(masses, places), pt.MasconGravity(kepler(), masses, places))
+
+
+def table():
+    orbit = kepler()
+    fitted = pt.Ephemeris.fit(1.0, lambda t: np.stack(list(orbit.position_at(t)), axis=-1), -1.0, 3.0, tolerance=1e-13)
+    return pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(fitted))
+
+
+def state(system, x=REST):
+    attitude = ATTITUDE * Rotation.from_rotvec(x[:3])
+    return system.body.state(attitude, angular_momentum_body=G + x[3:6])
+
+
+def displacement(motion, reference):
+    turn = reference.attitude.inv() * motion.attitude
+    return np.concatenate([turn.as_rotvec(), motion.angular_momentum_body - reference.angular_momentum_body], axis=-1)
+
+
+def ends(system, x, reference=None):
+    motion = pt.propagate(system, state(system, x), T, precision="extended")
+    return motion if reference is None else displacement(motion, reference)
+
+
+def differences(function, h=1e-3):
+    return sum(c * (function(k * h) - function(-k * h)) for k, c in FIRST) / h
+
+
+@pytest.mark.parametrize("make", [everything, oblique, mascons, table])
+def test_matrix_is_the_derivative_by_the_start(make):
+    system = make()
+    matrix = pt.state_transition(system, state(system), T).matrix
+    reference = ends(system, REST)
+    for i, axis in enumerate(np.eye(6)):
+        column = differences(lambda h, axis=axis: ends(system, h * axis, reference))
+        assert_allclose(matrix[:, :, i], column, rtol=0, atol=3e-12 * np.max(np.abs(column)))
+
+
+PARAMETERS = {
+    "moments[0]": ("A", 1.0),
+    "forces[0].orbit.mu": ("mu", 1.0),
+    "semimajor_axis": ("semimajor_axis", 1.0),
+    "eccentricity": ("eccentricity", 0.1),
+    "inclination": ("inclination", 0.3),
+    "j2": ("j2", 0.05),
+    "coefficient": ("coefficient", 0.02),
+    "weight": ("weight", 0.3),
+}
+
+
+def test_sensitivity_is_the_derivative_by_parameters():
+    system = everything()
+    found = pt.state_transition(system, state(system), T, list(PARAMETERS))
+    reference = ends(system, REST)
+    for i, (key, value) in enumerate(PARAMETERS.values()):
+        column = differences(lambda h, k=key, v=value: ends(everything(**{k: v + h}), REST, reference))
+        assert np.max(np.abs(column)) > 1e-3
+        assert_allclose(found.sensitivity[:, :, i], column, rtol=0, atol=2e-11)
+    assert found.parameters == tuple(PARAMETERS)
+
+
+def test_second_derivatives_leave_a_third_order_error():
+    names = ["moments[0]", "eccentricity", "coefficient"]
+    found = pt.state_transition(everything(), state(everything()), T, names, order=2)
+    first = np.concatenate([found.matrix, found.sensitivity], axis=-1)
+    direction = np.array([0.3, -0.2, 0.5, 0.4, -0.1, 0.2, 0.5, -0.3, 0.3])
+    reference = ends(everything(), REST)
+
+    def error(h):
+        x = h * direction
+        system = everything(A=1.0 + x[6], eccentricity=0.1 + x[7], coefficient=0.02 + x[8])
+        expanded = first @ x + 0.5 * np.einsum("nijk,j,k->ni", found.second, x, x)
+        return np.max(np.abs(ends(system, x, reference) - expanded))
+
+    assert error(1e-2) / error(5e-3) == pytest.approx(8, rel=0.1)
+    assert error(1e-3) < 1e-8
+
+
+@pytest.mark.parametrize("pair", [(0, 0), (1, 2), (0, 4), (3, 5), (6, 6), (1, 6), (4, 7), (7, 7), (6, 7)])
+def test_each_second_derivative(pair):
+    names, h, a, b = ["moments[0]", "eccentricity"], 4e-3, *(np.eye(8)[i] for i in pair)
+    found = pt.state_transition(everything(), state(everything()), T, names, order=2)
+    reference = ends(everything(), REST)
+
+    def at(x):
+        return ends(everything(A=1.0 + x[6], eccentricity=0.1 + x[7]), x, reference)
+
+    mixed = sum(
+        c * d * r * s * at(h * (k * r * a + j * s * b))
+        for k, c in FIRST
+        for j, d in FIRST
+        for r in (1, -1)
+        for s in (1, -1)
+    )
+    assert_allclose(found.second[(slice(None), slice(None), *pair)], mixed / h**2, rtol=0, atol=2e-8)
+
+
+def poisson(g):
+    """Return the form of two tangent vectors, theta1 . [g] theta2 - theta1 . gamma2 + gamma1 . theta2."""
+    form = np.zeros((*g.shape[:-1], 6, 6))
+    x, y, z = np.moveaxis(g, -1, 0)
+    form[..., 0, 1], form[..., 1, 2], form[..., 2, 0] = -z, -x, -y
+    form[..., 1, 0], form[..., 2, 1], form[..., 0, 2] = z, x, y
+    form[..., :3, 3:], form[..., 3:, :3] = -np.eye(3), np.eye(3)
+    return form
+
+
+def test_matrix_keeps_the_poisson_structure():
+    system = pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(kepler()), pt.UniformGravity(0.3, (0.1, 0.2, 0.3)))
+    found = pt.state_transition(system, state(system), np.linspace(1, 20, 20))
+    forms = poisson(found.motion.angular_momentum_body)
+    kept = np.swapaxes(found.matrix, -1, -2) @ forms @ found.matrix
+    size = np.max(np.abs(found.matrix), axis=(-1, -2), keepdims=True)
+    assert np.max(np.abs(kept - poisson(G)) / size**2) < 2e-14
+    damped = pt.state_transition(everything(), state(everything()), [2.0]).matrix[0]
+    assert abs(np.linalg.det(damped) - 1) > 1e-2
+
+
+def test_free_symmetric_body_in_closed_form():
+    """About its axis: theta3 grows with gamma3 / C, and nothing else does."""
+    body = pt.Body((2.0, 2.0, 3.0))
+    start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0.7))
+    matrix = pt.state_transition(pt.System(body), start, [5.0]).matrix[0]
+    nutation = Rotation.from_rotvec((0, 0, (1 - 3 / 2) * 0.7 * 5.0)).as_matrix()  # of gamma, seen from the body
+    expected = REST
+    expected[[2, 5]] = 5.0 / 3.0, 1.0
+    assert_allclose(matrix[:, 5], expected, atol=1e-14)
+    assert_allclose(matrix[3:, 3:], nutation.T, atol=2e-14)
+
+
+def test_covariance_agrees_with_an_ensemble():
+    random, members = np.random.default_rng(5), 20_000
+    system = pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(kepler()))
+    initial = np.diag(np.array([2e-4, 1e-4, 3e-4, 1e-4, 2e-4, 1e-4]) ** 2)
+    initial[0, 5] = initial[5, 0] = 0.5 * 2e-4 * 1e-4
+    of_moments = np.array([[4e-8, 1e-8], [1e-8, 2e-8]])
+    found = pt.state_transition(system, state(system), T, ["moments[0]", "moments[2]"])
+    predicted = found.covariance(initial, of_moments)
+    x = random.multivariate_normal(REST, initial, members)
+    p = random.multivariate_normal(np.zeros(2), of_moments, members)
+    moments = np.array([1.0, 1.3, 1.7]) + np.stack([p[:, 0], 0 * p[:, 0], p[:, 1]], axis=-1)
+    body = pt.Body(moments)
+    spread = pt.System(body, pt.GravityGradient(kepler()))
+    start = body.state(ATTITUDE * Rotation.from_rotvec(x[:, :3]), angular_momentum_body=G + x[:, 3:])
+    motion = pt.propagate(spread, start, T, progress=False)
+    for n in range(len(T)):
+        turn = found.motion.attitude[n].inv() * Rotation.from_quat(motion.quaternion[:, n], scalar_first=True)
+        moved = motion.angular_momentum_body[:, n] - found.motion.angular_momentum_body[n]
+        measured = np.cov(np.concatenate([turn.as_rotvec(), moved], axis=-1).T)
+        deviations = np.sqrt(np.diag(predicted[n]))
+        scatter = np.sqrt((predicted[n] ** 2 + np.outer(deviations, deviations) ** 2) / members)
+        assert np.max(np.abs(measured - predicted[n]) / scatter) < 4.5
+
+
+def test_thousand_revolutions_of_a_chaotic_body_do_not_overflow():
+    body = pt.Body.from_ratios(beta=0.47, gamma=0.26)
+    orbit = pt.KeplerOrbit(1.0, 1.0, 0.1, 0, 0, 0)
+    system = pt.System(body, pt.GravityGradient(orbit))
+    start = body.state((1, 0, 0, 0), omega_body=(0.01, 0, 1.0))
+    times = orbit.period * np.array([250.0, 500.0, 1000.0])
+    found = pt.state_transition(system, start, times, ["eccentricity"])
+    assert np.all(np.isfinite(found.directions))
+    assert np.all(np.isfinite(found.growth))
+    assert np.min(found.growth[-1]) > 710  # exp of which is no number
+    assert_allclose(np.linalg.norm(found.directions, axis=-2), 1, atol=1e-14)
+    alone = pt.chaos_indicators(system, start, times).growth  # to the scatter of a chaotic motion's last digits
+    assert_allclose(found.growth[0, 0], alone[0], rtol=0.3)

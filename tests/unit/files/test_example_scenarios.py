@@ -1,0 +1,97 @@
+"""The scenarios in examples/: each world does what is said of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+
+def motion_of(name):
+    return pt.read_scenario(EXAMPLES / f"{name}.toml").propagate(progress=False)
+
+
+def angle(a, b):
+    """Between unit vectors, in degrees."""
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1)))
+
+
+def axes_of(motion):
+    """The third axis of the body, and the radial and normal axes of its orbit, along space axes."""
+    (force,) = motion.system.forces
+    r, v = (np.stack(list(part(motion.times)), axis=-1) for part in (force.orbit.position_at, force.orbit.velocity_at))
+    radial, normal = (x / np.linalg.norm(x, axis=-1, keepdims=True) for x in (r, np.cross(r, v)))
+    return motion.attitude.apply((0, 0, 1)), radial, normal
+
+
+@pytest.mark.parametrize(
+    ("name", "obliquity", "to_the_plane", "slack"),
+    [
+        ("moon", 6.68, 1.54, 0.01),
+        ("mercury", 1.67 / 60, 8.6278, 1e-4),
+        ("io", 0.1264 / 60, 0.0381, 1e-4),
+        ("titan", 6.0 / 60, 0.42, 1e-3),
+    ],
+)
+def test_axes_stay_in_their_cassini_states(name, obliquity, to_the_plane, slack):
+    """In the mean, seen from the node: what others published (the Moon, Mercury) or the linear theory has."""
+    third, _, normal = axes_of(motion_of(name))
+    pole = np.array([0, 0, 1.0])
+    node = np.cross(pole, normal)
+    node /= np.linalg.norm(node, axis=-1, keepdims=True)
+    for axis, wanted in ((normal, obliquity), (pole, to_the_plane)):
+        across, along = (np.mean(np.sum(third * part, axis=-1)) for part in (np.cross(node, axis), axis))
+        assert abs(np.degrees(np.arctan2(across, along))) == pytest.approx(wanted, abs=slack)
+
+
+@pytest.mark.parametrize(("name", "swing"), [("moon", 2 * 0.0549), ("io", 2 * 0.0041), ("titan", 2 * 0.0288)])
+def test_moons_keep_one_face_but_for_the_ellipse(name, swing):
+    """The direction to the planet runs ahead of the long axis by 2 e sin M, to the order e^2."""
+    motion = motion_of(name)
+    third, radial, _ = axes_of(motion)
+    across = radial - np.sum(radial * third, axis=-1, keepdims=True) * third
+    long_axis = motion.attitude.apply((1, 0, 0))
+    seen = angle(long_axis, across / np.linalg.norm(across, axis=-1, keepdims=True))
+    seen = np.minimum(seen, 180 - seen)
+    assert np.max(seen) == pytest.approx(np.degrees(swing), rel=0.07)
+
+
+def test_mercury_turns_three_times_in_two_revolutions():
+    motion = motion_of("mercury")
+    (force,) = motion.system.forces
+    assert motion.times[-1] == pytest.approx(8 * force.orbit.period, rel=1e-15)
+    seen = motion.relative_to(force.orbit.frame).attitude
+    assert np.degrees((seen[0].inv() * seen[-1]).magnitude()) < 0.01
+    turns = np.trapezoid(motion.omega_body[:, 2], motion.times) / (2 * np.pi)
+    assert turns == pytest.approx(12, abs=1e-3)
+
+
+def test_apophis_leaves_the_earth_with_another_rotation():
+    """The share of the long-axis mode and the median turn of the momentum of 4000 members: apophis.py."""
+    motion = motion_of("apophis")
+    assert motion.quaternion.shape == (200, 241, 4)
+    before, after = (
+        pt.FreeRotation(
+            motion.system.body,
+            motion.system.body.state(motion.quaternion[:, i], angular_momentum_body=motion.angular_momentum_body[:, i]),
+        )
+        for i in (0, -1)
+    )
+    np.testing.assert_allclose(before.precession_period / 3600, 27.38, rtol=1e-6)
+    np.testing.assert_allclose(before.rotation_period / 3600, 263, rtol=1e-6)
+    assert 0.03 < np.mean(after.mode == "long-axis") < 0.25
+    G = motion.angular_momentum_space
+    unit = G / np.linalg.norm(G, axis=-1, keepdims=True)
+    assert 9 < np.median(angle(unit[:, 0], unit[:, -1])) < 15
+
+
+def test_contact_binary_hangs_along_the_vertical():
+    motion = motion_of("contact_binary")
+    _, radial, _ = axes_of(motion)
+    tilt = angle(motion.attitude.apply((1, 0, 0)), radial)
+    assert tilt[0] == pytest.approx(5, abs=1e-9)
+    assert 4.5 < np.max(tilt) < 5.5
+    assert np.max(np.abs(motion.norm_error)) < 1e-13
