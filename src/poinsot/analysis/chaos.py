@@ -163,7 +163,8 @@ class _Indicators(Outcome):
         self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in names}
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        assert variables.companion is not None  # noqa: S101
+        if variables.companion is None or not members.size:
+            return
         u, _, bits = variables.companion.read(rows[..., variables.companions])
         u = u / self._weights
         lengths = np.linalg.norm(u, axis=-1)
@@ -284,8 +285,10 @@ def lyapunov_spectrum(
         job.raise_interrupted(out, 0, result())
         if out.failures and not job.members:
             raise PropagationError(out.failures[0], float(now.time[0]), result())
+        out.replace(list(total.failures), job.state, vectors * weights)
         vectors, sizes = _orthogonal(out.vectors / weights)
         growth = growth + np.log(sizes) + out.bits * np.log(2)
+        growth[list(total.failures)] = np.nan
         now = computed_state(out.quaternion[:, 0], out.conjugate_momenta[:, 0], np.full(len(vectors), stop))
         if stop == job.times[kept.shape[1]]:
             kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
@@ -300,10 +303,17 @@ class _Ends(Ensemble):
         self.vectors, self.bits = np.full((members, k, k), np.nan), np.zeros((members, k))
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        assert variables.companion is not None  # noqa: S101
+        if variables.companion is None or not members.size:
+            return
         super().take(members, times, rows, variables)
         u, _, bits = variables.companion.read(rows[:, 0, variables.companions])
         self.vectors[members], self.bits[members] = u, bits
+
+    def replace(self, members: list[int], state: State, vectors: Array) -> None:
+        """Put something finite where members have stopped: they go on beside the others, and do not count."""
+        self.quaternion[members, 0] = state.quaternion[members]
+        self.conjugate_momenta[members, 0] = state.conjugate_momenta[members]
+        self.vectors[members] = vectors[members]
 
     def add(self, other: Outcome) -> None:
         """Count what a later piece of the same motions took; the first failure of a member stays."""

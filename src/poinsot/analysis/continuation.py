@@ -3,7 +3,7 @@
 Displacements x of a point and the parameter u obey x(period) - x = 0: a curve in seven dimensions. Its tangent is in
 the null space of (matrix - 1, derivative by u), from the state-transition matrix and the sensitivity of the motion.
 From each point a step along the tangent predicts the next one, and Newton's method, at right angles to the tangent,
-corrects it: pseudo-arclength continuation (Keller 1977; Doedel, Keller and Kernevez 1991, Int. J. Bifurc. Chaos 1, 493).
+corrects it: pseudo-arclength continuation (Doedel, Keller and Kernevez 1991, Int. J. Bifurc. Chaos 1, 493).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ __all__ = ["Bifurcation", "Branch", "continue_motion"]
 
 Array = NDArray[Any]
 
-FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 0.01, 1e-5, 0.05
+FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 0.01, 1e-5, 0.1
 """Along the curve: radians, and the way of the parameter from its start to its end as one."""
 EASY, HARD = 3, 5
 """Rounds of the corrector: with so few the next step is longer, with so many shorter."""
@@ -44,7 +44,7 @@ STRAIGHT = 0.95
 """The cosine of the angle between the tangents at two neighbouring points."""
 MOST = 2000
 """Points."""
-APART = 1e-5
+APART = 1e-6
 """Multipliers closer to 1 or -1, or to each other, belong to families and symmetries, not to bifurcations."""
 PAIRED = 1e-9
 """By how much the characteristic polynomial of a matrix of potentials may differ from its mirror image, relatively."""
@@ -196,7 +196,7 @@ class _Place:
         return recognised(self.once, self.point, self.matrix)
 
 
-class _Lost(Exception):
+class _LostError(Exception):
     """The corrector found nothing near."""
 
 
@@ -269,16 +269,17 @@ class _Family:
             once = self.once(u)
             change, slopes = self.equations(once, point, u)
             step = _solution(slopes, row, np.append(change, 0.0))
+            step[6] *= row[6] != 1  # the parameter is given
             gone += step
             if not np.linalg.norm(gone) < farthest:
-                raise _Lost
+                raise _LostError
             point, u = once.displaced(point, step[:6]), u + step[6]
             if max(largest_part(change), largest_part(step[:6]), abs(step[6])) < SETTLED:
                 once = self.once(u)
                 _, slopes = self.equations(once, point, u)
                 tangent = _solution(slopes, row, np.eye(7)[6])
                 return _Place(once, point, u, np.eye(6) - slopes[:, :6], tangent / np.linalg.norm(tangent), rounds)
-        raise _Lost
+        raise _LostError
 
 
 def _solution(slopes: Array, row: Array, right: Array) -> Array:
@@ -311,7 +312,7 @@ class _Curve:
             here = self.places[-1]
             try:
                 place, last = self._next(here, size)
-            except (_Lost, ValueError) as why:
+            except (_LostError, ValueError) as why:
                 if size < SMALLEST_STEP:
                     reason = str(why) or "no motion is near the one predicted."
                     return f"beyond {name} = {self.family.value(here.u):.6g}: {reason}"
@@ -338,24 +339,23 @@ class _Curve:
         place = self.family.corrected(point, u, row, max(FARTHEST * size, SMALLEST_STEP))
         tangent = place.tangent * (1 if place.tangent @ here.tangent > 0 else -1)
         if tangent @ here.tangent < STRAIGHT:
-            raise _Lost
+            raise _LostError
         return dataclasses.replace(place, tangent=tangent), last
 
     # ------------------------------------------------------------------ bifurcations
 
     def _between(self, a: _Place, b: _Place) -> Iterator[Bifurcation]:
         for kind, test in TESTS.items():
-            ends = test(a), test(b)
-            if not ends[0] * ends[1] < 0:
+            if not test(a) * test(b) < 0:
                 continue
-            place = self._located(a, b, test, ends)
+            place = self._located(a, b, test)
             if kind == "collision" and not _on_circle(place.matrix):
                 continue
             yield Bifurcation(kind, self.family.value(place.u), place.motion(), len(self.places) - 1)
             if kind == "fold":  # where a multiplier is 1 too
                 return
 
-    def _located(self, a: _Place, b: _Place, test: Callable[[_Place], float], ends: tuple[float, float]) -> _Place:
+    def _located(self, a: _Place, b: _Place, test: Callable[[_Place], float]) -> _Place:
         """Return the place between two at which a test vanishes; where it is not found, the nearer end."""
         from scipy.optimize import brentq
 
@@ -372,7 +372,7 @@ class _Curve:
 
         try:
             return seen[brentq(value, 0.0, way, xtol=1e-12, rtol=1e-12)]
-        except (_Lost, ValueError):
+        except (_LostError, ValueError):
             return min((a, b), key=lambda place: abs(test(place)))
 
 
@@ -385,7 +385,7 @@ def _beside(sign: int) -> Callable[[_Place], float]:
 
     def test(place: _Place) -> float:
         distances = np.linalg.eigvals(place.matrix) - sign
-        return float(np.prod(distances).real) if np.min(np.abs(distances)) > APART**2 else 0.0
+        return float(np.prod(distances).real) if np.min(np.abs(distances)) > APART else 0.0
 
     return test
 

@@ -111,8 +111,8 @@ class PeriodMap:
         growth = float(np.max(np.abs(matrix)))
         if not growth < GROWTH:
             raise ValueError(
-                f"guess must lead to a motion that depends smoothly on its start, but over the period {self.period:.6g} "
-                f"small displacements grow {growth:.1g} times. Choose a shorter period."
+                "guess must lead to a motion that depends smoothly on its start, but over the period "
+                f"{self.period:.6g} small displacements grow {growth:.1g} times. Choose a shorter period."
             )
         slope = found.sensitivity[0, :, 0] / self.units if names else None
         return Passage(there, self.displacement(point, there), matrix, slope)
