@@ -71,6 +71,7 @@ from poinsot.pictures.histories import (
     plot_rates,
     plot_roll_pitch_yaw,
 )
+from poinsot.pictures.maps import plot_chaos, plot_map
 from poinsot.pictures.momentum_sphere import plot_momentum_sphere
 from poinsot.pictures.sections import plot_section
 from poinsot.pictures.uncertainty import plot_uncertainty
@@ -157,10 +158,12 @@ __all__ = [
     "periodic_motion",
     "planet_orbit",
     "plot_angular_momentum",
+    "plot_chaos",
     "plot_difference",
     "plot_drift",
     "plot_euler_angles",
     "plot_herpolhode",
+    "plot_map",
     "plot_momentum_sphere",
     "plot_poinsot",
     "plot_polhode",

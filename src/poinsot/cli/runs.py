@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +15,6 @@ from poinsot.cli.terminal import (
     INTERRUPTED,
     STOPPED,
     Overwrite,
-    busy,
     check_new,
     kept,
     say,
@@ -150,13 +150,9 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
 
     from poinsot.errors import PropagationError, PropagationInterrupted
     from poinsot.files.netcdf import save
-    from poinsot.motion.arguments import members_of
 
     try:
-        if members_of(job.system, job.state):  # which has a bar of its own
-            return job.propagate(threads=threads)
-        with busy(str(job.provenance.get("title") or job.name)):
-            return job.propagate(threads=threads)
+        return job.propagate(threads=threads, progress=sys.stderr.isatty())
     except (PropagationError, PropagationInterrupted) as stopped:
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
         kept_in = "Nothing was computed before."

@@ -8,7 +8,6 @@ import time as clock
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.coordinates import Coordinates
+from poinsot.motion.progress import bar
 from poinsot.motion.stops import reason
 from poinsot.motion.watch import Recorded
 
@@ -107,7 +107,7 @@ def integrate_members(
     work = _Work(system, state, times, variables, tolerance, out)
     threads = min(threads, -(-members // work.width))
     began = clock.perf_counter()
-    with _bar(members, progress) as report, ThreadPoolExecutor(threads) as pool:
+    with bar("members", members, progress) as report, ThreadPoolExecutor(threads) as pool:
         workers = [pool.submit(work.serve, report) for _ in range(threads)]
         try:
             while wait(workers, timeout=1.0).not_done:
@@ -140,7 +140,7 @@ class _Work:
         slab = self.width * int(np.clip(SLAB_BYTES // row, 1, BATCHES_IN_A_SLAB))
         yield from (order[i : i + slab] for i in range(0, order.size, slab))
 
-    def serve(self, report: Callable[[int], None]) -> None:
+    def serve(self, report: Callable[[float], None]) -> None:
         """Integrate slab after slab, until none is left."""
         lent = kernels.integrator(self.system, self.variables, "double", self.tolerance, self.width)
         with lent as borrowed:
@@ -152,7 +152,7 @@ class _Work:
                     return
                 self._integrate(borrowed, slab, report)
 
-    def _integrate(self, borrowed: kernels.Borrowed, slab: NDArray[np.int_], report: Callable[[int], None]) -> None:
+    def _integrate(self, borrowed: kernels.Borrowed, slab: NDArray[np.int_], report: Callable[[float], None]) -> None:
         rows = np.full((slab.size, self.times.size, self.variables.size), np.nan)
         finished = 0
         for first in range(0, slab.size, self.width):
@@ -296,34 +296,6 @@ def _padded(ahead: Array, here: float, length: int) -> Array:
     """Return a grid of length + 1 that starts here and ends with the times ahead; the points between are idle."""
     idle = length - ahead.size
     return np.concatenate([here + (ahead[0] - here) * np.arange(idle + 1) / (idle + 1), ahead])
-
-
-@contextmanager
-def _bar(members: int, wanted: bool) -> Iterator[Callable[[int], None]]:
-    """Show members done, rate and time left, if it is wanted."""
-    if not wanted:
-        yield lambda _: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("members"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task, began, lock = bar.add_task("", total=members, rate=""), clock.perf_counter(), threading.Lock()
-        count = [0]
-
-        def report(finished: int) -> None:
-            with lock:
-                count[0] += finished
-                bar.update(task, advance=finished, rate=f"{count[0] / (clock.perf_counter() - began):.0f}/s")
-
-        yield report
 
 
 def allowed_threads() -> int:

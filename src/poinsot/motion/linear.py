@@ -9,8 +9,8 @@ To second order in two changes a and b at once, with d_ab the second differentia
 
     theta_ab' = d_ab omega - omega x theta_ab + (theta_a x d_b omega + theta_b x d_a omega) / 2,    gamma_ab' = d_ab F,
 
-where m_i changes by m_i x theta_ab + ((m_i x theta_a) x theta_b + (m_i x theta_b) x theta_a) / 2. Parameters change omega
-and F as well.
+where m_i changes by m_i x theta_ab + ((m_i x theta_a) x theta_b + (m_i x theta_b) x theta_a) / 2. Parameters change
+omega and F as well.
 """
 
 from __future__ import annotations

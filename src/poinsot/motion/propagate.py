@@ -31,6 +31,7 @@ from poinsot.motion.arguments import (
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.ensemble import Ensemble, integrate_members
 from poinsot.motion.events import checked_events, crossings
+from poinsot.motion.progress import bar
 from poinsot.motion.stops import INTERRUPTED, reason
 from poinsot.motion.trajectory import Run, Trajectory, versions
 from poinsot.motion.watch import Recorded
@@ -83,7 +84,7 @@ def propagate(
     threads : int, optional
         For an ensemble; default: all the cores that the process may use.
     progress : bool, optional
-        Show a bar for an ensemble; default: on a terminal.
+        Show a bar of a run that lasts; default: of an ensemble, on a terminal.
 
     Raises
     ------
@@ -101,19 +102,24 @@ def propagate(
     check_span(watched, state, t)
     members = members_of(watched, state)
     if members:
+        shown = sys.stderr.isatty() if progress is None else progress
         _check_single(dense, precision)
         state = broadcast_members(state, members)
         variables = kernels.coordinates(watched, state, chosen, precision)
-        return _propagate_members((system, watched), state, t, variables, asked, checked_threads(threads), progress)
+        return _propagate_members((system, watched), state, t, variables, asked, checked_threads(threads), shown)
     variables = kernels.coordinates(watched, state, chosen, precision)
     start, origin = variables.from_state(_in_precision(state, precision)), float(state.time)
-    with kernels.integrator(watched, variables, precision, asked) as borrowed:
+    ends = np.append(t, origin)
+    with (
+        bar("time", float(np.ptp(ends)), bool(progress)) as report,
+        kernels.integrator(watched, variables, precision, asked) as borrowed,
+    ):
         engine = borrowed.engine
         began = clock.perf_counter()
         rising = np.sort(t)
         middle = int(np.searchsorted(rising, origin))
         grids = (rising[middle:], rising[:middle][::-1])
-        halves = [_Half(borrowed, origin, start, grid, precision, dense) for grid in grids]
+        halves = [_Half(borrowed, origin, start, grid, precision, dense, report) for grid in grids]
         for half in halves:
             if not any(other.stopped == INTERRUPTED for other in halves):
                 half.run()
@@ -134,13 +140,12 @@ def _propagate_members(
     variables: Coordinates,
     tolerance: float,
     threads: int,
-    progress: bool | None,
+    progress: bool,
 ) -> Trajectory:
-    wanted = sys.stderr.isatty() if progress is None else progress
     system, watched = systems
     count = members_of(watched, state)[0]
     done = Ensemble(count, t.size, variables.axes.size if tracked_orbits(watched) else 0)
-    integrate_members(watched, state, np.sort(t), variables, tolerance, threads, wanted, done)
+    integrate_members(watched, state, np.sort(t), variables, tolerance, threads, progress, done)
     name, steps = variables.formulation.name, int(done.steps.sum())
     run = Run(
         "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, versions()
@@ -162,8 +167,16 @@ class _Half:
     """The integration in one direction, in chunks of steps between which an interrupt is heard."""
 
     def __init__(
-        self, borrowed: kernels.Borrowed, origin: float, start: Array, grid: Array, precision: str, dense: bool
+        self,
+        borrowed: kernels.Borrowed,
+        origin: float,
+        start: Array,
+        grid: Array,
+        precision: str,
+        dense: bool,
+        report: Callable[[float], None],
     ) -> None:
+        self.report = report
         self.kind: Any = kernels.PRECISIONS[precision]
         self.borrowed, self.engine = borrowed, borrowed.engine
         self.origin, self.start, self.grid, self.dense = origin, start, grid, dense
@@ -211,6 +224,7 @@ class _Half:
         before, self.reached = self.reached, self.last if at_end else float(self.engine.time)
         self.steps += steps
         advance, ahead = abs(self.reached - before), abs(self.last - self.reached)
+        self.report(advance)
         self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
         return outcome in ("time_limit", "event") or bool(self.stopped)
 

@@ -183,8 +183,11 @@ def test_an_interrupt_keeps_the_finished_members():
     np.testing.assert_allclose(caught.value.trajectory.energy[i], alone.energy, atol=1e-12)
 
 
-def test_progress_is_shown_where_it_is_wanted(capsys):
+def test_progress_is_shown_where_it_is_wanted(capsys, monkeypatch):
     pt.propagate(TOP, states(20), [0.0, 1.0], progress=True)
+    assert capsys.readouterr().err == ""  # of what is done at once
+    monkeypatch.setattr("poinsot.motion.progress.PATIENCE", 0.01)
+    pt.propagate(TOP, states(4000), [0.0, 30.0], progress=True)
     assert "members" in capsys.readouterr().err
     pt.propagate(TOP, states(20), [0.0, 1.0], progress=False)
     assert capsys.readouterr().err == ""
