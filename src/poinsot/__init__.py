@@ -2,6 +2,7 @@
 
 from poinsot import functions
 from poinsot.analysis.chaos import ChaosIndicators, LyapunovSpectrum, chaos_indicators, lyapunov_spectrum
+from poinsot.analysis.continuation import Bifurcation, Branch, continue_motion
 from poinsot.analysis.equilibria import Equilibrium, equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.frequencies import LineSpectrum, diffusion, frequencies
@@ -61,6 +62,7 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.orbits.restricted import ThreeBodyOrbit
 from poinsot.orbits.sums import orbit_sum
 from poinsot.orbits.two_body import two_body_orbit
+from poinsot.pictures.continuation import plot_branch
 from poinsot.pictures.geometry import plot_herpolhode, plot_poinsot, plot_polhode
 from poinsot.pictures.histories import (
     plot_angular_momentum,
@@ -93,7 +95,9 @@ __all__ = [
     "AttitudeTable",
     "AttractorCrossing",
     "AxisCrossing",
+    "Bifurcation",
     "Body",
+    "Branch",
     "Calendar",
     "CassiniState",
     "ChaosIndicators",
@@ -146,6 +150,7 @@ __all__ = [
     "andoyer_section",
     "cassini_state",
     "chaos_indicators",
+    "continue_motion",
     "diffusion",
     "equilibria",
     "free_motion",
@@ -158,6 +163,7 @@ __all__ = [
     "periodic_motion",
     "planet_orbit",
     "plot_angular_momentum",
+    "plot_branch",
     "plot_chaos",
     "plot_difference",
     "plot_drift",

@@ -1,0 +1,107 @@
+"""Branches of periodic motions as pictures: stable parts solid, unstable ones dashed, bifurcations marked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from poinsot.analysis.continuation import Branch
+from poinsot.analysis.periodic import PeriodicMotion
+from poinsot.mechanics.parameters import came
+from poinsot.pictures.labels import BLACK, BLUE, GREEN, VERMILION
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["plot_branch"]
+
+STYLES = {True: {"color": BLUE, "linestyle": "-"}, False: {"color": VERMILION, "linestyle": "--"}}
+NAMES = {True: "stable", False: "unstable"}
+MARKS = {
+    "fold": (">", BLACK),
+    "branching": ("s", GREEN),
+    "doubling": ("D", "#CC79A7"),
+    "collision": ("X", BLACK),
+    "torus": ("o", GREEN),
+}
+
+
+def plot_branch(
+    branch: Branch | Sequence[Branch],
+    quantity: Callable[[PeriodicMotion], float],
+    labels: tuple[str, str],
+    title: str = "",
+) -> Axes:
+    """Draw a quantity of the motions of a branch, or of several, over the parameter.
+
+    Parameters
+    ----------
+    branch : Branch or sequence of them
+        All in the same parameter.
+    quantity : function of a PeriodicMotion
+        A number: an angle of the start, the amplitude over the period.
+    labels : pair of str
+        Of the axes, with units: ("eccentricity", "amplitude [deg]").
+    title : str
+
+    Returns
+    -------
+    matplotlib Axes
+        Its figure is `axes.figure`, for `savefig`.
+
+    Raises
+    ------
+    TypeError
+        If something else comes.
+    """
+    import matplotlib.pyplot as plt
+
+    from poinsot.pictures.figure import TextFigure
+
+    branches = _checked([branch] if isinstance(branch, Branch) else list(branch))
+    shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}
+    _, axes = plt.subplots(**shape)
+    named: set[str] = set()
+
+    def name(label: str) -> str | None:
+        new = label not in named
+        named.add(label)
+        return label if new else None
+
+    for each in branches:
+        for stable, points in _parts(each, quantity):
+            axes.plot(*np.transpose(points), linewidth=1.6, label=name(NAMES[stable]), **STYLES[stable])
+    for each in branches:
+        for found in each.bifurcations:
+            marker, colour = MARKS[found.kind]
+            place = found.value, quantity(found.motion)
+            axes.plot(*place, marker, color=colour, markersize=7, label=name(found.kind), zorder=5)
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+    axes.grid(alpha=0.25)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(named), frameon=False)
+    if title:
+        axes.figure.suptitle(title)
+    return axes
+
+
+def _checked(branches: list[Any]) -> list[Branch]:
+    for each in branches:
+        if not isinstance(each, Branch):
+            raise TypeError(f"branch must be a Branch or several, but {came(each)} came.")
+    return branches
+
+
+def _parts(branch: Branch, quantity: Callable[[PeriodicMotion], float]) -> Iterator[tuple[bool, list[Any]]]:
+    """Yield connected points of one stability; where that changes at a bifurcation, there, else at the next point."""
+    part, stable = [], branch.motions[0].stable
+    for i, (value, motion) in enumerate(zip(branch.values, branch.motions, strict=True)):
+        point = value, quantity(motion)
+        if motion.stable != stable:
+            seam = [(b.value, quantity(b.motion)) for b in branch.bifurcations if b.after == i - 1] or [point]
+            yield stable, [*part, seam[-1]]
+            part, stable = [seam[-1]], motion.stable
+        part.append(point)
+    yield stable, part
