@@ -45,6 +45,8 @@ for panel, weight in zip(panels, (0.0, 0.012), strict=True):
     panel.set_title(f"weight {weight}, energy {energy}")
 panels[0].set_ylabel(section.labels[1])
 figure.savefig("heavy_body_section.png", dpi=150)
-print(f"2T/G^2 along a motion spreads by {np.max(spread[0]):.1e} without gravity, by up to {np.max(spread[1]):.3f} with")
+print(
+    f"2T/G^2 along a motion spreads by {np.max(spread[0]):.1e} without gravity, by up to {np.max(spread[1]):.3f} with"
+)
 assert np.max(spread[0]) < 1e-12
 assert np.max(spread[1]) > 0.02

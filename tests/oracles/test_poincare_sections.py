@@ -61,8 +61,10 @@ def drifts(angle, rate, resonance, revolutions=600):
         tolerance=1e-12,
     )
     normal = np.asarray([float(x) for x in orbit_of(0.1).plane[2]])
-    first = motion.attitude.apply([1.0, 0, 0]) if motion.quaternion.ndim == 2 else np.array(
-        [pt.State(q, 0 * q).attitude.apply([1.0, 0.0, 0.0]) for q in motion.quaternion]
+    first = (
+        motion.attitude.apply([1.0, 0, 0])
+        if motion.quaternion.ndim == 2
+        else np.array([pt.State(q, 0 * q).attitude.apply([1.0, 0.0, 0.0]) for q in motion.quaternion])
     )
     ahead, aside = (np.array([float(x) for x in axis]) for axis in orbit_of(0.1).plane[:2])
     assert np.max(np.abs(first @ normal)) < 1e-12
@@ -73,7 +75,10 @@ def drifts(angle, rate, resonance, revolutions=600):
     return np.ptp(relative, axis=-1)
 
 
-@pytest.mark.parametrize(("resonance", "angle", "rate"), [(0.5, np.pi / 2, 0.875), (1, 0.0, 0.575), (2, 0.0, 2.325), (2.25, np.pi / 2, 1.975)])
+@pytest.mark.parametrize(
+    ("resonance", "angle", "rate"),
+    [(0.5, np.pi / 2, 0.875), (1, 0.0, 0.575), (2, 0.0, 2.325), (2.25, np.pi / 2, 1.975)],
+)
 def test_hyperion_has_islands_at_these_states(resonance, angle, rate):
     """Wisdom, Peale and Mignard (1984), Fig. 2: regular libration about 1:2, 1:1, 2:1 and 9:4."""
     assert drifts([angle], [rate], resonance)[0] < np.pi
@@ -93,7 +98,8 @@ def test_a_free_body_moves_along_its_curve_of_equal_energy():
     A, B, C = 1.0, 1.7, 2.3
     body = pt.Body((A, B, C))
     start = body.state(
-        np.tile([0.5, 0.5, -0.5, 0.5], (9, 1)), angular_momentum_body=np.array([[0.3, 0.4, z] for z in np.linspace(-2, 2, 9)])
+        np.tile([0.5, 0.5, -0.5, 0.5], (9, 1)),
+        angular_momentum_body=np.array([[0.3, 0.4, z] for z in np.linspace(-2, 2, 9)]),
     )
     section = pt.andoyer_section(pt.System(body), start, 120.0)
     G = np.linalg.norm(start.angular_momentum_body, axis=-1)[:, None]

@@ -103,9 +103,7 @@ def _all_times(motion: Trajectory) -> Crossings:
     return Crossings(Instant(0.0), motion.system, times[got], states, slopes, whose[got])
 
 
-def spin_orbit_section(
-    system: System, angle: ArrayLike, rate: ArrayLike, revolutions: int, **options: Any
-) -> Section:
+def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolutions: int, **options: Any) -> Section:
     """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate over mean motion.
 
     The third body axis is normal to the orbit, the first one at the angle from the direction to the periapsis

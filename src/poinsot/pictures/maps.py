@@ -66,7 +66,7 @@ def plot_map(
 
 
 def plot_chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -> NDArray[Any]:
-    """Draw the mean MEGNO (left) and the Lyapunov exponent so far (right, log axes) against the time from the start.
+    """Draw the mean MEGNO (left) and the fast Lyapunov indicator (right) against the time from the start.
 
     Parameters
     ----------
@@ -82,24 +82,22 @@ def plot_chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = 
     """
     if not isinstance(found, ChaosIndicators):
         raise TypeError(f"found must be ChaosIndicators, but {came(found)} came.")
-    curves = [np.atleast_2d(part) for part in (found.mean_megno, found.lyapunov)]
+    curves = [np.atleast_2d(part) for part in (found.mean_megno, found.fli)]
     if labels and len(labels) != len(curves[0]):
         raise ValueError(f"labels must name each of {len(curves[0])} members, but {len(labels)} came.")
-    unit = found.system.units["time"]
     left, right = panels = _panels(2, (11, 4))
     since = np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), curves[0].shape)
     for panel, values in zip(panels, curves, strict=True):
         for i, (time, curve) in enumerate(zip(since, values, strict=True)):
             panel.plot(time, curve, **_style(i, len(values)), label=labels[i] if labels else None)
-        panel.set_xlabel(f"time from the start{bracketed(unit)}")
+        panel.set_xlabel(f"time from the start{bracketed(found.system.units['time'])}")
         panel.grid(alpha=0.25)
         if labels:
             panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(len(labels), 4), frameon=False)
     left.axhline(REGULAR, color=GREY, linestyle="--", linewidth=1.0, zorder=0)
     left.set_ylabel("mean MEGNO")
     right.set_xscale("log")
-    right.set_yscale("log")
-    right.set_ylabel(f"growth / time{' [1 / unit of time]' if unit == '1' else bracketed(f'{unit}-1')}")
+    right.set_ylabel("fast Lyapunov indicator")
     if title:
         left.figure.suptitle(title)
     return panels

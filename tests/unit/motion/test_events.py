@@ -312,14 +312,6 @@ def test_events_change_the_motion_by_rounding_in_any_unit(unit, inertia):
     for found, better in zip(watched.events, wide.events, strict=True):
         assert len(found) == len(better) > 0
         assert np.allclose(found.times, better.times, rtol=0, atol=3e-14 * unit)
-    several = pt.propagate(
-        system,
-        pt.State(*np.repeat([start.quaternion], 3, axis=0)[None], np.repeat([start.conjugate_momenta], 3, axis=0)),
-        times,
-        events=events,
-    )
-    for found, better in zip(several.events, wide.events, strict=True):
-        assert np.allclose(found.of(2).times, better.times, rtol=0, atol=3e-14 * unit)
 
 
 def test_an_event_that_grows_from_nothing_costs_no_digit():

@@ -6,7 +6,8 @@ None of the three knows the package: the first is integrated by DOP853, the othe
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import ellipk
 
 import poinsot as pt
 
@@ -45,7 +46,7 @@ def satellite(e, body):
 
 
 def on_the_ellipse(body, to):
-    """The branch of odd forced librations, from the circle on."""
+    """The branch of forced librations, from rest on the circle on."""
     system, orbit = satellite(0.0, body)
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
     return pt.continue_motion(pt.periodic_motion(system, start, orbit.period), "eccentricity", to)
@@ -54,9 +55,9 @@ def on_the_ellipse(body, to):
 BODIES = {"slow": pt.Body((1.0, 1.3, 1.6)), "fast": pt.Body((0.9, 1.6, 1.65))}
 
 
-@pytest.fixture(scope="module", params=BODIES)
-def branch(request):
-    return on_the_ellipse(BODIES[request.param], 0.5)
+@pytest.fixture(scope="module")
+def branches():
+    return {name: on_the_ellipse(body, 0.5) for name, body in BODIES.items()}
 
 
 def slope_of(motion, e):
@@ -65,27 +66,56 @@ def slope_of(motion, e):
     return motion.state.angular_momentum_body[2] / body.moments[2] / ((1 + e) ** 2 * (1 - e * e) ** -1.5) - 1
 
 
-def test_librations_are_those_of_beletskys_equation(branch):
-    A, B, C = branch.motions[0].system.body.moments
-    K, turns = 3 * (B - A) / C, 0
-    assert branch.values[-1] == 0.5
-    for e, motion in list(zip(branch.values, branch.motions, strict=True))[::6]:
+def constant(body):
+    A, B, C = body.moments
+    return 3 * (B - A) / C
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_librations_are_those_of_beletskys_equation(branches, name):
+    branch, K = branches[name], constant(BODIES[name])
+    chosen = list(zip(branch.values, branch.motions, strict=True))[::6]
+    assert len(chosen) > 3
+    for e, motion in chosen:
         own = slope_of(motion, e)
         near = brentq(lambda slope, e=e: beletsky(e, K, slope)[0], own - 1e-3, own + 1e-3, xtol=1e-15)
         assert own == pytest.approx(near, abs=3e-12)
         z = np.ix_([2, 5], [2, 5])
         assert np.trace(motion.matrix[z]) == pytest.approx(planar_trace(e, K, near), abs=1e-10)
         np.testing.assert_allclose(motion.matrix[np.ix_([2, 5], [0, 1, 3, 4])], 0, atol=1e-12)
-        turns += 1
-    assert turns > 3
+
+
+def test_libration_slower_than_the_orbit_goes_on_to_any_ellipse(branches):
+    branch = branches["slow"]
+    assert (branch.values[-1], branch.ending) == (0.5, "forces[0].orbit.eccentricity = 0.5")
+    assert "fold" not in {each.kind for each in branch.bifurcations}
+
+
+def test_libration_faster_than_the_orbit_ends_in_a_fold(branches):
+    """Back on the circle it is the free libration with the period of the orbit: 4 F(rate^2/K) / sqrt K = 2 pi."""
+    branch, K = branches["fast"], constant(BODIES["fast"])
+    assert branch.ending == "forces[0].orbit.eccentricity = 0, where it began"
+    free = slope_of(branch.motions[-1], 0.0)
+    assert 4 * ellipk(free**2 / K) / np.sqrt(K) == pytest.approx(2 * np.pi, rel=1e-12)
+    (fold,) = (each for each in branch.bifurcations if each.kind == "fold")
+
+    def eccentricity(slope):
+        return brentq(lambda e: beletsky(e, K, slope)[0], 0.02, 0.06, xtol=1e-15)
+
+    own = slope_of(fold.motion, fold.value)
+    at = minimize_scalar(lambda slope: -eccentricity(slope), (own - 0.05, own, own + 0.05), tol=1e-8)
+    assert fold.value == pytest.approx(-at.fun, abs=1e-11)
+    assert own == pytest.approx(at.x, abs=1e-6)
+    assert np.min(np.abs(fold.motion.multipliers - 1)) < 1e-4
+    doubling = next(each for each in branch.bifurcations if each.kind == "doubling")
+    assert np.min(np.abs(doubling.motion.multipliers + 1)) < 1e-4
 
 
 @pytest.mark.parametrize("name", BODIES)
 def test_forced_libration_of_small_eccentricity(name):
     """To first order in e: t = 2 e sin f / (K - 1), with the free libration removed."""
     body = BODIES[name]
-    A, B, C = body.moments
-    K = 3 * (B - A) / C
+    K = constant(body)
     near = on_the_ellipse(body, 1e-5)
     motion = near.motions[-1]
     assert slope_of(motion, 1e-5) == pytest.approx(2e-5 / (K - 1), rel=1e-3)
@@ -100,14 +130,14 @@ def test_forced_libration_of_small_eccentricity(name):
 def colombo_fold(flattening, i):
     """Where Cassini states 1 and 4 of an axially symmetric body end, as the rate of the node over the precession."""
     C, A = 1.0, 1 - flattening
-    orbit = pt.PrecessingOrbit(pt.KeplerOrbit(1.0, 1.0, 0.0, i, 0.0, 0.0), -0.3 * flattening)
+    orbit = pt.PrecessingOrbit(pt.KeplerOrbit(1.0, 1.0, 0.0, i, 0.0, 0.0), -0.7 * flattening)
     motion = pt.cassini_state(pt.Body((A, A, C)), orbit).motion
     time = float(motion.state.time)
 
     def node(system):
         return pt.RotatingFrame((1, 0, 0, 0), (0, 0, float(system.forces[0].orbit.node_rate)), time)
 
-    branch = pt.continue_motion(motion, "node_rate", -4 * flattening, frame=node)
+    branch = pt.continue_motion(motion, "node_rate", -2 * flattening, frame=node)
     (fold,) = (each for each in branch.bifurcations if each.kind == "fold")
     assert branch.values[-1] == branch.values[0]
     axis = np.mean(fold.motion.over_period().relative_to(fold.motion.frame).attitude.apply((0, 0, 1)), axis=0)

@@ -1,0 +1,271 @@
+"""Branches of periodic motions: their derivatives, ends and bifurcations; what comes out, what goes in."""
+
+import re
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot.analysis import continuation
+from poinsot.analysis.continuation import _Family, continue_motion
+from poinsot.mechanics.replaced import NamedNumber
+
+mpl.use("Agg")
+
+BODY = pt.Body((1.0, 1.3, 1.6))
+CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.3, 0.2, 0.1)
+ELLIPSE = pt.KeplerOrbit(1.1, 1.2, 0.07, 0.3, 0.5, 2.1, 1.0, -0.4)
+
+
+def system(orbit, *more, body=BODY):
+    return pt.System(body, pt.GravityGradient(orbit), *more)
+
+
+def at_rest(orbit=CIRCLE, share=0.2, body=BODY, *more):
+    start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=orbit.frame)
+    return pt.periodic_motion(system(orbit, *more, body=body), start, share * orbit.period, orbit.frame)
+
+
+def orbit_of(system):
+    return system.forces[0].orbit
+
+
+@pytest.fixture(scope="module")
+def branch():
+    """Through the boundary of stability in pitch."""
+    return continue_motion(at_rest(), "moments[0]", 1.5)
+
+
+# ---------------------------------------------------------------------- named numbers
+
+
+def test_named_number_changes_one_number_of_the_orbit_that_forces_share():
+    flat = pt.Oblateness(ELLIPSE, 1e-3, 0.1, (0, 0, 1))
+    own = system(ELLIPSE, flat)
+    number = NamedNumber(own, "eccentricity")
+    assert (number.name, number.value) == ("forces[0].orbit.eccentricity", 0.07)
+    other = number.system(0.2)
+    assert other.forces[0].orbit is other.forces[1].orbit
+    assert other.forces[0].orbit.eccentricity == 0.2
+    assert other.forces[0].orbit.semimajor_axis == ELLIPSE.semimajor_axis
+    assert other.body is own.body
+    assert own.forces[0].orbit.eccentricity == 0.07
+    pole = NamedNumber(own, "pole[2]").system(0.5)
+    assert pole.forces[1].pole.tolist() == [0, 0, 0.5]
+    assert pole.forces[0] is own.forces[0]
+    assert NamedNumber(own, "body.moments[1]").system(1.4).body.moments.tolist() == [1.0, 1.4, 1.6]
+
+
+# ---------------------------------------------------------------------- derivatives
+
+
+def node_frame(system):
+    orbit = orbit_of(system)
+    return pt.RotatingFrame((1, 0, 0, 0), (0, 0, float(orbit.node_rate)), -0.7)
+
+
+SLOPES = {
+    "force": (ELLIPSE, "eccentricity", None, None, None),
+    "moment": (ELLIPSE, "moments[1]", None, None, None),
+    "period": (ELLIPSE, "semimajor_axis", lambda system: orbit_of(system).period, None, None),
+    "frame": (pt.PrecessingOrbit(ELLIPSE, -0.004), "node_rate", None, node_frame, node_frame),
+    "frame of the orbit": (CIRCLE, "inclination", None, lambda system: orbit_of(system).frame, lambda _: CIRCLE.frame),
+    "period and frame": (
+        CIRCLE,
+        "mu",
+        lambda system: orbit_of(system).period,
+        lambda system: orbit_of(system).frame,
+        lambda _: CIRCLE.frame,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SLOPES)
+def test_derivative_by_the_parameter_is_that_of_differences(name):
+    orbit, parameter, period, frame, own = SLOPES[name]
+    start = BODY.state((0.9, 0.1, -0.2, 0.3) / np.sqrt(0.95), omega_body=(0.1, -0.2, 0.9))
+    one = system(orbit)
+    motion = pt.periodic_motion(one, at_upright(orbit), orbit.period, own and own(one))
+    family = _Family(motion, parameter, 1.3 * NamedNumber(one, parameter).value + 0.1, period, frame)
+    once = family.once(0.0)
+    point = once.point(start)  # of no periodic motion
+    _, slopes = family.equations(once, point, 0.0)
+
+    def end(u):
+        other = family.once(u)
+        other.momentum = once.momentum
+        return other.passage(point).end
+
+    middle, h = end(0.0), 1e-3
+    ends = [once.displacement(middle, end(k * h)) for k in (-2, -1, 1, 2)]
+    difference = np.array([1, -8, 8, -1]) @ ends / (12 * h)
+    np.testing.assert_allclose(-slopes[:, 6], difference, atol=3e-9 * max(1, np.max(np.abs(difference))))
+
+
+def at_upright(orbit):
+    return BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=orbit.frame)
+
+
+def test_motion_in_a_larger_orbit_is_the_same_in_units_of_its_period():
+    motion = pt.periodic_motion(system(ELLIPSE), at_upright(ELLIPSE), ELLIPSE.period)
+    with pytest.raises(ValueError, match="system must repeat itself in the frame after the period"):
+        continue_motion(motion, "semimajor_axis", 2.0)
+    branch = continue_motion(motion, "semimajor_axis", 2.0, period=lambda system: orbit_of(system).period)
+    np.testing.assert_allclose(branch.periods, ELLIPSE.period * (branch.values / 1.2) ** 1.5, rtol=1e-14)
+    for multipliers in branch.multipliers:
+        np.testing.assert_allclose(np.poly(multipliers), np.poly(motion.multipliers), atol=1e-11)
+
+
+# ---------------------------------------------------------------------- branches
+
+
+def test_points_of_a_branch_are_periodic_motions(branch):
+    for value, motion in zip(branch.values[::5], branch.motions[::5], strict=True):
+        assert motion.system.body.moments[0] == value
+        again = pt.periodic_motion(motion.system, motion.state, motion.period, motion.frame)
+        np.testing.assert_allclose(again.state.quaternion, motion.state.quaternion, atol=1e-13)
+        np.testing.assert_allclose(again.matrix, motion.matrix, atol=1e-12)
+
+
+def test_arrays_of_a_branch_fit_together(branch):
+    n = len(branch.motions)
+    assert branch.values[0] == 1.0
+    assert branch.values[-1] == 1.5
+    assert np.all(np.diff(branch.values) > 0)
+    assert branch.state.quaternion.shape == (n, 4)
+    assert branch.multipliers.shape == (n, 6)
+    assert branch.periods.shape == branch.stable.shape == (n,)
+    (found,) = branch.bifurcations
+    assert branch.values[found.after] < found.value < branch.values[found.after + 1]
+    assert np.all(branch.stable == (branch.values < found.value))
+    text = (
+        r"Branch\(parameter='body\.moments\[0\]', 1 \.\.\. 1\.5, motions=\d+, stable=\d+, "
+        r"bifurcations=\[branching at 1\.3\], ending='body\.moments\[0\] = 1\.5'\)"
+    )
+    assert re.fullmatch(text, repr(branch))
+
+
+def test_backwards_it_is_the_same_branch(branch):
+    back = continue_motion(branch.motions[-1], "moments[0]", 1.0)
+    assert back.bifurcations[0].value == pytest.approx(branch.bifurcations[0].value, abs=1e-9)
+    np.testing.assert_allclose(back.motions[-1].matrix, branch.motions[0].matrix, atol=1e-10)
+
+
+def test_it_ends_where_no_body_has_the_moments():
+    branch = continue_motion(at_rest(body=pt.Body((1.0, 1.2, 1.5))), "moments[2]", 2.5)
+    assert re.fullmatch(r"beyond body\.moments\[2\] = 2\.199\d+: moments must satisfy .*", branch.ending)
+    assert 2.19 < branch.values[-1] < 2.2
+
+
+class Windmill(pt.Torque):
+    """It slows down, or speeds up, what turns in the frame of a circular orbit."""
+
+    strength: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        normal = attitude.to_body(tuple(CIRCLE.normal))
+        return tuple(-self.strength * (w - n) for w, n in zip(omega_body, normal, strict=True))
+
+
+def test_pairs_pass_the_unit_circle_where_friction_becomes_propulsion():
+    motion = at_rest(CIRCLE, 0.2, BODY, Windmill(0.01))
+    branch = continue_motion(motion, "strength", -0.02)
+    (found,) = branch.bifurcations
+    assert found.kind == "torus"
+    assert found.value == pytest.approx(0, abs=1e-9)
+    assert np.all(branch.stable == (branch.values > 0))
+
+
+def test_interrupted_continuation_keeps_what_it_has(monkeypatch):
+    def stop(seconds):
+        if len(told) == 5:
+            raise KeyboardInterrupt
+        told.append(seconds)
+
+    told = []
+    monkeypatch.setattr(continuation, "_messages", lambda _: _Context(stop))
+    with pytest.raises(
+        pt.PropagationInterrupted, match=r"the continuation was interrupted at body\.moments\[0\] ="
+    ) as raised:
+        continue_motion(at_rest(), "moments[0]", 1.5)
+    assert len(raised.value.trajectory.motions) == 7
+    assert raised.value.trajectory.ending == "it was interrupted"
+
+
+class _Context:
+    def __init__(self, value):
+        self.value = value
+
+    def __enter__(self):
+        return self.value
+
+    def __exit__(self, *_):
+        return False
+
+
+def test_messages_come_after_a_while(monkeypatch, capsys):
+    monkeypatch.setattr(continuation, "PATIENCE", 0.0)
+    continue_motion(at_rest(), "moments[0]", 1.05, progress=True)
+    assert "motions, body.moments[0] = " in capsys.readouterr().err
+    continue_motion(at_rest(), "moments[0]", 1.05, progress=False)
+    assert not capsys.readouterr().err
+
+
+# ---------------------------------------------------------------------- pictures
+
+
+def test_picture_changes_its_line_where_stability_changes(branch):
+    axes = pt.plot_branch(branch, lambda motion: motion.period, ("moment [kg m²]", "period [s]"), "title")
+    solid, dashed, mark = axes.get_lines()
+    (found,) = branch.bifurcations
+    assert (solid.get_label(), solid.get_linestyle()) == ("stable", "-")
+    assert (dashed.get_label(), dashed.get_linestyle()) == ("unstable", "--")
+    assert solid.get_xdata()[-1] == dashed.get_xdata()[0] == mark.get_xdata()[0] == found.value
+    assert len(solid.get_xdata()) + len(dashed.get_xdata()) == len(branch.values) + 2
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("moment [kg m²]", "period [s]")
+    both = pt.plot_branch([branch, branch], lambda motion: motion.period, ("a", "b"))
+    assert len(both.get_legend().get_texts()) == 3
+    with pytest.raises(TypeError, match="branch must be a Branch or several, but PeriodicMotion came"):
+        pt.plot_branch([branch.motions[0]], lambda motion: motion.period, ("a", "b"))
+
+
+# ---------------------------------------------------------------------- wrong input
+
+WRONG = {
+    "motion": (
+        lambda: continue_motion(system(CIRCLE), "mu", 2.0),
+        TypeError,
+        r"motion must be a PeriodicMotion, but System came\. The order is continue_motion\(motion, parameter, to\)\.",
+    ),
+    "name": (lambda: continue_motion(at_rest(), "eccentric", 0.1), ValueError, r".*Near: forces\[0\]\.orbit\.ecc.*"),
+    "value": (
+        lambda: continue_motion(at_rest(), "moments[0]", 1.0),
+        ValueError,
+        r"to must be another value than that of body\.moments\[0\], but 1\.0 came\.",
+    ),
+    "not finite": (lambda: continue_motion(at_rest(), "moments[0]", np.nan), ValueError, r"to must be finite, .*"),
+    "frame": (
+        lambda: continue_motion(at_rest(), "mu", 2.0, frame=lambda _: 1),
+        TypeError,
+        r"frame must be a Frame, but int came\. .*",
+    ),
+    "period": (
+        lambda: continue_motion(at_rest(), "mu", 2.0, period=lambda _: -1.0),
+        ValueError,
+        r"period must be positive, but -1\.0 came\.",
+    ),
+    "frame that stays": (
+        lambda: continue_motion(at_rest(), "inclination", 0.5),
+        ValueError,
+        r"system must repeat itself in the frame .*",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_input_is_refused_with_a_sentence(name):
+    call, kind, sentence = WRONG[name]
+    with pytest.raises(kind) as raised:
+        call()
+    assert re.fullmatch(sentence, str(raised.value)), str(raised.value)

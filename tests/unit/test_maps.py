@@ -1,0 +1,102 @@
+"""Pictures of indicators of chaos."""
+
+import re
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+X, Y = np.array([0.0, 1.0, 2.0]), np.array([10.0, 20.0])
+VALUES = np.array([[0.0, 2.0, 1.0], [5.0, np.nan, 40.0]])
+ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0)
+BODY = pt.Body.from_ratios(beta=0.47, gamma=0.26)
+
+
+@pytest.fixture(autouse=True)
+def _figures():
+    mpl.use("Agg")
+    yield
+    plt.close("all")
+
+
+def bar(panel):
+    return panel.figure.axes[1]
+
+
+@pytest.mark.parametrize("values", [VALUES, VALUES.ravel()], ids=["grid", "members"])
+def test_a_map_has_the_values_where_they_belong(values):
+    panel = pt.plot_map(X, Y, values, "angle [deg]", "rate", "MEGNO", centre=2, limits=(0, 10), title="A moon")
+    (mesh,) = panel.collections
+    shown = np.ma.filled(np.ma.reshape(mesh.get_array(), (2, 3)), np.nan)
+    np.testing.assert_array_equal(shown, VALUES)
+    assert panel.get_xlim() == (-0.5, 2.5)
+    assert panel.get_ylim() == (5.0, 25.0)
+    assert (panel.get_xlabel(), panel.get_ylabel(), panel.get_title()) == ("angle [deg]", "rate", "A moon")
+    assert bar(panel).get_ylabel() == "MEGNO"
+    assert 2 in bar(panel).get_yticks()
+    middle = np.array(mesh.cmap(mesh.norm(2.0))[:3])
+    assert np.all(middle > 0.95)  # white
+    purple, orange = (mesh.cmap(mesh.norm(value))[:3] for value in (0.5, 8.0))
+    assert purple[2] > purple[0] > purple[1]
+    assert orange[0] > orange[1] > orange[2]
+
+
+def test_limits_by_default_hold_nearly_all_values():
+    values = np.concatenate([np.linspace(1, 3, 100), [1e6]]).reshape(1, -1).repeat(2, axis=0)
+    (mesh,) = pt.plot_map(np.arange(101), Y, values).collections
+    assert mesh.norm.vmin == pytest.approx(1, abs=0.05)
+    assert mesh.norm.vmax == pytest.approx(3, abs=0.05)
+    (mesh,) = pt.plot_map(np.arange(101), Y, values, centre=7).collections
+    assert mesh.norm.vmin < 3 < 7 < mesh.norm.vmax
+    (mesh,) = pt.plot_map(X, Y, np.full((2, 3), 4.0)).collections
+    assert mesh.norm.vmin < mesh.norm.vmax
+
+
+@pytest.mark.parametrize("members", [(), (3,), (9,)])
+def test_indicators_against_time(members):
+    q = np.broadcast_to((1.0, 0, 0, 0), (*members, 4))
+    rates = np.linspace(0.4, 2.9, 9)[: members[0]] if members else 2.9
+    start = BODY.state(q, omega_body=np.multiply.outer(rates, (0, 0, 1.0)), time=1.0)
+    system = pt.System(BODY, pt.GravityGradient(ORBIT), units={"time": "s", "inertia": "kg m2"})
+    found = pt.chaos_indicators(system, start, np.linspace(2, 30, 8), formulation="planar")
+    names = ["one", "two", "three"] if members == (3,) else ()
+    left, right = pt.plot_chaos(found, names, "A moon")
+    curves = [line for line in left.lines if len(line.get_xdata()) == 8]
+    assert len(curves) == len(right.lines) == (members[0] if members else 1)
+    np.testing.assert_array_equal(curves[-1].get_xdata(), np.linspace(1, 29, 8))
+    np.testing.assert_array_equal(curves[-1].get_ydata(), np.atleast_2d(found.mean_megno)[-1])
+    np.testing.assert_array_equal(right.lines[-1].get_ydata(), np.atleast_2d(found.fli)[-1])
+    assert left.get_xlabel() == "time from the start [s]"
+    assert (left.get_legend() is not None) == (members == (3,))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "sentence"),
+    [
+        (
+            (X, Y, VALUES.T),
+            {},
+            "values must have shape (2, 3) or (6,), but shape (3, 2) came. Take one time, as in mean_megno[:, -1].",
+        ),
+        ((X, Y, VALUES * np.nan), {}, "values must have something to draw, but all are NaN."),
+        ((X[:1], Y, VALUES), {}, "x must be strictly monotonic with two values at least, but [0.] came."),
+        ((X, Y[[0, 0]], VALUES), {}, "y must be strictly monotonic with two values at least, but [10. 10.] came."),
+        ((X, Y, VALUES), {"limits": (3, 1)}, "limits must rise, but (3, 1) came."),
+        ((X, Y, VALUES), {"limits": (3, 9), "centre": 2}, "limits must rise around 2, but (3, 9) came."),
+    ],
+)
+def test_bad_maps(arguments, options, sentence):
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        pt.plot_map(*arguments, **options)
+
+
+def test_bad_indicators():
+    with pytest.raises(TypeError, match=r"^found must be ChaosIndicators, but int came\.$"):
+        pt.plot_chaos(3)
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
+    found = pt.chaos_indicators(pt.System(BODY, pt.GravityGradient(ORBIT)), start, [1.0, 2.0], formulation="planar")
+    with pytest.raises(ValueError, match=r"^labels must name each of 1 members, but 2 came\.$"):
+        pt.plot_chaos(found, ["one", "two"])

@@ -1,0 +1,106 @@
+"""Sections: which points of which member, and what is refused."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+mpl.use("Agg")
+
+BODY = pt.Body((1.0, 2.0, 3.0))
+FREE = pt.System(BODY)
+ACROSS = pt.AxisCrossing((1, 0, 0), (1, 0, 0), slope=1)
+
+
+def spinning(rate):
+    return BODY.state((1, 0, 0, 0), omega_body=np.multiply.outer(np.asarray(rate, dtype=float), (0, 0, 1)))
+
+
+def time_and_rate(points):
+    return points.times, points.omega_body[:, 2]
+
+
+def test_members_have_rows_and_missing_points_are_nan():
+    motion = pt.propagate(FREE, spinning([2.0, 0.5, 1.0]), [20.0], events=[pt.Instant(3.0), ACROSS])
+    section = pt.section(motion, time_and_rate, 1, labels=("t", "rate"))
+    counts = [6, 1, 3]
+    assert np.isfinite(section.x).sum(axis=1).tolist() == counts
+    for k, (rate, count) in enumerate(zip([2.0, 0.5, 1.0], counts, strict=True)):
+        assert np.allclose(section.x[k, :count], (2 * np.arange(count) + 1.5) * np.pi / rate, rtol=1e-14)
+        assert np.allclose(section.y[k, :count], rate, rtol=1e-15)
+    assert section.labels == ("t", "rate")
+    assert repr(section) == "Section of 3 motions, 10 points"
+
+
+def test_without_an_event_all_times_are_points_also_of_one_body():
+    section = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0, 3.0]), time_and_rate)
+    assert section.x.tolist() == [[1.0, 2.0, 3.0]]
+    members = pt.section(pt.propagate(FREE, spinning([0.5, 0.7]), [1.0, 2.0, 3.0]), time_and_rate)
+    assert np.allclose(members.y, [[0.5] * 3, [0.7] * 3], rtol=1e-15)
+
+
+def test_of_a_motion_that_ended_there_are_the_points_before():
+    ends = pt.AxisCrossing((1, 0, 0), (1, 0, 0), slope=-1, terminal=True)
+    motion = pt.propagate(FREE, spinning([1.0, 0.1]), [1.0, 2.0, 3.0], events=[ends])
+    assert np.isfinite(pt.section(motion, time_and_rate).x).sum(axis=1).tolist() == [1, 3]
+    none = pt.propagate(FREE, spinning(0.1), [1.0], events=[ACROSS])
+    assert pt.section(none, time_and_rate, 0).x.shape == (1, 0)
+
+
+def test_andoyer_of_no_passage_is_empty():
+    start = BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.1, 0.2, 0.3))
+    assert pt.andoyer_section(FREE, start, 1e-3).x.shape == (1, 0)
+
+
+def test_the_first_point_of_a_spin_orbit_section_is_the_start():
+    orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7, 2.0, epoch=-3.0)
+    system = pt.System(BODY, pt.GravityGradient(orbit))
+    section = pt.spin_orbit_section(system, [0.3, 3.5], 1.4, 2)
+    assert np.allclose(section.x[:, 0], [0.3, 3.5 - np.pi], rtol=1e-14)
+    assert np.allclose(section.y[:, 0], 1.4, rtol=1e-14)
+    positions = np.stack([np.asarray(x) for x in orbit.position_at(section.motion.times)], axis=-1)
+    assert np.allclose(np.linalg.norm(positions, axis=-1), orbit.periapsis_distance, rtol=1e-14)
+    one = pt.spin_orbit_section(system, 0.3, 1.4, 2)
+    assert np.allclose(one.x, section.x[:1], rtol=1e-11)
+
+
+def test_the_picture_has_all_points_and_the_labels():
+    section = pt.section(
+        pt.propagate(FREE, spinning(np.linspace(0.2, 2, 7)), [20.0], events=[ACROSS]),
+        time_and_rate,
+        0,
+        labels=("t [s]", "rate"),
+    )
+    axes = pt.plot_section(section, "title")
+    drawn = np.concatenate([dots.get_offsets() for dots in axes.collections])
+    seen = np.isfinite(section.x)
+    assert sorted(map(tuple, drawn.tolist())) == sorted(
+        zip(section.x[seen].tolist(), section.y[seen].tolist(), strict=True)
+    )
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()) == ("t [s]", "rate", "title")
+    mpl.pyplot.close("all")
+
+
+def test_wrong_arguments_are_refused_in_a_sentence():
+    motion = pt.propagate(FREE, spinning(1.0), [5.0], events=[ACROSS])
+    orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7)
+    system = pt.System(BODY, pt.GravityGradient(orbit))
+    with pytest.raises(TypeError, match=r"motion must be a Trajectory, but int came\."):
+        pt.section(3, time_and_rate)
+    with pytest.raises(ValueError, match=r"event must be below the 1 events of the motion, but 1 came\."):
+        pt.section(motion, time_and_rate, 1)
+    with pytest.raises(
+        ValueError, match=r"coordinates must be two arrays of shape \(1,\), but \(1,\) and \(1, 3\) came\."
+    ):
+        pt.section(motion, lambda points: (points.times, points.omega_body), 0)
+    with pytest.raises(TypeError, match=r"the forces of the system must have one KeplerOrbit, but none came\."):
+        pt.spin_orbit_section(FREE, 0.0, 1.0, 3)
+    with pytest.raises(ValueError, match=r"revolutions must be a positive whole number, but 0 came\."):
+        pt.spin_orbit_section(system, 0.0, 1.0, 0)
+    with pytest.raises(ValueError, match=r"one for all members"):
+        pt.spin_orbit_section(
+            pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(3.0, 2.0, [0.2, 0.3], 0.5, 0.6, 0.7))), 0.0, 1.0, 3
+        )
+    with pytest.raises(TypeError, match=r"section must be a Section, but int came\."):
+        pt.plot_section(3)
