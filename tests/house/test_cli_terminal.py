@@ -198,6 +198,7 @@ app()
 
 def test_long_run_shows_itself_on_a_terminal(result):
     scenario = result.with_name("top.toml")
+    scenario.write_text(TOP + "times = {stop = 10, count = 11}\n")
     written, code = on_terminal(SLOW.format(0.4), "run", scenario, "--overwrite")
     assert code == 0
     assert "time" in written

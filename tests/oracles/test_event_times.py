@@ -1,7 +1,5 @@
 """Times of events against closed forms and against an integration that shares nothing."""
 
-# ruff: noqa: ARG002
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

@@ -206,6 +206,7 @@ class _Context:
 
 def test_messages_come_after_a_while(monkeypatch, capsys):
     monkeypatch.setattr(continuation, "PATIENCE", 0.0)
+    monkeypatch.setenv("FORCE_COLOR", "1")
     continue_motion(at_rest(), "moments[0]", 1.05, progress=True)
     assert "motions, body.moments[0] = " in capsys.readouterr().err
     continue_motion(at_rest(), "moments[0]", 1.05, progress=False)

@@ -46,13 +46,7 @@ class AxisCrossing(Event):
         _refuse_zero("direction", self.direction)
         _refuse_other_angle(self.angle)
 
-    def value(  # noqa: D102
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        sky: Sky,  # noqa: ARG002
-    ) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
         axis, direction = functions.Vector(self.axis), functions.Vector(self.direction)
         size = functions.norm(axis) * functions.norm(direction)
         return functions.dot(axis, attitude.to_body(direction)) - size * functions.cos(self.angle)
@@ -84,13 +78,7 @@ class AttractorCrossing(Event):
         _refuse_zero("axis", self.axis)
         _refuse_other_angle(self.angle)
 
-    def value(  # noqa: D102
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        sky: Sky,  # noqa: ARG002
-    ) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
         axis, outwards = functions.Vector(self.axis), attitude.to_body(sky.direction(self.orbit))
         return -functions.dot(axis, outwards) - functions.norm(axis) * functions.cos(self.angle)
 
@@ -118,13 +106,7 @@ class RateCrossing(Event):
         super().__post_init__()
         _refuse_zero("axis", self.axis)
 
-    def value(  # noqa: D102
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        sky: Sky,  # noqa: ARG002
-    ) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
         axis = functions.Vector(self.axis)
         return functions.dot(axis, omega_body) - functions.norm(axis) * self.rate
 
@@ -149,13 +131,7 @@ class SpinFlip(Event):
         super().__post_init__()
         _refuse_zero("axis", self.axis)
 
-    def value(  # noqa: D102
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        sky: Sky,  # noqa: ARG002
-    ) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
         return functions.dot(functions.Vector(self.axis), body.angular_momentum(omega_body))
 
 
@@ -185,13 +161,7 @@ class AndoyerCrossing(Event):
         super().__post_init__()
         _refuse_zero("pole", self.pole)
 
-    def value(  # noqa: D102
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        sky: Sky,  # noqa: ARG002
-    ) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
         G = functions.Vector(body.angular_momentum(omega_body))
         k, s = attitude.to_body(self.pole), functions.Vector((0.0, 0.0, 1.0))
         sine = functions.dot(k, functions.cross(G, s)) * functions.norm(G)
@@ -209,13 +179,7 @@ class Apsis(Event):
 
     orbit: Orbit
 
-    def value(  # noqa: D102
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        sky: Sky,  # noqa: ARG002
-    ) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
         return functions.dot(sky.position(self.orbit), sky.velocity(self.orbit))
 
 
@@ -229,13 +193,7 @@ class Instant(Event):
 
     time: float
 
-    def value(  # noqa: D102
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        sky: Sky,  # noqa: ARG002
-    ) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
         return sky.time - self.time
 
 

@@ -174,7 +174,7 @@ class Borrowed:
         return Pieces(self._system, self._values)
 
     def outcome(self, engines: Any, lane: int = 0) -> str:
-        """Return how steps ended: the engine's name for it, or "event", "haste", "switch" or "angles" for its events."""
+        """Return how steps ended: the engine's name for it, or of its events "event", "haste", "switch" or "angles"."""
         if engines.name in ("time_limit", "step_limit", "err_nf_state", "success"):
             return str(engines.name)
         if self.watch is not None and self.watch.stopped[lane]:

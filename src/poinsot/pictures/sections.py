@@ -47,9 +47,9 @@ def plot_section(section: Section, title: str = "") -> Axes:
     if not isinstance(section, Section):
         raise TypeError(f"section must be a Section, but {came(section)} came.")
     shape: Any = {"figsize": (7, 6), "layout": "constrained", "FigureClass": TextFigure}
-    _, axes = plt.subplots(**shape)
+    axes: Axes = plt.subplots(**shape)[1]
     points = np.isfinite(section.x)
-    size = float(np.clip(INK / max(np.count_nonzero(points), 1), 0.1, 6.0))
+    size = float(np.clip(INK / max(int(np.count_nonzero(points)), 1), 0.1, 6.0))
     for k, colour in enumerate(COLOURS):
         mine = points.copy()
         mine[np.arange(len(mine)) % len(COLOURS) != k] = False
