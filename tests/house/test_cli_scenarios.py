@@ -1,5 +1,6 @@
 """The commands about scenarios and results, as a user runs them."""
 
+import inspect
 import json
 import os
 import re
@@ -276,7 +277,10 @@ def test_every_plot_of_the_package_is_a_kind(tmp_path):
     (tmp_path / "free.toml").write_text(FREE)
     call("run", tmp_path / "free.toml")
     call("run", tmp_path / "free.nc", "--out", tmp_path / "b")
-    assert {f"plot_{kind}" for kind in KINDS} == {name for name in pt.__all__ if name.startswith("plot_")}
+    first = {
+        name: next(iter(inspect.signature(getattr(pt, name)).parameters)) for name in pt.__all__ if "plot_" in name
+    }
+    assert {f"plot_{kind}" for kind in KINDS} == {name for name, each in first.items() if each in ("motion", "body")}
     for kind in KINDS:
         more = ("--with", tmp_path / "b" / "free.nc") if kind == "difference" else ()
         arguments = ("plot", tmp_path / "free.nc", "--kind", kind, *more)

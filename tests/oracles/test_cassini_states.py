@@ -41,12 +41,12 @@ def test_motion_and_its_matrix_are_those_of_an_integration(states, name):
     options = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14 * size}
     end = solve_ivp(rates(world), (0, period), start(A, omega), **options).y[:, -1]
     node = about(2, world.node_rate * period)
-    np.testing.assert_allclose(end[:9].reshape(3, 3), node @ A, atol=3e-12)
-    np.testing.assert_allclose(end[9:12], omega, atol=3e-12 * world.rate)
+    np.testing.assert_allclose(end[:9].reshape(3, 3), node @ A, atol=1e-12)
+    np.testing.assert_allclose(end[9:12], omega, atol=1e-12 * world.rate)
     units = np.concatenate([np.ones(3), np.full(3, 1 / period)])  # of angles, and of rates that make them in a period
     own = np.concatenate([np.ones(3), np.asarray(world.moments)]) * units
     matrix = end[12:].reshape(6, 6) * units / units[:, None]
-    np.testing.assert_allclose(motion.matrix * own / own[:, None], matrix, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(motion.matrix * own / own[:, None], matrix, rtol=0, atol=1e-12)
 
 
 @pytest.mark.slow

@@ -120,7 +120,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
 
 def recognised(once: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
     """Return what there is to know about the motion that a period leads back to its point."""
-    multipliers = np.linalg.eigvals(matrix)
+    multipliers = np.linalg.eigvals(matrix).astype(complex)
     exponents = np.log(multipliers)
     frequencies, growth = (np.sort(part[part > SLOW]) / once.period for part in (exponents.imag, exponents.real))
     matrix = matrix * once.units[:, None] / once.units

@@ -15,8 +15,20 @@ from poinsot.cli.terminal import Overwrite, busy, check_new, checked_result, sen
 
 __all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
 
-KINDS = tuple(name.removeprefix("plot_") for name in poinsot.__all__ if name.startswith("plot_"))
-"""What can be drawn of a result: the functions `plot_...` of the package."""
+KINDS = (
+    "angular_momentum",
+    "difference",
+    "drift",
+    "euler_angles",
+    "herpolhode",
+    "momentum_sphere",
+    "poinsot",
+    "polhode",
+    "quaternions",
+    "rates",
+    "roll_pitch_yaw",
+)
+"""What can be drawn of a result: the functions `plot_...` of the package that need no more than a motion."""
 
 PICTURES = (".png", ".pdf", ".svg")
 

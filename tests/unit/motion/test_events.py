@@ -11,6 +11,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
+from poinsot.motion import kernels
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -69,9 +70,13 @@ WAYS = [
     {"dense": True},
     {"formulation": "canonical"},
     {"formulation": "planar"},
+    {"precision": "quadruple"},
     {"precision": "extended"},
     {"tolerance": 1e-12},
 ]
+
+
+WAYS = [ways for ways in WAYS if kernels.available(ways.get("precision", "double"))]
 
 
 @pytest.mark.parametrize("ways", WAYS, ids=lambda ways: "-".join(map(str, ways.values())) or "default")
@@ -334,6 +339,40 @@ def test_orbits_of_events_need_not_be_those_of_forces():
     assert np.allclose(found.times, 2 * np.pi * np.arange(1, 7), rtol=1e-15)
     found = pt.propagate(FREE, spinning(), [40.0], events=[pt.Apsis(ellipse, slope=-1)]).events[0]
     assert np.allclose(found.times, np.pi * np.arange(1, 13, 2), rtol=1e-15)
+
+
+@pytest.mark.parametrize("members", [False, True])
+def test_orbits_that_are_integrated_along_and_actions_on_their_way(members):
+    """The action must leave the variables of the orbit alone, and a body without forces may have such an event."""
+    path = pt.ThreeBodyOrbit(3.1, 0.4, 2.5, (1.9, 0.7, 0.3), (-0.2, 0.1, 0.15), 0.7)
+    orbit, other = path.from_primary, path.from_secondary
+    system = FREE if members else pt.System(BODY, pt.GravityGradient(orbit))
+    start = spinning([1.5, 1.6] if members else 1.5, time=0.7)
+    events = [pt.Apsis(orbit), Kick(0.1), pt.AttractorCrossing((1, 0, 0), other)]
+    motion = pt.propagate(system, start, [3.0, 6.0], events=events)
+    apsis, kicked, seen = motion.events
+    r, v = (np.stack(x, axis=-1) for x in (orbit.position_at(apsis.times), orbit.velocity_at(apsis.times)))
+    assert len(apsis) > 0
+    assert np.max(np.abs(np.sum(r * v, axis=-1))) < 1e-12
+    assert len(kicked) > 0
+    assert len(seen) > 0
+    downwards = -np.stack(other.position_at(seen.times), axis=-1)
+    axes = seen.states.attitude.apply([1.0, 0.0, 0.0])
+    assert np.max(np.abs(np.sum(downwards * axes, axis=-1))) < 1e-12
+    sky = np.stack(motion.sky.position(orbit), axis=-1)
+    assert np.allclose(sky, np.stack(orbit.position_at(motion.times), axis=-1), rtol=0, atol=1e-12)
+
+
+def test_events_where_tables_change_their_polynomials():
+    ellipse = pt.KeplerOrbit(1.0, 1.0, 0.2, 0.2, 0.3, 0.4)
+    table = pt.Ephemeris.fit(1.0, lambda t: np.stack(ellipse.position_at(t), axis=-1), 0.0, 13.0)
+    system = pt.System(BODY, pt.GravityGradient(table))
+    knots = table.knots[(table.knots > 0) & (table.knots < 13)][::3]
+    events = [pt.Apsis(table, slope=1), *(pt.Instant(knot) for knot in knots)]
+    for rate in (0.5, [0.5, 0.6]):
+        apsis, *at_knots = pt.propagate(system, spinning(rate), [0.0, 13.0], events=events).events
+        assert np.allclose(apsis.of(0).times, 2 * np.pi * np.arange(1, 3), rtol=1e-12)
+        assert [len(found) for found in at_knots] == [np.size(rate)] * knots.size
 
 
 def test_an_interrupt_keeps_the_events_so_far():
