@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks import ensembles, fields, free, overheads, peers, single
+from benchmarks import chaos, ensembles, fields, free, overheads, peers, single
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
@@ -29,9 +29,10 @@ SECTIONS = {
     "dense_output": overheads.dense_output,
     "gravity_fields": fields.gravity_fields,
     "throughput": ensembles.throughput,
+    "chaos_maps": chaos.chaos_maps,
 }
 IN_SEVERAL = {"against_the_script": single.over_processes}
-ON_ALL_CORES = ("throughput",)  # thread pools count their cores when they are loaded
+ON_ALL_CORES = ("throughput", "chaos_maps")  # thread pools count their cores when they are loaded
 PACKAGES = (
     *("poinsot", "heyoka", "numpy", "scipy", "numbalsoda", "numba"),
     *("diffrax", "jax", "mujoco", "bsk", "matplotlib"),

@@ -71,6 +71,7 @@ def write(results, folder):
         _rate(results["throughput"]["rate"], results["machine"]["first_cache"]),
         _overheads(results),
         _fields(results["gravity_fields"]),
+        _chaos(results["chaos_maps"]),
         _sweeps(results["work_precision"]),
     )
     path = folder / "benchmarks.md"
@@ -462,6 +463,31 @@ def _fields(found):
     )
     headings = ("force", "a step", "/ `GravityGradient`", "steps", "first call", "error [rad]")
     return "\n".join(("## Gravity fields\n", what, table(headings, rows)))
+
+
+def _chaos(found):
+    rows = [
+        (
+            name,
+            one["members"],
+            f"{one['seconds']:.1f} s",
+            f"{one['busy']:.2f}",
+            f"{one['steps']:.0f}",
+            microseconds({"seconds": one["seconds"] / one["members"] / one["steps"]}),
+            f"{one['chaotic']:.0%}",
+            f"{one['error']:.1e}",
+        )
+        for name, one in found["maps"].items()
+    ]
+    what = prose(
+        f"MEGNO of a moon with (B - A)/C = 0.26 on an orbit of eccentricity 0.1 over {found['orbits']} orbits, on",
+        f"{found['cores']} cores at a tolerance of {found['tolerance']:.0e}, over a grid of angles and rates at the",
+        "periapsis; in space with the axis of rotation 0.1 rad off the normal of the orbit. Chaotic is a mean MEGNO",
+        "above 4. The error is the largest of the mean MEGNO of 64 members after 20 orbits, against samples ten times",
+        "as dense.",
+    )
+    headings = ("map", "members", "time", "processor s/s", "steps of a member", "a step", "chaotic", "error of MEGNO")
+    return "\n".join(("## Maps of chaos\n", what, table(headings, rows)))
 
 
 def _sweeps(measured):

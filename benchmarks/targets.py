@@ -185,6 +185,23 @@ def of_overheads(results):
     ]
 
 
+def of_chaos(results):
+    """Return the targets of maps of chaos."""
+    measured = results["chaos_maps"]
+    return [
+        Target(
+            f"MEGNO map, {what}, {found['members']} members over {measured['orbits']} orbits",
+            seconds,
+            bound,
+            True,
+            " s",
+        )
+        for what, bound in (("planar", 30), ("three-dimensional", 90))
+        for found in [measured["maps"][what]]
+        for seconds in [found["seconds"] * 40_000 / found["members"]]
+    ]
+
+
 def all_of(results):
     """Return every target."""
     return [
@@ -193,4 +210,5 @@ def all_of(results):
         *of_ensembles(results),
         *of_closed_form(results),
         *of_overheads(results),
+        *of_chaos(results),
     ]

@@ -2,8 +2,8 @@
 
 A body that keeps one face to its primary is driven by the ellipse. To first order in e the angle to the mean direction
 is 2 e w^2/(w^2 - 1) sin M, w^2 = 3 (B - A)/C (docs/worlds.md: Phobos). A branch begins at rest on the circle and
-follows the whole forced motion, free librations removed. Faster than the orbit, w > 1, it ends in a fold, where it meets
-a libration that on the circle is free. Dashed: a push grows, here out of the plane of the orbit or by doubling.
+follows the whole forced motion, free librations removed. Faster than the orbit, w > 1, it ends in a fold, where it
+meets a libration that on the circle is free. Dashed: a push grows.
 """
 
 import numpy as np

@@ -34,13 +34,15 @@ def test_rates_of_a_free_body_vanish_at_multiples_of_a_quarter_period():
     p = np.sqrt((C - B) * (G2 - T2 * A) / (A * B * C))
     m = (B - A) * (T2 * C - G2) / ((C - B) * (G2 - T2 * A))
     start = body.state((1, 0, 0, 0), omega_body=w)
-    events = [pt.RateCrossing((0, 1, 0)), pt.SpinFlip((0, 1, 0)), pt.RateCrossing((1, 0, 0))]
-    rate, flip, first = pt.propagate(pt.System(body), start, [200.0], events=events).events
+    events = [pt.RateCrossing((0, 1, 0)), pt.SpinFlip((0, 1, 0)), pt.RateCrossing((1, 0, 0)), pt.SpinFlip((1, 1, 0))]
+    rate, flip, first, oblique = pt.propagate(pt.System(body), start, [200.0], events=events).events
     half = 2 * ellipk(m) / p
     k = np.arange(1, int(200 / half) + 1)
     assert np.allclose(rate.times, k * half, rtol=2e-14, atol=0)
     assert np.allclose(flip.times, k * half, rtol=2e-14, atol=0)
     assert np.allclose(first.times, (np.arange(len(first)) + 0.5) * half, rtol=2e-14, atol=0)
+    assert len(oblique) > 10
+    assert np.max(np.abs(oblique.states.angular_momentum_body @ [1, 1, 0])) < 1e-14
 
 
 def test_the_pendulum_passes_its_lowest_point_twice_a_period():

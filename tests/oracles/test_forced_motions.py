@@ -79,9 +79,9 @@ def test_librations_are_those_of_beletskys_equation(branches, name):
     for e, motion in chosen:
         own = slope_of(motion, e)
         near = brentq(lambda slope, e=e: beletsky(e, K, slope)[0], own - 1e-3, own + 1e-3, xtol=1e-15)
-        assert own == pytest.approx(near, abs=3e-12)
+        assert own == pytest.approx(near, abs=3e-13)
         z = np.ix_([2, 5], [2, 5])
-        assert np.trace(motion.matrix[z]) == pytest.approx(planar_trace(e, K, near), abs=1e-10)
+        assert np.trace(motion.matrix[z]) == pytest.approx(planar_trace(e, K, near), abs=2e-11)
         np.testing.assert_allclose(motion.matrix[np.ix_([2, 5], [0, 1, 3, 4])], 0, atol=1e-12)
 
 
@@ -106,8 +106,8 @@ def test_libration_faster_than_the_orbit_ends_in_a_fold(branches):
 
     own = slope_of(fold.motion, fold.value)
     at = minimize_scalar(lambda slope: -eccentricity(slope), (own - 0.05, own, own + 0.05), tol=1e-8)
-    assert fold.value == pytest.approx(-at.fun, abs=1e-11)
-    assert own == pytest.approx(at.x, abs=1e-6)
+    assert fold.value == pytest.approx(-at.fun, abs=1e-13)
+    assert own == pytest.approx(at.x, abs=1e-7)
     assert np.min(np.abs(fold.motion.multipliers - 1)) < 1e-4
     doubling = next(each for each in branch.bifurcations if each.kind == "doubling")
     assert np.min(np.abs(doubling.motion.multipliers + 1)) < 1e-4
@@ -211,6 +211,6 @@ def test_boundaries_of_stability(name):
     branch = pt.continue_motion(motion, f"moments[{k}]", to)
     (found,) = branch.bifurcations
     assert found.kind == kind
-    assert found.value == pytest.approx(boundary(moments, k, low, high), rel=1e-9)
+    assert found.value == pytest.approx(boundary(moments, k, low, high), rel=1e-12)
     for value, stable in zip(branch.values, branch.stable, strict=True):
         assert stable != grows(*(value if j == k else moment for j, moment in enumerate(moments)))

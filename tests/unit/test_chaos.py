@@ -119,6 +119,39 @@ def test_the_unit_of_momentum_weighs_the_components():
     np.testing.assert_allclose(far, near, rtol=0, atol=2 * np.log(100) / 400)
 
 
+def test_the_unit_of_momentum_by_default():
+    circle = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(8.0, 2.0, 0.0, 0.3, 0.0, 0.0)))
+    found = pt.chaos_indicators(circle, states(3), [1.0])
+    assert found.momentum_unit == pytest.approx(np.max(BODY.moments) * 1.0)  # at the mean motion
+    body = pt.Body((1.0, 2.0, 2.5))
+    spinning = body.state(states(2).quaternion, angular_momentum_body=np.array([(0, 0, 1.0), (0, 3.0, 0)]))
+    found = pt.chaos_indicators(pt.System(body), spinning, [1.0])
+    assert found.momentum_unit == pytest.approx(3.0 / 1.0 * 2.5)
+    np.testing.assert_allclose(np.linalg.norm(found.vectors, axis=-1), 1.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["orbit", "point", "top"])
+@pytest.mark.parametrize("faster", [1e-4, 1e5])
+def test_the_unit_of_time_does_not_matter(kind, faster):
+    def indicators(pace):
+        if kind == "orbit":
+            forces = pt.GravityGradient(pt.KeplerOrbit(pace**2, 1.0, 0.1, 0.3, 0.0, 0.0))
+        elif kind == "point":
+            forces = pt.GravityGradient(pt.FixedPoint((1.0, 0.2, 0), 0.3 * pace**2))
+        else:
+            forces = pt.UniformGravity(0.5 * pace**2, (1, 0.2, -0.3))
+        start = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=pace * np.array((0.4, -0.3, 0.6)), time=2 / pace)
+        system, times = pt.System(BODY, forces), np.array([5.0, 20.0]) / pace
+        return pt.chaos_indicators(system, start, times), pt.lyapunov_spectrum(system, start, times)
+
+    (one, spectrum), (other, scaled) = indicators(1.0), indicators(faster)
+    for name in ("growth", "fli", "megno", "mean_megno"):
+        np.testing.assert_allclose(getattr(other, name), getattr(one, name), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(other.lyapunov, one.lyapunov * faster, rtol=1e-6)
+    np.testing.assert_allclose(scaled.exponents, spectrum.exponents * faster, rtol=0, atol=1e-6 * faster)
+    assert scaled.exponents[-1, 0] == pytest.approx(other.lyapunov[-1], abs=0.3 * faster)
+
+
 def test_the_whole_spectrum_of_an_ensemble():
     batch, times = states(5), [3.0, 10.0]
     found = pt.lyapunov_spectrum(SYSTEM, batch, times)
@@ -196,9 +229,7 @@ def test_an_interrupt_keeps_the_finished_members():
     np.testing.assert_allclose(found.lyapunov[done[0], 0], alone.lyapunov[0], atol=1e-3)
 
 
-def test_progress_is_shown_where_it_is_wanted(capsys):
-    pt.chaos_indicators(TOP, states(20), [1.0], progress=True)
-    assert "members" in capsys.readouterr().err
+def test_no_bar_is_shown_where_none_is_wanted(capsys):
     pt.chaos_indicators(TOP, states(20), [1.0], progress=False)
     pt.lyapunov_spectrum(TOP, states(20), [1.0])
     assert capsys.readouterr().err == ""

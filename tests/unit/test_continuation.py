@@ -148,7 +148,7 @@ def test_arrays_of_a_branch_fit_together(branch):
 
 def test_backwards_it_is_the_same_branch(branch):
     back = continue_motion(branch.motions[-1], "moments[0]", 1.0)
-    assert back.bifurcations[0].value == pytest.approx(branch.bifurcations[0].value, abs=1e-9)
+    assert back.bifurcations[0].value == pytest.approx(branch.bifurcations[0].value, abs=1e-12)
     np.testing.assert_allclose(back.motions[-1].matrix, branch.motions[0].matrix, atol=1e-10)
 
 

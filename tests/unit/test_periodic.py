@@ -138,7 +138,7 @@ def test_motion_over_a_period_is_read_from_its_start(cassini):
     motion = cassini.motion
     along = motion.over_period(8)
     np.testing.assert_allclose(along.times, motion.state.time + motion.period * np.arange(8) / 8, rtol=1e-15)
-    np.testing.assert_array_equal(along.quaternion[0], motion.state.quaternion)
+    np.testing.assert_allclose(along.quaternion[0], motion.state.quaternion, atol=1e-15)
 
 
 def test_multipliers_that_are_real_and_negative_have_a_growth_rate():

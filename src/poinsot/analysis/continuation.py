@@ -371,7 +371,7 @@ class _Curve:
             return test(seen[s])
 
         try:
-            return seen[brentq(value, 0.0, way, xtol=1e-12, rtol=1e-12)]
+            return seen[brentq(value, 0.0, float(way), xtol=1e-12, rtol=1e-12)]
         except (_LostError, ValueError):
             return min((a, b), key=lambda place: abs(test(place)))
 

@@ -36,11 +36,10 @@ class NamedNumber:
         indices = resolve(system, name)
         self.name = next(full for full, numbers in named_numbers(system).items() if numbers == indices)
         self._system = system
-        part, _, path = self.name.partition(".")
-        record: Any = system.body if part == "body" else system.forces[int(part[7:-1])]
-        *path, last = path.split(".")
-        for inner in path:
-            record = getattr(record, inner)
+        part, *inner, last = self.name.split(".")
+        record: Any = system.body if part == "body" else system.forces[int(part[len("forces[") : -1])]
+        for field in inner:
+            record = getattr(record, field)
         self._owner, self._field = record, last.partition("[")[0]
         self._index = tuple(int(i) for i in re.findall(r"\[(\d+)\]", last))
         self.value = float(np.asarray(getattr(record, self._field))[self._index])

@@ -254,6 +254,7 @@ class System:
         _check_skies(twin)
         for event in twin.events:
             _try_formula(event, self.body)
+            event.check(self.body)
         twin.__dict__["_push"] = self._push
         return twin
 

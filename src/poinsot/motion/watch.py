@@ -86,7 +86,7 @@ class Watch:
         self.stops = [stop(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
         for i, (event, f) in enumerate(zip(events, scaled, strict=True)):
             if event.terminal or event.acts:
-                self.stops.append(stop(f, callback=self._reaching(), direction=ways[event.slope]))
+                self.stops.append(stop(f, callback=self._reaching(i), direction=ways[event.slope]))
             else:
                 self.passed.append(pass_by(f, callback=self._passing(i), direction=ways[event.slope]))
 
@@ -104,15 +104,22 @@ class Watch:
             own[idle] = own[busy]
         self.stopped[idle] = self.stopped[busy]
 
-    def look(self, engine: Any, lane: int = 0) -> bool:
-        """Let happen what is due at the time of a lane, to rounding; return whether the motion goes on."""
+    def look(self, engine: Any, lane: int = 0, found: tuple[int, int] | None = None) -> bool:
+        """Let happen what is due at the time of a lane, to rounding; return whether the motion goes on.
+
+        `found` is the number and the slope of an event that the engine has found there.
+        """
         values, rates = self._values_and_rates(engine, lane)
         time = float(np.ravel(engine.time)[lane])
-        due = np.flatnonzero(np.abs(values) <= self._near(lane, time) * np.abs(rates)).tolist()
-        slopes = np.sign(rates).astype(int)
-        new = [i for i in due if self._events[i].slope in (0, slopes[i]) and self._is_new(i, lane, time)]
+        slopes = {i: int(np.sign(rates[i])) for i in range(len(values))}
+        due = {i for i in slopes if abs(values[i]) <= self._near(lane, time) * abs(rates[i])}
+        due = {i for i in due if self._events[i].slope in (0, slopes[i])}
+        if found:
+            due.add(found[0])
+            slopes[found[0]] = found[1]
+        new = [i for i in sorted(due) if self._is_new(i, lane, time)]
         row = np.array(lane_of(engine.state, lane))
-        self.records += [(i, lane, time, int(slopes[i]), row) for i in new]
+        self.records += [(i, lane, time, slopes[i], row) for i in new]
         for i in new:
             if self._events[i].acts:
                 self._act(engine, lane, i, time)
@@ -135,9 +142,9 @@ class Watch:
 
         return passed
 
-    def _reaching(self) -> Callable[..., bool]:
-        def reached(engine: Any, _: int, lane: int = 0) -> bool:
-            return self.look(engine, lane)
+    def _reaching(self, number: int) -> Callable[..., bool]:
+        def reached(engine: Any, slope: int, lane: int = 0) -> bool:
+            return self.look(engine, lane, (number, slope))
 
         return reached
 

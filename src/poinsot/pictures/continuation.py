@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_branch"]
 
-STYLES = {True: {"color": BLUE, "linestyle": "-"}, False: {"color": VERMILION, "linestyle": "--"}}
+STYLES: dict[bool, dict[str, Any]] = {
+    True: {"color": BLUE, "linestyle": "-"},
+    False: {"color": VERMILION, "linestyle": "--"},
+}
 NAMES = {True: "stable", False: "unstable"}
 MARKS = {
     "fold": (">", BLACK),
@@ -62,7 +65,8 @@ def plot_branch(
 
     branches = _checked([branch] if isinstance(branch, Branch) else list(branch))
     shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}
-    _, axes = plt.subplots(**shape)
+    axes: Axes
+    figure, axes = plt.subplots(**shape)
     named: set[str] = set()
 
     def name(label: str) -> str | None:
@@ -83,7 +87,7 @@ def plot_branch(
     axes.grid(alpha=0.25)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(named), frameon=False)
     if title:
-        axes.figure.suptitle(title)
+        figure.suptitle(title)
     return axes
 
 
@@ -96,7 +100,8 @@ def _checked(branches: list[Any]) -> list[Branch]:
 
 def _parts(branch: Branch, quantity: Callable[[PeriodicMotion], float]) -> Iterator[tuple[bool, list[Any]]]:
     """Yield connected points of one stability; where that changes at a bifurcation, there, else at the next point."""
-    part, stable = [], branch.motions[0].stable
+    part: list[Any] = []
+    stable = branch.motions[0].stable
     for i, (value, motion) in enumerate(zip(branch.values, branch.motions, strict=True)):
         point = value, quantity(motion)
         if motion.stable != stable:
