@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import threading
 
 import numpy as np
 import pytest
@@ -213,14 +212,19 @@ def test_a_single_body_that_stops_says_where():
     assert caught.value.trajectory.exponents.shape == (1, 6)
 
 
-def test_an_interrupt_keeps_the_finished_members():
-    pt.chaos_indicators(TOP, states(8), [300.0])
-    timer = threading.Timer(0.6, lambda: os.kill(os.getpid(), signal.SIGINT))
-    timer.start()
+def test_an_interrupt_keeps_the_finished_members(monkeypatch):
+    taken, take = [], chaos._Indicators.take
+
+    def take_and_interrupt(self, members, *rest):
+        take(self, members, *rest)
+        taken.append(len(members))
+        if len(taken) == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(chaos._Indicators, "take", take_and_interrupt)
     sentence = r"^the integration was interrupted: \d+ of 20000 members are done\.$"
     with pytest.raises(pt.PropagationInterrupted, match=sentence) as caught:
         pt.chaos_indicators(TOP, states(20_000), [100.0, 300.0], threads=2)
-    timer.join()
     found = caught.value.trajectory
     done = np.flatnonzero(np.isfinite(found.mean_megno[:, -1]))
     assert 0 < done.size < 20_000

@@ -204,6 +204,21 @@ class _Context:
         return False
 
 
+def test_it_ends_after_many_points(monkeypatch):
+    monkeypatch.setattr(continuation, "MOST", 3)
+    branch = continue_motion(at_rest(), "moments[0]", 1.5)
+    assert (len(branch.motions), branch.ending) == (3, "it has 3 motions")
+
+
+def test_bifurcation_that_is_not_found_is_at_the_nearer_point(monkeypatch, branch):
+    def lost(*_, **__):
+        raise ValueError("f(a) and f(b) must have different signs")
+
+    monkeypatch.setattr("scipy.optimize.brentq", lost)
+    (found,) = continue_motion(at_rest(), "moments[0]", 1.5).bifurcations
+    assert found.value in branch.values[found.after : found.after + 2]
+
+
 def test_messages_come_after_a_while(monkeypatch, capsys):
     monkeypatch.setattr(continuation, "PATIENCE", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")

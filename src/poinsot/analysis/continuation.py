@@ -40,7 +40,7 @@ EASY, HARD = 3, 5
 ROUNDS = 8
 FARTHEST = 0.5
 """Of a step, how far the corrector may go: farther is another branch."""
-STRAIGHT = 0.95
+STRAIGHT = 0.98
 """The cosine of the angle between the tangents at two neighbouring points."""
 MOST = 2000
 """Points."""

@@ -187,6 +187,13 @@ class _Fit:
         return [cluster for cluster in np.split(order, gaps) if cluster.size]
 
     @property
+    def crowded(self) -> bool:
+        """Whether two lines, or one of a real signal and its mirror image at the other sign, are not told apart."""
+        mirrored = -self.turns[self.turns != 0] if self.is_real else self.turns[:0]
+        turns = np.sort(np.concatenate([self.turns, mirrored]) % 1)
+        return bool(np.min(np.diff(turns, append=turns[0] + 1)) * self.n < APART)
+
+    @property
     def residual(self) -> float:
         """The root mean square of what is left."""
         return float(np.sqrt(np.average(np.abs(self.rest) ** 2, weights=self.window)))
@@ -229,6 +236,8 @@ class _Fit:
         before, here, after = np.log(np.take(height, [at - 1, at, at + 1], mode="wrap") + np.finfo(float).tiny)
         bend = before - 2 * here + after
         turns = (at + (np.clip((before - after) / (2 * bend), -0.5, 0.5) if bend < 0 else 0.0)) / self.n
+        if self.is_real:
+            turns = min(turns, 0.5 - APART / self.n)  # at 0.5 a line and its mirror image are one
         return turns - (1 if turns >= 0.5 and not self.is_real else 0), bool(is_line)
 
     def errors(self) -> Array:
@@ -279,8 +288,7 @@ def _fitted(signal: Array, count: int) -> _Fit:
         residual = fit.residual
         fit.add(turns)
         after = fit.errors()
-        too_near = np.min(np.diff(np.sort(fit.turns)), initial=1.0) * fit.n < APART
-        if too_near or fit.residual > residual or np.any(after[:-1] > WORSE * errors):
+        if fit.crowded or fit.residual > residual or np.any(after[:-1] > WORSE * errors):
             fit.coarse, fit.fine, fit.amplitudes, fit.rest = before
             barred |= np.abs(_reduced(bins - turns)) * fit.n < POWER + 1
         else:

@@ -46,6 +46,9 @@ class Formulation(ABC):
     def check(self, system: Any, state: State) -> None:  # noqa: B027
         """Raise a ValueError if the variables cannot hold the motion of a system from a state."""
 
+    def check_variables(self, variables: NDArray[np.float64]) -> None:  # noqa: B027
+        """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
+
     @property
     def momenta(self) -> slice:
         """Where the momenta are among the variables: the last block."""
@@ -128,6 +131,14 @@ class Planar(LiePoisson):
                     "formulation 'planar' must be for a body that turns about its third axis alone, but its "
                     f"{name} has components along the others, up to {aside:.2g}. Use the default formulation."
                 )
+
+    def check_variables(self, variables: NDArray[np.float64]) -> None:
+        tilt = float(np.max(np.abs(variables[..., 1:3])))
+        if tilt > FLAT:
+            raise ValueError(
+                "formulation 'planar' must be for a third body axis along the third space axis where forces look at the "
+                f"space axes, but it is {2 * tilt:.2g} rad off. Turn the space axes, or use the default formulation."
+            )
 
     def active(self, variables: Any) -> Any:
         q0, _, _, q3, _, _, g3 = variables

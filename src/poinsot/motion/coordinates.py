@@ -73,6 +73,7 @@ class Coordinates:
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
         own = self._from_state(state)
+        self.formulation.check_variables(own)
         if self.companion is None:
             return own
         start = self.companion.start()

@@ -23,11 +23,11 @@ STYLES: dict[bool, dict[str, Any]] = {
 }
 NAMES = {True: "stable", False: "unstable"}
 MARKS = {
-    "fold": (">", BLACK),
+    "fold": ("o", BLACK),
     "branching": ("s", GREEN),
     "doubling": ("D", "#CC79A7"),
     "collision": ("X", BLACK),
-    "torus": ("o", GREEN),
+    "torus": ("P", GREEN),
 }
 
 

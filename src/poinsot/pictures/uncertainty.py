@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.state_transition import StateTransition
 from poinsot.mechanics.parameters import came
-from poinsot.pictures.figure import TextFigure
 from poinsot.pictures.labels import BLACK, BLUE, VERMILION, bracketed, checked_motion, momentum_unit, time_label
 
 __all__ = ["plot_uncertainty"]
@@ -30,6 +29,8 @@ def plot_uncertainty(transition: StateTransition, initial: ArrayLike, of_paramet
     array (2,) of matplotlib Axes
     """
     import matplotlib.pyplot as plt
+
+    from poinsot.pictures.figure import TextFigure
 
     if not isinstance(transition, StateTransition):
         raise TypeError(f"transition must be a StateTransition, but {came(transition)} came.")

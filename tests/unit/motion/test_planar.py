@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 
@@ -83,3 +84,21 @@ def test_ensembles_of_states_and_of_parameters():
         orbit = pt.KeplerOrbit(1.0, 1.0, eccentricities[i], 0.0, 0.0, 0.4)
         one = pt.propagate(pt.System(BODY, pt.GravityGradient(orbit)), start, TIMES)
         np.testing.assert_allclose(others.quaternion[i], one.quaternion, rtol=0, atol=3e-12)
+
+
+class Pole(pt.Potential):
+    """An energy of the third body axis along the normal of an inclined orbit, told by its components in space."""
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return 0.1 * attitude.to_body((np.sin(0.5), 0.0, np.cos(0.5)))[2] ** 2
+
+
+def test_an_inclined_orbit_is_taken_along_itself_and_refused_in_the_space_axes():
+    orbit, body = pt.KeplerOrbit(1.0, 1.0, 0.1, 0.5, np.pi / 2, 0.2), pt.Body((1.0, 1.3, 1.7))
+    start = body.state(Rotation.from_euler("ZXZ", (np.pi / 2, 0.5, 0.3)), omega_body=(0, 0, 1.3))
+    along = pt.System(body, pt.GravityGradient(orbit))
+    planar = pt.propagate(along, start, [5.0], formulation="planar")
+    assert np.max(np.abs(planar.quaternion - pt.propagate(along, start, [5.0]).quaternion)) < 1e-14
+    for system, parameters in ((pt.System(body, pt.GravityGradient(orbit), Pole()), []), (along, ["eccentricity"])):
+        with pytest.raises(ValueError, match=r"along the third space axis .*, but it is 0\.49 rad off"):
+            pt.state_transition(system, start, [5.0], parameters, formulation="planar")
