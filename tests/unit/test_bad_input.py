@@ -488,11 +488,11 @@ CHOICES = {
     ),
     "formulation": (
         lambda: run(formulation="quaternion"),
-        "formulation must be one of lie_poisson, canonical, euler_angles, but 'quaternion' came.",
+        "formulation must be one of lie_poisson, canonical, euler_angles, planar, but 'quaternion' came.",
     ),
     "formulation_as_a_list": (
         lambda: run(formulation=["canonical"]),
-        "formulation must be one of lie_poisson, canonical, euler_angles, but ['canonical'] came.",
+        "formulation must be one of lie_poisson, canonical, euler_angles, planar, but ['canonical'] came.",
     ),
     "precision": (
         lambda: run(precision="half"),

@@ -133,7 +133,7 @@ class Planar(LiePoisson):
                 )
 
     def check_variables(self, variables: NDArray[np.float64]) -> None:
-        tilt = float(np.max(np.abs(variables[..., 1:3])))
+        tilt = float(np.max(np.linalg.norm(variables[..., 1:3], axis=-1)))
         if tilt > FLAT:
             raise ValueError(
                 "formulation 'planar' must be for a third body axis along the third space axis where forces look at the "
