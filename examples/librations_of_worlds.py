@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 
-SIZES = 3e-4 * np.array([1.0, 2.0])
+SIZES = 1e-4 * np.array([1.0, 2.0])
 degree, year, day = np.pi / 180, 365.25, 86400.0
-rows = []  # world, mode, linear frequency over the mean motion, then relative: difference, error, effect of the size
+rows = []  # world, mode, linear over the mean motion; relative: what is left, its error, effect of the first amplitude
 
 
 def starts(rest, body, turn, push):
@@ -51,7 +51,18 @@ worlds = {
     "Europa": (field(-435.5e-6, 131.5e-6, 0.346), jupiter, 671100, 0.0094, 0.466, 101.3747242, 30.184, 1, 4096, 4),
     "Io": (field(-554e-5 / 3, 554e-6, 0.377), jupiter, 421800, 0.0041, 0.036, 203.4889583, 7.420, 1, 1024, 1),
     "Titan": (field(-3.15e-5, 1.1235e-5, 0.31), saturn, 1221870, 0.0288, 0.32, 22.5769749, 703, 1, 28672, 16),
-    "Moon": (pt.Body.from_ratios(beta=6.31e-4, gamma=2.28e-4), earth, 384399, 0.0549, 5.145, 13.176358, 18.6, 1, 8192, 8),
+    "Moon": (
+        pt.Body.from_ratios(beta=6.31e-4, gamma=2.28e-4),
+        earth,
+        384399,
+        0.0549,
+        5.145,
+        13.176358,
+        18.6,
+        1,
+        8192,
+        8,
+    ),
     "Mercury": (field(-6e-5, 1e-5, 0.34), sun, 57909050, 0.2056, 8.6, 360 / 87.969, 328000, 1.5, 16384, 8),
 }
 for world, (body, mu, a, e, i, rate, node_period, spin, periods, every) in worlds.items():
@@ -61,9 +72,7 @@ for world, (body, mu, a, e, i, rate, node_period, spin, periods, every) in world
     state = pt.cassini_state(body, orbit, spin)
     forced, start = state.motion, state.motion.state
     times = start.time + forced.period * np.arange(0, periods, every)
-    motion = pt.propagate(
-        forced.system, starts(start, body, (1, 1, 1), (0.5, -0.5, 0)), times, progress=False
-    )
+    motion = pt.propagate(forced.system, starts(start, body, (1, 1, 1), (0.5, -0.5, 0)), times, progress=False)
     turned = away(motion, forced.frame.attitude([start.time]).inv() * start.attitude, forced.frame)
     across = {"precession": state.precession, "wobble": state.wobble}
     names = sorted(across, key=across.get)
@@ -113,3 +122,18 @@ print(f"{'':13s} {'':12s} {'linear/n':>13s} {'measured/n':>13s} {'difference':>1
 for world, mode, linear, difference, error, shift in rows:
     measured = linear * (1 + difference)
     print(f"{world:13s} {mode:12s} {linear:13.10f} {measured:13.10f} {difference:11.1e} {error:8.1e} {shift:12.1e}")
+    assert abs(difference) < 5e-9
+    assert abs(difference) < abs(shift) / 4
+
+_, _, _, *sizes = zip(*rows, strict=True)
+figure, axes = plt.subplots(figsize=(8, 8.5), layout="constrained")
+place = np.arange(len(rows))
+looks = ("s", "#0072B2", "measured - linear"), (".", "#000000", "its error"), ("o", "#D55E00", "effect of 1e-4 rad")
+for size, (marker, color, label) in zip(sizes, looks, strict=True):
+    axes.semilogx(np.abs(size), place, marker, color=color, label=label, markersize=5)
+axes.set_yticks(place, [f"{world}, {mode}" for world, mode, *_ in rows], fontsize="small")
+axes.invert_yaxis()
+axes.set_xlabel("relative difference of frequencies (dimensionless)")
+axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
+axes.grid(alpha=0.25)
+figure.savefig("librations_of_worlds.png", dpi=150)

@@ -76,6 +76,7 @@ from poinsot.pictures.histories import (
 from poinsot.pictures.maps import plot_chaos, plot_map
 from poinsot.pictures.momentum_sphere import plot_momentum_sphere
 from poinsot.pictures.sections import plot_section
+from poinsot.pictures.spectrum import plot_spectrum
 from poinsot.pictures.uncertainty import plot_uncertainty
 from poinsot.pictures.view import view
 from poinsot.shapes.assembly import Assembly
@@ -177,6 +178,7 @@ __all__ = [
     "plot_rates",
     "plot_roll_pitch_yaw",
     "plot_section",
+    "plot_spectrum",
     "plot_uncertainty",
     "project_to_tangent",
     "propagate",

@@ -96,6 +96,7 @@ NAMES = [
     "plot_rates",
     "plot_roll_pitch_yaw",
     "plot_section",
+    "plot_spectrum",
     "plot_uncertainty",
     "project_to_tangent",
     "propagate",

@@ -215,4 +215,4 @@ def test_gali_in_space_stays_where_motion_is_regular():
     assert np.polyfit(np.log(times[5:]), np.log(all_six.gali[5:]), 1)[0] == pytest.approx(-6, abs=0.5)
     tumbling = HYPERION.state((0.5, 0.1, -0.7, 0.5), omega_body=(0.3, -0.8, 1.1))
     chaotic = pt.chaos_indicators(SPIN_ORBIT, tumbling, [60 * YEAR], vectors=2)
-    assert chaotic.gali[0] < 1e-12
+    assert chaotic.gali[0] < 1e-8 * np.min(pair.gali)

@@ -150,7 +150,7 @@ def colombo_fold(flattening, i):
     return -fold.value / (1.5 * flattening / C), tilt
 
 
-@pytest.mark.parametrize("i", [0.1, 0.4])
+@pytest.mark.parametrize("i", [pytest.param(0.1, marks=pytest.mark.slow), 0.4])
 def test_cassini_states_1_and_4_meet_where_colombos_top_says(i):
     """|node rate| / precession = (sin^(2/3) i + cos^(2/3) i)^(-3/2), at the tilt atan (tan i)^(1/3).
 

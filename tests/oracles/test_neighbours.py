@@ -206,12 +206,13 @@ def test_thousand_revolutions_of_a_chaotic_body_do_not_overflow():
     body = pt.Body.from_ratios(beta=0.47, gamma=0.26)
     orbit = pt.KeplerOrbit(1.0, 1.0, 0.1, 0, 0, 0)
     system = pt.System(body, pt.GravityGradient(orbit))
-    start = body.state((1, 0, 0, 0), omega_body=(0.01, 0, 1.0))
+    starts = body.state((1, 0, 0, 0), omega_body=np.linspace((0.01, 0, 0.8), (0.3, 0, 1.2), 8))
     times = orbit.period * np.array([250.0, 500.0, 1000.0])
-    found = pt.state_transition(system, start, times, ["eccentricity"])
+    found = pt.state_transition(system, starts, times, ["eccentricity"])
     assert np.all(np.isfinite(found.directions))
     assert np.all(np.isfinite(found.growth))
-    assert np.min(found.growth[-1]) > 710  # exp of which is no number
+    assert np.max(found.growth) > 710  # exp of which is no number
+    assert np.isinf(np.max(found.matrix))
     assert_allclose(np.linalg.norm(found.directions, axis=-2), 1, atol=1e-14)
-    alone = pt.chaos_indicators(system, start, times).growth  # to the scatter of a chaotic motion's last digits
-    assert_allclose(found.growth[0, 0], alone[0], rtol=0.3)
+    alone = pt.chaos_indicators(system, starts, times).growth  # the same to the scatter of chaotic motions
+    assert_allclose(np.mean(found.growth[:, :, 0], axis=0), np.mean(alone, axis=0), rtol=0.15)

@@ -167,6 +167,12 @@ def test_the_whole_spectrum_of_an_ensemble():
     assert repr(planar).startswith("LyapunovSpectrum(times=1, exponents=[[")
 
 
+def test_a_spectrum_counts_from_the_start():
+    early, late = states(2), states(2, time=7.0)
+    one, other = (pt.lyapunov_spectrum(TOP, start, [t + 3.0, t + 10.0]) for start, t in ((early, 0.0), (late, 7.0)))
+    np.testing.assert_allclose(one.exponents, other.exponents, rtol=0, atol=1e-9)
+
+
 def test_it_does_not_matter_how_often_vectors_are_made_orthogonal(monkeypatch):
     batch, times = states(4), [30.0]
     few = pt.lyapunov_spectrum(TOP, batch, times).exponents

@@ -88,19 +88,24 @@ def test_derivative_by_the_parameter_is_that_of_differences(name):
     one = system(orbit)
     motion = pt.periodic_motion(one, at_upright(orbit), orbit.period, own and own(one))
     family = _Family(motion, parameter, 1.3 * NamedNumber(one, parameter).value + 0.1, period, frame)
-    once = family.once(0.0)
+    once = family.once(0.5)
     point = once.point(start)  # of no periodic motion
-    _, slopes = family.equations(once, point, 0.0)
+    _, slopes = family.equations(once, point, 0.5)
 
     def end(u):
         other = family.once(u)
         other.momentum = once.momentum
         return other.passage(point).end
 
-    middle, h = end(0.0), 1e-3
-    ends = [once.displacement(middle, end(k * h)) for k in (-2, -1, 1, 2)]
+    middle, h = end(0.5), 1e-3
+    ends = [once.displacement(middle, end(0.5 + k * h)) for k in (-2, -1, 1, 2)]
     difference = np.array([1, -8, 8, -1]) @ ends / (12 * h)
     np.testing.assert_allclose(-slopes[:, 6], difference, atol=3e-9 * max(1, np.max(np.abs(difference))))
+
+
+def spinning():
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    return pt.periodic_motion(pt.System(BODY), start, 2 * np.pi)
 
 
 def at_upright(orbit):
@@ -110,8 +115,8 @@ def at_upright(orbit):
 def test_motion_in_a_larger_orbit_is_the_same_in_units_of_its_period():
     motion = pt.periodic_motion(system(ELLIPSE), at_upright(ELLIPSE), ELLIPSE.period)
     with pytest.raises(ValueError, match="system must repeat itself in the frame after the period"):
-        continue_motion(motion, "semimajor_axis", 2.0)
-    branch = continue_motion(motion, "semimajor_axis", 2.0, period=lambda system: orbit_of(system).period)
+        continue_motion(motion, "semimajor_axis", 1.4)
+    branch = continue_motion(motion, "semimajor_axis", 1.4, period=lambda system: orbit_of(system).period)
     np.testing.assert_allclose(branch.periods, ELLIPSE.period * (branch.values / 1.2) ** 1.5, rtol=1e-14)
     for multipliers in branch.multipliers:
         np.testing.assert_allclose(np.poly(multipliers), np.poly(motion.multipliers), atol=1e-11)
@@ -270,6 +275,12 @@ WRONG = {
         lambda: continue_motion(at_rest(), "mu", 2.0, period=lambda _: -1.0),
         ValueError,
         r"period must be positive, but -1\.0 came\.",
+    ),
+    "another period": (
+        lambda: continue_motion(spinning(), "moments[0]", 1.1, period=lambda _: 5.0),
+        ValueError,
+        r"motion must repeat itself after the period and in the frame of body\.moments\[0\] = 1, but it does not\. "
+        r"The functions period and frame must return its own there\.",
     ),
     "frame that stays": (
         lambda: continue_motion(at_rest(), "inclination", 0.5),

@@ -103,6 +103,24 @@ def test_a_real_signal():
     assert found.errors[1] == 0
 
 
+@pytest.mark.parametrize("samples", [256, 257])
+@pytest.mark.parametrize("bins", [0.3, 0.5, 1.2, 3.0])
+@pytest.mark.parametrize("phase", [0.3, 1.5])
+def test_a_real_line_beside_the_highest_frequency(samples, bins, phase):
+    """It and its mirror image at the other sign are 2 bins apart."""
+    turns = 0.5 - bins / samples
+    found = pt.frequencies(np.cos(2 * np.pi * turns * np.arange(samples) + phase), 1.0, count=3)
+    assert found.frequencies[0] == pytest.approx(2 * np.pi * turns, rel=1e-13)
+    assert found.amplitudes[0] == pytest.approx(np.exp(1j * phase), rel=1e-10)
+    assert found.residual < 1e-13
+
+
+def test_a_real_line_that_is_one_with_its_mirror_image_is_none():
+    found = pt.frequencies(np.cos(np.pi * np.arange(256)), 1.0, count=3)
+    assert np.all(np.abs(found.amplitudes) < 0.01)
+    assert np.all(found.frequencies < np.pi * (1 - 0.5 / 256))
+
+
 def test_signals_side_by_side_are_those_alone(rng):
     times = np.linspace(3.0, 83.0, 401)
     signals = waves(times, [1.0, -2.0, 0.3]) @ rng.normal(size=(3, 2, 3)).reshape(3, 6)

@@ -288,7 +288,6 @@ def lyapunov_spectrum(
         out.replace(list(total.failures), job.state, vectors * weights)
         vectors, sizes = _orthogonal(out.vectors / weights)
         growth = growth + np.log(sizes) + out.bits * np.log(2)
-        growth[list(total.failures)] = np.nan
         now = computed_state(out.quaternion[:, 0], out.conjugate_momenta[:, 0], np.full(len(vectors), stop))
         if stop == job.times[kept.shape[1]]:
             kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
@@ -310,7 +309,7 @@ class _Ends(Ensemble):
         self.vectors[members], self.bits[members] = u, bits
 
     def replace(self, members: list[int], state: State, vectors: Array) -> None:
-        """Put something finite where members have stopped: they go on beside the others, and do not count."""
+        """Put something finite where members have stopped: they go on beside the others; their growth stays NaN."""
         self.quaternion[members, 0] = state.quaternion[members]
         self.conjugate_momenta[members, 0] = state.conjugate_momenta[members]
         self.vectors[members] = vectors[members]

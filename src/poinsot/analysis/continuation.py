@@ -230,8 +230,13 @@ class _Family:
         """Return where the curve begins, with its tangent towards the end."""
         once = self.once(0.0)
         once.check(motion.state.angular_momentum_body)
-        ahead = np.eye(7)[6]
-        return self.corrected(once.point(motion.state), 0.0, ahead)
+        try:
+            return self.corrected(once.point(motion.state), 0.0, np.eye(7)[6], SMALLEST_STEP)
+        except _LostError:
+            raise ValueError(
+                f"motion must repeat itself after the period and in the frame of {self.number.name} = "
+                f"{self.start:.6g}, but it does not. The functions period and frame must return its own there."
+            ) from None
 
     def equations(self, once: PeriodMap, point: Point, u: float) -> tuple[Array, Array]:
         """Return what a period changes, (6,), and minus its derivative by displacement and u, (6, 7)."""
@@ -244,12 +249,13 @@ class _Family:
 
     def _slope_of_times_and_axes(self, once: PeriodMap, point: Point, end: Point, matrix: Array, u: float) -> Array:
         """Return what changes of the period and of the frame with u add to the displacement of the end."""
-        around = [self.once(u + h) for h in (-DIFFERENCE, DIFFERENCE)]
+        ends = max(u - DIFFERENCE, 0.0), min(u + DIFFERENCE, 1.0)  # beyond there may be no system
+        around, apart = [self.once(end) for end in ends], ends[1] - ends[0]
         first, last = (
-            _turn(*(each.frame.quaternion(each.time + share * each.period) for each in around)) / (2 * DIFFERENCE)
+            _turn(*(each.frame.quaternion(each.time + share * each.period) for each in around)) / apart
             for share in (0, 1)
         )
-        longer = (around[1].period - around[0].period) / (2 * DIFFERENCE)
+        longer = (around[1].period - around[0].period) / apart
         there = once.time + once.period
         to_space = quat.product(once.frame.quaternion(there), end[0])
         state = once.system.body.state(to_space, angular_momentum_body=end[1], time=there)

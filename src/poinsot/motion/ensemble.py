@@ -278,7 +278,8 @@ class _Batch:
 
     def _read(self, lane: int, ahead: Array, found: Array, before: float, reached: float) -> Array:
         outcome, _, _, steps = self.engine.propagate_res[lane]
-        rows = found[len(found) - ahead.size :]
+        passed = int(np.searchsorted(abs(ahead - before), abs(reached - before), side="right"))
+        rows = found[len(found) - ahead.size :][:passed]
         rows = rows[np.all(np.isfinite(rows), axis=-1)]
         self.rows[lane] = np.concatenate([self.rows[lane], rows])
         self.steps[lane] += steps

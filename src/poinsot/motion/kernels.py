@@ -184,7 +184,7 @@ class Borrowed:
 
     def steps_at_a_time(self, most: int) -> int:
         """Return after how many steps the borrower shall come back, to `rescale`."""
-        return most if self._companion is None else STEPS_AT_A_TIME
+        return most if self._companion is None else STEPS_AT_A_TIME[self._companion.order]
 
     def rescale(self) -> None:
         """Look after the vectors of the companion, if there is one."""

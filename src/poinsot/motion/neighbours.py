@@ -18,11 +18,14 @@ __all__ = ["STEPS_AT_A_TIME", "Neighbours"]
 
 Array = NDArray[np.float64]
 
-START, GROWN = -200, -150
-"""Binary exponents of a vector at the start, and of one that is brought back to that."""
+FIRST_BITS = {1: -900, 2: -200}
+"""Binary exponent of a vector at the start, by order: that of a pair is twice as low."""
 
-STEPS_AT_A_TIME = 250
-"""Steps between two looks at the size of the vectors, in which they may grow by 2^140."""
+GROWN = 50
+"""Bits above that, from which on a vector is brought back."""
+
+STEPS_AT_A_TIME = {1: 1000, 2: 180}
+"""Steps between two looks at the size of the vectors, in each of which they may grow by 0.8 bits."""
 
 COUNTED = 2.0**-20
 """What the variable n counts in, to stay below the attitude for the engine's step control."""
@@ -53,6 +56,11 @@ class Neighbours:
     vectors: Any = field(default=None, compare=False)
 
     @property
+    def first_bits(self) -> int:
+        """The binary exponent of a vector at the start."""
+        return FIRST_BITS[self.order]
+
+    @property
     def size(self) -> int:
         """How many variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
         return (self.total + len(self.pairs)) * len(self.tangent) + self.total + len(self.inputs)
@@ -75,10 +83,10 @@ class Neighbours:
 
     def start(self) -> Array:
         """Return the variables at the start; shape (..., size)."""
-        vectors = np.ldexp(np.asarray(self.vectors, dtype=float), START)
+        vectors = np.ldexp(np.asarray(self.vectors, dtype=float), self.first_bits)
         rows = np.zeros((*vectors.shape[:-2], self.size))
         rows[..., : self.count * len(self.tangent)] = vectors.reshape(*vectors.shape[:-2], -1)
-        rows[..., self.size - len(self.inputs) :] = 2.0**START
+        rows[..., self.size - len(self.inputs) :] = 2.0**self.first_bits
         return rows
 
     def equations(self, symbols: list[Any], linear: Linearization) -> list[Any]:
@@ -97,7 +105,7 @@ class Neighbours:
         """Bring vectors that have grown back to a small size, in rows of variables; shape (..., size)."""
         u, _, n, units = self._split(rows)
         _, bits = np.frexp(np.max(np.abs(u), axis=-1))
-        bits = np.where(bits > GROWN, bits - START, 0)
+        bits = np.where(bits > self.first_bits + GROWN, bits - self.first_bits, 0)
         if not np.any(bits):
             return
         of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
@@ -115,4 +123,4 @@ class Neighbours:
         The truth is vector 2^n; of a pair, vector 2^(n + n).
         """
         u, pairs, n, _ = self._split(rows)
-        return np.ldexp(u, -START), np.ldexp(pairs, -2 * START), n / COUNTED
+        return np.ldexp(u, -self.first_bits), np.ldexp(pairs, -2 * self.first_bits), n / COUNTED

@@ -1,0 +1,73 @@
+"""The picture of a spectrum: what it draws, in which units, and which digits it writes."""
+
+import re
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    mpl.use("Agg")
+    yield
+    plt.close("all")
+
+
+def spectrum(nu, amplitudes, errors, residual):
+    return pt.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), residual)
+
+
+def test_stems_residual_and_units():
+    found = spectrum([1.2, -0.5], [2j, 0.1], [1e-4, 0.02], 1e-3)
+    axes = pt.plot_spectrum(found, time="s", unit="kg m2 s-1", title="momentum")
+    stems = axes.collections[0].get_segments()
+    np.testing.assert_allclose([stem[:, 0] for stem in stems], [[1.2, 1.2], [-0.5, -0.5]])
+    np.testing.assert_allclose([stem[1, 1] for stem in stems], [2.0, 0.1])
+    ticks, level = axes.lines[0], axes.lines[1]
+    np.testing.assert_allclose(ticks.get_data(), [[1.2, -0.5], [2.0, 0.1]])
+    np.testing.assert_allclose(level.get_ydata(), 1e-3)
+    bars = axes.collections[1].get_segments()
+    np.testing.assert_allclose([np.ptp(bar[:, 0]) for bar in bars], [2e-4, 0.04])
+    assert axes.get_yscale() == "log"
+    assert axes.get_xlabel() == "frequency [rad s⁻¹]"
+    assert axes.get_ylabel() == "amplitude [kg m² s⁻¹]"
+    assert axes.get_title() == "momentum"
+    assert [text.get_text() for text in axes.texts] == ["1.2000(1)", "-0.50(2)"]
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "written"),
+    [
+        (0.47139459023, 2e-7, "0.4713946(2)"),
+        (0.47139459023, 1e-16, "0.4713945902"),
+        (0.5, 0.096, "0.5(1)"),
+        (123.4, 33.0, "120(40)"),
+        (0.0, 0.0, "0"),
+        (-2.5e-5, 1e-9, "-0.000025000(1)"),
+        (3.3, 5.0, "3(5)"),
+    ],
+)
+def test_frequencies_are_written_to_their_errors(value, error, written):
+    (text,) = pt.plot_spectrum(spectrum([value], [1.0], [error], 0.1)).texts
+    assert text.get_text() == written
+
+
+def test_a_signal_without_lines_and_one_without_rest():
+    axes = pt.plot_spectrum(pt.frequencies(np.zeros(80), 1.0))
+    assert not axes.texts
+    axes = pt.plot_spectrum(spectrum([1.0], [1.0], [0.0], 0.0))
+    assert len(axes.lines) == 1
+    axes.figure.canvas.draw()
+
+
+def test_only_one_signal_is_drawn():
+    two = pt.frequencies(np.cos(np.arange(64) * [[0.5], [0.7]]), 1.0, count=2)
+    sentence = "spectrum must be of one signal, but frequencies of shape (2, 2) came."
+    with pytest.raises(ValueError, match=re.escape(sentence[:58])):
+        pt.plot_spectrum(two)
+    with pytest.raises(TypeError, match="^spectrum must be a LineSpectrum, but "):
+        pt.plot_spectrum([1.0])
