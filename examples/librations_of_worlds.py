@@ -1,8 +1,8 @@
 """The free librations of worlds, read off their motions and compared with the linear theory of small ones.
 
 Each world starts 1e-4 rad beside its Cassini state, its rest or its forced libration, and again twice as far. What is
-left of the rotation without the forced part is taken apart by `frequencies`; lines grow or fall with the square of the
-amplitude, so the two starts together give the frequency of a vanishing one. Linear values are those of the matrices of
+left of the rotation without the forced part is taken apart by `frequencies`. Frequencies change with the square of the
+amplitude, so the two starts together give those of a vanishing one. Linear values are those of the matrices of
 `cassini_state`, `equilibria` and `periodic_motion`. Hyperion is in the plane of its orbit, on the islands of regular
 motion that its chaotic sea leaves. A halo orbit is not among them: it leaves within a few revolutions.
 """
@@ -45,24 +45,13 @@ def compare(world, modes, linear, signal, times, mean_motion):
 
 # Cassini states, seen once in a period, when the forced part is the same each time.
 jupiter, saturn, earth, sun = 126686534, 37931206, 398600.4418, 132712440018  # km3/s2
-field = pt.Body.from_stokes
+field, lunar = pt.Body.from_stokes, pt.Body.from_ratios(beta=6.31e-4, gamma=2.28e-4)
 worlds = {
     # body, mu, a [km], e, i [deg], rate of the longitude [deg/d], period of the node [yr], spin, periods, and one in
     "Europa": (field(-435.5e-6, 131.5e-6, 0.346), jupiter, 671100, 0.0094, 0.466, 101.3747242, 30.184, 1, 4096, 4),
     "Io": (field(-554e-5 / 3, 554e-6, 0.377), jupiter, 421800, 0.0041, 0.036, 203.4889583, 7.420, 1, 1024, 1),
     "Titan": (field(-3.15e-5, 1.1235e-5, 0.31), saturn, 1221870, 0.0288, 0.32, 22.5769749, 703, 1, 28672, 16),
-    "Moon": (
-        pt.Body.from_ratios(beta=6.31e-4, gamma=2.28e-4),
-        earth,
-        384399,
-        0.0549,
-        5.145,
-        13.176358,
-        18.6,
-        1,
-        8192,
-        8,
-    ),
+    "Moon": (lunar, earth, 384399, 0.0549, 5.145, 13.176358, 18.6, 1, 8192, 8),
     "Mercury": (field(-6e-5, 1e-5, 0.34), sun, 57909050, 0.2056, 8.6, 360 / 87.969, 328000, 1.5, 16384, 8),
 }
 for world, (body, mu, a, e, i, rate, node_period, spin, periods, every) in worlds.items():

@@ -7,25 +7,27 @@ from pathlib import Path
 from typing import Any
 
 from poinsot.files.attitudes.aem import read_aem, write_aem
+from poinsot.files.attitudes.attitude_table import AttitudeTable, table_of
 from poinsot.files.attitudes.ck import read_ck, write_ck
 from poinsot.files.attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
 from poinsot.files.attitudes.stk import read_stk_attitude, write_stk_attitude
-from poinsot.files.netcdf import load, save
-from poinsot.files.scenarios.scenario import rebuilt_system
+from poinsot.files.netcdf import SUFFIXES, load, save
+from poinsot.files.scenarios.folder import Folder
+from poinsot.files.scenarios.parts import Parts
 from poinsot.files.strangers import read_text
 from poinsot.mechanics.calendar import Calendar
+from poinsot.motion.trajectory import Trajectory
 
 __all__ = ["convert"]
 
 ATTITUDES: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
     ".aem": (read_aem, write_aem),
+    ".xml": (read_aem, write_aem),
     ".bc": (read_ck, write_ck),
     ".a": (read_stk_attitude, write_stk_attitude),
     ".csv": (read_quaternion_csv, write_quaternion_csv),
 }
 """What reads and what writes files of attitudes, by the end of their names."""
-
-RESULTS = (".nc", ".zarr")
 
 
 def convert(
@@ -42,37 +44,53 @@ def convert(
     Parameters
     ----------
     source, target : str or Path
-        Results (.nc, .zarr) or attitudes (.aem, .bc, .a, .csv).
+        Results (.nc, .zarr) or attitudes (.aem, .xml, .bc, .a, .csv).
     scenario : str or Path, optional
-        With the body and the forces of attitudes that become a result.
-    zero, frame : str, optional
-        The date of t = 0 with its scale, and the name of the space axes, where a result does not say them.
+        With the body and the forces of attitudes that become a result, and its calendar.
+    zero : str, optional
+        The date of t = 0 with its scale, where neither a result nor the scenario says it; files of attitudes are
+        counted from their first row without it.
+    frame : str, optional
+        The name of the space axes, where a file does not say it.
     overwrite : bool
 
     Raises
     ------
     OSError, TypeError, ValueError, ImportError
-        As the readers and the writers.
+        As the readers and the writers; or if an argument is given that this conversion has no use for.
     """
     source, target = Path(source), Path(target)
     for path in (source, target):
-        if path.suffix not in (*RESULTS, *ATTITUDES):
-            raise ValueError(f"{path} must end in {', '.join((*RESULTS, *ATTITUDES))}, but it ends in {path.suffix!r}.")
-    read = load if source.suffix in RESULTS else ATTITUDES[source.suffix][0]
-    what = read(source)
-    if target.suffix in RESULTS:
-        return save(_motion_of(what, source, scenario), target, overwrite=overwrite)
-    said = {"calendar": _calendar(zero), "reference_frame": frame}
-    ATTITUDES[target.suffix][1](what, target, **said, overwrite=overwrite)
+        if path.suffix not in (*SUFFIXES, *ATTITUDES):
+            raise ValueError(
+                f"{path} must end in {', '.join((*SUFFIXES, *ATTITUDES))}, but it ends in {path.suffix!r}."
+            )
+    from_result, to_result = source.suffix in SUFFIXES, target.suffix in SUFFIXES
+    if scenario is not None and (from_result or not to_result):
+        raise ValueError("scenario must go with attitudes that become a result, but other files came.")
+    if from_result and to_result and (zero, frame) != (None, None):
+        raise ValueError(f"{'frame' if zero is None else 'zero'} must go with attitudes, but two results came.")
+    calendar = _calendar(zero)
+    if to_result:
+        motion = load(source) if from_result else _motion(source, scenario, calendar, frame)
+        return save(motion, target, overwrite=overwrite)
+    what = load(source) if from_result else _table(source, calendar, frame)
+    ATTITUDES[target.suffix][1](what, target, calendar=calendar, reference_frame=frame, overwrite=overwrite)
     return target
 
 
-def _motion_of(what: Any, source: Path, scenario: str | Path | None) -> Any:
-    if source.suffix in RESULTS:
-        return what
+def _motion(source: Path, scenario: str | Path | None, calendar: Calendar | None, frame: str | None) -> Trajectory:
+    """Return attitudes as a motion of the system in a scenario, counted as its times are."""
     if scenario is None:
         raise ValueError(f"{source} must come with a scenario to become a result: it has neither body nor forces.")
-    return what.trajectory(rebuilt_system(read_text(scenario), str(scenario), folder=Path(scenario).parent))
+    parts = Parts(read_text(scenario), str(scenario), whole=False, folder=Folder(Path(scenario).parent))
+    system = parts.system()
+    return _table(source, calendar or parts.calendar, frame).trajectory(system)
+
+
+def _table(source: Path, calendar: Calendar | None, frame: str | None) -> AttitudeTable:
+    counted = {} if calendar is None else {"calendar": calendar}
+    return table_of(ATTITUDES[source.suffix][0](source, **counted), reference_frame=frame, dated=False)
 
 
 def _calendar(zero: str | None) -> Calendar | None:

@@ -136,8 +136,8 @@ class Planar(LiePoisson):
         tilt = float(np.max(np.linalg.norm(variables[..., 1:3], axis=-1)))
         if tilt > FLAT:
             raise ValueError(
-                "formulation 'planar' must be for a third body axis along the third space axis where forces look at the "
-                f"space axes, but it is {2 * tilt:.2g} rad off. Turn the space axes, or use the default formulation."
+                "formulation 'planar' must be for a third body axis along the third space axis where forces look at "
+                f"the space axes, but it is {2 * tilt:.2g} rad off. Turn the space axes, or use the default formulation."
             )
 
     def active(self, variables: Any) -> Any:

@@ -194,7 +194,7 @@ class _Batch:
     def __init__(self, borrowed: kernels.Borrowed, members: NDArray[np.int_], starts: Array, origins: Array) -> None:
         self.borrowed, self.engine = borrowed, borrowed.engine
         self.members, self.starts, self.origins = members, starts, origins
-        self.width, self.most = len(starts), borrowed.steps_at_a_time(STEPS_AT_A_TIME)
+        self.width, self.most = len(starts), borrowed.steps_at_a_time(STEPS_AT_A_TIME, first=True)
         self.rows: list[Array] = [np.empty((0, starts.shape[1]))] * self.width
         self.steps = np.zeros(self.width, dtype=int)
         self.failed = [""] * self.width
@@ -226,6 +226,7 @@ class _Batch:
             self.rows[lane] = np.concatenate([self.rows[lane], self.engine.state[:, lane][None]])
         left = [grid[int(reached) :] for grid, reached in zip(ahead, near, strict=True)]
         self._look_at_ends(ahead, left)
+        self.most = self.borrowed.steps_at_a_time(STEPS_AT_A_TIME)
         return left
 
     def _look_at_ends(self, before: list[Array], left: list[Array]) -> None:
@@ -266,6 +267,7 @@ class _Batch:
             for lane in range(self.width)
         ]
         self._look_at_ends(ahead, left)
+        self.most = self.borrowed.steps_at_a_time(STEPS_AT_A_TIME)
         return left
 
     def _repeat(self, busy: int, idle: int) -> None:

@@ -182,9 +182,11 @@ class Borrowed:
         switches = len(self._switches.events) if self._switches else 0
         return "switch" if -int(engines) <= switches else "angles"
 
-    def steps_at_a_time(self, most: int) -> int:
+    def steps_at_a_time(self, most: int, first: bool = False) -> int:
         """Return after how many steps the borrower shall come back, to `rescale`."""
-        return most if self._companion is None else STEPS_AT_A_TIME[self._companion.order]
+        if self._companion is None:
+            return most
+        return STEPS_AT_A_TIME[self._companion.order] // (10 if first else 1)
 
     def rescale(self) -> None:
         """Look after the vectors of the companion, if there is one."""

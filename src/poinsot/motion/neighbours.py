@@ -1,7 +1,7 @@
 """Neighbours of a motion: tangent vectors and derivatives by parameters, integrated along with it.
 
-A vector is u 2^n with a tiny u, whose size means nothing in linear equations: so the engine's step control looks at
-the motion alone. Now and then a u that has grown is made tiny again, by a power of two, and n is raised.
+A vector is u 2^n with a small u, whose size means nothing in linear equations. Now and then a u that has grown is made
+small again, by a power of two, and n is raised.
 """
 
 from __future__ import annotations
@@ -18,14 +18,18 @@ __all__ = ["STEPS_AT_A_TIME", "Neighbours"]
 
 Array = NDArray[np.float64]
 
-FIRST_BITS = {1: -900, 2: -200}
-"""Binary exponent of a vector at the start, by order: that of a pair is twice as low."""
+FIRST_BITS = -10
+"""Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
 
-GROWN = 50
+GROWN = 8
 """Bits above that, from which on a vector is brought back."""
 
-STEPS_AT_A_TIME = {1: 1000, 2: 180}
-"""Steps between two looks at the size of the vectors, in each of which they may grow by 0.8 bits."""
+STEPS_AT_A_TIME = {1: 500, 2: 250}
+"""Steps between two looks at the size of the vectors, by order; between the first two, a tenth.
+
+A vector that doubles in every step does not overflow in so many; one that grows like the time does not outgrow the
+attitude, which would loosen the step control. One that grows exponentially may: it has steps as short as the motion.
+"""
 
 COUNTED = 2.0**-20
 """What the variable n counts in, to stay below the attitude for the engine's step control."""
@@ -56,11 +60,6 @@ class Neighbours:
     vectors: Any = field(default=None, compare=False)
 
     @property
-    def first_bits(self) -> int:
-        """The binary exponent of a vector at the start."""
-        return FIRST_BITS[self.order]
-
-    @property
     def size(self) -> int:
         """How many variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
         return (self.total + len(self.pairs)) * len(self.tangent) + self.total + len(self.inputs)
@@ -83,10 +82,10 @@ class Neighbours:
 
     def start(self) -> Array:
         """Return the variables at the start; shape (..., size)."""
-        vectors = np.ldexp(np.asarray(self.vectors, dtype=float), self.first_bits)
+        vectors = np.ldexp(np.asarray(self.vectors, dtype=float), FIRST_BITS)
         rows = np.zeros((*vectors.shape[:-2], self.size))
         rows[..., : self.count * len(self.tangent)] = vectors.reshape(*vectors.shape[:-2], -1)
-        rows[..., self.size - len(self.inputs) :] = 2.0**self.first_bits
+        rows[..., self.size - len(self.inputs) :] = 2.0**FIRST_BITS
         return rows
 
     def equations(self, symbols: list[Any], linear: Linearization) -> list[Any]:
@@ -105,7 +104,7 @@ class Neighbours:
         """Bring vectors that have grown back to a small size, in rows of variables; shape (..., size)."""
         u, _, n, units = self._split(rows)
         _, bits = np.frexp(np.max(np.abs(u), axis=-1))
-        bits = np.where(bits > self.first_bits + GROWN, bits - self.first_bits, 0)
+        bits = np.where(bits > FIRST_BITS + GROWN, bits - FIRST_BITS, 0)
         if not np.any(bits):
             return
         of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
@@ -123,4 +122,4 @@ class Neighbours:
         The truth is vector 2^n; of a pair, vector 2^(n + n).
         """
         u, pairs, n, _ = self._split(rows)
-        return np.ldexp(u, -self.first_bits), np.ldexp(pairs, -2 * self.first_bits), n / COUNTED
+        return np.ldexp(u, -FIRST_BITS), np.ldexp(pairs, -2 * FIRST_BITS), n / COUNTED

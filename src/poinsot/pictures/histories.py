@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
+from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.samples import orbits_of, same
@@ -49,6 +50,8 @@ FLOOR = 0.5 * np.finfo(float).eps
 """The smallest value on the log axis of relative drifts: the rounding of a float."""
 COLUMNS = 1500
 """Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
+SAME_INSTANT = 5e-7
+"""Seconds: times in files of dates are rounded by less, to a nanosecond or to what SPICE counts."""
 TURN = 2 * np.pi
 
 
@@ -236,7 +239,8 @@ def plot_difference(motion: Trajectory, other: Trajectory, *, degrees: bool = Fa
     Parameters
     ----------
     motion, other : Trajectory
-        Each one or an ensemble, at equal times; or `motion` has dense output over the times of `other`.
+        Each one or an ensemble, at equal times (in files of dates they are rounded: half a microsecond apart is equal);
+        or `motion` has dense output over the times of `other`.
     degrees : bool
         On the axis; radians otherwise.
     title : str
@@ -280,7 +284,8 @@ def _span(motion: Trajectory) -> str:
 
 def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
     """Return the quaternions of a motion at the times of another one."""
-    if np.array_equal(motion.times, other.times):
+    slack = SAME_INSTANT / SECONDS.get(motion.system.units["time"], np.inf)
+    if motion.times.shape == other.times.shape and np.all(np.abs(motion.times - other.times) <= slack):
         return motion.quaternion
     if not motion.has_dense_output:
         raise ValueError(

@@ -58,7 +58,7 @@ def plot_spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", t
             "Take the signal to draw apart alone."
         )
     shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}
-    _, axes = plt.subplots(**shape)
+    axes: Axes = plt.subplots(**shape)[1]
     nu, size, residual = spectrum.frequencies, np.abs(spectrum.amplitudes), float(spectrum.residual)
     heights = np.append(size, residual)
     floor = np.min(heights[heights > 0], initial=1.0) / 10

@@ -106,7 +106,8 @@ class AttitudeTable:
         """Return the table as a motion of a system, to see what it conserves, draw it, or save it.
 
         The momenta are those of the system's body with the rates of the table, or, where it has none, with those of
-        a spline of fifth degree through the quaternions, which needs several rows in each turn of the body.
+        a spline of fifth degree through the quaternions, which needs several rows in each turn of the body. The motion
+        keeps what the times mean as dates, and the name of the axes.
 
         Raises
         ------
@@ -122,7 +123,9 @@ class AttitudeTable:
         Q = 2 * quat.product(q, quat.pure(system.body.angular_momentum(unit * self._rates())))
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = Run("table", given, "double", 0.0, 0, 0, 0.0, versions())
-        return Trajectory(system, computed_state(q[0], Q[0], times[0]), times, lambda: (q, Q), run)
+        motion = Trajectory(system, computed_state(q[0], Q[0], times[0]), times, lambda: (q, Q), run)
+        motion.provenance = self._known_of(system)
+        return motion
 
     def angle_to(self, motion: Trajectory) -> Array:
         """Return the angles in [0, pi] between the attitudes of the table and of a motion at the same instants; (n,).
@@ -154,6 +157,16 @@ class AttitudeTable:
             unit = SECONDS.get(system.units["time"], own) / own
             return self.times / unit, unit
         return np.asarray(calendar.converted(self.times, self.calendar)), SECONDS[calendar.unit] / own
+
+    def _known_of(self, system: System) -> dict[str, Any]:
+        """Return what the table says of times and axes where the orbits of a system do not."""
+        known: dict[str, Any] = {}
+        unit = system.units["time"]
+        if self.calendar is not None and system.calendar is None and unit in SECONDS:
+            known["calendar"] = dataclasses.replace(self.calendar, unit=unit)
+        if self.reference_frame != SPACE_AXES_UNNAMED:
+            known["reference_frame"] = self.reference_frame
+        return known
 
     def _rates(self) -> Array:
         if self.omega_body is not None:

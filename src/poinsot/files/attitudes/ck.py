@@ -141,11 +141,11 @@ def _turned(spice: Any, reference: str, frame: str, ets: Array) -> tuple[Array, 
     return np.array(matrices).reshape(-1, 3, 3), np.array(rates).reshape(-1, 3)
 
 
-def read_ck(path: str | Path) -> AttitudeTable:
+def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     """Return the attitudes in a C-kernel at its own instants; clock and frame are beside it, with .tsc and .tf.
 
     The kernel has one segment, of type 3, relative to an inertial frame. Of one written here the millisecond at both
-    ends is left out. Times are SPICE's ET, 0.1 microseconds apart.
+    ends is left out. Times are 0.1 microseconds apart, and those of the calendar: SPICE's ET by default.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def read_ck(path: str | Path) -> AttitudeTable:
         number, reference, ets = _instants(spice, path)
         frame = spice.ccifrm(CK_CLASS, number)[1]
         named = spice.frmnam(reference)
-    return spice_attitude(str(frame), ets, kernels, reference_frame=named)
+    return spice_attitude(str(frame), calendar.converted(ets, ET), kernels, reference_frame=named, calendar=calendar)
 
 
 def _instants(spice: Any, path: Path) -> tuple[int, int, Array]:
