@@ -121,6 +121,51 @@ def test_words_are_those_of_the_command_line():
         "sat.nc must be another file than the one to convert, but it is the same."
     )
     assert "\n" not in refused("convert", "sat.nc", "x.doc")
+    assert refused("convert", "sat.nc", "x.zarr", "--frame", "ICRF") == (
+        "--frame must go with attitudes, but two results came."
+    )
+    assert refused("convert", "sat.nc", "x.zarr", "--zero", "2026-11-21 UTC").startswith(
+        "--zero must go with attitudes"
+    )
+    call("new", "top.toml")
+    assert refused("convert", "sat.nc", "x.csv", "--scenario", "top.toml").startswith("--scenario must go with ")
+    assert refused("convert", "sat.csv", "x.nc", "--scenario", "no.toml") == (
+        "no.toml must be a file that exists, but there is none."
+    )
+
+
+def test_a_table_of_somebody_is_compared_with_a_motion(folder):
+    pytest.importorskip("astropy")
+    (folder / "sat.toml").write_text(
+        "[body]\nmoments = [4, 5, 6]\n[units]\ntime = 's'\n[calendar]\nzero = '2026-11-21'\nscale = 'UTC'\n"
+    )
+    call("convert", "sat.nc", "sat.xml", "--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
+    call("convert", "sat.xml", "theirs.nc", "--scenario", "sat.toml")
+    call("plot", "sat.nc", "--kind", "difference", "--with", "theirs.nc")
+    assert (folder / "sat-difference.png").stat().st_size > 10_000
+    pt.save(pt.free_motion(BODY, START, [0, 1, 2]), "other.nc")
+    said = refused("plot", "sat.nc", "x.png", "--kind", "difference", "--with", "other.nc")
+    assert said.startswith(
+        "--with must have the times of the result, but 3 times from 0 to 2 and 31 times from 0 to 600"
+    )
+    assert said.endswith("came. `poinsot run` both with the same times.")
+
+
+@pytest.mark.usefixtures("folder")
+def test_options_of_other_pictures_are_refused_before_the_result_is_read():
+    for option, kinds in (
+        (("--degrees",), "difference or euler_angles or roll_pitch_yaw"),
+        (("--orbit", 1), "roll_pitch_yaw"),
+        (("--with", "sat.nc"), "difference"),
+    ):
+        told = refused("plot", "sat.nc", "--kind", "rates", *option)
+        assert told == f"{option[0]} must go with --kind {kinds}, but --kind rates came."
+    assert refused("plot", "sat.nc", "--kind", "difference").startswith("--with must be another result")
+    assert refused("plot", "sat.nc", "--kind", "difference", "--with", "no.nc") == (
+        "no.nc must be a file that exists, but there is none."
+    )
+    for command in ("run", "info", "plot", "view"):
+        assert refused(command, "no.nc") == "no.nc must be a file that exists, but there is none."
 
 
 @pytest.mark.parametrize(

@@ -304,8 +304,8 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
     result = tmp_path / "top.nc"
     for arguments, told in (
         (("--kind", "difference"), "--with must be another result"),
-        (("--with", result), "--with must go with a kind that it is for, but --kind quaternions came."),
-        (("--degrees",), "--degrees must go with a kind"),
+        (("--with", result), "--with must go with --kind difference, but --kind quaternions came."),
+        (("--degrees",), "--degrees must go with --kind difference or euler_angles or roll_pitch_yaw, but"),
         (("--kind", "roll_pitch_yaw"), "the result must have an orbit"),
         (("--kind", "nothing"), "one of angular_momentum"),
         ((tmp_path / "x.exe",), "x.exe must end in .png, .pdf, .svg"),

@@ -206,6 +206,18 @@ def test_a_forced_polhode_is_drawn_without_ellipsoid(top, start):
     assert np.array_equal(point[0], motion.omega_body[-1])
 
 
+def test_names_of_axes_are_beside_long_numbers():
+    body, orbit = pt.Body((500, 600, 400)), pt.KeplerOrbit(398600.4418, 7000, 0.01, 0.9, 0, 0)
+    start = body.state((0.5, -0.5, 0.5, -0.5), omega_body=(0, -1.08e-3, 2e-4))
+    motion = pt.propagate(pt.System(body, pt.GravityGradient(orbit), units=SI), start, np.linspace(0, 29000, 301))
+    panel = plot_polhode(motion, view=(20, -60))
+    panel.figure.canvas.draw()
+    name, texts = panel.zaxis.label.get_window_extent(), panel.zaxis.get_majorticklabels()
+    numbers = [text.get_window_extent() for text in texts if name.y0 < text.get_window_extent().y0 < name.y1]
+    assert numbers
+    assert not any(name.overlaps(number) for number in numbers)
+
+
 def test_a_polhode_may_start_at_rest_under_forces(top, body):
     start = body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0, 0, 0))
     plot_polhode(pt.propagate(top, start, np.linspace(0, 1, 11)))

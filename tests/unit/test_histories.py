@@ -1,6 +1,7 @@
 """Pictures against time: what they draw, in which units, of one motion and of ensembles."""
 
 import re
+from itertools import pairwise
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -219,6 +220,34 @@ def test_difference_is_the_angle_between_attitudes(motion):
     drawn = curves(pt.plot_difference(motion, turned, degrees=True))[0]
     expected = np.degrees((motion.attitude.inv() * turned.attitude).magnitude())
     assert np.allclose(drawn[1:], expected[1:], rtol=1e-9)
+
+
+def test_times_that_a_file_of_dates_rounded_are_the_same_times(motion):
+    near = replaced(motion, motion.quaternion, TIMES + 4e-7)
+    assert np.max(curves(pt.plot_difference(motion, near))) < 1e-15
+    with pytest.raises(ValueError, match=r"^other must have the times of motion, but 61 times"):
+        pt.plot_difference(motion, replaced(motion, motion.quaternion, TIMES + 6e-7))
+    unnamed = replaced(pt.propagate(pt.System(BODY), motion.initial, TIMES), motion.quaternion)
+    with pytest.raises(ValueError, match=r"^other must have the times of motion, but 61 times"):
+        pt.plot_difference(unnamed, near)
+
+
+@pytest.mark.parametrize("times", [(-432000, 432000), (0, 1e-5), (0, 99999)])
+def test_ticks_do_not_run_into_each_other(motion, times):
+    panels = pt.plot_rates(replaced(motion, motion.quaternion, np.linspace(*times, 61)))
+    panels[0].figure.canvas.draw()
+    for panel in panels:
+        boxes = [label.get_window_extent() for label in panel.get_xticklabels() if label.get_text()]
+        left, right = panel.bbox.x0 - 20, panel.bbox.x1 + 20
+        seen = [box for box in boxes if left < box.x0 and box.x1 < right]
+        assert len(seen) > 2
+        assert all(one.x1 < two.x0 for one, two in pairwise(seen))
+
+
+def test_dates_of_a_scenario_or_a_table_are_on_the_axis(motion):
+    dated = replaced(motion, motion.quaternion)
+    dated.provenance = {"calendar": pt.Calendar("2026-11-21", "UTC")}
+    assert pt.plot_rates(dated)[0].get_xlabel() == "time [s] since 2026-11-21T00:00:00 UTC"
 
 
 def test_difference_with_other_times_takes_the_dense_output(motion):

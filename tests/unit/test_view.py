@@ -203,6 +203,12 @@ class Named(pt.Potential):
         return HOSTILE
 
 
+def test_the_title_of_a_scenario_comes_first():
+    motion = free(pt.Body((1.0, 1.33333333333, 1.5)))
+    motion.provenance = {"title": "A stone"}
+    assert content(motion)["title"] == "A stone: System(Body(moments=[1.0, 1.33333, 1.5]))"
+
+
 def test_names_cannot_become_markup():
     body = pt.Body((1.0, 2.0, 2.5))
     system = pt.System(body, Named(), units={"time": HOSTILE, "inertia": "&lt;b&gt;<!--"})

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from poinsot.cli.terminal import Overwrite, busy, check_new, sentences, tell, writing
+import poinsot
+from poinsot.cli.terminal import RESULTS, Overwrite, busy, check_new, check_there, sentences, tell, writing
 
 __all__ = ["convert", "info"]
 
@@ -46,20 +48,21 @@ def info(
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or attitudes (.aem, .bc, .a, .csv).")],
+    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or attitudes (.aem, .xml, .bc, .a, .csv).")],
     target: Annotated[Path, typer.Argument(help="The file to write; its end says the format.")],
     scenario: Annotated[
         Path | None, typer.Option(help="From attitudes to a result: a scenario with body and forces.")
     ] = None,
     zero: Annotated[
-        str | None, typer.Option(help="The date of t = 0 with its scale, '2026-11-21T00:00:00 UTC'.")
+        str | None, typer.Option(help="The date of t = 0 with its scale, such as '2026-11-21T00:00:00 UTC'.")
     ] = None,
     frame: Annotated[str | None, typer.Option(help="The name of the space axes, such as ICRF.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Convert between results and files of attitudes: CCSDS AEM (.aem), SPICE CK (.bc), STK (.a), tables (.csv).
+    """Convert between results and files of attitudes: CCSDS AEM (.aem, .xml), SPICE CK (.bc), STK (.a), tables (.csv).
 
-    Files of attitudes have dates, and the name of the space axes: say them where the result has none.
+    Files of attitudes have dates, and the name of the space axes: say them where the result has none. The times of a
+    result are those of its scenario, or from --zero, or else from the first row.
 
     For example:
 
@@ -72,8 +75,8 @@ def convert(
 
         if source.resolve() == target.resolve():
             raise ValueError(f"{target} must be another file than the one to convert, but it is the same.")
-        if not source.exists():
-            raise FileNotFoundError(f"{source} must be a file to convert, but there is none.")
+        for file in (source, scenario or source):
+            check_there(file)
         check_new(target, overwrite)
         with writing(target):
             write(source, target, scenario=scenario, zero=zero, frame=frame, overwrite=overwrite)
@@ -85,11 +88,10 @@ def convert(
 
 def _in_file(file: Path) -> tuple[Lines, str | None]:
     """Return the lines about a file, and the text of the scenario in it."""
-    if not file.exists():
-        raise FileNotFoundError(f"{file} must be a file that exists, but there is none.")
+    check_there(file)
     if file.suffix == ".toml":
         return _of_scenario(file)
-    if file.suffix in (".nc", ".zarr"):
+    if file.suffix in RESULTS:
         return _of_result(file)
     kind = _kind_of(file)
     if kind is None:
@@ -192,7 +194,11 @@ def _span(times: Any) -> str:
 # ------------------------------------------------------------------ files of others
 
 
-def _attitudes(title: str, reader: str, file: Path, table: Any) -> Lines:
+def _of_attitudes(title: str, reader: str, file: Path) -> Lines:
+    return [*_attitudes(title, getattr(poinsot, reader)(file)), _read_by(reader, file)]
+
+
+def _attitudes(title: str, table: Any) -> Lines:
     size = (
         "the quaternions are of unit norm"
         if table.norm_error < 1e-15
@@ -204,7 +210,6 @@ def _attitudes(title: str, reader: str, file: Path, table: Any) -> Lines:
         f"  dates: {table.calendar or 'none'}",
         f"  rates: {'in the file' if table.omega_body is not None else 'none, differentiated where needed'}",
         f"  norm: {size}",
-        _read_by(reader, file),
     ]
 
 
@@ -212,45 +217,26 @@ def _read_by(reader: str, file: Path, more: str = "") -> str:
     return f"  in Python: pt.{reader}({str(file)!r}{more})"
 
 
-def _of_aem(file: Path) -> Lines:
-    from poinsot.files.attitudes.aem import read_aem
-
-    return _attitudes("Attitudes, CCSDS AEM", "read_aem", file, read_aem(file))
-
-
-def _of_stk(file: Path) -> Lines:
-    from poinsot.files.attitudes.stk import read_stk_attitude
-
-    return _attitudes("Attitudes, STK", "read_stk_attitude", file, read_stk_attitude(file))
-
-
-def _of_csv(file: Path) -> Lines:
-    from poinsot.files.attitudes.quaternion_csv import read_quaternion_csv
-
-    return _attitudes("Attitudes, table", "read_quaternion_csv", file, read_quaternion_csv(file))
-
-
 def _of_ck(file: Path) -> Lines:
     from poinsot.files.attitudes.ck import read_ck
 
-    *told, _ = _attitudes("Attitudes, SPICE CK", "spice_attitude", file, read_ck(file))
-    return [*told, "  in Python: pt.spice_attitude, with the kernels of its clock and its frame"]
+    return [
+        *_attitudes("Attitudes, SPICE CK", read_ck(file)),
+        "  in Python: pt.spice_attitude, with the kernels of its clock and its frame",
+    ]
 
 
 def _of_apm(file: Path) -> Lines:
-    from poinsot.files.attitudes.apm import read_apm
-
-    table, body = read_apm(file)
+    table, body = poinsot.read_apm(file)
     return [
-        *_attitudes("One attitude, CCSDS APM", "read_apm", file, table),
+        *_attitudes("One attitude, CCSDS APM", table),
+        _read_by("read_apm", file),
         f"  body: {'none that can be used' if body is None else repr(body)}",
     ]
 
 
 def _of_oem(file: Path) -> Lines:
-    from poinsot.files.orbits.oem import read_oem
-
-    return [f"Orbit, CCSDS OEM: {read_oem(file)!r}", _read_by("read_oem", file)]
+    return [f"Orbit, CCSDS OEM: {poinsot.read_oem(file)!r}", _read_by("read_oem", file)]
 
 
 def _of_omm(file: Path) -> Lines:
@@ -258,9 +244,7 @@ def _of_omm(file: Path) -> Lines:
 
 
 def _of_mesh(file: Path) -> Lines:
-    from poinsot.files.bodies.meshes import read_mesh
-
-    mesh = read_mesh(file, density=1.0)
+    mesh = poinsot.read_mesh(file, density=1.0)
     return [
         f"Shape: {len(mesh.vertices)} vertices, {len(mesh.faces)} faces, closed",
         f"  volume: {mesh.mass:.6g}, in the unit of length of the file",
@@ -270,9 +254,7 @@ def _of_mesh(file: Path) -> Lines:
 
 
 def _of_field(file: Path) -> Lines:
-    from poinsot.files.bodies.fields import read_field
-
-    field = read_field(file, mass=1.0)
+    field = poinsot.read_field(file, mass=1.0)
     return [
         f"Gravity field: degree {field.degree}, reference radius {field.radius:.10g}",
         _read_by("read_field", file, ", mass=..."),
@@ -287,14 +269,14 @@ def _of_kernel(file: Path) -> Lines:
 
 
 OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
-    "aem": _of_aem,
+    "aem": partial(_of_attitudes, "Attitudes, CCSDS AEM", "read_aem"),
     "apm": _of_apm,
     "ck": _of_ck,
-    "csv": _of_csv,
+    "csv": partial(_of_attitudes, "Attitudes, table", "read_quaternion_csv"),
     "field": _of_field,
     "kernel": _of_kernel,
     "mesh": _of_mesh,
     "oem": _of_oem,
     "omm": _of_omm,
-    "stk": _of_stk,
+    "stk": partial(_of_attitudes, "Attitudes, STK", "read_stk_attitude"),
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,6 +29,9 @@ KINDS = (
     "roll_pitch_yaw",
 )
 """What can be drawn of a result: the functions `plot_...` of the package that need no more than a motion."""
+
+OPTIONS = {"other": "--with", "orbit": "--orbit", "degrees": "--degrees"}
+"""Of the command, by the arguments that they are."""
 
 PICTURES = (".png", ".pdf", ".svg")
 
@@ -66,6 +69,7 @@ def plot(
         checked_result(file)
         path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
         check_new(path, overwrite)
+        _check_options(kind, {"other": other, "orbit": orbit, "degrees": degrees})
         with busy(f"Reading {file}"):
             motion = _loaded(file)
         tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, degrees=degrees))
@@ -109,7 +113,7 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> P
 
     draw = getattr(poinsot, f"plot_{kind}")
     with writing(path):
-        figure = np.ravel(draw(**_arguments(draw, kind, motion, **said)))[0].figure
+        figure = np.ravel(draw(**_arguments(kind, motion, **said)))[0].figure
         content = io.BytesIO()
         figure.savefig(content, format=path.suffix[1:], **({"dpi": 150} if path.suffix == ".png" else {}))
         plt.close(figure)
@@ -127,49 +131,44 @@ def viewed(motion: Any, path: Path, overwrite: bool) -> Path:
         return write_text(path, page_of(motion).html, overwrite)
 
 
+def _check_options(kind: str, given: dict[str, Any]) -> None:
+    """Refuse options that are of no use for a picture, and a comparison with nothing."""
+    for name, value in given.items():
+        if value and name not in _wanted(kind):
+            kinds = " or ".join(known for known in KINDS if name in _wanted(known))
+            raise ValueError(f"{OPTIONS[name]} must go with --kind {kinds}, but --kind {kind} came.")
+    if "other" in _wanted(kind):
+        if given["other"] is None:
+            raise ValueError("--with must be another result, such as --with other.nc, but none came.")
+        checked_result(given["other"])
+
+
+def _wanted(kind: str) -> Iterable[str]:
+    """Return the names of the arguments of a function of the package."""
+    return inspect.signature(getattr(poinsot, f"plot_{kind}")).parameters
+
+
 def _arguments(
-    draw: Callable[..., Any],
-    kind: str,
-    motion: Any,
-    other: Path | None = None,
-    orbit: int | None = None,
-    degrees: bool = False,
+    kind: str, motion: Any, other: Path | None = None, orbit: int | None = None, degrees: bool = False
 ) -> dict[str, Any]:
     """Return the arguments of a function of the package, by their names, from a motion and the options."""
-    wanted = inspect.signature(draw).parameters
-    for name, option, value in (
-        ("other", "--with", other),
-        ("orbit", "--orbit", orbit),
-        ("degrees", "--degrees", degrees),
-    ):
-        if value and name not in wanted:
-            raise ValueError(f"{option} must go with a kind that it is for, but --kind {kind} came.")
     made: dict[str, Callable[[], Any]] = {
         "motion": lambda: motion,
         "body": lambda: motion.system.body,
         "state": lambda: motion,
-        "other": lambda: _other(other),
+        "other": lambda: _loaded(other),
         "orbit": lambda: _orbit(motion, orbit),
         "title": lambda: motion.provenance.get("title") or "",
     }
-    given = {name: made[name]() for name in wanted if name in made}
+    given = {name: made[name]() for name in _wanted(kind) if name in made}
     return given | ({"degrees": True} if degrees else {})
-
-
-def _other(path: Path | None) -> Any:
-    if path is None:
-        raise ValueError("--with must be another result, such as --with other.nc, but none came.")
-    return _loaded(path)
 
 
 def _orbit(motion: Any, number: int | None) -> Any:
     """Return the orbit of a motion, or the one of a number if there are several."""
-    from poinsot.mechanics.samples import orbits_of, same
+    from poinsot.pictures.histories import different_orbits
 
-    found: list[Any] = []
-    for orbit in orbits_of(motion.system):
-        if not any(same(orbit, known) for known in found):
-            found.append(orbit)
+    found = different_orbits(motion)
     if not found:
         raise ValueError("the result must have an orbit from which to see the body, but it has none.")
     if number is None and len(found) == 1:
@@ -180,7 +179,7 @@ def _orbit(motion: Any, number: int | None) -> Any:
     return found[number - 1]
 
 
-def _loaded(file: Path) -> Any:
+def _loaded(file: Any) -> Any:
     from poinsot.files.netcdf import load
 
     return load(checked_result(file))

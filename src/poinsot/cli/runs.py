@@ -13,9 +13,11 @@ import typer
 from poinsot.cli.terminal import (
     DIFFERS,
     INTERRUPTED,
+    RESULTS,
     STOPPED,
     Overwrite,
     check_new,
+    check_there,
     kept,
     say,
     sentences,
@@ -103,9 +105,10 @@ def _job_in(file: Path) -> tuple[Any, Any]:
     from poinsot.files.netcdf import load
     from poinsot.files.scenarios.scenario import read_scenario, repetition
 
+    check_there(file)
     if file.suffix == ".toml":
         return read_scenario(file), None
-    if file.suffix not in (".nc", ".zarr"):
+    if file.suffix not in RESULTS:
         raise ValueError(f"{file} must be a scenario, .toml, or a result, .nc or .zarr, but it is none.")
     original = load(file)
     return repetition(original, str(file)), original
@@ -160,7 +163,7 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
             with kept(), writing(partial):
                 save(stopped.trajectory, partial, overwrite=overwrite)
             kept_in = f"What was computed is in {partial}."
-        say(f"{stopped} {kept_in}")
+        say(f"poinsot: {stopped} {kept_in}")
         raise typer.Exit(code) from None
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DIFFERS",
     "INTERRUPTED",
+    "RESULTS",
     "STOPPED",
     "Commands",
     "Overwrite",
@@ -29,6 +30,7 @@ __all__ = [
     "bar_console",
     "busy",
     "check_new",
+    "check_there",
     "checked_result",
     "exit_statuses",
     "kept",
@@ -66,10 +68,12 @@ COMMAND_WORDS = (
     (r"reference_frame='(\w+)'(, or --frame \w+ on the command line,)?", r"--frame \1"),
     (r"^calendar must", "--zero must"),
     (r"calendar=Calendar\('([^']+)', '([^']+)'\)(, or --zero '[^']*' on the command line)?", r"--zero '\1 \2'"),
-    (r"^(zero|epoch) must", "--zero must"),
+    (r"^(zero|epoch) must (?!go)", "--zero must "),
     (r"^scale must", "the scale in --zero must"),
     (r"^other must have the times of motion", "--with must have the times of the result"),
     (r"must come with a scenario", "must come with --scenario"),
+    (r"^(scenario|zero|frame) must go with", r"--\1 must go with"),
+    (r" Propagate to the same times, or motion with dense=True\.$", " `poinsot run` both with the same times."),
 )
 """What Python calls an argument, and what the command line does."""
 
@@ -146,6 +150,12 @@ def _said(error: OSError) -> str:
 # ------------------------------------------------------------------ files
 
 
+def check_there(path: Path) -> None:
+    """Refuse a name under which there is nothing."""
+    if not path.exists():
+        raise FileNotFoundError(f"{path} must be a file that exists, but there is none.")
+
+
 def check_new(path: Path, overwrite: bool) -> None:
     """Refuse a file that exists, or a folder for it that does not, before anything is computed."""
     if path.is_dir() and path.suffix != ".zarr":
@@ -172,13 +182,14 @@ def writing(path: Path) -> Iterator[None]:
 
 def checked_result(file: Path) -> Path:
     """Return the path of a result; of another file say what makes a result of it."""
-    if file.suffix in RESULTS and not file.exists():
-        raise FileNotFoundError(f"{file} must be a result, but there is no such file.")
     if file.suffix in RESULTS:
+        check_there(file)
         return file
     hint = {
         ".toml": f"`poinsot run {file}` makes one.",
-        **dict.fromkeys((".aem", ".a", ".csv", ".bc"), f"`poinsot convert {file} NAME.nc --scenario ...` makes one."),
+        **dict.fromkeys(
+            (".aem", ".xml", ".a", ".csv", ".bc"), f"`poinsot convert {file} NAME.nc --scenario ...` makes one."
+        ),
     }
     raise ValueError(
         f"{file} must be a result, {' or '.join(RESULTS)}, but it is none. {hint.get(file.suffix, '')}".rstrip()

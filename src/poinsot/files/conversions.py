@@ -62,9 +62,8 @@ def convert(
     source, target = Path(source), Path(target)
     for path in (source, target):
         if path.suffix not in (*SUFFIXES, *ATTITUDES):
-            raise ValueError(
-                f"{path} must end in {', '.join((*SUFFIXES, *ATTITUDES))}, but it ends in {path.suffix!r}."
-            )
+            known = ", ".join((*SUFFIXES, *ATTITUDES))
+            raise ValueError(f"{path} must end in {known}, but it ends in {path.suffix!r}.")
     from_result, to_result = source.suffix in SUFFIXES, target.suffix in SUFFIXES
     if scenario is not None and (from_result or not to_result):
         raise ValueError("scenario must go with attitudes that become a result, but other files came.")

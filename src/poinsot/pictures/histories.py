@@ -14,6 +14,7 @@ from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.samples import orbits_of, same
 from poinsot.mechanics.sky import Orbit
+from poinsot.motion.dataset import calendar_of
 from poinsot.motion.trajectory import Trajectory
 from poinsot.pictures.labels import (
     BLACK,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = [
+    "different_orbits",
     "plot_angular_momentum",
     "plot_difference",
     "plot_drift",
@@ -48,6 +50,8 @@ BANDS = ((5, 95, 0.15), (25, 75, 0.25))
 """Percentiles between which a band lies, and its opacity."""
 FLOOR = 0.5 * np.finfo(float).eps
 """The smallest value on the log axis of relative drifts: the rounding of a float."""
+PLAIN = (-4, 5)
+"""Powers of ten between which numbers on the axes are written without one."""
 COLUMNS = 1500
 """Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
 SAME_INSTANT = 5e-7
@@ -295,12 +299,18 @@ def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
     return np.asarray(motion(other.times).quaternion)
 
 
-def _only_orbit(motion: Trajectory) -> Orbit:
-    """Return the orbit of a system."""
+def different_orbits(motion: Trajectory) -> list[Orbit]:
+    """Return the orbits of a system, each once, in the order of its forces."""
     orbits: list[Orbit] = []
     for orbit in orbits_of(motion.system):
         if not any(same(orbit, known) for known in orbits):
             orbits.append(orbit)
+    return orbits
+
+
+def _only_orbit(motion: Trajectory) -> Orbit:
+    """Return the orbit of a system."""
+    orbits = different_orbits(motion)
     if len(orbits) != 1:
         raise ValueError(
             f"orbit must be named where the system has not exactly one, but it has {len(orbits) or 'none'}. "
@@ -451,11 +461,12 @@ def _seen(times: Array, values: Array) -> tuple[Array, Array]:
 
 
 def _dress(panel: Axes, motion: Trajectory, label: str, names: int) -> None:
-    panel.set_xlabel(time_label(motion.system))
+    panel.set_xlabel(time_label(motion.system, calendar_of(motion)))
     panel.set_ylabel(label)
     if motion.times.size > 1:
         panel.set_xlim(np.min(motion.times), np.max(motion.times))
     panel.margins(y=0.08)
+    panel.ticklabel_format(scilimits=PLAIN, useMathText=True)
     panel.grid(alpha=0.25)
     if names:
         panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(names, 4), frameon=False)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.system import System
 from poinsot.motion.trajectory import Trajectory
@@ -60,9 +61,9 @@ def _inertia_over_time(units: Mapping[str, str], power: int) -> str:
     return " ".join(unit for unit in (units["inertia"], per_time) if unit != "1") or "1"
 
 
-def time_label(system: System) -> str:
-    """Return the label of an axis of time: "time [s] since 2029-04-13 TDB"."""
-    calendar = system.calendar
+def time_label(system: System, calendar: Calendar | None = None) -> str:
+    """Return the label of an axis of time: "time [s] since 2029-04-13 TDB", by the orbits unless a calendar is said."""
+    calendar = calendar or system.calendar
     since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
     return f"time{bracketed(system.units['time'])}{since}"
 

@@ -43,6 +43,9 @@ MOST_POINTS = 20_000
 LAYERS = 24
 """Of light on a solid."""
 
+PER_CHARACTER = 4
+"""Points by which the name of an axis goes away from it for each character of its ticks after the fifth."""
+
 
 @dataclass(frozen=True)
 class Ellipsoid:
@@ -170,6 +173,8 @@ def label_axes(axes: Any, labels: Sequence[str]) -> None:
         axis.set_pane_color((1, 1, 1, 0))
         axis.line.set_color(GREY)
         axis.set_major_locator(MaxNLocator(ticks))
+        longest = max(map(len, axis.get_major_formatter().format_ticks(axis.get_majorticklocs())), default=0)
+        axis.labelpad = 4 + PER_CHARACTER * max(longest - 5, 0)
     axes.tick_params(labelsize=8, colors="#404040")
     axes.grid(visible=False)
 

@@ -173,6 +173,7 @@ def _content(motion: Trajectory) -> dict[str, Any]:
     times = motion.times[forwards]
     rate = np.linalg.norm(motion.omega_body, axis=-1)[forwards]
     span = float(times[-1] - times[0])
+    name = motion.provenance.get("title") or "poinsot"
     mean_rate = float(np.trapezoid(rate, times)) / span
     turn = 2 * np.pi / mean_rate if mean_rate else np.inf
     arrays = {
@@ -182,7 +183,7 @@ def _content(motion: Trajectory) -> dict[str, Any]:
         "angular_momentum_space": motion.angular_momentum_space,
     }
     return {
-        "title": textwrap.shorten(f"poinsot: {_rounded(repr(motion.system))}", 300, placeholder=" ..."),
+        "title": textwrap.shorten(f"{name}: {_rounded(repr(motion.system))}", 300, placeholder=" ..."),
         "note": _note(times, rate),
         "labels": _labels(motion.system.units),
         "colours": COLOURS,

@@ -1,5 +1,6 @@
 """From one file to another, and back, where a result says its own dates."""
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from tumbling import MOTION
@@ -21,7 +22,7 @@ def result(tmp_path):
     return pt.save(pt.read_scenario(tmp_path / "it.toml").propagate(progress=False), tmp_path / "it.nc")
 
 
-@pytest.mark.parametrize("suffix", [".aem", ".a", ".csv", ".bc"])
+@pytest.mark.parametrize("suffix", [".aem", ".xml", ".a", ".csv", ".bc"])
 def test_there_and_back_without_a_date_on_the_command_line(result, tmp_path, suffix):
     for needed in ("astropy", "spiceypy"):
         pytest.importorskip(needed)
@@ -29,10 +30,40 @@ def test_there_and_back_without_a_date_on_the_command_line(result, tmp_path, suf
     second = convert(first, tmp_path / "b.nc", scenario=tmp_path / "it.toml")
     motion, back = pt.load(result), pt.load(second)
     slack = 2e-7 if suffix == ".bc" else 1e-9
-    np.testing.assert_allclose(back.times - back.times[0], motion.times, atol=slack)
+    np.testing.assert_allclose(back.times, motion.times, atol=slack)
+    assert back.provenance == {"calendar": pt.Calendar("2026-11-21", "UTC"), "reference_frame": "ICRF"}
     angle = (motion.attitude.inv() * back.attitude).magnitude()
     assert np.max(angle) < slack
     np.testing.assert_allclose(back.omega_body, motion.omega_body, atol=slack)
+    shown = pt.plot_difference(motion, back)  # whose times are rounded
+    assert np.max(shown.lines[0].get_ydata()) < slack
+    plt.close(shown.figure)
+    again = pt.read_aem(convert(second, tmp_path / "again.aem"))  # with dates and axes that nobody says again
+    assert np.max(again.angle_to(back)) < slack
+
+
+def test_the_zero_that_is_said_counts_the_times(result, tmp_path):
+    pytest.importorskip("astropy")
+    aem, undated = convert(result, tmp_path / "m.aem", frame="ICRF"), tmp_path / "undated.toml"
+    undated.write_text(SCENARIO.partition("\n")[2] + 'units.time = "s"\n')
+    first = pt.load(convert(aem, tmp_path / "0.nc", scenario=undated))
+    later = pt.load(convert(aem, tmp_path / "1.nc", scenario=undated, zero="2026-11-20T23:59:00 UTC"))
+    table = pt.read_quaternion_csv(convert(aem, tmp_path / "m.csv", zero="2026-11-20T23:59:00 UTC"))
+    np.testing.assert_allclose(first.times, pt.load(result).times, atol=1e-9)
+    for counted in (later, table):
+        np.testing.assert_allclose(counted.times, first.times + 60, atol=1e-9)
+    assert later.provenance["calendar"] == table.calendar == pt.Calendar("2026-11-20T23:59:00", "UTC")
+    without_unit = tmp_path / "without_unit.toml"
+    without_unit.write_text(SCENARIO.partition("\n")[2])
+    assert "calendar" not in pt.load(convert(aem, tmp_path / "2.nc", scenario=without_unit)).provenance
+
+
+def test_what_a_conversion_has_no_use_for_is_refused(result, tmp_path):
+    with pytest.raises(ValueError, match=r"^scenario must go with attitudes that become a result, but other"):
+        convert(result, tmp_path / "m.csv", scenario=tmp_path / "it.toml")
+    for said in ({"zero": "2026-11-21 UTC"}, {"frame": "ICRF"}):
+        with pytest.raises(ValueError, match=rf"^{next(iter(said))} must go with attitudes, but two results came\.$"):
+            convert(result, tmp_path / "m.zarr", **said)
 
 
 def test_what_is_missing(result, tmp_path):

@@ -22,16 +22,20 @@ from poinsot.files.bodies.meshes import read_mesh
 from poinsot.files.orbits.oem import read_oem
 from poinsot.files.orbits.spk import spice_orbit
 from poinsot.files.orbits.tle import omm_orbit, tle_orbit
+from poinsot.forces.damping import LinearDamping
+from poinsot.forces.ellipsoid import EllipsoidGravity
+from poinsot.forces.gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
+from poinsot.forces.mascons import MasconGravity
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.parameters import Parametric, Table, kinds_of
 from poinsot.mechanics.sky import Orbit
 from poinsot.orbits.ephemeris import Ephemeris, PolynomialArc
 from poinsot.orbits.escape import EscapeOrbit
+from poinsot.orbits.fixed import FixedPoint
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.orbits.lagrange import LagrangePoint
 from poinsot.orbits.planets import planet_orbit
@@ -48,11 +52,19 @@ __all__ = ["Key", "Maker", "kind_of", "makers"]
 
 CLASSES: dict[str, tuple[Any, ...]] = {
     "body": (Body,),
-    "force": (Potential, Torque),
-    "orbit": (Orbit, ThreeBodyOrbit),
+    "force": (
+        UniformGravity,
+        GravityGradient,
+        HarmonicGravity,
+        Oblateness,
+        MasconGravity,
+        EllipsoidGravity,
+        LinearDamping,
+    ),
+    "orbit": (Orbit, FixedPoint, ThreeBodyOrbit),
     "field": (GravityField,),
 }
-"""Bases whose subclasses in the package are found."""
+"""Classes of the package, found with their subclasses."""
 
 FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
     "body": (
@@ -143,7 +155,7 @@ def makers(group: str) -> dict[str, Maker]:
         others.append(dataclasses.replace(_of_function(field_of_shape), name="Shape.field"))
     if group == "shape":
         others = [maker if maker.call is Assembly else _placed(maker) for maker in others]
-    return {maker.name: maker for maker in (*found, *others)}
+    return {maker.name: maker for maker in sorted((*found, *others), key=lambda maker: maker.name)}
 
 
 def kind_of(name: str) -> str:
