@@ -183,7 +183,7 @@ class _Work:
                 self.out.failures |= {int(lanes[i]): why for i, why in enumerate(batch.failed[:count]) if why}
         rows = np.full((count, self.times.size, self.variables.size), np.nan)
         for lane, m in enumerate(middles[:count]):
-            later, earlier = (half.rows[lane] for half in halves)
+            later, earlier = (half.rows(lane) for half in halves)
             rows[lane, m : m + len(later)], rows[lane, m - len(earlier) : m] = later, earlier[::-1]
         return rows
 
@@ -195,10 +195,14 @@ class _Batch:
         self.borrowed, self.engine = borrowed, borrowed.engine
         self.members, self.starts, self.origins = members, starts, origins
         self.width, self.most = len(starts), borrowed.steps_at_a_time(STEPS_AT_A_TIME, first=True)
-        self.rows: list[Array] = [np.empty((0, starts.shape[1]))] * self.width
+        self._rows: list[list[Array]] = [[np.empty((0, starts.shape[1]))] for _ in range(self.width)]
         self.steps = np.zeros(self.width, dtype=int)
         self.failed = [""] * self.width
         self.happened: list[list[Recorded]] = [[] for _ in range(self.width)]
+
+    def rows(self, lane: int) -> Array:
+        """Return the variables of a lane at the times of its grid that it reached; shape (n, size)."""
+        return np.concatenate(self._rows[lane])
 
     def run(self, grids: list[Array], forwards: bool, stop: Callable[[], bool]) -> None:
         """Integrate every lane over its grid, a chunk of steps at a time."""
@@ -208,8 +212,8 @@ class _Batch:
         self._take_events([])
         for lane, grid in enumerate(grids):
             if grid.size and grid[0] == self.origins[lane]:
-                self.rows[lane] = self.starts[lane : lane + 1]
-        ahead = [grid[len(rows) :] for grid, rows in zip(grids, self.rows, strict=True)]
+                self._rows[lane].append(self.starts[lane : lane + 1])
+        ahead = [grid[len(rows) - 1 :] for grid, rows in zip(grids, self._rows, strict=True)]
         ahead = self._reach_near(ahead)
         while any(grid.size for grid in ahead) and not stop():
             ahead = self._advance(ahead)
@@ -223,10 +227,9 @@ class _Batch:
             return ahead
         self.engine.propagate_until(list(np.where(near, first, self.origins)))
         for lane in np.flatnonzero(near):
-            self.rows[lane] = np.concatenate([self.rows[lane], self.engine.state[:, lane][None]])
+            self._rows[lane].append(self.engine.state[:, lane][None].copy())
         left = [grid[int(reached) :] for grid, reached in zip(ahead, near, strict=True)]
         self._look_at_ends(ahead, left)
-        self.most = self.borrowed.steps_at_a_time(STEPS_AT_A_TIME)
         return left
 
     def _look_at_ends(self, before: list[Array], left: list[Array]) -> None:
@@ -282,11 +285,12 @@ class _Batch:
         outcome, _, _, steps = self.engine.propagate_res[lane]
         passed = int(np.searchsorted(abs(ahead - before), abs(reached - before), side="right"))
         rows = found[len(found) - ahead.size :][:passed]
-        rows = rows[np.all(np.isfinite(rows), axis=-1)]
-        self.rows[lane] = np.concatenate([self.rows[lane], rows])
+        ended = self.borrowed.outcome(outcome, lane)
+        if ended == "err_nf_state":
+            rows = rows[np.all(np.isfinite(rows), axis=-1)]
+        self._rows[lane].append(rows)
         self.steps[lane] += steps
         advance, left = abs(reached - before), abs(ahead[-1] - reached)
-        ended = self.borrowed.outcome(outcome, lane)
         stopped = reason(ended, advance, reached, left, self.most)
         if ended == "event":
             return ahead[:0]

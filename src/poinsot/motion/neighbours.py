@@ -24,7 +24,7 @@ FIRST_BITS = -10
 GROWN = 8
 """Bits above that, from which on a vector is brought back."""
 
-STEPS_AT_A_TIME = {1: 500, 2: 250}
+STEPS_AT_A_TIME = {1: 700, 2: 300}
 """Steps between two looks at the size of the vectors, by order; between the first two, a tenth.
 
 A vector that doubles in every step does not overflow in so many; one that grows like the time does not outgrow the
