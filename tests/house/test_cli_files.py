@@ -160,6 +160,8 @@ def test_options_of_other_pictures_are_refused_before_the_result_is_read():
     ):
         told = refused("plot", "sat.nc", "--kind", "rates", *option)
         assert told == f"{option[0]} must go with --kind {kinds}, but --kind rates came."
+    pt.save(pt.free_motion(BODY, START, [0]), "instant.nc")
+    assert refused("view", "instant.nc") == "the result must have two times or more, but 1 came."
     assert refused("plot", "sat.nc", "--kind", "difference").startswith("--with must be another result")
     assert refused("plot", "sat.nc", "--kind", "difference", "--with", "no.nc") == (
         "no.nc must be a file that exists, but there is none."

@@ -70,6 +70,7 @@ COMMAND_WORDS = (
     (r"calendar=Calendar\('([^']+)', '([^']+)'\)(, or --zero '[^']*' on the command line)?", r"--zero '\1 \2'"),
     (r"^(zero|epoch) must (?!go)", "--zero must "),
     (r"^scale must", "the scale in --zero must"),
+    (r"^motion must", "the result must"),
     (r"^other must have the times of motion", "--with must have the times of the result"),
     (r"must come with a scenario", "must come with --scenario"),
     (r"^(scenario|zero|frame) must go with", r"--\1 must go with"),
