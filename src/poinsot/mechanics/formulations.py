@@ -137,7 +137,7 @@ class Planar(LiePoisson):
         if tilt > FLAT:
             raise ValueError(
                 "formulation 'planar' must be for a third body axis along the third space axis where forces look at "
-                f"the space axes, but it is {2 * tilt:.2g} rad off. Turn the space axes, or use the default formulation."
+                f"the space axes, but it is {2 * tilt:.2g} rad off. Turn those, or use the default formulation."
             )
 
     def active(self, variables: Any) -> Any:
