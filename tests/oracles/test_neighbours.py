@@ -166,6 +166,36 @@ def test_matrix_keeps_the_poisson_structure():
     assert abs(np.linalg.det(damped) - 1) > 1e-2
 
 
+@pytest.mark.parametrize("time", [0.5, 100.0])
+def test_body_about_its_middle_axis_in_closed_form(time):
+    """After 100 units of time vectors have been made small several times, each at its own times."""
+    A, B, C = 0.099, 0.1, 0.101
+    body = pt.Body((A, B, C))
+    start = body.state((1, 0, 0, 0), angular_momentum_body=(0, 1.0, 0))
+    found = pt.state_transition(pt.System(body), start, [time], ["moments[1]"], order=2)
+    k = np.sqrt((1 / A - 1 / B) * (1 / B - 1 / C))
+    by_B = ((1 / B - 1 / C) - (1 / A - 1 / B)) / (2 * k * B**2)
+    third = (1 / B - 1 / A) / k
+    first, second = np.concatenate([found.matrix, found.sensitivity], axis=-1)[0], found.second[0]
+    assert_allclose(first[3, 3], np.cosh(k * time), rtol=1e-12)
+    assert_allclose(first[5, 3], third * np.sinh(k * time), rtol=1e-12)
+    assert_allclose(first[1, 6], -time / B**2, rtol=1e-14)
+    assert_allclose(second[1, 6, 6], 2 * time / B**3, rtol=1e-14)
+    assert_allclose(second[3, 3, 4], time * k * np.sinh(k * time), rtol=1e-12)
+    assert_allclose(second[3, 3, 6], time * by_B * np.sinh(k * time), rtol=1e-11)
+    assert_allclose(second[4, 3, 3], (1 / A - 1 / C) * third * np.sinh(k * time) ** 2 / k, rtol=1e-12)
+
+
+def test_times_at_which_the_integrator_looks_at_the_vectors_are_reached_too():
+    """Each step ends at a knot of the table, and so does the chunk of steps after which vectors are looked at."""
+    orbit, times = kepler(), np.linspace(0, 3, 301)
+    rows = (np.stack(list(part(times)), axis=-1) for part in (orbit.position_at, orbit.velocity_at))
+    table_of_orbit = pt.Ephemeris.from_table(orbit.mu, times, *rows)
+    systems = [pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(each)) for each in (table_of_orbit, orbit)]
+    found, exact = (pt.state_transition(system, state(system), times[1:]).matrix for system in systems)
+    assert_allclose(found, exact, rtol=0, atol=1e-6)
+
+
 def test_free_symmetric_body_in_closed_form():
     """About its axis: theta3 grows with gamma3 / C, and nothing else does."""
     body = pt.Body((2.0, 2.0, 3.0))

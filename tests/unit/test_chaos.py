@@ -239,9 +239,27 @@ def test_an_interrupt_keeps_the_finished_members(monkeypatch):
     np.testing.assert_allclose(found.lyapunov[done[0], 0], alone.lyapunov[0], atol=1e-3)
 
 
+def test_an_interrupted_spectrum_keeps_the_times_before(monkeypatch):
+    calls, orthogonal = [], chaos._orthogonal
+
+    def interrupted(vectors):
+        calls.append(1)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return orthogonal(vectors)
+
+    monkeypatch.setattr(chaos, "_orthogonal", interrupted)
+    sentence = r"^the integration was interrupted at t = 0\.2 of 0\.3\.$"
+    with pytest.raises(pt.PropagationInterrupted, match=sentence) as caught:
+        pt.lyapunov_spectrum(TOP, member(states(1), 0), [0.1, 0.2, 0.3])
+    assert caught.value.time == 0.2
+    assert caught.value.trajectory.times.tolist() == [0.1, 0.2]
+    assert caught.value.trajectory.exponents.shape == (2, 6)
+
+
 def test_no_bar_is_shown_where_none_is_wanted(capsys):
     pt.chaos_indicators(TOP, states(20), [1.0], progress=False)
-    pt.lyapunov_spectrum(TOP, states(20), [1.0])
+    pt.lyapunov_spectrum(TOP, states(20), [1.0], progress=False)
     assert capsys.readouterr().err == ""
 
 

@@ -249,6 +249,16 @@ def test_picture_changes_its_line_where_stability_changes(branch):
     assert len(both.get_legend().get_texts()) == 3
     with pytest.raises(TypeError, match="branch must be a Branch or several, but PeriodicMotion came"):
         pt.plot_branch([branch.motions[0]], lambda motion: motion.period, ("a", "b"))
+    with pytest.raises(TypeError, match=r"branch must be a Branch or several, but PeriodicMotion came\."):
+        pt.plot_branch(branch.motions[0], lambda motion: motion.period, ("a", "b"))
+    with pytest.raises(ValueError, match=r"branch must be a Branch or several, but none came\."):
+        pt.plot_branch([], lambda motion: motion.period, ("a", "b"))
+    with pytest.raises(TypeError, match=r"quantity must be a function of a PeriodicMotion, but str came\."):
+        pt.plot_branch(branch, "period", ("a", "b"))
+    with pytest.raises(ValueError, match=r"the quantity of a motion must have shape \(\), but shape \(6, 6\) came\."):
+        pt.plot_branch(branch, lambda motion: motion.matrix, ("a", "b"))
+    with pytest.raises(ValueError, match=r"labels must be a pair of them, but 'e' came\."):
+        pt.plot_branch(branch, lambda motion: motion.period, "e")
 
 
 # ---------------------------------------------------------------------- wrong input
@@ -281,6 +291,11 @@ WRONG = {
         ValueError,
         r"motion must repeat itself after the period and in the frame of body\.moments\[0\] = 1, but it does not\. "
         r"The functions period and frame must return its own there\.",
+    ),
+    "period that is no function": (
+        lambda: continue_motion(spinning(), "moments[0]", 1.1, period=5.0),
+        TypeError,
+        r"period must be a function of a System, but float came\.",
     ),
     "frame that stays": (
         lambda: continue_motion(at_rest(), "inclination", 0.5),

@@ -151,6 +151,9 @@ def test_the_drift_of_a_frequency():
     regular = waves(times, [1.0, 0.37, 0.0]) @ [1.0, 0.9, 3.0]  # the mean is not followed
     np.testing.assert_allclose(pt.diffusion(regular, times, count=2), [0, 0], atol=1e-14)
     np.testing.assert_array_equal(pt.diffusion(np.ones(640), 0.1), [np.nan])
+    late = times >= times[times.size // 2]
+    moved = np.where(late, np.exp(1.1j * times) + 0.1 * np.exp(1j * times), np.exp(1j * times))
+    np.testing.assert_allclose(pt.diffusion(moved, times), 0.1, rtol=1e-9)  # not to the weak line that is nearer
     sweep = np.exp(1j * (times + 2e-6 * times**2))  # the halves are centred half a run apart
     np.testing.assert_allclose(pt.diffusion(sweep, times), 4e-6 * 512, rtol=3e-3)
 

@@ -36,6 +36,8 @@ def test_members_have_rows_and_missing_points_are_nan():
 def test_without_an_event_all_times_are_points_also_of_one_body():
     section = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0, 3.0]), time_and_rate)
     assert section.x.tolist() == [[1.0, 2.0, 3.0]]
+    rising = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0]), lambda points: (points.times, points.slopes))
+    assert rising.y.tolist() == [[1.0, 1.0]]
     members = pt.section(pt.propagate(FREE, spinning([0.5, 0.7]), [1.0, 2.0, 3.0]), time_and_rate)
     assert np.allclose(members.y, [[0.5] * 3, [0.7] * 3], rtol=1e-15)
 
@@ -63,6 +65,27 @@ def test_the_first_point_of_a_spin_orbit_section_is_the_start():
     assert np.allclose(np.linalg.norm(positions, axis=-1), orbit.periapsis_distance, rtol=1e-14)
     one = pt.spin_orbit_section(system, 0.3, 1.4, 2)
     assert np.allclose(one.x, section.x[:1], rtol=1e-11)
+
+
+class Spinner(pt.Torque):
+    """A torque about the normal of an orbit."""
+
+    size: float
+    orbit: pt.Orbit
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        return pt.functions.Vector((0.0, 0.0, self.size))
+
+
+def test_forces_may_share_the_orbit_of_a_spin_orbit_section():
+    orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7)
+    gravity = pt.GravityGradient(orbit)
+    alone = pt.spin_orbit_section(pt.System(BODY, gravity), 0.3, 1.4, 3)
+    both = pt.spin_orbit_section(pt.System(BODY, gravity, Spinner(0.0, orbit)), 0.3, 1.4, 3)
+    assert np.allclose(both.y, alone.y, rtol=1e-12)
+    other = Spinner(0.0, pt.KeplerOrbit(3.0, 2.5, 0.2, 0.5, 0.6, 0.7))
+    with pytest.raises(TypeError, match=r"must have one KeplerOrbit, but KeplerOrbit, KeplerOrbit came\."):
+        pt.spin_orbit_section(pt.System(BODY, gravity, other), 0.3, 1.4, 3)
 
 
 def test_the_picture_has_all_points_and_the_labels():
@@ -94,6 +117,16 @@ def test_wrong_arguments_are_refused_in_a_sentence():
         ValueError, match=r"coordinates must be two arrays of shape \(1,\), but \(1,\) and \(1, 3\) came\."
     ):
         pt.section(motion, lambda points: (points.times, points.omega_body), 0)
+    with pytest.raises(ValueError, match=r"event must be below the 1 events of the motion, but 0\.0 came\."):
+        pt.section(motion, time_and_rate, 0.0)
+    with pytest.raises(TypeError, match=r"coordinates must be a function of the points, but str came\."):
+        pt.section(motion, "x")
+    with pytest.raises(TypeError, match=r"coordinates must return x and y, but NoneType came\."):
+        pt.section(motion, lambda _: None)
+    with pytest.raises(ValueError, match=r"labels must be two words, but \('x',\) came\."):
+        pt.section(motion, time_and_rate, labels=("x",))
+    with pytest.raises(ValueError, match=r"angle and rate must have one number of members, but 3 and 2 came\."):
+        pt.spin_orbit_section(system, [0.0, 1.0, 2.0], [1.0, 1.5], 3)
     with pytest.raises(TypeError, match=r"the forces of the system must have one KeplerOrbit, but none came\."):
         pt.spin_orbit_section(FREE, 0.0, 1.0, 3)
     with pytest.raises(ValueError, match=r"revolutions must be a positive whole number, but 0 came\."):

@@ -8,18 +8,20 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import PropagationError, real_array, refuse_nonpositive
+from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.mechanics.samples import orbits_of, time_scale
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.ensemble import Ensemble, Outcome
+from poinsot.motion.progress import bar
 from poinsot.motion.tangent import TangentRun, units
 from poinsot.motion.trajectory import Run
 
@@ -245,12 +247,13 @@ def lyapunov_spectrum(
     formulation: str | None = None,
     tolerance: float | None = None,
     threads: int | None = None,
+    progress: bool | None = None,
 ) -> LyapunovSpectrum:
     """Return all Lyapunov exponents, by vectors that are orthogonalised now and then (Benettin et al. 1980).
 
     Parameters
     ----------
-    system, state, formulation, tolerance, threads
+    system, state, formulation, tolerance, threads, progress
         As in `propagate`; members of an ensemble start at one time.
     times : array (n,)
         Rising, all after the state's time.
@@ -278,19 +281,29 @@ def lyapunov_spectrum(
         failures = dict(sorted(total.failures.items())) if job.members else {}
         return LyapunovSpectrum(job.times[: kept.shape[1]], found, failures, job.run(total))
 
-    for stop in _refined(job.times, job.state.time, APART / rate):
-        out = _Ends(len(vectors), k)
-        job.integrate(vectors * weights, np.array([stop]), out, now)
-        total.add(out)
-        job.raise_interrupted(out, 0, result())
-        if out.failures and not job.members:
-            raise PropagationError(out.failures[0], float(now.time[0]), result())
-        out.replace(list(total.failures), job.state, vectors * weights)
-        vectors, sizes = _orthogonal(out.vectors / weights)
-        growth = growth + np.log(sizes) + out.bits * np.log(2)
-        now = computed_state(out.quaternion[:, 0], out.conjugate_momenta[:, 0], np.full(len(vectors), stop))
-        if stop == job.times[kept.shape[1]]:
-            kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
+    stops = _refined(job.times, job.state.time, APART / rate)
+    wanted = sys.stderr.isatty() if progress is None else progress
+    try:
+        with bar("time", float(stops[-1]) - start, wanted) as report:
+            for stop in stops:
+                out = _Ends(len(vectors), k)
+                job.integrate(vectors * weights, np.array([stop]), out, now)
+                total.add(out)
+                if out.interrupted:
+                    raise KeyboardInterrupt
+                if out.failures and not job.members:
+                    raise PropagationError(out.failures[0], float(now.time[0]), result())
+                out.replace(list(total.failures), job.state, vectors * weights)
+                vectors, sizes = _orthogonal(out.vectors / weights)
+                growth = growth + np.log(sizes) + out.bits * np.log(2)
+                report(float(stop - now.time[0]))
+                now = computed_state(out.quaternion[:, 0], out.conjugate_momenta[:, 0], np.full(len(vectors), stop))
+                if stop == job.times[kept.shape[1]]:
+                    kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
+    except KeyboardInterrupt:
+        reached = float(now.time[0])
+        sentence = f"the integration was interrupted at t = {reached:.10g} of {job.times[-1]:.10g}."
+        raise PropagationInterrupted(sentence, reached, result()) from None
     return result()
 
 

@@ -24,6 +24,7 @@ from poinsot.errors import PropagationInterrupted, real_array, refuse_nonpositiv
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.parameters import came
 from poinsot.mechanics.replaced import NamedNumber
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
@@ -211,6 +212,9 @@ class _Family:
         self.start, self.span = self.number.value, to - self.number.value
         if not self.span:
             raise ValueError(f"to must be another value than that of {self.number.name}, but {to!r} came.")
+        for name, function in (("period", period), ("frame", frame)):
+            if function is not None and not callable(function):
+                raise TypeError(f"{name} must be a function of a System, but {came(function)} came.")
         self._time = float(motion.state.time)
         self._period = period or (lambda _: motion.period)
         self._frame = frame or (lambda _: motion.frame)

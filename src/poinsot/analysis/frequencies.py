@@ -255,6 +255,7 @@ class _Fit:
             weighted = self.window * columns
             spread = _inverse((weighted.conj() @ columns.T).real)
             variance = np.diag(spread @ (weighted.conj() @ weighted.T).real @ spread)[2 * cluster.size :]
+            variance = np.where(variance < 0, np.inf, variance)  # lines that rounding does not tell apart
             for line, scale in zip(cluster, variance * (1 if self.is_real else 0.5), strict=True):
                 near = np.argsort(np.abs(_reduced(bins / self.n - self.turns[line])))[:NEIGHBOURS]
                 errors[line] = np.sqrt(np.median(density[bins[near]]) / np.log(2) * scale) * 2 / self.n

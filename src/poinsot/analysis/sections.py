@@ -17,7 +17,7 @@ from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.crossings import AndoyerCrossing, Instant
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.samples import orbits_of
+from poinsot.mechanics.samples import orbits_of, same
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion.events import Crossings
@@ -77,20 +77,38 @@ def section(
     """
     if not isinstance(motion, Trajectory):
         raise TypeError(f"motion must be a Trajectory, but {came(motion)} came.")
-    if event is not None and not 0 <= event < len(motion.events):
-        raise ValueError(f"event must be below the {len(motion.events)} events of the motion, but {event} came.")
+    if event is not None and (not _is_whole(event) or not 0 <= event < len(motion.events)):
+        raise ValueError(f"event must be below the {len(motion.events)} events of the motion, but {event!r} came.")
+    if len(labels) != 2:
+        raise ValueError(f"labels must be two words, but {labels!r} came.")
     points = _all_times(motion) if event is None else motion.events[event]
-    found = [np.asarray(x, dtype=float) for x in coordinates(points)]
-    if len(found) != 2 or any(x.shape != (len(points),) for x in found):
-        shapes = " and ".join(str(x.shape) for x in found)
-        raise ValueError(f"coordinates must be two arrays of shape ({len(points)},), but {shapes} came.")
+    found = _coordinates(coordinates, points)
     members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
     counts = np.bincount(points.members, minlength=members)
     place = np.arange(len(points)) - np.repeat(np.cumsum(counts) - counts, counts)
     x, y = np.full((2, members, int(np.max(counts, initial=0))), np.nan)
     x[points.members, place], y[points.members, place] = found
-    first, second = labels
-    return Section(x, y, (first, second), motion)
+    return Section(x, y, (labels[0], labels[1]), motion)
+
+
+def _coordinates(coordinates: Coordinates, points: Crossings) -> list[Array]:
+    """Return x and y of points, checked."""
+    if not callable(coordinates):
+        raise TypeError(f"coordinates must be a function of the points, but {came(coordinates)} came.")
+    pair: Any = coordinates(points)
+    if not isinstance(pair, Sequence | np.ndarray):
+        raise TypeError(f"coordinates must return x and y, but {came(pair)} came.")
+    found = [np.asarray(x) for x in pair]
+    if any(x.dtype.kind not in "iuf" for x in found):
+        raise TypeError("coordinates must return real numbers, but others came.")
+    if len(found) != 2 or any(x.shape != (len(points),) for x in found):
+        shapes = " and ".join(str(x.shape) for x in found)
+        raise ValueError(f"coordinates must be two arrays of shape ({len(points)},), but {shapes} came.")
+    return found
+
+
+def _is_whole(number: Any) -> bool:
+    return isinstance(number, int | np.integer) and not isinstance(number, bool)
 
 
 def _all_times(motion: Trajectory) -> Crossings:
@@ -112,7 +130,7 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
     Parameters
     ----------
     system : System
-        Of forces with one Kepler orbit, no members.
+        Of forces with one Kepler orbit, which has no members; several forces may share it.
     angle : float or array (members,)
         Radians, at the first periapsis.
     rate : float or array (members,)
@@ -133,9 +151,12 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
         If the orbit is another one, or a force does not leave the spin axis normal to it.
     """
     orbit = _only_orbit(system)
-    if not isinstance(revolutions, int | np.integer) or revolutions < 1:
+    if not _is_whole(revolutions) or revolutions < 1:
         raise ValueError(f"revolutions must be a positive whole number, but {revolutions!r} came.")
-    theta, ratio = np.broadcast_arrays(member_array("angle", angle, ()), member_array("rate", rate, ()))
+    theta, ratio = member_array("angle", angle, ()), member_array("rate", rate, ())
+    if theta.ndim and ratio.ndim and theta.size != ratio.size:
+        raise ValueError(f"angle and rate must have one number of members, but {theta.size} and {ratio.size} came.")
+    theta, ratio = np.broadcast_arrays(theta, ratio)
     n = float(orbit.mean_motion)
     passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / n
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
@@ -166,7 +187,7 @@ def andoyer_section(system: System, state: State, time: float, *, angle: float =
     angle : float
         Of g, radians.
     **options
-        Those of `propagate`.
+        Those of `propagate`, without events.
 
     Returns
     -------
@@ -189,7 +210,7 @@ def _only_orbit(system: Any) -> KeplerOrbit:
     if not isinstance(system, System):
         raise TypeError(f"system must be a System, but {came(system)} came.")
     found = list(orbits_of(system))
-    if len(found) != 1 or not isinstance(found[0], KeplerOrbit):
+    if not found or not isinstance(found[0], KeplerOrbit) or any(not same(orbit, found[0]) for orbit in found):
         kinds = ", ".join(type(orbit).__name__ for orbit in found) or "none"
         raise TypeError(f"the forces of the system must have one KeplerOrbit, but {kinds} came.")
     if any(number.ndim for number in found[0].numbers):

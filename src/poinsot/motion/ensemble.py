@@ -285,6 +285,8 @@ class _Batch:
         outcome, _, _, steps = self.engine.propagate_res[lane]
         passed = int(np.searchsorted(abs(ahead - before), abs(reached - before), side="right"))
         rows = found[len(found) - ahead.size :][:passed]
+        if passed and ahead[passed - 1] == reached and np.isnan(rows[-1, 0]):  # the engine leaves out where it stopped
+            rows[-1] = self.engine.state[:, lane]
         ended = self.borrowed.outcome(outcome, lane)
         if ended == "err_nf_state":
             rows = rows[np.all(np.isfinite(rows), axis=-1)]

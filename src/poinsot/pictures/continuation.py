@@ -9,6 +9,7 @@ import numpy as np
 
 from poinsot.analysis.continuation import Branch
 from poinsot.analysis.periodic import PeriodicMotion
+from poinsot.errors import real_array
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.labels import BLACK, BLUE, GREEN, VERMILION
 
@@ -56,14 +57,14 @@ def plot_branch(
 
     Raises
     ------
-    TypeError
+    TypeError, ValueError
         If something else comes.
     """
     import matplotlib.pyplot as plt
 
     from poinsot.pictures.figure import TextFigure
 
-    branches = _checked([branch] if isinstance(branch, Branch) else list(branch))
+    branches = _checked(branch, quantity, labels)
     shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}
     axes: Axes
     figure, axes = plt.subplots(**shape)
@@ -80,7 +81,7 @@ def plot_branch(
     for each in branches:
         for found in each.bifurcations:
             marker, colour = MARKS[found.kind]
-            place = found.value, quantity(found.motion)
+            place = found.value, _value(quantity, found.motion)
             axes.plot(*place, marker, color=colour, markersize=7, label=name(found.kind), zorder=5)
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
@@ -91,11 +92,23 @@ def plot_branch(
     return axes
 
 
-def _checked(branches: list[Any]) -> list[Branch]:
+def _checked(branch: Any, quantity: Any, labels: Any) -> list[Branch]:
+    """Return the branches, or refuse what came."""
+    if not callable(quantity):
+        raise TypeError(f"quantity must be a function of a PeriodicMotion, but {came(quantity)} came.")
+    if isinstance(labels, str) or len(labels) != 2:
+        raise ValueError(f"labels must be a pair of them, but {labels!r} came.")
+    branches = list(branch) if isinstance(branch, Sequence) else [branch]
+    if not branches:
+        raise ValueError("branch must be a Branch or several, but none came.")
     for each in branches:
         if not isinstance(each, Branch):
             raise TypeError(f"branch must be a Branch or several, but {came(each)} came.")
     return branches
+
+
+def _value(quantity: Callable[[PeriodicMotion], float], motion: PeriodicMotion) -> float:
+    return float(real_array("the quantity of a motion", quantity(motion), ()))
 
 
 def _parts(branch: Branch, quantity: Callable[[PeriodicMotion], float]) -> Iterator[tuple[bool, list[Any]]]:
@@ -103,9 +116,9 @@ def _parts(branch: Branch, quantity: Callable[[PeriodicMotion], float]) -> Itera
     part: list[Any] = []
     stable = branch.motions[0].stable
     for i, (value, motion) in enumerate(zip(branch.values, branch.motions, strict=True)):
-        point = value, quantity(motion)
+        point = value, _value(quantity, motion)
         if motion.stable != stable:
-            seam = [(b.value, quantity(b.motion)) for b in branch.bifurcations if b.after == i - 1] or [point]
+            seam = [(b.value, _value(quantity, b.motion)) for b in branch.bifurcations if b.after == i - 1] or [point]
             yield stable, [*part, seam[-1]]
             part, stable = [seam[-1]], motion.stable
         part.append(point)

@@ -176,7 +176,10 @@ def _monotonic(name: str, axis: ArrayLike) -> Array:
 
 
 def _grid(values: ArrayLike, shape: tuple[int, int]) -> Array:
-    found = np.asarray(values, dtype=float)
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"values must be real numbers, but {came(values)} came.") from None
     if found.shape not in (shape, (shape[0] * shape[1],)):
         raise ValueError(
             f"values must have shape {shape} or ({shape[0] * shape[1]},), but shape {found.shape} came. "
