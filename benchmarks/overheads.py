@@ -40,11 +40,15 @@ def second_propagate(short):
 def imports(short):
     """Return the median times to import, each in a process of its own, in turn."""
     pin(1)
-    program = "import time; t = time.perf_counter(); import {}; print(time.perf_counter() - t)"
-    times = {"heyoka": [], "poinsot": []}
+    program = "import time; t = time.perf_counter(); {}; print(time.perf_counter() - t)"
+    used = (
+        "import poinsot; poinsot.propagate, poinsot.System, poinsot.Body, poinsot.GravityGradient, poinsot.KeplerOrbit"
+    )
+    imported = {"heyoka": "import heyoka", "poinsot": used, "names": "import poinsot"}
+    times: dict[str, list[float]] = {name: [] for name in imported}
     for turn in range(4 if short else 12):
         for name, found in times.items():
-            command = [sys.executable, "-c", program.format(name)]
+            command = [sys.executable, "-c", program.format(imported[name])]
             run = subprocess.run(command, capture_output=True, text=True, check=True)
             if turn:  # the first reads the disk
                 found.append(float(run.stdout))
