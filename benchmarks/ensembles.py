@@ -151,7 +151,7 @@ def _rate(members, count, repeats):
         for _ in range(repeats):
             peaks.append(peak())
             began = time.perf_counter()
-            done = Ensemble(len(states.time), times.size, 0)
+            done = Ensemble(count, times.size, 0)
             integrate_members(P3.system, states, times, variables, 0.0, 1, False, done)
             all_members.append(done.steps.sum() * work["flops"] / (time.perf_counter() - began))
             kernel.append(one_batch() * work["flops"])
