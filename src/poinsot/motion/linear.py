@@ -15,7 +15,6 @@ omega and F as well.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -72,6 +71,7 @@ class Linearization:
         omega = kinetics.omega(g)
         rates = kinetics.gyration(g) + system.torque_at(attitude, Vector(omega), sky, scale)
         self._omega, self._rates = ([NONE + constants.expression(x) for x in vector] for vector in (omega, rates))
+        self._slopes: dict[Any, Any] = {}
         self._symbols = {place: _entry(*place) for place in self._matrix}
         self._symbols |= {k: constants.expression(x) for k, x in enumerate(g) if isinstance(x, Multiple)}
 
@@ -157,11 +157,12 @@ class Linearization:
     def _moving(self, changes: Changes) -> list[tuple[Any, Any]]:
         return [(name, x) for name, x in changes.items() if name != "theta" and _varies(x)]
 
-    @functools.cache  # noqa: B019
     def _slope(self, f: Any, name: Any) -> Any:
         """Return the derivative of an expression by an entry of the matrix, a component of g or a parameter."""
-        symbol = hy.par[name[1]] if isinstance(name, tuple) and name[0] == "p" else self._symbols.get(name)
-        return NONE if symbol is None else hy.diff(f, symbol)
+        if (f, name) not in self._slopes:
+            symbol = hy.par[name[1]] if isinstance(name, tuple) and name[0] == "p" else self._symbols.get(name)
+            self._slopes[f, name] = NONE if symbol is None else hy.diff(f, symbol)
+        return self._slopes[f, name]
 
     def _chosen(self, rates: list[Any]) -> list[Any]:
         """Return the rates of the tangent coordinates that there are, on the variables of the motion."""
