@@ -27,7 +27,7 @@ class Drag(pt.Torque):
 
 def kepler(**changes):
     orbit = ORBIT | changes
-    return pt.KeplerOrbit(*orbit.values(), 0.5)
+    return pt.KeplerOrbit(*orbit.values(), 0.5, 0.7)
 
 
 def everything(**p):

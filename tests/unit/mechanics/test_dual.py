@@ -93,3 +93,16 @@ def test_vectors_of_duals():
 def test_a_dual_has_no_truth():
     with pytest.raises(TypeError):
         bool(dual.seeded((X,), "u")[0])
+
+
+@pytest.mark.parametrize(("e", "M"), [(0.1, 0.7), (0.6, -2.0), (0.9, 3.0)])
+def test_eccentric_anomaly_by_eccentricity_and_by_mean_anomaly(e, M):
+    given = dual.seeded((e, M), "x")
+    found = functions.eccentric_anomaly(*given)
+    h = 1e-5
+    by_e, by_M = (
+        (functions.eccentric_anomaly(e + de, M + dM) - functions.eccentric_anomaly(e - de, M - dM)) / (2 * h)
+        for de, dM in ((h, 0.0), (0.0, h))
+    )
+    assert dual.partial(found, "x", 0) == pytest.approx(by_e, rel=1e-8)
+    assert dual.partial(found, "x", 1) == pytest.approx(by_M, rel=1e-8)
