@@ -5,6 +5,8 @@ import pytest
 
 import poinsot as pt
 
+pytest_plugins = ["margins"]
+
 
 @pytest.fixture
 def rng():

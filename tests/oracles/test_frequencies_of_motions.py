@@ -133,6 +133,7 @@ def test_librations_of_a_satellite_are_those_of_linear_theory():
 # ---------------------------------------------------------------------- librations of worlds
 
 SIZES = 1e-4 * np.array([1.0, 2.0])
+LARGER = {"Mercury": 3}  # in its run rounding, which counts inversely, outweighs the next order of the amplitude
 LIBRATIONS = {
     # Wobble and precession (the slower one first) and longitude, radians per day, as integrated in 64 bits of mantissa
     # by tests/oracles/cassini_worlds.py; periods, samples once in how many, bound of the relative difference.
@@ -147,7 +148,7 @@ LIBRATIONS = {
 def vanishing(signals, times, lines, count=12):
     """Strongest frequencies, ascending, of signals with amplitudes in the ratio 1 : 2, as these vanish."""
     one, two = np.sort(pt.frequencies(signals, times, count=count).frequencies[:, :lines])
-    assert np.all(np.abs(two / one - 1) < 1e-6)
+    assert np.all(np.abs(two / one - 1) < 3e-6)
     return one + (one - two) / 3
 
 
@@ -161,13 +162,13 @@ def away_from(rest, motion, frame):
 def test_free_librations_beside_cassini_states(name):
     """Seen once in a period, when the forced motion is the same; started off along all axes."""
     expected, periods, every, rtol = LIBRATIONS[name]
-    world = WORLDS[name]
+    world, sizes = WORLDS[name], LARGER.get(name, 1) * SIZES
     ellipse = pt.KeplerOrbit(world.mu, world.a, world.e, world.i, world.node, world.periapsis)
     orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, world.rate, world.node_rate)
     forced = pt.cassini_state(pt.Body(world.moments), orbit, world.spin).motion
     state, body = forced.state, forced.system.body
-    g = state.angular_momentum_body + np.multiply.outer(SIZES, (0.5, -0.5, 0)) * body.moments[2] * world.rate
-    turned = state.attitude * Rotation.from_rotvec(np.multiply.outer(SIZES, np.ones(3)))
+    g = state.angular_momentum_body + np.multiply.outer(sizes, (0.5, -0.5, 0)) * body.moments[2] * world.rate
+    turned = state.attitude * Rotation.from_rotvec(np.multiply.outer(sizes, np.ones(3)))
     start = body.state(turned, angular_momentum_body=g, time=state.time)
     times = state.time + np.arange(0, periods, every) * forced.period
     motion = pt.propagate(forced.system, start, times, progress=False)
@@ -225,7 +226,7 @@ def test_librations_on_the_islands_of_hyperion(name):
     rate, turn = island(angle, guess, revolutions)
     hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)
     system = pt.System(hyperion, pt.GravityGradient(pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0)))
-    turned = Rotation.from_rotvec(np.multiply.outer(angle + np.array([0.0, *SIZES / 10]), (0, 0, 1.0)))
+    turned = Rotation.from_rotvec(np.multiply.outer(angle + np.array([0.0, *SIZES]), (0, 0, 1.0)))
     start = hyperion.state(turned, omega_space=(0, 0, rate))
     times = np.arange(512) * 2 * np.pi * revolutions
     motion = pt.propagate(system, start, times, formulation="planar", progress=False)
@@ -247,4 +248,4 @@ def test_chaos_of_hyperion_drifts_and_its_regular_motions_do_not():
     turning = (motion.quaternion[..., 0] + 1j * motion.quaternion[..., 3]) ** 2  # exp(i theta)
     drift = np.abs(pt.diffusion(turning, times)[:, 0])
     assert np.all(drift[:2] < 1e-7)
-    assert np.all(drift[2:] > 1e-3)
+    assert np.all(drift[2:] > 1e-5)  # which drift is a draw: 1e-3 is the smallest of 32
