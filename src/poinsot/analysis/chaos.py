@@ -147,7 +147,7 @@ def chaos_indicators(
     since = job.state.time if job.members else float(job.state.time[0])
     failures = dict(sorted(out.failures.items())) if job.members else {}
     result = ChaosIndicators(system, job.times, since, unit, start, **found, failures=failures, run=job.run(out))
-    job.raise_interrupted(out, out.done, result)
+    job.raise_interrupted(out, result)
     if out.failures and not job.members:
         raise PropagationError(out.failures[0], out.reached, result)
     return result
@@ -160,6 +160,7 @@ class _Indicators(Outcome):
         super().__init__(len(starts))
         self._starts, self._weights, self._wanted = starts, weights, np.searchsorted(fine, wanted)
         self._forwards = bool(wanted[-1] > np.min(starts))
+        self.ways = (self._forwards,)  # the times between the starts of members are those of the earlier ones
         self._times = wanted
         names = ("growth", "fli", "megno", "mean_megno", "gali")
         self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in names}
@@ -171,7 +172,7 @@ class _Indicators(Outcome):
         u = u / self._weights
         lengths = np.linalg.norm(u, axis=-1)
         since = (times - self._starts[members, None]) * (1 if self._forwards else -1)
-        growth = np.where(since > 0, np.log(lengths[..., 0]) + bits[..., 0] * np.log(2), 0.0 * lengths[..., 0])
+        growth = np.where(since > 0, np.log(lengths[..., 0]) + bits[..., 0] * np.log(2), 0.0)
         outwards = slice(None, None, 1 if self._forwards else -1)
         growth, since = growth[:, outwards], np.maximum(since, 0.0)[:, outwards]
         megno, mean = _megno(since, growth)
@@ -179,12 +180,6 @@ class _Indicators(Outcome):
         for name, values in {"growth": growth, "fli": fli, "megno": megno, "mean_megno": mean}.items():
             self.parts[name][members] = values[:, outwards][:, self._wanted]
         self.parts["gali"][members] = _volume(u[:, self._wanted] / lengths[:, self._wanted, :, None])
-
-    @property
-    def done(self) -> int:
-        """How many members have got to the end."""
-        ends = self.parts["growth"][:, [0, -1]]
-        return int(np.sum(np.all(np.isfinite(ends), axis=-1)))
 
     @property
     def reached(self) -> float:

@@ -140,7 +140,7 @@ def state_transition(
     failures = dict(sorted(out.failures.items())) if job.members else {}
     motion = Trajectory(system, state, job.times, lambda: (q, Q), job.run(out), failures=failures)
     result = StateTransition(motion, tuple(parameters), directions, growth, second if order == 2 else None)
-    job.raise_interrupted(out, int(np.sum(np.isfinite(out.quaternion[:, -1, 0]))), result)
+    job.raise_interrupted(out, result)
     if out.failures and not job.members:
         reached = job.times[np.isfinite(q[:, 0])]
         raise PropagationError(out.failures[0], float(reached[-1]) if reached.size else float(state.time), result)

@@ -17,7 +17,7 @@ from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.progress import bar
-from poinsot.motion.stops import reason
+from poinsot.motion.stops import INTERRUPTED, reason
 from poinsot.motion.watch import Recorded
 
 __all__ = ["Ensemble", "Outcome", "allowed_threads", "integrate_members"]
@@ -29,9 +29,6 @@ SLAB_BYTES = 8_000_000
 """The most that a thread holds of its members' variables before it hands their q and Q over."""
 
 BATCHES_IN_A_SLAB = 16
-
-NEAR = 1e6
-"""Roundings of a time between which and the next one the engine's grid has no room."""
 
 Array = NDArray[np.float64]
 
@@ -46,12 +43,18 @@ class Outcome(ABC):
     steps : array (members,)
     happened : list
         Pairs of a member and what was recorded of an event.
+    finished : int
+        How many members are done; the others of an interrupted run have nothing here.
     """
+
+    ways: tuple[bool, ...] = (True, False)
+    """Whether forwards, backwards, or both."""
 
     def __init__(self, members: int) -> None:
         self.failures: dict[int, str] = {}
         self.happened: list[tuple[int, Recorded]] = []
         self.steps = np.zeros(members, dtype=int)
+        self.finished = 0
         self.order, self.tolerance = 0, 0.0
         self.wall_time = 0.0
         self.interrupted = False
@@ -108,12 +111,13 @@ def integrate_members(
     threads = min(threads, -(-members // work.width))
     began = clock.perf_counter()
     with bar("members", members, progress) as report, ThreadPoolExecutor(threads) as pool:
-        workers = [pool.submit(work.serve, report) for _ in range(threads)]
+        workers = []
         try:
+            workers += [pool.submit(work.serve, report) for _ in range(threads)]
             while wait(workers, timeout=1.0).not_done:
                 pass
         except KeyboardInterrupt:
-            work.stop, out.interrupted = True, True
+            work.interrupt()
         for worker in workers:
             worker.result()
     out.wall_time = clock.perf_counter() - began
@@ -143,162 +147,238 @@ class _Work:
     def serve(self, report: Callable[[float], None]) -> None:
         """Integrate slab after slab, until none is left."""
         lent = kernels.integrator(self.system, self.variables, "double", self.tolerance, self.width)
-        with lent as borrowed:
-            self.out.order, self.out.tolerance = borrowed.engine.order, float(borrowed.engine.tol)
-            while not self.stop:
-                with self._lock:
-                    slab = next(self._slabs, None)
-                if slab is None:
-                    return
-                self._integrate(borrowed, slab, report)
+        try:
+            with lent as borrowed:
+                self.out.order, self.out.tolerance = borrowed.engine.order, float(borrowed.engine.tol)
+                while not self.stop:
+                    with self._lock:
+                        slab = next(self._slabs, None)
+                    if slab is None:
+                        return
+                    self._integrate(borrowed, slab, report)
+        except BaseException:  # the other threads would go on to the end before anyone hears of it
+            self.stop = True
+            raise
+
+    def interrupt(self) -> None:
+        """Let all threads stop, and keep the members that are finished."""
+        self.stop, self.out.interrupted = True, True
 
     def _integrate(self, borrowed: kernels.Borrowed, slab: NDArray[np.int_], report: Callable[[float], None]) -> None:
         rows = np.full((slab.size, self.times.size, self.variables.size), np.nan)
         finished = 0
         for first in range(0, slab.size, self.width):
             members = slab[first : first + self.width]
-            lanes = members[np.minimum(np.arange(self.width), members.size - 1)]  # the tail repeats its last member
-            found = self._both_ways(borrowed, lanes, members.size)
+            try:
+                self._both_ways(borrowed, members, rows[first : first + members.size])
+            except KeyboardInterrupt:  # within an action
+                self.interrupt()
             if self.stop:
                 break
             finished = first + members.size
-            rows[first:finished] = found
             report(members.size)
         kept = slab[:finished]
         self.out.take(kept, self.times, rows[:finished], self.variables.of_members(kept))
 
-    def _both_ways(self, borrowed: kernels.Borrowed, lanes: NDArray[np.int_], count: int) -> Array:
-        """Return the variables of the first lanes at all times, shape (count, n, size), outwards from their start."""
-        origins = self.state.time[lanes]
+    def _both_ways(self, borrowed: kernels.Borrowed, members: NDArray[np.int_], rows: Array) -> None:
+        """Put the variables of members at all times into rows (members, n, size), outwards from their start."""
+        origins = self.state.time[members]
         middles = np.searchsorted(self.times, origins)
-        halves = []
-        for forwards in (True, False):
+        batches = []
+        for forwards in self.out.ways:
             grids = [self.times[m:] if forwards else self.times[:m][::-1] for m in middles]
-            batch = _Batch(borrowed, lanes, self.starts[lanes], origins)
-            batch.run(grids, forwards, lambda: self.stop)
-            halves.append(batch)
-            with self._lock:
-                self.out.steps[lanes[:count]] += batch.steps[:count]
-                self.out.happened += [(int(lanes[i]), one) for i in range(count) for one in batch.happened[i]]
-                self.out.failures |= {int(lanes[i]): why for i, why in enumerate(batch.failed[:count]) if why}
-        rows = np.full((count, self.times.size, self.variables.size), np.nan)
-        for lane, m in enumerate(middles[:count]):
-            later, earlier = (half.rows(lane) for half in halves)
-            rows[lane, m : m + len(later)], rows[lane, m - len(earlier) : m] = later, earlier[::-1]
-        return rows
+            batch = _Batch(borrowed, members, self.starts[members], origins, grids, forwards)
+            batch.run(lambda: self.stop)
+            batches.append(batch)
+            for lane, m in enumerate(middles):
+                found = batch.rows(lane)
+                if forwards:
+                    rows[lane, m : m + len(found)] = found
+                else:
+                    rows[lane, m - len(found) : m] = found[::-1]
+        if not self.stop:
+            self._book(members, batches)
+
+    def _book(self, members: NDArray[np.int_], batches: list[_Batch]) -> None:
+        """Note what happened to members that are finished."""
+        with self._lock:
+            self.out.finished += members.size
+            for batch in batches:
+                self.out.steps[members] += batch.steps
+                for lane, member in enumerate(members.tolist()):
+                    self.out.happened += [(member, record) for record in batch.happened[lane]]
+                    if batch.failed[lane]:
+                        self.out.failures[member] = batch.failure(lane)
 
 
 class _Batch:
-    """The lanes of one batch in one direction, each with its own start and its own remaining times."""
+    """Members in the lanes of an engine, in one direction, each with its own start and its own times.
 
-    def __init__(self, borrowed: kernels.Borrowed, members: NDArray[np.int_], starts: Array, origins: Array) -> None:
+    The engine moves all its lanes. Those that are done, or that nobody has, repeat one that is not, and nothing is
+    taken from them.
+
+    Parameters
+    ----------
+    borrowed : Borrowed
+    members : array (count,)
+        As many as there are lanes, or fewer.
+    starts, origins : arrays (count, size) and (count,)
+    grids : list of arrays
+        The times of each, outwards from its origin.
+    forwards : bool
+    limits : array (count,), optional
+        How many steps of each to take at most.
+    """
+
+    def __init__(
+        self,
+        borrowed: kernels.Borrowed,
+        members: NDArray[np.int_],
+        starts: Array,
+        origins: Array,
+        grids: list[Array],
+        forwards: bool,
+        limits: NDArray[np.int_] | None = None,
+    ) -> None:
         self.borrowed, self.engine = borrowed, borrowed.engine
-        self.members, self.starts, self.origins = members, starts, origins
-        self.width, self.most = len(starts), borrowed.steps_at_a_time(STEPS_AT_A_TIME, first=True)
-        self._rows: list[list[Array]] = [[np.empty((0, starts.shape[1]))] for _ in range(self.width)]
-        self.steps = np.zeros(self.width, dtype=int)
-        self.failed = [""] * self.width
-        self.happened: list[list[Recorded]] = [[] for _ in range(self.width)]
+        self.members, self.starts, self.origins, self.grids = members, starts, origins, grids
+        self.forwards, self.limits = forwards, limits
+        self.most = borrowed.steps_at_a_time(STEPS_AT_A_TIME, first=True)
+        self.steps, self.reached = np.zeros(members.size, dtype=int), origins.copy()
+        self.failed = [""] * members.size
+        self.happened: list[list[Recorded]] = [[] for _ in members]
+        self._broken: list[int] = []
+        self._rows: list[list[Array]] = [[np.empty((0, starts.shape[1]))] for _ in members]
 
     def rows(self, lane: int) -> Array:
         """Return the variables of a lane at the times of its grid that it reached; shape (n, size)."""
         return np.concatenate(self._rows[lane])
 
-    def run(self, grids: list[Array], forwards: bool, stop: Callable[[], bool]) -> None:
+    def failure(self, lane: int) -> str:
+        """Return the sentence about a lane that failed."""
+        last = self.grids[lane][-1]
+        return f"propagation stopped at t = {self.reached[lane]:.10g} of {last:.10g}: {self.failed[lane]}"
+
+    def run(self, stop: Callable[[], bool]) -> None:
         """Integrate every lane over its grid, a chunk of steps at a time."""
-        self.engine.state[:] = self.starts.T
-        self.engine.set_time(list(self.origins))
-        self.borrowed.begin(forwards, self.members)
-        self._take_events([])
-        for lane, grid in enumerate(grids):
+        self._begin()
+        ahead = list(self.grids)
+        for lane, grid in enumerate(self.grids):
             if grid.size and grid[0] == self.origins[lane]:
                 self._rows[lane].append(self.starts[lane : lane + 1])
-        ahead = [grid[len(rows) - 1 :] for grid, rows in zip(grids, self._rows, strict=True)]
-        ahead = self._reach_near(ahead)
-        while any(grid.size for grid in ahead) and not stop():
-            ahead = self._advance(ahead)
+                ahead[lane] = grid[1:]
+        while (under_way := self._under_way(ahead)) and not stop():
+            self._advance(ahead, under_way)
+        if self._broken and self.limits is None:
+            self._find_where(self._broken, stop)
 
-    def _reach_near(self, ahead: list[Array]) -> list[Array]:
-        """Reach first times so near that nothing can be put between, and return what remains of the grids."""
-        first = [grid[0] if grid.size else here for grid, here in zip(ahead, self.origins, strict=True)]
-        near = np.abs(np.array(first) - self.origins) < NEAR * np.spacing(np.abs(self.origins))
-        near &= [grid.size > 0 for grid in ahead]
-        if not np.any(near):
-            return ahead
-        self.engine.propagate_until(list(np.where(near, first, self.origins)))
-        for lane in np.flatnonzero(near):
-            self._rows[lane].append(self.engine.state[:, lane][None].copy())
-        left = [grid[int(reached) :] for grid, reached in zip(ahead, near, strict=True)]
-        self._look_at_ends(ahead, left)
-        return left
+    def _begin(self) -> None:
+        lanes = np.minimum(np.arange(self.engine.batch_size), self.members.size - 1)
+        self.engine.state[:] = self.starts[lanes].T
+        self.engine.set_time(list(self.origins[lanes]))
+        self.borrowed.begin(self.forwards, self.members[lanes])
+        if self.borrowed.watch is not None:
+            self.borrowed.watch.records = []
 
-    def _look_at_ends(self, before: list[Array], left: list[Array]) -> None:
-        """Take the events of lanes that were under way, and what is due at the ends that they reached."""
-        if self.borrowed.watch is None:
-            return
-        under_way = [lane for lane in range(self.width) if before[lane].size]
-        for lane in under_way:
-            if not left[lane].size and not self.borrowed.watch.stopped[lane]:
-                self.borrowed.watch.look(self.engine, lane)
-        self._take_events(under_way)
+    def _under_way(self, ahead: list[Array]) -> list[int]:
+        """Return the lanes that have something ahead."""
+        lanes = [lane for lane, grid in enumerate(ahead) if grid.size]
+        return lanes if self.limits is None else [lane for lane in lanes if self.steps[lane] < self.limits[lane]]
 
-    def _take_events(self, lanes: list[int]) -> None:
-        """Keep the events of some lanes, and forget the others."""
-        if self.borrowed.watch is None:
-            return
-        for record in self.borrowed.watch.records:
-            if record[1] in lanes:
-                self.happened[record[1]].append(record)
-        self.borrowed.watch.records = []
+    def _find_where(self, lanes: list[int], stop: Callable[[], bool]) -> None:
+        """Find when states were finite last, by the same steps again but the last: the engine loses the time too."""
+        again = _Batch(
+            self.borrowed,
+            self.members[lanes],
+            self.starts[lanes],
+            self.origins[lanes],
+            [self.grids[lane] for lane in lanes],
+            self.forwards,
+            self.steps[lanes],
+        )
+        again.run(stop)
+        self.reached[lanes] = again.reached
 
-    def _advance(self, ahead: list[Array]) -> list[Array]:
-        """Take a chunk of steps and return what remains of the grids."""
-        busy = max(range(self.width), key=lambda lane: ahead[lane].size)
-        for lane in range(self.width):
-            if not ahead[lane].size:
-                self._repeat(busy, lane)
+    def _advance(self, ahead: list[Array], under_way: list[int]) -> None:
+        """Take a chunk of steps, and leave what remains of the grids."""
+        longest = max(under_way, key=lambda lane: ahead[lane].size)
+        idle = np.setdiff1d(np.arange(self.engine.batch_size), under_way)
+        if idle.size:
+            self._repeat(longest, idle)
         now = np.array(self.engine.time)
-        grids = [grid if grid.size else ahead[busy] for grid in ahead]
-        table = [_padded(grid, here, ahead[busy].size) for grid, here in zip(grids, now, strict=True)]
-        _, found = self.engine.propagate_grid(np.stack(table, axis=-1), max_steps=self.most)
+        most = self.most if self.limits is None else min(self.most, int(np.min((self.limits - self.steps)[under_way])))
+        near = [lane for lane in under_way if not _has_room(ahead[lane], now[lane], ahead[longest].size)]
+        if near:
+            ends = now.copy()
+            ends[near] = [ahead[lane][0] for lane in near]
+            self.engine.propagate_until(list(ends), max_steps=most, write_tc=True)
+            found = np.full((1, *self.engine.state.shape), np.nan)
+        else:
+            table = np.tile(np.append(now[longest], ahead[longest])[:, None], self.engine.batch_size)
+            for lane in under_way:
+                table[:, lane] = _padded(ahead[lane], now[lane], ahead[longest].size)
+            _, found = self.engine.propagate_grid(table, max_steps=most)
         self.borrowed.rescale()
-        reached = np.array(self.engine.time)
-        left = [
-            self._read(lane, ahead[lane], found[:, :, lane], now[lane], reached[lane])
-            if ahead[lane].size
-            else ahead[lane]
-            for lane in range(self.width)
-        ]
-        self._look_at_ends(ahead, left)
+        for lane in under_way:
+            ahead[lane] = self._read(lane, ahead[lane], found[-ahead[lane].size :, :, lane], now[lane], most)
+        self._take_events()
         self.most = self.borrowed.steps_at_a_time(STEPS_AT_A_TIME)
-        return left
 
-    def _repeat(self, busy: int, idle: int) -> None:
-        """Let a lane that is done repeat one that is not: the engine moves all of them."""
+    def _repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
+        """Let lanes that are done repeat one that is not."""
         high, low = (np.array(part) for part in self.engine.dtime)  # the engine's time has two parts
         high[idle], low[idle] = high[busy], low[busy]
         self.engine.set_dtime(list(high), list(low))
-        self.engine.state[:, idle] = self.engine.state[:, busy]
+        self.engine.state[:, idle] = self.engine.state[:, [busy]]
         self.borrowed.repeat(busy, idle)
 
-    def _read(self, lane: int, ahead: Array, found: Array, before: float, reached: float) -> Array:
+    def _read(self, lane: int, ahead: Array, rows: Array, before: float, most: int) -> Array:
+        """Keep what a chunk of steps has brought to a lane, and return what remains of its grid."""
         outcome, _, _, steps = self.engine.propagate_res[lane]
-        passed = int(np.searchsorted(abs(ahead - before), abs(reached - before), side="right"))
-        rows = found[len(found) - ahead.size :][:passed]
-        if passed and ahead[passed - 1] == reached and np.isnan(rows[-1, 0]):  # the engine leaves out where it stopped
-            rows[-1] = self.engine.state[:, lane]
-        ended = self.borrowed.outcome(outcome, lane)
-        if ended == "err_nf_state":
-            rows = rows[np.all(np.isfinite(rows), axis=-1)]
-        self._rows[lane].append(rows)
+        ended, reached = self.borrowed.outcome(outcome, lane), float(self.engine.time[lane])
         self.steps[lane] += steps
-        advance, left = abs(reached - before), abs(ahead[-1] - reached)
-        stopped = reason(ended, advance, reached, left, self.most)
-        if ended == "event":
+        if ended == "err_nf_state":
+            self._broken.append(lane)
+            self._rows[lane].append(rows[np.all(np.isfinite(rows), axis=-1)])
+            self.failed[lane] = reason(ended, 0.0, before, 0.0, most)
             return ahead[:0]
-        if stopped:
-            self.failed[lane] = f"propagation stopped at t = {reached:.10g} of {ahead[-1]:.10g}: {stopped}"
-        return ahead[len(rows) :] if not stopped else ahead[:0]
+        sign = 1 if self.forwards else -1
+        passed = int(np.searchsorted(sign * ahead, sign * reached, side="right"))
+        self._rows[lane].append(self._whole(lane, ahead, rows[:passed]))
+        self.reached[lane] = reached
+        if passed == ahead.size and ended in ("time_limit", "step_limit"):
+            ended = self._look_at_end(lane)
+        if ended == INTERRUPTED:
+            raise KeyboardInterrupt
+        self.failed[lane] = reason(ended, abs(reached - before), reached, abs(ahead[-1] - reached), most)
+        return ahead[:0] if self.failed[lane] or ended == "event" else ahead[passed:]
+
+    def _whole(self, lane: int, times: Array, rows: Array) -> Array:
+        """Return rows with those that the engine leaves out of its last step: where it stops, and beside failures."""
+        for row in np.flatnonzero(np.isnan(rows[:, 0])):
+            self.engine.update_d_output([times[row]] * self.engine.batch_size)
+            rows[row] = self.engine.d_output[:, lane]
+        return rows
+
+    def _look_at_end(self, lane: int) -> str:
+        """Let happen what is due at the end of a lane, and return how it ended."""
+        watch = self.borrowed.watch
+        if watch is None:
+            return "time_limit"
+        watch.look(self.engine, lane)
+        return watch.stopped[lane] or "time_limit"
+
+    def _take_events(self) -> None:
+        if self.borrowed.watch is not None:
+            for record in self.borrowed.watch.records:
+                self.happened[record[1]].append(record)
+            self.borrowed.watch.records = []
+
+
+def _has_room(ahead: Array, here: float, length: int) -> bool:
+    """Whether the idle points that make a grid as long have room before its first time."""
+    idle, ulp = length - ahead.size, np.spacing(max(abs(here), abs(ahead[0])))
+    return idle == 0 or bool(abs(ahead[0] - here) > 2 * (idle + 1) * ulp)
 
 
 def _padded(ahead: Array, here: float, length: int) -> Array:

@@ -151,14 +151,14 @@ class Borrowed:
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes."""
-        pars = self.engine.pars
+        pars, self._members = self.engine.pars, np.array(members)  # the only record of who is in which lane
         if self._switches is not None:
-            self._switches.begin(self.engine, self._pieces, forwards, members)
+            self._switches.begin(self.engine, self._pieces, forwards, self._members)
         else:
             table = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
             pars[: len(table)] = table
         if self.watch is not None:
-            self.watch.begin(self.engine, self._system, self._variables, members)
+            self.watch.begin(self.engine, self._system, self._variables, self._members)
         if self.engine.with_events:
             self.engine.reset_cooldowns()
 
@@ -174,9 +174,11 @@ class Borrowed:
         return Pieces(self._system, self._values)
 
     def outcome(self, engines: Any, lane: int = 0) -> str:
-        """Return how steps ended: the engine's name for it, or of its events "event", "haste", "switch" or "angles"."""
+        """Return how steps ended: the engine's name for it, what the watch says, "switch" or "angles"."""
         if engines.name in ("time_limit", "step_limit", "err_nf_state", "success"):
             return str(engines.name)
+        if int(engines) >= 0:  # an event after which the lane goes on, in the step in which another lane stopped
+            return "success"
         if self.watch is not None and self.watch.stopped[lane]:
             return self.watch.stopped[lane]
         switches = len(self._switches.events) if self._switches else 0
@@ -193,9 +195,10 @@ class Borrowed:
         if self._companion is not None:
             self._companion.rescale(self.engine.state[self._first :].T)
 
-    def repeat(self, busy: int, idle: int) -> None:
-        """Let a lane follow another one."""
-        self.engine.pars[:, idle] = self.engine.pars[:, busy]
+    def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
+        """Let lanes follow another one."""
+        self.engine.pars[:, idle] = self.engine.pars[:, [busy]]
+        self._members[idle] = self._members[busy]
         if self._switches is not None:
             self._switches.repeat(busy, idle)
         if self.watch is not None:

@@ -129,7 +129,7 @@ def propagate(
     motion = _join((system, watched), state, t, halves, variables, run, dense)
     for half in halves:
         if half.stopped:
-            raise half.error(motion)
+            raise half.error(motion) from half.cause
     return motion
 
 
@@ -157,8 +157,7 @@ def _propagate_members(
     motion = Trajectory(system, state, t, lambda: canonical, run, failures=failures, sky=sky)
     motion.events = crossings(system, watched.events, variables, done.happened, _rises(t))
     if done.interrupted:
-        finished = int(np.sum(np.isfinite(done.quaternion[:, -1, 0])))
-        message = f"propagation was interrupted: {finished} of {len(done.steps)} members are done."
+        message = f"propagation was interrupted: {done.finished} of {len(done.steps)} members are done."
         raise PropagationInterrupted(message, float(t[-1]), motion)
     return motion
 
@@ -185,6 +184,7 @@ class _Half:
         self.pieces: list[Any] = []
         self.steps, self.reached, self.stopped = 0, origin, ""
         self.happened: list[Recorded] = []
+        self.cause: BaseException | None = None
 
     def run(self) -> None:
         """Integrate to the last time of the grid, or to where it stops."""
@@ -200,7 +200,7 @@ class _Half:
         except KeyboardInterrupt:
             self.stopped = INTERRUPTED
         if watch is not None:
-            watch.records = []
+            watch.records, self.cause = [], watch.error
         if self.pieces:
             self._read_pieces()
 
@@ -221,12 +221,13 @@ class _Half:
         at_end = outcome == "time_limit"
         if at_end and self.borrowed.watch is not None:
             self.borrowed.watch.look(self.engine)
+            outcome = self.borrowed.watch.stopped[0] or outcome
         before, self.reached = self.reached, self.last if at_end else float(self.engine.time)
         self.steps += steps
         advance, ahead = abs(self.reached - before), abs(self.last - self.reached)
         self.report(advance)
         self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
-        return outcome in ("time_limit", "event") or bool(self.stopped)
+        return at_end or outcome == "event" or bool(self.stopped)
 
     def _step(self, most: int) -> tuple[str, int]:
         outcome, steps = self._step_dense(most) if self.dense else self._step_on_grid(most)

@@ -8,6 +8,13 @@ __all__ = ["INTERRUPTED", "reason"]
 
 INTERRUPTED = "it was interrupted."
 
+REASONS = {
+    "err_nf_state": "the state became non-finite. A force is singular there.",
+    "haste": "an event acts again and again without end. Let it act less often, or make it terminal.",
+    "switch": "the branches of a `where` lead back to its switch from both sides. Make the formula smooth there.",
+    "angles": ("sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."),
+}
+
 HOPELESS = 1e9
 """Chunks of steps that a run may have ahead of it; at a microsecond a step, so many take most of a year."""
 
@@ -15,7 +22,8 @@ HOPELESS = 1e9
 def reason(outcome: str, advance: float, reached: float, ahead: float, steps: int) -> str:
     """Return why the integration cannot go on; empty if it can, or is at its end.
 
-    `outcome` says how a chunk of steps ended, `advance` is the time it covered, `ahead` what is left.
+    `outcome` says how a chunk of steps ended, by a name or in a sentence of its own; `advance` is the time that it
+    covered, `ahead` what is left.
     """
     if outcome in ("time_limit", "event", "success"):
         return ""
@@ -25,10 +33,4 @@ def reason(outcome: str, advance: float, reached: float, ahead: float, steps: in
         if ahead > HOPELESS * advance:
             return f"the steps became so short, {advance / steps:.1g}, that it would not end. The body turns too fast."
         return ""
-    if outcome == "err_nf_state":
-        return "the state became non-finite. A force is singular there."
-    if outcome == "haste":
-        return "an event acts again and again without end. Let it act less often, or make it terminal."
-    if outcome == "switch":
-        return "the branches of a `where` lead back to its switch from both sides. Make the formula smooth there."
-    return "sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."
+    return REASONS.get(outcome, outcome)

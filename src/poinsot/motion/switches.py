@@ -127,15 +127,18 @@ class Switches:
             self.events.append(build(until, callback=self._entering()))
 
     def begin(self, engine: Any, pieces: Pieces, forwards: bool, members: NDArray[np.int_]) -> None:
-        """Set the parameters for the time and the state of an integrator, of all its lanes."""
+        """Set the parameters for the time and the state of an integrator, of all its lanes.
+
+        `members` are those in the lanes, looked at and never changed here.
+        """
         self._pieces, self._forwards, self._members = pieces, forwards, members
         self._sizes[:] = 0.0
         for lane, time in enumerate(np.ravel(engine.time)):
             self._enter(engine, lane, pieces.at(float(time), forwards))
 
-    def repeat(self, busy: int, idle: int) -> None:
-        """Let a lane follow another one."""
-        for own in (self._members, self._piece, self._sizes):
+    def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
+        """Let lanes follow another one."""
+        for own in (self._piece, self._sizes):
             own[idle] = own[busy]
 
     @property

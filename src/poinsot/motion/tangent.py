@@ -107,10 +107,10 @@ class TangentRun:
         name, steps = self._variables.formulation.name, int(out.steps.sum())
         return Run(METHOD, name, "double", out.tolerance, out.order, steps, out.wall_time, versions())
 
-    def raise_interrupted(self, out: Outcome, done: int, result: object) -> None:
+    def raise_interrupted(self, out: Outcome, result: object) -> None:
         """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
         if out.interrupted:
-            message = f"the integration was interrupted: {done} of {len(out.steps)} members are done."
+            message = f"the integration was interrupted: {out.finished} of {len(out.steps)} members are done."
             raise PropagationInterrupted(message, float(self.times[-1]), result)
 
 

@@ -22,12 +22,16 @@ from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.motion.constants import Constant, Constants
 from poinsot.motion.coordinates import Coordinates
+from poinsot.motion.stops import INTERRUPTED
 from poinsot.motion.switches import AT_ONCE, LARGE, SMALL, event_class, lane_of, time_scale, with_rates
 
 __all__ = ["Recorded", "Watch", "event_functions"]
 
 HASTE = 1e-5
 """Actions are without end where the time between them shrinks from one to the next, by this at last."""
+
+LARGEST = float(np.sqrt(np.finfo(float).max))
+"""Momenta above this have rates that overflow."""
 
 Recorded = tuple[int, int, float, int, NDArray[Any]]
 """Number of the event, lane, time, sign of the slope in time, variables."""
@@ -55,7 +59,9 @@ class Watch:
     records : list of Recorded
         What happened, until the borrower takes it.
     stopped : list
-        For each lane "", or why it must not go on: "event" or "haste".
+        For each lane "", or why it must not go on: "event", "haste", or the sentence about an action.
+    error : BaseException or None
+        The last one that an action raised.
     """
 
     def __init__(
@@ -71,6 +77,7 @@ class Watch:
     ) -> None:
         self.records: list[Recorded] = []
         self.stopped = [""] * lanes
+        self.error: BaseException | None = None
         self.settle: Callable[[Any, int], None] = lambda _engine, _lane: None
         self._events, self._lanes, self._attitude = events, lanes, attitude
         self._scales = first + np.arange(len(events))
@@ -78,6 +85,7 @@ class Watch:
         self._paces = np.zeros(lanes)
         self._since, self._longest = np.zeros((2, lanes, len(events)))
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
+        self._follows = np.zeros(lanes, dtype=bool)
         self._look = with_rates(functions, symbols, equations, attitude, kind)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
         stop, pass_by = event_class(lanes, kind), event_class(lanes, kind, terminal=False)
@@ -92,26 +100,29 @@ class Watch:
 
     def begin(self, engine: Any, system: System, variables: Coordinates, members: NDArray[np.int_]) -> None:
         """Fit the scales to the state of an integrator; a zero where it stands is no event."""
-        self._system, self._variables, self._members = system, variables, np.array(members)
+        self._system, self._variables, self._members = system, variables, members
+        self._follows[:], self.error = False, None
         self._last[:] = np.ravel(engine.time).astype(float)[:, None]
         self._since[:], self.stopped[:] = 0.0, [""] * self._lanes
         for lane in range(self._lanes):
             self._fit(engine, lane)
 
-    def repeat(self, busy: int, idle: int) -> None:
-        """Let a lane follow another one."""
-        for own in (self._members, self._sizes, self._last, self._paces, self._since, self._longest):
+    def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
+        """Let lanes follow another one: nothing is recorded of them, and no event acts on them."""
+        for own in (self._sizes, self._last, self._paces, self._since, self._longest):
             own[idle] = own[busy]
-        self.stopped[idle] = self.stopped[busy]
+        self._follows[idle] = True
 
     def look(self, engine: Any, lane: int = 0, found: tuple[int, int] | None = None) -> bool:
         """Let happen what is due at the time of a lane, to rounding; return whether the motion goes on.
 
         `found` is the number and the slope of an event that the engine has found there.
         """
+        if self._follows[lane]:
+            return True
         values, rates = self._values_and_rates(engine, lane)
         time = float(np.ravel(engine.time)[lane])
-        slopes = {i: int(np.sign(rates[i])) for i in range(len(values))}
+        slopes = {i: int(np.sign(rate)) for i, rate in enumerate(rates) if np.isfinite(rate)}
         due = {i for i in slopes if abs(values[i]) <= self._near(lane, time) * abs(rates[i])}
         due = {i for i in due if self._events[i].slope in (0, slopes[i])}
         if found:
@@ -124,7 +135,7 @@ class Watch:
             if self._events[i].acts:
                 self._act(engine, lane, i, time)
         if any(self._events[i].terminal for i in new):
-            self.stopped[lane] = "event"
+            self.stopped[lane] = self.stopped[lane] or "event"
         return not self.stopped[lane]
 
     # ------------------------------------------------------------------ events
@@ -135,7 +146,7 @@ class Watch:
         several = self._lanes > 1
 
         def passed(engine: Any, time: Any, slope: int, lane: int = 0) -> None:
-            if self._is_new(number, lane, float(time)):
+            if not self._follows[lane] and self._is_new(number, lane, float(time)):
                 engine.update_d_output([time] * self._lanes if several else time)
                 row = np.array(lane_of(engine.d_output, lane))
                 self.records.append((number, lane, float(time), slope, row))
@@ -173,8 +184,21 @@ class Watch:
         return AT_ONCE * max(abs(time), float(self._paces[lane]))
 
     def _act(self, engine: Any, lane: int, number: int, time: float) -> None:
-        """Give the state that an event returns to a lane."""
-        member, own = int(self._members[lane]), lane_of(engine.state, lane)
+        """Give the state that an event returns to a lane, or note why not: the engine must see no exception."""
+        own = lane_of(engine.state, lane)
+        try:
+            own[: self._variables.formulation.size] = self._acted(own, lane, number, time)
+        except KeyboardInterrupt:
+            self.stopped[lane] = INTERRUPTED
+        except Exception as error:
+            self.error, self.stopped[lane] = error, _told(self._events[number], error)
+        else:
+            self.settle(engine, lane)
+            self._fit(engine, lane)
+
+    def _acted(self, own: NDArray[Any], lane: int, number: int, time: float) -> NDArray[Any]:
+        """Return the variables of body and attitude of the state that an event returns."""
+        member = int(self._members[lane])
         variables = self._variables.of_members(np.array([member]))
         rows = np.asarray(own, dtype=float)[None]
         batched = np.ndim(variables.scale) > 0 or any(np.ndim(number) for number in variables.axes.numbers)
@@ -184,10 +208,13 @@ class Watch:
         changed = event.act(body, state)
         if not isinstance(changed, State) or changed.quaternion.shape != (4,):
             what = came(changed) if not isinstance(changed, State) else "one of several members"
-            raise TypeError(f"{type(event).__name__}.act must return a State of one body, but {what} came.")
-        own[: variables.formulation.size] = _rewritten(variables, changed, time, own)
-        self.settle(engine, lane)
-        self._fit(engine, lane)
+            raise TypeError(f"an action must return a State of one body, got {what}.")
+        largest = np.max(np.abs(changed.conjugate_momenta))
+        if largest > LARGEST:
+            raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
+        new = _rewritten(variables, changed, time, own)
+        variables.formulation.check_variables(new)
+        return new
 
     # ------------------------------------------------------------------ sizes
 
@@ -254,6 +281,12 @@ def _of_member(record: Any, member: int) -> Any:
             value = value[member]
         fields[name] = value
     return type(record).unchecked(**fields)
+
+
+def _told(event: Event, error: Exception) -> str:
+    """Return the sentence about an action that failed."""
+    text = f"{type(event).__name__}.act failed with {type(error).__name__}: {error}".strip(": \n")
+    return " ".join(text.split()).rstrip(".") + "."
 
 
 def _rewritten(variables: Coordinates, state: State, time: float, own: NDArray[Any]) -> NDArray[Any]:

@@ -438,5 +438,7 @@ def test_wrong_events_are_refused_in_a_sentence():
         def act(self, body, state):
             return 3
 
-    with pytest.raises(TypeError, match=r"Odd\.act must return a State of one body, but int came\."):
+    sentence = r"of 9: Odd\.act failed with TypeError: an action must return a State of one body, got int\.$"
+    with pytest.raises(pt.PropagationError, match=sentence) as caught:
         pt.propagate(FREE, spinning(), [9.0], events=[Odd(1.0)])
+    assert isinstance(caught.value.__cause__, TypeError)
