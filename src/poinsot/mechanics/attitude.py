@@ -150,18 +150,13 @@ class Attitude:
         self.carried = carried
 
     @classmethod
-    def from_quaternion(cls, q: Iterable[Scalar]) -> Attitude:
-        """Return the attitude of one quaternion of four scalars."""
-        return cls(rotation_matrix(functions.Vector(q)))
+    def from_quaternion(cls, q: Iterable[Scalar], carried: bool = False) -> Attitude:
+        """Return the attitude of one quaternion of four scalars.
 
-    @classmethod
-    def from_unit_quaternion(cls, q: Iterable[Scalar], carried: bool = False) -> Attitude:
-        """Return the same with the diagonal 1 - 2 (q2^2 + q3^2), ...: fewer squares, equal where |q| = 1."""
-        _, q1, q2, q3 = q = functions.Vector(q)
-        matrix, (s1, s2, s3) = rotation_matrix(q), (q1 * q1, q2 * q2, q3 * q3)
-        for i, others in enumerate((s2 + s3, s1 + s3, s1 + s2)):
-            matrix[i, i] = 1 - 2 * others
-        return cls(matrix, carried)
+        All entries of the matrix are of second degree in q. So a potential and its torque belong together also where
+        rounding has moved q off the unit sphere, and a kernel keeps the energy.
+        """
+        return cls(rotation_matrix(functions.Vector(q)), carried)
 
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components along the body axes of a vector given in space."""

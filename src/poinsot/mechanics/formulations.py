@@ -103,7 +103,7 @@ class LiePoisson(Formulation):
         self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
     ) -> list[Scalar]:
         q, g = self.split(variables)
-        torque = torque_of(Attitude.from_unit_quaternion(q, carried=turning is not None), kinetics.omega(g))
+        torque = torque_of(Attitude.from_quaternion(q, carried=turning is not None), kinetics.omega(g))
         return [*_turned(q, kinetics.half_omega(g), turning), *(kinetics.gyration(g) + torque)]
 
     def from_state(self, state: State) -> NDArray[np.float64]:
@@ -182,7 +182,7 @@ class Canonical(Formulation):
         half_omega = kinetics.half_omega(g)
         push = quat.product(
             q,
-            quat.pure(2 * torque_of(Attitude.from_unit_quaternion(q, carried=turning is not None), kinetics.omega(g))),
+            quat.pure(2 * torque_of(Attitude.from_quaternion(q, carried=turning is not None), kinetics.omega(g))),
         )
         return [*_turned(q, half_omega, turning), *(_turned(Q, half_omega, turning) + push)]
 
@@ -232,9 +232,12 @@ class EulerAngles(Formulation):
 
 
 def _turned(x: Any, half_omega: Any, turning: Vector | None) -> Any:
-    """Return x (0, omega/2), less (0, turning) x / 2 if x refers to turning axes."""
-    change = quat.product(x, quat.pure(half_omega))
-    return change if turning is None else change - quat.product(quat.pure(0.5 * turning), x)
+    """Return x (0, omega/2), less (0, turning) x / 2 if x refers to turning axes: rates are added before products."""
+    if turning is None:
+        return quat.product(x, quat.pure(half_omega))
+    real, *vector = x
+    relative, total = Vector(half_omega) - 0.5 * turning, Vector(half_omega) + 0.5 * turning
+    return Vector((-functions.dot(vector, relative), *(real * relative + functions.cross(vector, total))))
 
 
 GENERAL: Mapping[str, Formulation] = {f.name: f for f in (LiePoisson(), Canonical(), EulerAngles())}

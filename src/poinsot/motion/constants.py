@@ -13,6 +13,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -230,8 +231,9 @@ class Multiple(Commuting):
     @property
     def expression(self) -> Any:
         """The product of the factors, the highest powers first, for they are what products have in common."""
-        ordered = sorted(self.factors, key=lambda factor: (-self.factors.count(factor), factor))
-        return functools.reduce(operator.mul, map(self.home.factor, ordered))
+        powers = Counter(self.factors)
+        ordered = sorted(powers, key=lambda factor: (-powers[factor], factor))
+        return functools.reduce(operator.mul, (_power(self.home.factor(factor), powers[factor]) for factor in ordered))
 
     @property
     def size(self) -> Any:
@@ -326,6 +328,14 @@ class Multiple(Commuting):
         if any(isinstance(argument, Dual) for argument in arguments):
             return NotImplemented
         return self.home.variable(function(*map(self.home.expression, arguments)))
+
+
+def _power(x: Any, n: int) -> Any:
+    """Return x^n, n > 0, as products of squares: half the engine's work for a product, and no division by x."""
+    if n == 1:
+        return x
+    square = _power(x, n // 2) ** 2
+    return square * x if n % 2 else square
 
 
 def _times(a: Constant | None, b: Constant | None) -> Constant | None:

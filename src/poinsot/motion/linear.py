@@ -77,7 +77,7 @@ class Linearization:
 
     def _with_free_matrix(self, q: Vector, carried: bool) -> tuple[dict[Any, Any], Attitude]:
         """Return the entries of the rotation matrix that change, and an attitude in which they are variables."""
-        matrix = Attitude.from_unit_quaternion(q).matrix
+        matrix = Attitude.from_quaternion(q).matrix
         known = {(i, j): matrix[i, j] for i in range(3) for j in range(3) if isinstance(matrix[i, j], Multiple)}
         rows = [
             [self._constants.variable(_entry(i, j)) if (i, j) in known else matrix[i, j] for j in range(3)]
