@@ -26,6 +26,7 @@ from poinsot.motion.propagate import propagate
 from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.pictures.histories import plot_quaternions
+from poinsot.writing import new_file
 
 __all__ = ["PERIGEE", "PROBLEMS", "Problem", "Row", "markdown_table", "solve", "write"]
 
@@ -146,7 +147,8 @@ def write(motion: Trajectory, problem: Problem, folder: Path) -> None:
 
     figure = plot_quaternions(motion, problem.title)[0].figure
     for suffix in (".png", ".pdf"):
-        figure.savefig(folder / f"{problem.name}{suffix}", dpi=150)
+        with new_file(folder / f"{problem.name}{suffix}", overwrite=True) as part:
+            figure.savefig(part, dpi=150)
     plt.close(figure)
     save(motion, folder / f"{problem.name}.nc", overwrite=True)
 

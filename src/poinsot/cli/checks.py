@@ -34,6 +34,7 @@ def paper(
 
         mpl.use("Agg")
         from poinsot import paper as problems
+        from poinsot.writing import write_text
 
         console = Console()
         out.mkdir(parents=True, exist_ok=True)
@@ -48,7 +49,7 @@ def paper(
                 problems.write(motion, problem, out)
                 rows += found
                 console.print(_table(problem.title, found))
-                (out / "table.md").write_text(problems.markdown_table(rows))
+                write_text(out / "table.md", problems.markdown_table(rows), overwrite=True)
         console.print(problems.PERIGEE, highlight=False)
         first = out / f"{problems.PROBLEMS[0].name}.png"
         console.print(

@@ -109,7 +109,7 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> P
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    from poinsot.files.writing import new_file
+    from poinsot.writing import new_file
 
     draw = getattr(poinsot, f"plot_{kind}")
     with writing(path):
@@ -123,12 +123,11 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> P
 
 
 def viewed(motion: Any, path: Path, overwrite: bool) -> Path:
-    """Write the page of a motion, whole or not at all, and return its path."""
-    from poinsot.files.writing import write_text
+    """Write the page of a motion, and return its path."""
     from poinsot.pictures.view import view as page_of
 
     with writing(path):
-        return write_text(path, page_of(motion).html, overwrite)
+        return page_of(motion, path, overwrite=overwrite)
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:

@@ -55,7 +55,7 @@ def new(
             typer.echo(json.dumps(of_scenarios(), indent=1))
             return
         from poinsot.files.scenarios.start import START
-        from poinsot.files.writing import write_text
+        from poinsot.writing import write_text
 
         if file.suffix != ".toml":
             raise ValueError(f"{file} must end in .toml, but it does not.")

@@ -60,8 +60,8 @@ RESULTS = (".nc", ".zarr")
 
 COMMAND_WORDS = (
     (
-        r"^path must be (a new file|new), but (.+) exists\..*",
-        r"\2 must be a new file, but it exists. --overwrite replaces it.",
+        r"^path must be a new file, but (.+) exists\..*",
+        r"\1 must be a new file, but it exists. --overwrite replaces it.",
     ),
     (r"overwrite=True", "--overwrite"),
     (r"^reference_frame must", "--frame must"),

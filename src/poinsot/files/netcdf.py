@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.files.scenarios.scenario import rebuilt_system
-from poinsot.files.writing import new_file
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
@@ -30,6 +29,7 @@ from poinsot.motion import kernels
 from poinsot.motion.dataset import PROVENANCE, WITH_FILES
 from poinsot.motion.recorded import Record, RecordedMotion, RecordedSky, RecordedSystem
 from poinsot.motion.trajectory import Run, Trajectory
+from poinsot.writing import new_file
 
 if TYPE_CHECKING:
     import xarray

@@ -37,6 +37,7 @@ from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
 from poinsot.shapes.solids import Cylinder, Ellipsoid
+from poinsot.writing import write_text
 
 __all__ = ["View", "view"]
 
@@ -130,9 +131,10 @@ def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool 
     """
     if path is None:
         return View(_page(motion))
-    path = _checked_path(path, overwrite)
-    path.write_text(_page(motion), encoding="utf-8", newline="\n")
-    return path
+    path = Path(path)
+    if path.suffix != ".html":
+        raise ValueError(f"path must end in .html, but {path.name!r} came.")
+    return write_text(path, _page(motion), overwrite)
 
 
 # ---------------------------------------------------------------------- the page
@@ -300,17 +302,3 @@ def _packed(values: Array) -> dict[str, Any]:
 
 def _base64(values: Array, kind: str) -> str:
     return base64.b64encode(values.astype(kind).tobytes()).decode()
-
-
-# ---------------------------------------------------------------------- checks
-
-
-def _checked_path(path: str | Path, overwrite: bool) -> Path:
-    path = Path(path)
-    if path.suffix != ".html":
-        raise ValueError(f"path must end in .html, but {path.name!r} came.")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"path must be in a folder that exists, but there is no {path.parent}.")
-    if path.exists() and not overwrite:
-        raise FileExistsError(f"path must be new, but {path.name} exists. Pass overwrite=True to replace it.")
-    return path

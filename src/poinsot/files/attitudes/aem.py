@@ -15,10 +15,10 @@ from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
 from poinsot.files.strangers import local_name, read_text
-from poinsot.files.writing import write_text
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.motion.trajectory import Trajectory
+from poinsot.writing import write_text
 
 __all__ = ["read_aem", "write_aem"]
 

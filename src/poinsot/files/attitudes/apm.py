@@ -15,12 +15,12 @@ from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, rates_per_second, table_of
 from poinsot.files.ccsds import Entry
 from poinsot.files.strangers import local_name, read_text
-from poinsot.files.writing import write_text
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State
+from poinsot.writing import write_text
 
 __all__ = ["read_apm", "write_apm"]
 

@@ -15,11 +15,11 @@ from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
 from poinsot.files.spice import ET, check_inertial, loaded, sentences
-from poinsot.files.writing import new_file
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.motion.trajectory import Trajectory
+from poinsot.writing import new_file
 
 __all__ = ["read_ck", "spice_attitude", "write_ck"]
 
