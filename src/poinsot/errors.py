@@ -8,14 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.quantities import plain, refuse_beyond_a_turn
+
 __all__ = [
     "PropagationError",
     "PropagationInterrupted",
+    "array_of",
     "member_array",
     "optional",
     "real_array",
     "real_numbers",
     "refuse_nonpositive",
+    "scalar",
 ]
 
 
@@ -42,9 +46,11 @@ class PropagationInterrupted(_Stopped, KeyboardInterrupt):
     """A run was stopped by Ctrl-C; it has the attributes of `PropagationError`."""
 
 
-def real_array(name: str, value: Any, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+def real_array(
+    name: str, value: Any, shape: tuple[int | None, ...], time_unit: str | None = None
+) -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape; `None` in the shape is any length."""
-    array = real_numbers(name, value)
+    array = real_numbers(name, value, time_unit)
     if len(array.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
         raise ValueError(f"{name} must have shape {_written(shape)}, but shape {array.shape} came.")
     return array
@@ -59,12 +65,9 @@ def member_array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.fl
     return array
 
 
-def real_numbers(name: str, value: Any) -> NDArray[np.float64]:
-    """Return `value` as finite floats of any shape."""
-    try:
-        array = np.array(value)
-    except ValueError:  # rows of unequal length
-        array = np.array(None)
+def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
+    """Return `value` as finite floats of any shape; a quantity of time in a unit, of an angle in radians."""
+    array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be real numbers, but {type(value).__name__} {_short(value)} came.")
     array = array.astype(float)
@@ -72,7 +75,26 @@ def real_numbers(name: str, value: Any) -> NDArray[np.float64]:
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         place = f"{name}[{', '.join(map(str, where))}]" if where else name
         raise ValueError(f"{name} must be finite, but {place} = {array[where]}.")
+    refuse_beyond_a_turn(name, array)
     return array
+
+
+def scalar(name: str, value: Any) -> Any:
+    """Return a number, array or expression as a formula takes them, its kind kept; anything else is refused."""
+    value = plain(name, value)
+    real = not isinstance(value, np.ndarray | np.generic) or value.dtype.kind in "ifuO"
+    if real and hasattr(type(value), "__neg__") and not isinstance(value, int | complex):
+        return value
+    return real_numbers(name, value)[()]
+
+
+def array_of(name: str, value: Any, time_unit: str | None = None) -> NDArray[Any]:
+    """Return any value without a unit or a mask as an array, of objects where it is no rectangle of numbers."""
+    value = plain(name, value, time_unit)
+    try:
+        return np.array(value)
+    except (ValueError, TypeError, OverflowError):  # such as rows of unequal length
+        return np.array(None)
 
 
 def refuse_nonpositive(name: str, value: Any) -> None:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array
 from poinsot.functions import Vector
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
@@ -28,7 +27,7 @@ from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.wrapped import Nested, opened
-from poinsot.motion.arguments import check_kinds
+from poinsot.motion.arguments import check_kinds, checked_time
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -130,7 +129,7 @@ def equilibria(
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
     _refuse_span("system", system.span)
     _refuse_span("frame", getattr(getattr(frame, "orbit", None), "span", (-np.inf, np.inf)))
-    balance = _Balance(system, frame, float(real_array("time", time, ())))
+    balance = _Balance(system, frame, float(checked_time("time", time, system)))
     starts = _starts(system) if guesses is None else np.atleast_2d(unit_quaternion(guesses, "guesses"))
     with np.errstate(all="ignore"):
         _check_frame(balance, frame)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import array_of, real_array, refuse_nonpositive
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
 
@@ -380,10 +380,7 @@ def _refuse_uneven(t: Array) -> float:
 
 def _numbers(signal: ArrayLike) -> Array:
     """Return a signal as finite floats or complex numbers."""
-    try:
-        values = np.asarray(signal)
-    except ValueError:  # rows of unequal length
-        values = np.array(None)
+    values = array_of("signal", signal)
     if values.dtype.kind not in "iufc":
         raise TypeError(f"signal must be real or complex numbers, but {type(signal).__name__} came.")
     values = values.astype(complex if values.dtype.kind == "c" else float)

@@ -110,7 +110,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     """
     check_kinds("periodic_motion(system, guess, period)", {"system": (system, System), "guess": (guess, State)})
     _refuse_members("system and guess", members_of(system, guess))
-    period = float(real_array("period", period, ()))
+    period = float(real_array("period", period, (), system.units["time"]))
     refuse_nonpositive("period", period)
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
     once = PeriodMap(system, frame, float(guess.time), period)

@@ -79,7 +79,8 @@ class Body(Parametric):
 
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
         """Return the moment of inertia about a unit vector in body axes, J = u . I u; shape (...)."""
-        return quat.dot(self.moments, quat.component_product(direction_body, direction_body))
+        direction = _three("direction_body", direction_body)
+        return quat.dot(self.moments, quat.component_product(direction, direction))
 
     # ------------------------------------------------------------------ axes
 
@@ -301,10 +302,10 @@ class ObliqueBody(Body):
         return ObliqueKinetics.unchecked(**vars(super().kinetics(scale)), axes=self.axes)
 
     def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
-        return turned(self.axes, super().angular_momentum(turned(self.axes.T, omega_body)))
+        return turned(self.axes, super().angular_momentum(turned(self.axes.T, _three("omega_body", omega_body))))
 
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
-        return super().moment_about(turned(self.axes.T, direction_body))
+        return super().moment_about(turned(self.axes.T, _three("direction_body", direction_body)))
 
     @property
     def principal_matrix(self) -> NDArray[np.float64]:
@@ -383,7 +384,7 @@ def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray
 
 def _three(name: str, vectors: ArrayLike) -> Any:
     """Return vectors of numbers, shape (..., 3), checked; those of a formula as they are."""
-    if isinstance(vectors, functions.Vector) or np.asarray(vectors).dtype == object:
+    if isinstance(vectors, functions.Vector) or (isinstance(vectors, np.ndarray) and vectors.dtype == object):
         return vectors
     array = real_numbers(name, vectors)
     if array.shape[-1:] != (3,):

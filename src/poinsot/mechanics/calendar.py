@@ -110,12 +110,12 @@ class Calendar:
         elif holds_dates(epoch):
             times = self._of_array(_rectangular(epoch))
         else:
-            times = real_numbers("epoch", epoch)
+            times = real_numbers("epoch", epoch, self.unit)
         return float(times) if np.ndim(times) == 0 else times
 
     def date(self, time: Any) -> Any:
         """Return the instants of times as an `astropy.time.Time`, in the scale of this calendar (GPS as TAI)."""
-        times = real_numbers("time", time)
+        times = real_numbers("time", time, self.unit)
         if np.any(np.abs(times) > FURTHEST / SECONDS[self.unit]):
             raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, but {_short(time)} came.")
         seconds = times * SECONDS[self.unit]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.errors import scalar
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.parameters import Parametric
 
@@ -27,6 +30,12 @@ class Orbit(Parametric, ABC):
 
     Subclasses declare a field `mu` and give position and velocity as formulas of the time.
     """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        for name, formula in list(vars(cls).items()):
+            if name.endswith("_at") and not name.startswith("_"):
+                setattr(cls, name, _of_time(formula))
 
     if TYPE_CHECKING:
 
@@ -102,6 +111,16 @@ class Orbit(Parametric, ABC):
         raise ValueError(f"orbit must move to have a frame, but {type(self).__name__} has no velocity.")
 
 
+def _of_time(formula: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a formula of the time that checks it."""
+
+    @functools.wraps(formula)
+    def checked(self: Any, time: Any) -> Any:
+        return formula(self, scalar("time", time))
+
+    return checked
+
+
 class Sky:
     """The world at one instant, as a formula sees it.
 
@@ -112,7 +131,7 @@ class Sky:
     """
 
     def __init__(self, time: Any) -> None:
-        self.time = time
+        self.time = scalar("time", time)
 
     def position(self, orbit: Orbit) -> Vector:
         """Return the position of the body from the attractor of that orbit, space axes."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
-from poinsot.mechanics.calendar import Calendar, holds_dates
+from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
@@ -23,6 +23,7 @@ __all__ = [
     "check_span",
     "checked_formulation",
     "checked_threads",
+    "checked_time",
     "checked_times",
     "checked_tolerance",
     "members_of",
@@ -39,9 +40,9 @@ def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
             raise TypeError(f"{name} must be a {kind.__name__}, but {came(value)} came. The order is {call}.")
 
 
-def checked_times(times: ArrayLike, calendar: Calendar | None = None) -> NDArray[np.float64]:
-    """Return strictly monotonic times, also from dates where there is a calendar; shape (n,), n > 0."""
-    t = real_array("times", calendar.time(times) if calendar and holds_dates(times) else times, (None,))
+def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.float64]:
+    """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
+    t = checked_time("times", times, system, (None,))
     if t.size == 0:
         raise ValueError("times must not be empty, but shape (0,) came.")
     steps = np.diff(t)
@@ -51,6 +52,14 @@ def checked_times(times: ArrayLike, calendar: Calendar | None = None) -> NDArray
         relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
     return t
+
+
+def checked_time(
+    name: str, time: ArrayLike, system: System | None = None, shape: tuple[int | None, ...] = ()
+) -> NDArray[np.float64]:
+    """Return a time, or times, as numbers: those of a system also from dates and quantities."""
+    calendar, unit = (None, None) if system is None else (system.calendar, system.units["time"])
+    return real_array(name, calendar.time(time) if calendar and holds_dates(time) else time, shape, unit)
 
 
 def check_span(system: System, state: State, times: NDArray[np.float64]) -> None:

@@ -94,7 +94,7 @@ def propagate(
         On Ctrl-C (a KeyboardInterrupt), with the same two.
     """
     check_kinds("propagate(system, state, times)", {"system": (system, System), "state": (state, State)})
-    t = checked_times(times, system.calendar)
+    t = checked_times(times, system)
     chosen = checked_formulation(formulation)
     asked = checked_tolerance(tolerance, precision)
     chosen_events = checked_events(events)

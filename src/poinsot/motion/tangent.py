@@ -72,7 +72,7 @@ class TangentRun:
     ) -> None:
         check_kinds(call, {"system": (system, System), "state": (state, State)})
         self._order = order
-        self.times = checked_times(times, system.calendar)
+        self.times = checked_times(times, system)
         check_span(system, state, self.times)
         chosen = checked_formulation(formulation)
         self.tangent = FORMULATIONS[chosen].tangent

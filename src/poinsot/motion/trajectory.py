@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array
+from poinsot.errors import real_numbers
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
@@ -203,7 +203,7 @@ class Trajectory:
         interpolant, first, last = self._interpolant
         calendar = self.system.calendar
         time = time if calendar is None else calendar.time(time)
-        t = real_array("time", time, (None,) * np.ndim(time))
+        t = real_numbers("time", time, self.system.units["time"])
         if t.size and (t.min() < first or t.max() > last):
             outside = t.min() if t.min() < first else t.max()
             raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], but {outside:.15g} came.")

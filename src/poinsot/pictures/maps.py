@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.chaos import ChaosIndicators
-from poinsot.errors import real_array
+from poinsot.errors import array_of, real_array
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.labels import BLACK, BLUE, GREEN, GREY, VERMILION, bracketed
 
@@ -176,10 +176,9 @@ def _monotonic(name: str, axis: ArrayLike) -> Array:
 
 
 def _grid(values: ArrayLike, shape: tuple[int, int]) -> Array:
-    try:
-        found = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"values must be real numbers, but {came(values)} came.") from None
+    found = array_of("values", values)
+    if found.dtype.kind not in "iuf":
+        raise TypeError(f"values must be real numbers, but {came(values)} came.")
     if found.shape not in (shape, (shape[0] * shape[1],)):
         raise ValueError(
             f"values must have shape {shape} or ({shape[0] * shape[1]},), but shape {found.shape} came. "
@@ -187,4 +186,4 @@ def _grid(values: ArrayLike, shape: tuple[int, int]) -> Array:
         )
     if not np.any(np.isfinite(found)):
         raise ValueError("values must have something to draw, but all are NaN.")
-    return np.reshape(found, shape)
+    return np.reshape(found.astype(float), shape)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import array_of, real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.shapes import polyhedron
 from poinsot.shapes.shape import Shape, mass_of
@@ -122,7 +122,7 @@ class Mesh(Shape):
 
 
 def _faces(faces: Any, vertices: int) -> Faces:
-    array = np.array(faces)
+    array = array_of("faces", faces)
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"faces must have shape (n, 3), but shape {array.shape} came.")
     if array.dtype.kind not in "iu":

@@ -43,6 +43,7 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.orbits.restricted import ThreeBodyOrbit
 from poinsot.orbits.sums import orbit_sum
 from poinsot.orbits.two_body import two_body_orbit
+from poinsot.quantities import ANGLES
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
@@ -102,10 +103,6 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
 
 NOT_FOR_FILES = (PolynomialArc,)
 
-ANGLES = (
-    *("inclination", "node", "argument_of_periapsis", "true_anomaly", "mean_anomaly", "eccentric_anomaly"),
-    *("euler_angles", "roll_pitch_yaw", "turn"),
-)
 RATES = ("rate", "node_rate", "periapsis_rate", "anomaly_rate", "mean_motion", "omega_body", "omega_space")
 TIMES = ("epoch", "time", "time_since_periapsis", "start", "stop", "step", "values", "times", "knots")
 

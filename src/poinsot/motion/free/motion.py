@@ -61,8 +61,8 @@ def free_motion(body: Body, state: State, times: ArrayLike, *, units: Mapping[st
     all in the forms that hold on and near the separatrix and for symmetric bodies.
     """
     check_kinds("free_motion(body, state, times)", {"body": (body, Body), "state": (state, State)})
-    t = checked_times(times)
     system = System(body, units=units)
+    t = checked_times(times, system)
     members = members_of(system, state)
     began = clock.perf_counter()
     if members:
