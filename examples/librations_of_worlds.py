@@ -109,7 +109,7 @@ for island, (angle, rate, revolutions) in islands.items():
     nearest = branches.flat[np.argmin(abs(branches - strongest))]
     compare(f"Hyperion {island}", ["in the plane"], np.array([nearest]), turned, times, 1.0)
 
-print(f"{'':13s} {'':12s} {'linear/n':>13s} {'measured/n':>13s} {'difference':>11s} {'error':>8s} {'of the start':>12s}")
+print(f"{'':26s} {'linear/n':>13s} {'measured/n':>13s} {'difference':>11s} {'error':>8s} {'of the start':>12s}")
 for world, mode, linear, difference, error, shift in rows:
     measured = linear * (1 + difference)
     print(f"{world:13s} {mode:12s} {linear:13.10f} {measured:13.10f} {difference:11.1e} {error:8.1e} {shift:12.1e}")
@@ -119,7 +119,11 @@ for world, mode, linear, difference, error, shift in rows:
 _, _, _, *sizes = zip(*rows, strict=True)
 figure, axes = plt.subplots(figsize=(8, 8.5), layout="constrained")
 place = np.arange(len(rows))
-looks = ("s", "#0072B2", "measured - linear"), (".", "#000000", "estimated uncertainty"), ("o", "#D55E00", "effect of the amplitude")
+looks = (
+    ("s", "#0072B2", "measured - linear"),
+    (".", "#000000", "estimated uncertainty"),
+    ("o", "#D55E00", "effect of the amplitude"),
+)
 for size, (marker, color, label) in zip(sizes, looks, strict=True):
     axes.semilogx(np.abs(size), place, marker, color=color, label=label, markersize=5)
 axes.set_yticks(place, [f"{world}, {mode}" for world, mode, *_ in rows], fontsize="small")
