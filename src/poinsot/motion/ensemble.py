@@ -208,7 +208,7 @@ class _Work:
                 for lane, member in enumerate(members.tolist()):
                     self.out.happened += [(member, record) for record in batch.happened[lane]]
                     if batch.failed[lane]:
-                        self.out.failures[member] = batch.failure(lane)
+                        self.out.failures.setdefault(member, batch.failure(lane))
 
 
 class _Batch:

@@ -50,6 +50,8 @@ MANY_TERMS = 5000
 
 FIRST = np.zeros(1, dtype=int)
 
+hy.set_logger_level_error()  # it warns of each event at each step of each member that fails; `failures` says it once
+
 
 @dataclass(frozen=True)
 class Kernel:

@@ -212,12 +212,12 @@ class _Half:
         """Take a chunk of steps; of one that fails, take again those before it. Return whether it was the last."""
         time, state, rows, pieces = self.engine.time, self.engine.state.copy(), len(self.rows), len(self.pieces)
         happened = len(self.happened)
-        outcome, steps = self._step(STEPS_AT_A_TIME)
-        if outcome == "err_nf_state":
+        again = outcome, steps = self._step(STEPS_AT_A_TIME)
+        while again[0] == "err_nf_state":  # anew the scales are others, and so may be the steps
             self._place(time, state)
             del self.rows[rows:], self.pieces[pieces:], self.happened[happened:]
-            if steps:
-                self._step(steps)
+            steps = again[1]
+            again = self._step(steps) if steps else ("", 0)
         at_end = outcome == "time_limit"
         if at_end and self.borrowed.watch is not None:
             self.borrowed.watch.look(self.engine)
