@@ -1,0 +1,288 @@
+"""An ensemble is its members run alone: states, events, failures, whatever else is in the batch."""
+
+# ruff: noqa: ARG002
+
+import functools
+import itertools
+import re
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot import functions as fn
+from poinsot.motion import ensemble, kernels
+
+MOST = 17
+BODY = pt.Body((1.0, 1.3, 1.7))
+RNG = np.random.default_rng(14)
+ATTITUDES = RNG.normal(size=(MOST, 4))
+ATTITUDES /= np.linalg.norm(ATTITUDES, axis=-1, keepdims=True)
+RATES = RNG.normal(0, 0.8, (MOST, 3))
+TIMES = {
+    "forwards": np.linspace(1.1, 9.1, 9),
+    "backwards": -np.linspace(1.1, 9.1, 9),
+    "both ways": np.linspace(-6.05, 7.05, 14),
+}
+STARTS = {"together": np.zeros(MOST), "apart": RNG.uniform(-1, 1, MOST)}
+
+WITHIN = 1e-12
+"""Tens of steps of 1e-16, and what the passages of kicks and branches make of it: some hundred times; 3e-14 is seen."""
+
+
+class Edge(pt.Torque):
+    """A torque that there is only to one side of a time."""
+
+    instant: float
+    side: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        return 0.1 * fn.sqrt(self.side * (sky.time - self.instant)) * fn.Vector((0.0, 0.3, 0.2))
+
+
+class Thruster(pt.Torque):
+    """A torque between two times."""
+
+    on: float
+    off: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        burns = fn.where(fn.less(sky.time, self.on), 0.0, fn.where(fn.less(sky.time, self.off), 0.3, 0.0))
+        return burns * fn.Vector((0.5, -1.0, 0.8))
+
+
+class BangBang(pt.Torque):
+    """A torque against the tilt of an axis."""
+
+    size: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        _, sine, _ = attitude.to_body((-1, 0, 0))
+        return fn.Vector((0.1, 0.0, self.size * fn.where(fn.less(sine, 0.0), 1.0, -1.0)))
+
+
+class Saturated(pt.Torque):
+    """A damping torque with a largest size."""
+
+    gain: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        wanted = [-self.gain * rate for rate in omega_body]
+        limited = [fn.where(fn.less(x, -0.05), -0.05, fn.where(fn.less(0.05, x), 0.05, x)) for x in wanted]
+        return fn.Vector(limited)
+
+
+class Kick(pt.AxisCrossing):
+    """What turns and shortens the momentum."""
+
+    factor: float
+
+    def act(self, body, state):
+        x, y, z = state.angular_momentum_body
+        return body.state(state.quaternion, angular_momentum_body=self.factor * np.array([y, -x, z]), time=state.time)
+
+
+LOW = pt.KeplerOrbit(1.0, 1.6, 0.2, 0.5, 0.3, 0.7)
+TABLE = pt.Ephemeris.fit(1.0, lambda t: np.stack(list(LOW.position_at(t)), -1), -12.0, 12.0)
+GAINS = RNG.uniform(0.05, 0.3, MOST)
+SWITCHES = ("none", "time", "attitude", "rate", "table", "members' times")
+
+
+def force(switch, i):
+    return {
+        "none": pt.UniformGravity(GAINS[i], (0.3, 0.1, 1.0)),
+        "time": Thruster(0.7, 3.3),
+        "attitude": BangBang(GAINS[i]),
+        "rate": Saturated(GAINS[i]),
+        "table": pt.GravityGradient(TABLE),
+        "members' times": Thruster(np.linspace(-3, 3, MOST)[i], np.linspace(4, 8, MOST)[i]),
+    }[switch]
+
+
+RECORDED = pt.RateCrossing((0.2, 1.0, 0.1))
+TERMINAL = pt.AxisCrossing((0, 1, 0), (0.3, 0, 1), angle=0.4, terminal=True)
+FACTORS = RNG.uniform(0.7, 1.1, MOST)
+
+
+EVENTS = ("none", "recorded", "terminal", "acting", "all")
+
+
+def watched(events, i):
+    acting = Kick((0, 0, 1), (1, 0.2, 0), factor=FACTORS[i], slope=1)
+    return {
+        "none": [],
+        "recorded": [RECORDED],
+        "terminal": [TERMINAL],
+        "acting": [acting],
+        "all": [RECORDED, acting, TERMINAL],
+    }[events]
+
+
+EDGES = np.full(MOST, -40.0)
+EDGES[[0, 5, 6, 8, 15]] = 4.55, 2.62, -4.7, 6.43, -2.41  # between the times
+SIDES = np.where(EDGES > 0, -1.0, 1.0)
+
+
+def system(switch, fails, i):
+    forces = [Edge(EDGES[i], SIDES[i])] if fails else []
+    return pt.System(BODY, force(switch, i), *forces)
+
+
+def state(starts, i):
+    return BODY.state(ATTITUDES[i], omega_body=RATES[i], time=STARTS[starts][i])
+
+
+@functools.cache
+def alone(switch, events, starts, way, fails, i):
+    """Return the motion of one member, and the sentence if it failed."""
+    try:
+        motion = pt.propagate(system(switch, fails, i), state(starts, i), TIMES[way], events=watched(events, i))
+    except pt.PropagationError as error:
+        return error.trajectory, str(error)
+    return motion, None
+
+
+def wrong_members(switch, events, starts, way, fails, members, threads):
+    """Return what is wrong with whom in an ensemble."""
+    every = np.arange(members)
+    together = pt.propagate(
+        system(switch, fails, every), state(starts, every), TIMES[way], events=watched(events, every), threads=threads
+    )
+    found = {i: wrong_member(together, i, *alone(switch, events, starts, way, fails, i)) for i in range(members)}
+    return {i: what for i, what in found.items() if what}
+
+
+def wrong_member(together, i, motion, sentence):
+    """Return what differs between a member of an ensemble and its motion alone."""
+    if told(together.failures.get(i)) != told(sentence):
+        return f"failure {together.failures.get(i)!r}, alone {sentence!r}"
+    rows = np.concatenate([together.quaternion[i], together.conjugate_momenta[i]], axis=-1)
+    whole = np.isfinite(rows).all(axis=-1)
+    if not np.array_equal(together.times[whole], motion.times):
+        return f"times {together.times[whole]}, alone {motion.times}"
+    if not near(rows[whole], np.concatenate([motion.quaternion, motion.conjugate_momenta], axis=-1)):
+        return "states"
+    return next(filter(None, map(wrong_event, [found.of(i) for found in together.events], motion.events)), "")
+
+
+def wrong_event(ours, theirs):
+    """Return what differs between the passages of an event in an ensemble and alone."""
+    if len(ours) != len(theirs) or not near(ours.times, theirs.times) or not np.array_equal(ours.slopes, theirs.slopes):
+        return f"event at {ours.times}, alone {theirs.times}"
+    pairs = [(getattr(ours.states, name), getattr(theirs.states, name)) for name in ("quaternion", "conjugate_momenta")]
+    return "" if all(near(*pair) for pair in pairs) else f"states of the event at {ours.times}"
+
+
+def near(a, b):
+    return np.allclose(a, b, rtol=0, atol=WITHIN)
+
+
+def told(sentence):
+    """Return a sentence with its numbers to five digits: steps towards an edge depend on the scales of events."""
+    return sentence and re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda number: f"{float(number[0]):.5g}", sentence)
+
+
+def covering(*levels):
+    """Return cases that have each pair of levels of two factors, as few as a greedy choice needs."""
+    cases = list(itertools.product(*levels))
+    places = list(itertools.combinations(range(len(levels)), 2))
+    missing = {(a, b, case[a], case[b]) for case in cases for a, b in places}
+    chosen = []
+    while missing:
+        best = max(cases, key=lambda case: sum((a, b, case[a], case[b]) in missing for a, b in places))
+        missing -= {(a, b, best[a], best[b]) for a, b in places}
+        chosen.append(best)
+    return chosen
+
+
+COUNTS, THREADS, CHUNKS = (1, 7, 8, 9, MOST), (1, 2), (5000, 50)
+
+
+@pytest.mark.parametrize(
+    ("switch", "events", "starts", "way", "members", "threads", "chunk"),
+    covering(SWITCHES, ("none", "all"), STARTS, TIMES, COUNTS, THREADS, CHUNKS),
+)
+def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, threads, chunk, monkeypatch):
+    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", chunk)
+    monkeypatch.setattr(ensemble, "SLAB_BYTES", 1)
+    assert wrong_members(switch, events, starts, way, True, members, threads) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lanes", [2, 4, 8])
+def test_any_ensemble_is_its_members_alone(lanes, monkeypatch):
+    monkeypatch.setattr(kernels, "LANES", lanes)
+    wrong, tried = {}, 0
+    for case in itertools.product(SWITCHES, EVENTS, STARTS, TIMES, (False, True), COUNTS, THREADS):
+        monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", CHUNKS[tried % 3 == 0])
+        found = wrong_members(*case)
+        tried += 1
+        if found:
+            wrong[case] = found
+    print(f"{lanes} lanes: {tried} ensembles, {len(wrong)} bad")
+    assert wrong == {}
+
+
+# ---------------------------------------------------------------------- what runs ensembles
+
+
+def both(system_of, starts, call):
+    """Return the result of a call for nine members, and those of each alone."""
+    every = np.arange(9)
+    return call(system_of(every), state(starts, every)), [call(system_of(i), state(starts, i)) for i in every]
+
+
+ORBIT_AND_SWITCH = {
+    "table": lambda i: pt.System(BODY, force("table", i)),
+    "members' times": lambda i: pt.System(BODY, force("none", i), force("members' times", i)),
+}
+
+
+@pytest.mark.parametrize(("switch", "chunk"), [("table", 10), ("members' times", 700)])
+def test_state_transitions_are_those_of_members_alone(switch, chunk, monkeypatch):
+    monkeypatch.setattr(kernels, "STEPS_AT_A_TIME", {1: chunk})
+    together, alone = both(
+        ORBIT_AND_SWITCH[switch], "apart", lambda *given: pt.state_transition(*given, TIMES["both ways"])
+    )
+    for i, one in enumerate(alone):
+        size = np.max(np.abs(one.matrix), axis=(1, 2), keepdims=True)
+        assert np.max(np.abs(together.matrix[i] - one.matrix) / size) < WITHIN
+        assert near(together.motion.quaternion[i], one.motion.quaternion)
+    plain = pt.propagate(ORBIT_AND_SWITCH[switch](8), state("apart", 8), TIMES["both ways"])
+    assert near(together.motion.quaternion[8], plain.quaternion)
+    assert together.motion.failures == {}
+
+
+def test_second_derivatives_are_those_of_members_alone(monkeypatch):
+    monkeypatch.setattr(kernels, "STEPS_AT_A_TIME", {2: 20})
+
+    def call(*given):
+        return pt.state_transition(*given, TIMES["both ways"], order=2)
+
+    together, alone = both(ORBIT_AND_SWITCH["members' times"], "together", call)
+    for i, one in enumerate(alone):
+        assert np.allclose(together.second[i], one.second, rtol=0, atol=1e-11 * np.max(np.abs(one.second)))
+
+
+@pytest.mark.parametrize("way", ["forwards", "backwards"])
+def test_indicators_are_those_of_members_alone(way):
+    """Members that an edge stops fail; those that start behind one, at other times, must not go there."""
+    turn = 1.0 if way == "forwards" else -1.0
+    edges, sides = STARTS["apart"][:9] - 0.1 * turn, np.full(9, turn)
+    edges[[2, 7]], sides[[2, 7]] = 4.55 * turn, -turn
+
+    def system_of(i):
+        return pt.System(BODY, force("members' times", i), Edge(edges[i], sides[i]))
+
+    def call(*given):
+        try:
+            return pt.chaos_indicators(*given, TIMES[way], vectors=2, momentum_unit=1.0)
+        except pt.PropagationError as error:
+            return error.trajectory
+
+    together, alone = both(system_of, "apart", call)
+    assert sorted(together.failures) == [2, 7]
+    for i, one in enumerate(alone):
+        for name in ("growth", "gali"):  # the others are sampled more densely where another member is faster
+            assert np.allclose(getattr(together, name)[i], getattr(one, name), rtol=0, atol=1e-10, equal_nan=True)
+        assert np.all(np.isfinite(together.mean_megno[i]) == np.isfinite(one.mean_megno))
