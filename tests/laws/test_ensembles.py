@@ -286,3 +286,13 @@ def test_indicators_are_those_of_members_alone(way):
         for name in ("growth", "gali"):  # the others are sampled more densely where another member is faster
             assert np.allclose(getattr(together, name)[i], getattr(one, name), rtol=0, atol=1e-10, equal_nan=True)
         assert np.all(np.isfinite(together.mean_megno[i]) == np.isfinite(one.mean_megno))
+
+
+@pytest.mark.parametrize("switch", ["attitude", "rate", "members' times"])
+def test_a_run_depends_on_nothing_that_another_has_left(switch):
+    """Integrators are lent again, to the bit as they were made."""
+    given = system(switch, False, 3), state("apart", 3), TIMES["both ways"]
+    first = pt.propagate(*given)
+    for i in range(MOST):
+        pt.propagate(system(switch, False, i), state("apart", i), TIMES["forwards"])
+        assert np.array_equal(pt.propagate(*given).quaternion, first.quaternion)

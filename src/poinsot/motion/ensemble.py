@@ -269,7 +269,7 @@ class _Batch:
                 ahead[lane] = grid[1:]
         while (under_way := self._under_way(ahead)) and not stop():
             self._advance(ahead, under_way)
-        if self._broken and self.limits is None:
+        if self._broken:
             self._find_where(self._broken, stop)
 
     def _begin(self) -> None:

@@ -133,6 +133,7 @@ class Switches:
         """
         self._pieces, self._forwards, self._members = pieces, forwards, members
         self._sizes[:] = 0.0
+        engine.pars[self._places] = 0.0  # a run depends on nothing that the one before it has left
         for lane, time in enumerate(np.ravel(engine.time)):
             self._enter(engine, lane, pieces.at(float(time), forwards))
 
