@@ -6,6 +6,7 @@ A formula receives scalars that may be any of these, and vectors that are three 
 
 from __future__ import annotations
 
+import builtins
 import importlib
 import operator
 from collections.abc import Callable, Iterable, Sequence
@@ -15,23 +16,33 @@ import numpy as np
 
 __all__ = [
     "Vector",
+    "abs",
     "acos",
     "asin",
     "atan",
     "atan2",
+    "clip",
     "cos",
     "cross",
     "dot",
     "eccentric_anomaly",
     "exp",
+    "interp",
     "less",
     "log",
+    "maximum",
+    "minimum",
     "norm",
+    "pi",
+    "sign",
     "sin",
     "sqrt",
     "tan",
+    "tanh",
     "where",
 ]
+
+pi = float(np.pi)
 
 Scalar = Any
 """A float, an array of floats, a heyoka or SymPy expression, or an mpmath number."""
@@ -98,6 +109,14 @@ class Commuting:
 
     def __rmul__(self, other: Any) -> Any:
         return self * other
+
+    def __abs__(self) -> Any:
+        return abs(self)
+
+    def __lt__(self, other: Any) -> Any:
+        raise TypeError("a formula must compare by poinsot.functions.less(a, b), got a comparison of symbols.")
+
+    __gt__ = __le__ = __ge__ = __lt__
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
@@ -166,7 +185,7 @@ def _elementary(name: str) -> Callable[..., Scalar]:
 
 
 sqrt, exp, log = map(_elementary, ("sqrt", "exp", "log"))
-sin, cos, tan = map(_elementary, ("sin", "cos", "tan"))
+sin, cos, tan, tanh = map(_elementary, ("sin", "cos", "tan", "tanh"))
 asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
 
 
@@ -190,6 +209,51 @@ def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
     if engine.__name__ == "mpmath":
         return a if condition else b
     return np.where(condition, a, b)
+
+
+def minimum(a: Scalar, b: Scalar) -> Scalar:
+    """Return the smaller of two scalars."""
+    return where(less(a, b), a, b)
+
+
+def maximum(a: Scalar, b: Scalar) -> Scalar:
+    """Return the larger of two scalars."""
+    return where(less(a, b), b, a)
+
+
+def clip(x: Scalar, low: Scalar, high: Scalar) -> Scalar:
+    """Return x within limits: low below low, high above high."""
+    return minimum(maximum(x, low), high)
+
+
+def abs(x: Scalar) -> Scalar:  # noqa: A001
+    """Return the absolute value of a scalar."""
+    return where(less(x, 0), -x, x)
+
+
+def sign(x: Scalar) -> Scalar:
+    """Return -1, 0 or 1, as a scalar is negative, zero or positive."""
+    return where(less(x, 0), -1.0, where(less(0, x), 1.0, 0.0))
+
+
+def interp(x: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
+    """Return the straight line between the rows of a table; before the first and behind the last row their values.
+
+    `places` and `values` have equally many scalars, the places ascending; a field of `Annotated[Any, (5,)]` has five.
+
+    Raises
+    ------
+    ValueError
+        If there are no rows, unequally many, or if places that are numbers do not ascend.
+    """
+    if len(places) != len(values) or not len(places):
+        raise ValueError(f"values must be as many as places, at least one, got {len(values)} and {len(places)}.")
+    if isinstance(places[0], float | int) and np.any(np.diff(np.asarray(places, dtype=float)) <= 0):
+        raise ValueError(f"places must ascend, got {list(places)}.")
+    found = values[0]
+    for here, there, value, following in zip(places, places[1:], values, values[1:], strict=False):
+        found = where(less(x, here), found, value + (following - value) / (there - here) * (x - here))
+    return where(less(x, places[-1]), found, values[-1])
 
 
 def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
@@ -238,10 +302,10 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
         excess = anomaly - curvature - reduced
         if elongated:
             near = (1 - eccentricity) * anomaly + eccentricity * sine_defect(anomaly)
-            excess = where(less(abs(anomaly), 2), near - reduced, excess)
+            excess = where(less(builtins.abs(anomaly), 2), near - reduced, excess)
         step = excess / (slope - excess * curvature / (2 * slope))
         anomaly = anomaly - step
-        if np.all(abs(step) <= enough * abs(anomaly)):  # the next one would be the cube of that
+        if np.all(builtins.abs(step) <= enough * builtins.abs(anomaly)):  # the next one would be the cube of that
             break
     return full_turns + anomaly
 
@@ -253,7 +317,7 @@ def sine_defect(angle: Scalar) -> Scalar:
     engine = _engine(angle)
     if engine.__name__ in ("heyoka", "sympy"):
         return angle - engine.sin(angle)
-    is_near = less(abs(angle), 2)
+    is_near = less(builtins.abs(angle), 2)
     near = where(is_near, angle, 0 * angle)
     square, series = near * near, 1
     for k in range(14 if engine is np else 40, 0, -1):

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import sympy
 
+import poinsot as pt
 from poinsot import functions
 
 EPS = np.finfo(float).eps
 ARGUMENT = 0.3
-ONE_ARGUMENT = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan")
+ONE_ARGUMENT = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "asin", "acos", "atan")
 X = hy.expression("x")
 S = sympy.Symbol("s", real=True)
 
@@ -98,6 +99,145 @@ def test_less_with_the_expression_on_the_right():
 def test_where_is_elementwise_on_arrays():
     x = np.array([-1.0, 2.0])
     assert functions.where(functions.less(x, 0.0), -x, 10 * x).tolist() == [1.0, 20.0]
+
+
+TABLE = (-1.0, 0.25, 1.0, 2.5), (3.0, -1.0, 0.5, 0.75)
+WITH_KINKS = {
+    "abs": (functions.abs, np.abs),
+    "sign": (functions.sign, np.sign),
+    "minimum": (lambda x: functions.minimum(x, 0.25), lambda x: np.minimum(x, 0.25)),
+    "maximum": (lambda x: functions.maximum(-0.5, x), lambda x: np.maximum(-0.5, x)),
+    "clip": (lambda x: functions.clip(x, -0.5, 0.25), lambda x: np.clip(x, -0.5, 0.25)),
+    "interp": (lambda x: functions.interp(x, *TABLE), lambda x: np.interp(x, *TABLE)),
+}
+AROUND_KINKS = (-2.0, -1.0, -0.5, -0.3, 0.0, 0.25, 0.7, 1.0, 2.5, 4.0)
+each_kink = pytest.mark.parametrize("name", WITH_KINKS)
+
+
+@each_kink
+def test_a_function_with_kinks_on_every_kind(name):
+    own, of_numpy = WITH_KINKS[name]
+    expected = of_numpy(np.array(AROUND_KINKS))
+    rows = {
+        "floats": [own(x) for x in AROUND_KINKS],
+        "an array": own(np.array(AROUND_KINKS)),
+        "expressions": [compiled(hy.expression(0.0) + own(X), x) for x in AROUND_KINKS],
+        "symbols": [own(S).subs(S, x) for x in AROUND_KINKS],
+        "many digits": [own(mpmath.mpf(x)) for x in AROUND_KINKS],
+    }
+    for kind, values in rows.items():
+        assert np.allclose(np.array(values, dtype=float), expected, rtol=0, atol=4 * EPS), kind
+
+
+def test_a_table_that_does_not_ascend_or_match_is_refused():
+    with pytest.raises(ValueError, match=r"^values must be as many as places, at least one, got 1 and 2\.$"):
+        functions.interp(0.5, (0, 1), (3,))
+    with pytest.raises(ValueError, match=r"^places must ascend, got \[0, 1, 1\]\.$"):
+        functions.interp(0.5, (0, 1, 1), (3, 4, 5))
+
+
+def test_pi():
+    assert functions.pi == math.pi
+
+
+# ---------------------------------------------------------------------- in a run
+
+
+class AboutOneAxis(pt.Torque):
+    """A torque about the third axis, by a formula of the time and a parameter."""
+
+    shape: str
+    one: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        return functions.Vector((0.0, 0.0, IN_TIME[self.shape][0](sky.time, self.one)))
+
+
+def half_waves(t):
+    turns, rest = divmod(t, math.pi)
+    return 2 * turns + 1 - math.cos(rest)
+
+
+IN_TIME = {  # a formula, and its integral from 0
+    "abs": (lambda t, one: abs(functions.sin(one * t)), half_waves),
+    "abs of a parameter": (lambda t, one: abs(-one) * t + functions.abs(one), lambda t: t * t / 2 + t),
+    "sign": (lambda t, one: functions.sign(one - t), lambda t: 1 - abs(1 - t)),
+    "minimum": (lambda t, one: functions.minimum(t, one), lambda t: min(t, 1) ** 2 / 2 + max(t - 1, 0)),
+    "maximum": (lambda t, one: functions.maximum(one, t), lambda t: t + max(t - 1, 0) ** 2 / 2),
+    "clip": (
+        lambda t, one: functions.clip(t, one, 2),
+        lambda t: t + ((min(t, 2) - 1) ** 2 / 2 + max(t - 2, 0)) * (t > 1),
+    ),
+    "interp": (
+        lambda t, one: functions.interp(t, (one, 2.0, 4.0), (0.0, 3.0, -one)),
+        lambda t: (
+            1.5 * max(min(t, 2) - 1, 0) ** 2 + max(min(t, 4) - 2, 0) * 3 - max(min(t, 4) - 2, 0) ** 2 - max(t - 4, 0)
+        ),
+    ),
+    "tanh": (lambda t, one: functions.tanh(one * t), lambda t: math.log(math.cosh(t))),
+    "pi": (lambda t, one: one * functions.pi * t, lambda t: math.pi * t * t / 2),
+    "powers": (lambda t, one: (one * t) ** 3 + t**4 - t**0 + (t - one) ** 5, lambda t: polynomial(t)),
+}
+
+
+def polynomial(t):
+    return t**4 / 4 + t**5 / 5 - t + ((t - 1) ** 6 - 1) / 6
+
+
+@pytest.mark.parametrize("shape", IN_TIME)
+def test_the_integrator_finds_each_kink(shape):
+    body, times = pt.Body((1.0, 1.2, 1.5)), np.array([0.0, 0.5, 1.0, 1.7, 2.3, 3.5, 4.4, 6.0])
+    start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0.2))
+    motion = pt.propagate(pt.System(body, AboutOneAxis(shape, 1.0)), start, times)
+    expected = 0.3 + np.array([IN_TIME[shape][1](t) for t in times])
+    assert np.max(np.abs(motion.angular_momentum_body[:, 2] - expected)) < 256 * EPS * np.max(np.abs(expected))
+
+
+class Slowed(pt.Torque):
+    """A push, and quadratic drag against it."""
+
+    push: float
+    drag: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        return functions.Vector((0.0, 0.0, self.push)) - self.drag * functions.norm(omega_body) * omega_body
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e4])
+def test_drag_runs_from_rest(unit):
+    """omega = sqrt(push / drag) tanh(sqrt(push drag) t / I), in units of time."""
+    body, end = pt.Body((1.0, 1.2, 1.5)), 3 * unit
+    rest = body.state((1, 0, 0, 0), omega_body=(0, 0, 0))
+    states = body.state(np.tile([1.0, 0, 0, 0], (9, 1)), omega_body=np.arange(9)[:, None] * [0, 0, 0.1 / unit])
+    system = pt.System(body, Slowed(0.7 / unit**2, 0.4))
+    expected = math.sqrt(0.7 / 0.4) / unit * math.tanh(math.sqrt(0.7 * 0.4) * 3 / 1.5)
+    for found in (
+        pt.propagate(system, rest, [end]).omega_body[0],
+        pt.propagate(system, states, [end]).omega_body[0, 0],
+    ):
+        assert found[2] == pytest.approx(expected, rel=64 * EPS)
+    still = pt.propagate(pt.System(body, Slowed(0.0, 0.4)), rest, [end])
+    assert not np.any(still.omega_body)
+
+
+class Leaning(pt.Potential):
+    """A power of what is zero at the start."""
+
+    power: int
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return attitude.to_body((0, 0, 1))[0] ** self.power
+
+
+@pytest.mark.parametrize("power", [0, 1, 2, 3, 4, 7, 16])
+def test_whole_powers_are_no_singularity(power):
+    body = pt.Body((1.0, 1.2, 1.5))
+    start = body.state((1, 0, 0, 0), omega_body=(0, 0.7, 0.2))
+    system = pt.System(body, Leaning(power))
+    motion = pt.propagate(system, start, [0.0, 1.0, 2.0])
+    assert np.max(np.abs(motion.drift["energy"])) < 64 * EPS
+    wide = pt.propagate(system, start, [0.0, 1.0, 2.0], formulation="canonical", precision="extended")
+    assert np.max(np.abs(motion.quaternion - wide.quaternion)) < 64 * EPS
 
 
 # ---------------------------------------------------------------------- vectors

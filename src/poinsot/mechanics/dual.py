@@ -58,6 +58,8 @@ class Dual(Commuting):
         if isinstance(power, Dual):
             exponential: Dual = functions.exp(power * functions.log(self))
             return exponential
+        if isinstance(power, int | float) and power == 0:
+            return self.chain(1.0, 0.0)
         return self.chain(self.value**power, power * self.value ** (power - 1))
 
     def __rtruediv__(self, other: Any) -> Any:
@@ -100,6 +102,7 @@ SLOPES: Mapping[str, Callable[[Scalar, Scalar], Scalar]] = {
     "asin": lambda x, y: 1 / functions.sqrt(1 - x * x),  # noqa: ARG005
     "acos": lambda x, y: -1 / functions.sqrt(1 - x * x),  # noqa: ARG005
     "atan": lambda x, y: 1 / (1 + x * x),  # noqa: ARG005
+    "tanh": lambda x, y: 1 - y * y,  # noqa: ARG005
 }
 
 

@@ -19,18 +19,13 @@ from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import came, union_of_knots
+from poinsot.mechanics.refusals import use_functions
 from poinsot.mechanics.samples import common_axes, orbits_of, sample_time, samples, space_axes, span
 from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Sky
 from poinsot.mechanics.state import State
 from poinsot.mechanics.wrapped import BRANCHES, ExploredSky, opened
 
-__all__ = ["USE_FUNCTIONS", "System"]
-
-USE_FUNCTIONS = (
-    "must use + - * / ** and poinsot.functions alone, but {} gave: {}. "
-    "Replace functions of math and numpy by those of poinsot.functions."
-)
-
+__all__ = ["System"]
 
 SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
@@ -344,7 +339,7 @@ def _try_formula(force: Force, body: Body) -> float:
                 f"the formula of {name} must not branch with `if` on a value, but it does. "
                 "Write poinsot.functions.where(condition, a, b)."
             ) from None
-        raise TypeError(f"the formula of {name} {USE_FUNCTIONS.format('on arrays it', error)}") from error
+        raise TypeError(use_functions(f"the formula of {name}", "arrays", error)) from error
     if isinstance(force, Potential | Event):
         if _components(value) != 1:
             what = "value" if isinstance(force, Event) else "energy"

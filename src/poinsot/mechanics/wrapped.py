@@ -69,6 +69,9 @@ class Wrapped:
     def __neg__(self) -> Any:
         return self.wrapped(-self.inner)
 
+    def __abs__(self) -> Any:
+        return functions.abs(self)
+
     def __bool__(self) -> bool:
         return bool(self.inner)
 

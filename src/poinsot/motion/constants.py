@@ -27,6 +27,10 @@ from poinsot.mechanics.dual import Dual
 __all__ = ["Constant", "Constants", "Multiple"]
 
 
+LARGEST_POWER = 256
+"""Whole powers up to this one are products, which have derivatives at zero; the engine's power divides by its base."""
+
+
 class Constants:
     """The constants of one kernel: numbered places, those of inputs and literal numbers filled from outside."""
 
@@ -40,6 +44,7 @@ class Constants:
         self._factors: list[Any] = []
         self._numbered: dict[Any, int] = {}
         self._conditions: dict[Any, int] = {}
+        self._roots: dict[Any, int] = {}
 
     def _new_place(self) -> int:
         self._count += 1
@@ -97,6 +102,19 @@ class Constants:
             self._conditions[function] = self._new_place()
         return Condition(self, self._conditions[function])
 
+    def root(self, argument: Any) -> Multiple:
+        """Return the square root of a function of the variables, plus a parameter that is zero but from rest."""
+        argument = self.expression(argument)
+        if argument not in self._roots:
+            self._roots[argument] = self._new_place()
+        return self.variable(formulas.sqrt(argument + self.parameter(Constant(self, self._roots[argument]))))
+
+    @property
+    def roots(self) -> list[tuple[Any, int]]:
+        """The functions under square roots, and the numbers of their parameters."""
+        places = {place: number for number, place in enumerate(self._parameters)}
+        return [(function, places[place]) for function, place in self._roots.items()]
+
     @property
     def conditions(self) -> list[tuple[Any, int]]:
         """The functions of the conditions on which a formula branches, and the numbers of their parameters."""
@@ -106,10 +124,10 @@ class Constants:
     def values(self, numbers: Sequence[Any]) -> list[Any]:
         """Return the values of the kernel's parameters for the numbers of a run, scalars or arrays.
 
-        Those of conditions change on the way; they are zero here.
+        Those of conditions change on the way, those of roots at a start; they are zero here.
         """
         known = dict(zip(self._inputs, numbers, strict=False))  # one input more was named than numbers came
-        known.update(dict.fromkeys(self._conditions.values(), 0.0))
+        known.update(dict.fromkeys([*self._conditions.values(), *self._roots.values()], 0.0))
         known.update(zip(self._literals.values(), self._literals, strict=True))
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
             for place, function, places in self._needed:
@@ -191,6 +209,9 @@ class Constant:
 
     def __neg__(self) -> Any:
         return self._with(operator.neg, self)
+
+    def __abs__(self) -> Any:
+        return self._with(operator.abs, self)
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
@@ -310,7 +331,11 @@ class Multiple(Commuting):
         return NotImplemented if isinstance(other, Vector | Dual) else self * (1 / other)
 
     def __pow__(self, power: Any) -> Any:
-        return self._applied(operator.pow, self, power)
+        if not (isinstance(power, int | float) and 0 <= power <= LARGEST_POWER and power == int(power)):
+            return self._applied(operator.pow, self, power)
+        n = int(power)
+        constant = None if self.constant is None else self.constant**n
+        return Multiple(self.home, self.number**n, constant, self.factors * n) if n else 1.0
 
     def __rtruediv__(self, other: Any) -> Any:
         return self._applied(operator.truediv, other, self)
@@ -322,6 +347,8 @@ class Multiple(Commuting):
         """Return an elementary function of scalars, this one among them."""
         if name == "less" and not any(isinstance(argument, Dual) for argument in arguments):
             return self.home.condition(arguments[0] - arguments[1])
+        if name == "sqrt":
+            return self.home.root(self)
         return self._applied(getattr(formulas, name), *arguments)
 
     def _applied(self, function: Callable[..., Any], *arguments: Any) -> Any:

@@ -22,13 +22,15 @@ from poinsot import functions
 from poinsot.mechanics.axes import Axes, TrackingAxes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
+from poinsot.mechanics.refusals import use_functions
 from poinsot.mechanics.samples import tracked_orbits
 from poinsot.mechanics.state import State
-from poinsot.mechanics.system import USE_FUNCTIONS, System
+from poinsot.mechanics.system import System
 from poinsot.motion.constants import Constants
 from poinsot.motion.coordinates import SMALL, Coordinates
 from poinsot.motion.linear import NONE, Linearization
 from poinsot.motion.neighbours import STEPS_AT_A_TIME, Neighbours
+from poinsot.motion.roots import Roots
 from poinsot.motion.switches import Pieces, Switches, event_class
 from poinsot.motion.watch import Watch, event_functions
 
@@ -70,6 +72,7 @@ class _Built:
 
     engine: Any
     constants: Constants
+    roots: Roots
     switches: Switches | None
     watch: Watch | None
 
@@ -141,6 +144,7 @@ class Borrowed:
 
     def __init__(self, built: _Built, system: System, variables: Coordinates, precision: str, lanes: int) -> None:
         self.engine, self._switches, self.watch = built.engine, built.switches, built.watch
+        self._roots = built.roots
         self._companion, self._first = variables.companion, variables.companions.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
         typed = kind if lanes == 1 and not system.knots.size else functools.partial(np.asarray, dtype=kind)
@@ -159,6 +163,7 @@ class Borrowed:
         else:
             table = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
             pars[: len(table)] = table
+        self._roots.begin(self.engine)
         if self.watch is not None:
             self.watch.begin(self.engine, self._system, self._variables, self._members)
         if self.engine.with_events:
@@ -254,7 +259,7 @@ def _equations(
         _refuse_jumps(constants, symbols[: variables.formulation.size], companion)
         return [*equations, *(NONE + rate for rate in companion.equations(companions, linear))], values
     except TypeError as error:
-        raise TypeError(f"the formulas of a system {USE_FUNCTIONS.format('on symbols they', error)}") from error
+        raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
 
 
 def _refuse_jumps(constants: Constants, symbols: list[Any], neighbours: Neighbours) -> None:
@@ -295,6 +300,7 @@ def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: b
     if kernel.formulation == "euler_angles":
         nearness = hy.sin(symbols[1]) ** 2 - SINGULAR_SINE**2
         stops["t_events"] = [*stops.get("t_events", []), event_class(kernel.lanes, kind)(nearness)]
+    roots = Roots(constants, symbols, variables.formulation.momenta, kind)
     build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch
     zeros = np.full((variables.size, *(kernel.lanes,) * (kernel.lanes > 1)), kind(0.0))
 
@@ -312,5 +318,5 @@ def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: b
     if many_neighbours or kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
         if many_neighbours or len(built.decomposition) > LARGE[kernel.precision]:
-            return _Built(built, constants, switches, watch)
-    return _Built(compiled(compact=False), constants, switches, watch)
+            return _Built(built, constants, roots, switches, watch)
+    return _Built(compiled(compact=False), constants, roots, switches, watch)

@@ -27,8 +27,12 @@ FORMULAS = {
     "where_other": lambda x, y: functions.where(functions.less(y, x), x * y, x - y),
     **{
         name: lambda x, y, name=name: getattr(functions, name)(x * y) + x
-        for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan")
+        for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "asin", "acos", "atan")
     },
+    "where_abs": lambda x, y: abs(x - y) * y + functions.sign(x - y) * x,
+    "where_limits": lambda x, y: functions.minimum(x, y) * functions.maximum(x * x, y) + functions.clip(x * y, 0.5, 1),
+    "where_table": lambda x, y: functions.interp(x * y, (0, 0.2, 0.3), (1, 2, 5)) * x,
+    "power_zero": lambda x, y: (x * y) ** 0 + x**1,
 }
 
 
