@@ -109,7 +109,8 @@ def test_libration_faster_than_the_orbit_ends_in_a_fold(branches):
     assert fold.value == pytest.approx(-at.fun, abs=1e-13)
     assert own == pytest.approx(at.x, abs=1e-7)
     assert np.min(np.abs(fold.motion.multipliers - 1)) < 1e-4
-    assert "branching" not in {each.kind for each in branch.bifurcations}  # a multiplier passes 1 at the fold alone
+    crossing = [each.value for each in branch.bifurcations if each.kind == "branching"]
+    assert crossing == pytest.approx([0.0], abs=1e-12)  # on the circle librations of any phase cross
     doubling = next(each for each in branch.bifurcations if each.kind == "doubling")
     assert np.min(np.abs(doubling.motion.multipliers + 1)) < 1e-4
 

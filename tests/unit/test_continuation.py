@@ -8,7 +8,8 @@ import pytest
 
 import poinsot as pt
 from poinsot.analysis import continuation
-from poinsot.analysis.continuation import _Family, continue_motion
+from poinsot.analysis.continuation import continue_motion
+from poinsot.analysis.family import Family, LostError
 from poinsot.mechanics.replaced import NamedNumber
 
 mpl.use("Agg")
@@ -87,7 +88,8 @@ def test_derivative_by_the_parameter_is_that_of_differences(name):
     start = BODY.state((0.9, 0.1, -0.2, 0.3) / np.sqrt(0.95), omega_body=(0.1, -0.2, 0.9))
     one = system(orbit)
     motion = pt.periodic_motion(one, at_upright(orbit), orbit.period, own and own(one))
-    family = _Family(motion, parameter, 1.3 * NamedNumber(one, parameter).value + 0.1, period, frame)
+    number = NamedNumber(one, parameter)
+    family = Family(number, 1.3 * number.value + 0.1, motion, period, frame)
     once = family.once(0.5)
     point = once.point(start)  # of no periodic motion
     _, slopes = family.equations(once, point, 0.5)
@@ -179,6 +181,7 @@ def test_pairs_pass_the_unit_circle_where_friction_becomes_propulsion():
     (found,) = branch.bifurcations
     assert found.kind == "torus"
     assert found.value == pytest.approx(0, abs=1e-9)
+    assert found.change == 6
     assert np.all(branch.stable == (branch.values > 0))
 
 
@@ -215,13 +218,15 @@ def test_it_ends_after_many_points(monkeypatch):
     assert (len(branch.motions), branch.ending) == (3, "it has 3 motions")
 
 
-def test_bifurcation_that_is_not_found_is_at_the_nearer_point(monkeypatch, branch):
+def test_what_is_not_found_is_unresolved(monkeypatch, branch):
     def lost(*_, **__):
-        raise ValueError("f(a) and f(b) must have different signs")
+        raise LostError
 
     monkeypatch.setattr("scipy.optimize.brentq", lost)
     (found,) = continue_motion(at_rest(), "moments[0]", 1.5).bifurcations
-    assert found.value in branch.values[found.after : found.after + 2]
+    assert (found.kind, found.change) == ("unresolved", 1)
+    assert found.interval == tuple(branch.values[found.after : found.after + 2])
+    assert found.value == found.interval[0]
 
 
 def test_messages_come_after_a_while(monkeypatch, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -47,14 +48,14 @@ class Passage:
         From the start to the end.
     matrix : array (6, 6)
         What becomes of small displacements.
-    slope : array (6,) or None
-        The displacement of the end by a parameter.
+    slope : array (6, p)
+        The displacement of the end by the named numbers.
     """
 
     end: Point
     change: Array
     matrix: Array
-    slope: Array | None
+    slope: Array
 
 
 class PeriodMap:
@@ -97,10 +98,9 @@ class PeriodMap:
         to_space = quat.product(self.frame.quaternion(self.time), point[0])
         return self.system.body.state(to_space, angular_momentum_body=point[1], time=self.time)
 
-    def passage(self, point: Point, parameter: str | None = None) -> Passage:
-        """Return what a period does, with the derivative by a named parameter of the system."""
+    def passage(self, point: Point, names: Sequence[str] = ()) -> Passage:
+        """Return what a period does, with the derivatives by named numbers of the system."""
         end = self.time + self.period
-        names = [] if parameter is None else [parameter]
         try:
             found = state_transition(self.system, self.state(point), [end], names, progress=False)
         except PropagationError as error:
@@ -114,7 +114,7 @@ class PeriodMap:
                 "guess must lead to a motion that depends smoothly on its start, but over the period "
                 f"{self.period:.6g} small displacements grow {growth:.1g} times. Choose a shorter period."
             )
-        slope = found.sensitivity[0, :, 0] / self.units if names else None
+        slope = found.sensitivity[0] / self.units[:, None]
         return Passage(there, self.displacement(point, there), matrix, slope)
 
     # ------------------------------------------------------------------ the motion that repeats itself

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.analysis.multipliers import SLOW, Multipliers
 from poinsot.analysis.period_map import PeriodMap, Point
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
@@ -34,8 +35,6 @@ __all__ = ["CassiniState", "PeriodicMotion", "cassini_state", "periodic_motion",
 
 Array = NDArray[Any]
 
-SLOW = 1e-6
-"""Angles and growth per period below this count as zero: where multipliers meet, they are not known better."""
 SAMPLES = 256
 """Of a mean over a period."""
 
@@ -120,7 +119,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
 
 def recognised(once: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
     """Return what there is to know about the motion that a period leads back to its point."""
-    multipliers = np.linalg.eigvals(matrix).astype(complex)
+    multipliers = Multipliers(matrix).values
     exponents = np.log(multipliers)
     frequencies, growth = (np.sort(part[part > SLOW]) / once.period for part in (exponents.imag, exponents.real))
     matrix = matrix * once.units[:, None] / once.units

@@ -29,6 +29,7 @@ MARKS = {
     "doubling": ("D", "#CC79A7"),
     "collision": ("X", BLACK),
     "torus": ("P", GREEN),
+    "unresolved": ("$?$", BLACK),
 }
 
 

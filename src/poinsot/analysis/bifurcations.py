@@ -1,0 +1,204 @@
+"""What happens to stability between two neighbouring periodic motions of a branch.
+
+Multipliers outside the unit circle are counted at both ends: real ones above 1, real ones below -1, complex pairs.
+Where one event explains how the counts change, the root of what vanishes there is found; elsewhere the segment is
+halved.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.analysis.family import Family, LostError, Place
+from poinsot.analysis.multipliers import Multipliers
+from poinsot.analysis.periodic import PeriodicMotion
+
+__all__ = ["LOOSE", "Bifurcation", "bifurcations"]
+
+Array = NDArray[Any]
+
+LOOSE = 1e-6
+"""Singular values below this, of the largest, belong to the direction of a branch that crosses."""
+NARROW = 1e-10
+"""Along the curve: what a segment as short does is one event."""
+RESOLUTION = 1e-15
+"""Of the distance at which something is located."""
+NODES, SPACING = 5, 0.01
+"""Places from which the next is predicted, and how near to each other they may be, of the segment."""
+LEVEL = 1e-9
+"""Of the tangent along the parameter, below which its sign is rounding."""
+SIGNS = {"branching": 1, "doubling": -1}
+COUNTS = np.array([1, 1, 2])
+"""Multipliers outside the unit circle: one that is real, two that are complex."""
+EVENTS = {
+    (0, 0, 0): "none",
+    (1, 0, 0): "branching",
+    (0, 1, 0): "doubling",
+    (0, 0, 1): "apart",
+    (2, 0, -1): "none",
+    (0, 2, -1): "none",
+}
+"""By the changes of what is outside, of either sign; two real ones there may become complex."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Bifurcation:
+    """Where a multiplier leaves or enters the unit circle, or the branch turns round.
+
+    Attributes
+    ----------
+    kind : {"fold", "branching", "doubling", "collision", "torus", "unresolved"}
+        "fold": the parameter is extreme, two motions meet. "branching": a multiplier passes 1 elsewhere, and another
+        branch crosses. "doubling": one passes -1. "collision": two pairs of a system of potentials meet on the unit
+        circle and leave it, or come back (Krein). "torus": a complex pair of another system passes the circle.
+        "unresolved": some of these within the interval, where no motion is found or they cannot be told apart.
+    value : float
+        Of the parameter.
+    interval : (float, float)
+        Values between which it is: of all but the last kind the value.
+    change : int
+        How many multipliers more are outside the unit circle after it.
+    motion : PeriodicMotion
+    tangent : array (7,)
+        How the branch goes on there: rotation vector, angular momentum, value of the parameter.
+    after : int
+        The point of the branch before it.
+    """
+
+    kind: str
+    value: float
+    interval: tuple[float, float]
+    change: int
+    motion: PeriodicMotion
+    tangent: Array
+    after: int
+
+
+def bifurcations(family: Family, a: Place, b: Place, after: int) -> Iterator[Bifurcation]:
+    """Yield what is between two neighbouring places, in its order."""
+    segment = _Segment(family, a, b, after)
+    yield from segment.explained(0.0, segment.length)
+
+
+class _Segment:
+    """The curve between two places, over the distance along their chord."""
+
+    def __init__(self, family: Family, a: Place, b: Place, after: int) -> None:
+        self.family, self.after = family, after
+        chord = a.to(b)
+        self.length = float(np.linalg.norm(chord))
+        self.chord, self.places = chord / self.length, {0.0: a, self.length: b}
+        self.paired = a.multipliers.paired and b.multipliers.paired
+        self.level = max(abs(a.tangent[6]), abs(b.tangent[6])) < LEVEL
+
+    # ------------------------------------------------------------------ places
+
+    def at(self, distance: float) -> Place:
+        """Return the place at a distance, predicted from those that are known."""
+        if distance in self.places:
+            return self.places[distance]
+        from scipy.interpolate import KroghInterpolator
+
+        nodes = self._nodes(distance)
+        near = nodes[0][1]
+        curve = KroghInterpolator([s for s, _ in nodes], [near.to(place) for _, place in nodes])
+        step, row = curve(distance), curve.derivative(distance)
+        point = near.once.displaced(near.point, step[:6])
+        place = self.family.corrected(point, near.u + step[6], row / np.linalg.norm(row), self.length, LOOSE)
+        self.places[distance] = place
+        return place
+
+    def _nodes(self, distance: float) -> list[tuple[float, Place]]:
+        first = self.places[0.0]
+        known = [(float(first.to(place) @ self.chord), place) for place in self.places.values()]
+        chosen: list[tuple[float, Place]] = []
+        for s, place in sorted(known, key=lambda node: abs(node[0] - distance)):
+            if all(abs(s - other) >= SPACING * self.length for other, _ in chosen):
+                chosen.append((s, place))
+        return chosen[:NODES]
+
+    def _multipliers(self, place: Place) -> Multipliers:
+        same = place.multipliers.paired == self.paired
+        return place.multipliers if same else Multipliers(place.matrix, self.paired)
+
+    # ------------------------------------------------------------------ events
+
+    def explained(self, low: float, high: float) -> Iterator[Bifurcation]:
+        """Yield what happens between two distances."""
+        a, b = self.places[low], self.places[high]
+        kind = self._kind(a, b)
+        if kind == "none":
+            return
+        middle = 0.5 * (low + high)
+        try:
+            found = None if kind == "several" else self._located(kind, low, high)
+            if found is None and high - low > NARROW:
+                self.at(middle)
+        except (LostError, ValueError):
+            yield self._event("unresolved", a, a, b)
+            return
+        if found is not None:
+            yield self._event(kind, found, a, b)
+        elif high - low > NARROW:
+            yield from self.explained(low, middle)
+            yield from self.explained(middle, high)
+        else:
+            yield self._event(self._at_once(a, b), a, a, b)
+
+    def _event(self, kind: str, place: Place, a: Place, b: Place) -> Bifurcation:
+        change = int(self._change(a, b) @ COUNTS)
+        kind = kind if kind != "apart" else "collision" if self.paired else "torus"
+        tangent = place.tangent * np.append(place.once.units, self.family.span)
+        value, *ends = (self.family.value(each.u) for each in (place, a, b))
+        interval = (min(ends), max(ends)) if kind == "unresolved" else (value, value)
+        return Bifurcation(kind, value, interval, change, place.motion(), tangent, self.after)
+
+    def _change(self, a: Place, b: Place) -> Array:
+        return np.asarray(self._multipliers(b).outside - self._multipliers(a).outside)
+
+    def _turns(self, a: Place, b: Place) -> bool:
+        return not self.level and bool(a.tangent[6] * b.tangent[6] < 0)
+
+    def _kind(self, a: Place, b: Place) -> str:
+        """Return the one event that explains what differs between two places."""
+        change = self._change(a, b)
+        if self._turns(a, b):
+            return "fold" if list(np.abs(change)) == [1, 0, 0] else "several"
+        return EVENTS.get(tuple(change)) or EVENTS.get(tuple(-change), "several")
+
+    def _located(self, kind: str, low: float, high: float) -> Place | None:
+        """Return the place of one event; None where what vanishes there does not change its sign."""
+        from scipy.optimize import brentq
+
+        a, b = self.places[low], self.places[high]
+        known = 0
+        if kind in SIGNS:
+            counts = [self._multipliers(place).count_at(SIGNS[kind]) for place in (a, b)]
+            known = min(counts)
+            if counts[0] != counts[1]:
+                return a if counts[0] > known else b
+        test = self._test(kind, known)
+        if not test(a) * test(b) < 0:
+            return None
+        return self.at(brentq(lambda s: test(self.at(s)), low, high, xtol=RESOLUTION, rtol=RESOLUTION))
+
+    def _test(self, kind: str, known: int) -> Callable[[Place], float]:
+        if kind == "fold":
+            return lambda place: float(place.tangent[6])
+        if kind == "apart":
+            return lambda place: self._multipliers(place).apart()
+        return lambda place: self._multipliers(place).beside(SIGNS[kind], known)
+
+    def _at_once(self, a: Place, b: Place) -> str:
+        """Return what a narrow segment is, in which nothing alone explains what differs."""
+        change = self._change(a, b)
+        (moved,) = np.nonzero(change)
+        if moved.size == 1:
+            return "fold" if self._turns(a, b) and change[0] % 2 else ("branching", "doubling", "apart")[moved[0]]
+        crossed = self._multipliers(a).count_at(1) > self._multipliers(self.places[0.0]).count_at(1)
+        return "branching" if crossed and not moved.size else "unresolved"

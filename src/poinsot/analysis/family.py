@@ -1,0 +1,202 @@
+"""Periodic motions of a family of systems: the place on their curve near a point.
+
+Displacements x of a point and the parameter u obey x(period) - x = 0: a curve in seven dimensions. Its tangent is in
+the null space of (matrix - 1, derivative by u), from the state-transition matrix and the sensitivity of the motion.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.analysis.multipliers import Multipliers
+from poinsot.analysis.period_map import FIRM, SETTLED, PeriodMap, Point, largest_part
+from poinsot.analysis.periodic import PeriodicMotion, recognised
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.attitude import rotation
+from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.parameter_names import named_numbers
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.replaced import NamedNumber
+from poinsot.mechanics.system import System
+
+__all__ = ["Family", "LostError", "NamedFunction", "Place"]
+
+Array = NDArray[Any]
+
+ROUNDS = 8
+"""Of the corrector."""
+DIFFERENCE = 1e-5
+"""Of the way of the parameter, for the derivatives of numbers, period and frame, which have formulas."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """A periodic motion on the curve; the tangent is (x, u), of length one."""
+
+    once: PeriodMap
+    point: Point
+    u: float
+    matrix: Array
+    tangent: Array
+    rounds: int
+
+    def motion(self) -> PeriodicMotion:
+        """Return the motion."""
+        return recognised(self.once, self.point, self.matrix)
+
+    def to(self, other: Place) -> Array:
+        """Return what leads to another place, (7,)."""
+        return np.append(self.once.displacement(self.point, other.point), other.u - self.u)
+
+    @functools.cached_property
+    def multipliers(self) -> Multipliers:
+        """Of its matrix."""
+        return Multipliers(self.matrix)
+
+
+class LostError(Exception):
+    """The corrector found nothing near."""
+
+
+class NamedFunction:
+    """A function of a number to a system, and the number where it begins; as `NamedNumber` has them."""
+
+    def __init__(self, function: Callable[[float], System], value: float) -> None:
+        self.name, self.value = getattr(function, "__name__", "parameter"), value
+        self._function = function
+
+    def system(self, value: float) -> System:
+        """Return the system at a value, or refuse what comes."""
+        found: Any = self._function(value)
+        if not isinstance(found, System):
+            raise TypeError(f"parameter must return a System, got {came(found)}.")
+        return found
+
+
+class Family:
+    """The problem at each value of the parameter, 0 <= u <= 1 from the start to the end.
+
+    Parameters
+    ----------
+    parameter : NamedNumber or NamedFunction
+    to : float
+        Its value at the end.
+    motion : PeriodicMotion
+        Where it begins.
+    period, frame : function of a System, or None
+        None: those of the motion.
+    turns : int
+        How many periods make one.
+    """
+
+    def __init__(
+        self,
+        parameter: NamedNumber | NamedFunction,
+        to: float,
+        motion: PeriodicMotion,
+        period: Callable[[System], float] | None,
+        frame: Callable[[System], Frame] | None,
+        turns: int = 1,
+    ) -> None:
+        for word, function in (("period", period), ("frame", frame)):
+            if function is not None and not callable(function):
+                raise TypeError(f"{word} must be a function of a System, but {came(function)} came.")
+        self.name, self._parameter, self._turns = parameter.name, parameter, turns
+        self.start, self.span = parameter.value, to - parameter.value
+        if not self.span:
+            raise ValueError(f"to must be another value than that of {self.name}, but {to!r} came.")
+        self._time = float(motion.state.time)
+        self._period = period or (lambda _: motion.period)
+        self._frame = frame or (lambda _: motion.frame)
+        self._fixed = period is None and frame is None
+
+    def value(self, u: float) -> float:
+        """Return the value of the parameter."""
+        return self.start + u * self.span
+
+    def once(self, u: float) -> PeriodMap:
+        """Return the map over the period."""
+        system = self._parameter.system(self.value(u))
+        period = float(real_array("period", self._period(system), ()))
+        refuse_nonpositive("period", period)
+        return PeriodMap(system, checked_frame(self._frame(system)), self._time, self._turns * period)
+
+    def equations(self, once: PeriodMap, point: Point, u: float) -> tuple[Array, Array]:
+        """Return what a period changes, (6,), and minus its derivative by displacement and u, (6, 7)."""
+        ends = max(u - DIFFERENCE, 0.0), min(u + DIFFERENCE, 1.0)  # beyond there may be no system
+        names, rates = self._changing(once.system, ends)
+        passage = once.passage(point, names)
+        slope = passage.slope @ rates
+        if not self._fixed:
+            slope = slope + self._slope_of_times_and_axes(once, point, passage.end, passage.matrix, ends)
+        return passage.change, np.column_stack([np.eye(6) - passage.matrix, -slope])
+
+    def _changing(self, here: System, ends: tuple[float, float]) -> tuple[list[str], Array]:
+        """Return which numbers of the system change with u, and their derivatives."""
+        if isinstance(self._parameter, NamedNumber):
+            return [self.name], np.array([self.span])
+        around = [self._parameter.system(self.value(u)) for u in ends]
+        first, last = (np.array(system.between_knots().numbers, dtype=float) for system in around)
+        if first.shape != last.shape or first.shape != np.shape(here.between_knots().numbers):
+            raise ValueError("parameter must return systems that differ in numbers alone, got other forces or orbits.")
+        rates = (last - first) / (ends[1] - ends[0])
+        names = {name: rates[numbers[0]] for name, numbers in named_numbers(here).items() if rates[numbers[0]]}
+        return list(names), np.array(list(names.values()))
+
+    def _slope_of_times_and_axes(
+        self, once: PeriodMap, point: Point, end: Point, matrix: Array, ends: tuple[float, float]
+    ) -> Array:
+        """Return what changes of the period and of the frame with u add to the displacement of the end."""
+        around, apart = [self.once(end) for end in ends], ends[1] - ends[0]
+        first, last = (
+            _turn(*(each.frame.quaternion(each.time + share * each.period) for each in around)) / apart
+            for share in (0, 1)
+        )
+        longer = (around[1].period - around[0].period) / apart
+        there = once.time + once.period
+        to_space = quat.product(once.frame.quaternion(there), end[0])
+        state = once.system.body.state(to_space, angular_momentum_body=end[1], time=there)
+        omega, g = once.system.omega_body(state), end[1]
+        flow = np.concatenate([omega, np.cross(g, omega) + once.system.torque_body(state)]) / once.units
+        begun, ended = (
+            np.concatenate([rotation(p).inv().apply(w), np.zeros(3)]) for p, w in ((point[0], first), (end[0], last))
+        )
+        return np.asarray(matrix @ begun + flow * longer - ended)
+
+    def corrected(self, point: Point, u: float, row: Array, farthest: float = np.inf, firm: float = FIRM) -> Place:
+        """Return the place on the curve near a point, in the plane through it at right angles to a row.
+
+        Where a singular value is below `firm`, of the largest, the point stays where it is in that direction.
+        """
+        gone = np.zeros(7)
+        for rounds in range(1, ROUNDS + 1):
+            once = self.once(u)
+            change, slopes = self.equations(once, point, u)
+            step = _solution(slopes, row, np.append(change, 0.0), firm)
+            step[6] *= row[6] != 1  # the parameter is given
+            gone += step
+            if not np.linalg.norm(gone) < farthest:
+                raise LostError
+            point, u = once.displaced(point, step[:6]), u + step[6]
+            if max(largest_part(change), largest_part(step[:6]), abs(step[6])) < SETTLED:
+                once = self.once(u)
+                _, slopes = self.equations(once, point, u)
+                tangent = _solution(slopes, row, np.eye(7)[6], firm)
+                return Place(once, point, u, np.eye(6) - slopes[:, :6], tangent / np.linalg.norm(tangent), rounds)
+        raise LostError
+
+
+def _solution(slopes: Array, row: Array, right: Array, firm: float) -> Array:
+    return np.asarray(np.linalg.lstsq(np.vstack([slopes, row]), right, rcond=firm)[0])
+
+
+def _turn(a: Array, b: Array) -> Array:
+    """Return the rotation vector from axes a to axes b, along a."""
+    return np.asarray((rotation(a).inv() * rotation(b)).as_rotvec())

@@ -1,0 +1,113 @@
+"""Floquet's multipliers of a period map, sharp where they meet.
+
+A symplectic matrix has its multipliers in pairs m, 1/m. Where two of them meet, at 1 or at -1, rounding e moves each by
+sqrt(e), but their sum m + 1/m by e only: the three sums are the roots of a cubic whose coefficients are smooth
+(Broucke 1969, AIAA J. 7, 1003, for the 4 x 4 matrix). A sum passes 2 where another branch crosses, -2 where the period
+doubles, and two sums meet where two pairs leave the unit circle. Other matrices have six multipliers, which pass 1, -1
+or the circle.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SLOW", "Multipliers"]
+
+Array = NDArray[Any]
+
+SLOW = 1e-6
+"""Angles and growth per period below this count as zero: where multipliers meet, they are not known better."""
+SHARP = 1e-13
+"""The same of multipliers that do not meet their own reciprocals, and so are known to rounding."""
+PAIRED = 1e-9
+"""By how much the characteristic polynomial of a symplectic matrix may differ from its mirror image, relatively."""
+NOISE = 1e-12
+"""Of a coefficient of that polynomial, of the largest that it can have: below it is rounding."""
+
+
+class Multipliers:
+    """The eigenvalues of a matrix (6, 6).
+
+    Parameters
+    ----------
+    matrix : array (6, 6)
+    paired : bool, optional
+        Whether they come as m, 1/m. Default: what the matrix says.
+    """
+
+    def __init__(self, matrix: Array, paired: bool | None = None) -> None:
+        self._raw = np.linalg.eigvals(matrix).astype(complex)
+        polynomial = np.poly(self._raw)
+        mirrored = np.max(np.abs(polynomial - polynomial[::-1])) <= PAIRED * np.max(np.abs(polynomial))
+        self.paired = bool(mirrored) if paired is None else paired
+        self._unit = 2.0 if self.paired else 1.0
+        self._roots = _sums(self._raw) if self.paired else self._raw
+
+    @functools.cached_property
+    def values(self) -> Array:
+        """All six, complex; those that cannot be told from 1 or -1 are it."""
+        roots = _parted(self._roots) if self.paired else self._roots.copy()
+        for sign in (1, -1):
+            nearest = np.argsort(np.abs(roots - sign * self._unit))
+            roots[nearest[: self.count_at(sign)]] = sign * self._unit
+        return _pairs(roots) if self.paired else roots
+
+    @functools.cached_property
+    def outside(self) -> Array:
+        """How many are outside the unit circle: real above 1, real below -1, pairs of complex ones; (3,)."""
+        out = self.values[np.log(np.abs(self.values)) > (SLOW if self.paired else SHARP)]
+        real = out[out.imag == 0].real
+        return np.array([np.sum(real > 0), np.sum(real < 0), np.sum(out.imag > 0)])
+
+    def count_at(self, sign: int) -> int:
+        """Return how many pairs, or multipliers, cannot be told from 1 or from -1."""
+        largest = float(np.prod(self._unit + np.abs(self._roots)))
+        return int(np.argmin(np.abs(self._about(sign)) < NOISE * largest))
+
+    def beside(self, sign: int, known: int) -> float:
+        """Return the product of the distances from 1 or -1, but for a known number that are there.
+
+        It changes its sign where one more passes.
+        """
+        return float(self._about(sign)[known])
+
+    def apart(self) -> float:
+        """Return what changes its sign where complex ones leave the unit circle: two sums meet, or a pair passes it."""
+        if self.paired:
+            a, b, c = self._roots
+            return float(((a - b) ** 2 * (b - c) ** 2 * (c - a) ** 2).real)
+        return float(np.prod(np.log(np.abs(self._raw[self._raw.imag > SLOW]))))
+
+    def _about(self, sign: int) -> Array:
+        """Return the coefficients of the polynomial of the roots about 1 or -1, constant first."""
+        return np.asarray(np.poly(self._roots - sign * self._unit).real[::-1])
+
+
+def _sums(values: Array) -> Array:
+    """Return m + 1/m of each of the three pairs, from the larger of the two, which is known better."""
+    left, sums = list(range(len(values))), []
+    own, weight = values + 1 / values, np.abs(values) ** 2
+    while left:
+        first = left.pop(int(np.argmax(weight[left])))
+        pair = [first, left.pop(int(np.argmin(np.abs(own[left] - own[first]))))]
+        sums.append(np.average(own[pair], weights=weight[pair]))
+    return np.array(sums)
+
+
+def _parted(sums: Array) -> Array:
+    """Return sums, real where two real ones could have them as they are rounded."""
+    third = np.max(np.abs(sums[:, None] - sums), axis=-1)
+    width = np.sqrt(NOISE * np.prod(np.abs(sums) + 2) / np.maximum(third, NOISE))
+    return np.where(np.abs(sums.imag) < width, sums.real, sums).astype(complex)
+
+
+def _pairs(sums: Array) -> Array:
+    """Return m and 1/m of each sum; of a real one between -2 and 2 they are on the unit circle."""
+    root = np.sqrt((sums / 2) ** 2 - 1)
+    larger = np.where(np.abs(sums / 2 + root) >= np.abs(sums / 2 - root), sums / 2 + root, sums / 2 - root)
+    circle = (sums.imag == 0) & (np.abs(sums.real) <= 2)
+    return np.concatenate([larger, np.where(circle, larger.conj(), 1 / larger)])
