@@ -29,6 +29,9 @@ class _Stopped(BaseException):
         self.time = time
         self.trajectory = trajectory
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (*self.args, self.time, self.trajectory), vars(self)
+
 
 class PropagationError(_Stopped, RuntimeError):
     """A run stopped before its last time.

@@ -30,6 +30,9 @@ __all__ = [
 ]
 
 
+ROUNDING = {"double": 2.0**-53, "extended": 2.0**-64, "quadruple": 2.0**-113}
+"""Half the distance from 1 to the next number."""
+
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
 
@@ -122,4 +125,8 @@ def checked_tolerance(tolerance: float | None, precision: str) -> float:
     value = float(real_array("tolerance", tolerance, ()))
     if not 0 < value < 1:
         raise ValueError(f"tolerance must be between 0 and 1, but {value} came.")
+    if value < ROUNDING[precision]:
+        raise ValueError(
+            f"tolerance must be at least the rounding unit of the precision, {ROUNDING[precision]:.3g}, got {value}."
+        )
     return value

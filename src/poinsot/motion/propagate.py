@@ -186,6 +186,10 @@ class _Half:
         self.happened: list[Recorded] = []
         self.cause: BaseException | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what evaluates the polynomials, without the integrator."""
+        return {name: value for name, value in vars(self).items() if name not in ("borrowed", "engine", "report")}
+
     def run(self) -> None:
         """Integrate to the last time of the grid, or to where it stops."""
         if not self.grid.size:
@@ -292,7 +296,8 @@ def _join(
     times = np.concatenate([earlier.grid[: count[1]][::-1], later.grid[: count[0]]])
     if not _rises(t):
         rows, times = rows[::-1], times[::-1]
-    interpolant = (_interpolant(halves, variables), halves[1].reached, halves[0].reached) if dense else None
+    dense_output = functools.partial(_canonical_at, halves, variables)
+    interpolant = (dense_output, halves[1].reached, halves[0].reached) if dense else None
     sky = None
     if tracked_orbits(watched):
         sky = functools.partial(variables.sky, watched, times, rows[:, variables.formulation.size :])
@@ -312,17 +317,15 @@ def _stacked(parts: list[Array], size: int) -> Array:
     return parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, size)), *parts])
 
 
-def _interpolant(halves: list[_Half], variables: Coordinates) -> Callable[[Array], tuple[Array, Array]]:
-    def canonical_at(times: Array) -> tuple[Array, Array]:
-        if not halves[1].pieces and halves[0].pieces:
-            return variables.to_canonical(times, halves[0].evaluate(times))
-        out = np.empty((times.size, variables.size))
-        for half, chosen in zip(halves, (times >= halves[0].origin, times < halves[0].origin), strict=True):
-            if np.any(chosen):
-                out[chosen] = half.evaluate(times[chosen]) if half.pieces else half.start
-        return variables.to_canonical(times, out)
-
-    return canonical_at
+def _canonical_at(halves: list[_Half], variables: Coordinates, times: Array) -> tuple[Array, Array]:
+    """Return q and Q at times, from the polynomials of both halves."""
+    if not halves[1].pieces and halves[0].pieces:
+        return variables.to_canonical(times, halves[0].evaluate(times))
+    out = np.empty((times.size, variables.size))
+    for half, chosen in zip(halves, (times >= halves[0].origin, times < halves[0].origin), strict=True):
+        if np.any(chosen):
+            out[chosen] = half.evaluate(times[chosen]) if half.pieces else half.start
+    return variables.to_canonical(times, out)
 
 
 def _in_precision(state: State, precision: str) -> State:

@@ -111,6 +111,11 @@ class Trajectory:
         self.events: tuple[Crossings, ...] = ()
         self.provenance: dict[str, Any] = {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the motion as numbers: what computes them on demand has computed them."""
+        computed = {"_pair": self._pair, "sky": self.sky}
+        return {**vars(self), **computed, "_canonical": None, "_sky": None}
+
     # ------------------------------------------------------------------ reading
 
     @functools.cached_property
