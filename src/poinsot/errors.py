@@ -86,7 +86,8 @@ def scalar(name: str, value: Any) -> Any:
     """Return a number, array or expression as a formula takes them, its kind kept; anything else is refused."""
     value = plain(name, value)
     real = not isinstance(value, np.ndarray | np.generic) or value.dtype.kind in "ifuO"
-    if real and hasattr(type(value), "__neg__") and not isinstance(value, int | complex):
+    each = value.flat if isinstance(value, np.ndarray) and value.dtype == object else (value,)
+    if real and all(hasattr(type(one), "__neg__") and not isinstance(one, int | complex) for one in each):
         return value
     return real_numbers(name, value)[()]
 

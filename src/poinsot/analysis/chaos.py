@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.mechanics.samples import orbits_of, time_scale
 from poinsot.mechanics.state import State, computed_state
@@ -95,6 +96,7 @@ class ChaosIndicators:
         )
 
 
+@checked
 def chaos_indicators(
     system: System,
     state: State,
@@ -234,6 +236,7 @@ class LyapunovSpectrum:
         return f"LyapunovSpectrum(times={self.times.size}, exponents={self.exponents[..., -1:, :].tolist()})"
 
 
+@checked
 def lyapunov_spectrum(
     system: System,
     state: State,

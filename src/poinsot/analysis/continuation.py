@@ -21,6 +21,7 @@ from poinsot.analysis.bifurcations import LOOSE, Bifurcation, bifurcations
 from poinsot.analysis.family import Family, LostError, NamedFunction, Place
 from poinsot.analysis.period_map import Point
 from poinsot.analysis.periodic import PeriodicMotion
+from poinsot.checked import checked
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.replaced import NamedNumber
@@ -102,6 +103,7 @@ class Branch:
         )
 
 
+@checked
 def continue_motion(
     motion: PeriodicMotion | Bifurcation,
     parameter: str | Callable[[float], System],

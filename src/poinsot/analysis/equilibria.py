@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.functions import Vector
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
@@ -95,6 +96,7 @@ class Equilibrium:
         return f"Equilibrium({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
 
 
+@checked
 def equilibria(
     system: System, frame: Frame | None = None, *, guesses: Rotation | ArrayLike | None = None, time: float = 0.0
 ) -> list[Equilibrium]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from poinsot.checked import checked
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
@@ -47,6 +48,7 @@ class FreeRotation:
     long axis in both modes: their precession is `long_axis_precession_period`.
     """
 
+    @checked
     def __init__(self, body: Body, state: State) -> None:
         check_kinds("FreeRotation(body, state)", {"body": (body, Body), "state": (state, State)})
         members = members_of(System(body), state)

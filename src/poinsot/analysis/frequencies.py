@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
@@ -72,6 +73,7 @@ class LineSpectrum:
     residual: Any
 
 
+@checked
 def frequencies(signal: ArrayLike, times: ArrayLike, count: int = 10) -> LineSpectrum:
     """Return the lines of an evenly sampled signal: frequencies, amplitudes and the errors of the frequencies.
 
@@ -101,6 +103,7 @@ def frequencies(signal: ArrayLike, times: ArrayLike, count: int = 10) -> LineSpe
     return LineSpectrum(nu, amplitudes, errors, np.reshape([row[3] for row in rows], signals.shape[:-1])[()])
 
 
+@checked
 def diffusion(signal: ArrayLike, times: ArrayLike, count: int = 1) -> Array:
     """Return the relative change of the strongest frequencies of a signal from one half of a run to the other.
 
@@ -355,7 +358,7 @@ def _checked(signal: ArrayLike, times: ArrayLike, lines: int, halves: int = 1) -
             f"signal must have at least {needed} samples along its last axis for {lines} lines in {each}, "
             f"but shape {values.shape} came."
         )
-    if np.ndim(times) == 0:
+    if array_of("times", times).ndim == 0:
         step = real_array("times", times, ())
         refuse_nonpositive("times, as a step,", step)
         return values, np.arange(n) * step

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from poinsot.analysis.multipliers import SLOW, Multipliers
 from poinsot.analysis.period_map import PeriodMap, Point
+from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
 from poinsot.mechanics.body import Body
@@ -76,8 +77,10 @@ class PeriodicMotion:
         """Whether the linear equations let nothing grow exponentially."""
         return not self.growth_rates.size
 
+    @checked
     def over_period(self, count: int = SAMPLES) -> Trajectory:
         """Return the motion at evenly spaced times of one period, from its start on and without its end."""
+        refuse_nonpositive("count", count)
         return propagate(self.system, self.state, self.state.time + self.period * np.arange(count) / count)
 
     def __repr__(self) -> str:
@@ -85,6 +88,7 @@ class PeriodicMotion:
         return f"PeriodicMotion({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
 
 
+@checked
 def periodic_motion(system: System, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
     """Return the motion near a guess that repeats itself in a frame after one period.
 
@@ -162,6 +166,7 @@ class CassiniState:
     wobble: float
 
 
+@checked
 def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliquity: float = 0.0) -> CassiniState:
     """Return the Cassini state of a body under the gravity gradient of what it orbits.
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.crossings import AndoyerCrossing, Instant
@@ -55,6 +56,7 @@ class Section:
         return f"Section of {len(self.x)} motions, {int(np.sum(np.isfinite(self.x)))} points"
 
 
+@checked
 def section(
     motion: Trajectory, coordinates: Coordinates, event: int | None = None, labels: Sequence[str] = ("x", "y")
 ) -> Section:
@@ -121,6 +123,7 @@ def _all_times(motion: Trajectory) -> Crossings:
     return Crossings(Instant(0.0), motion.system, times[got], states, slopes, whose[got])
 
 
+@checked
 def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolutions: int, **options: Any) -> Section:
     """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate over mean motion.
 
@@ -173,6 +176,7 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
     return section(motion, coordinates, labels=("angle from the periapsis [rad]", "rate / mean motion"))
 
 
+@checked
 def andoyer_section(system: System, state: State, time: float, *, angle: float = 0.0, **options: Any) -> Section:
     """Return Andoyer's l and L/G where g passes an angle, growing.
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import PropagationError, real_numbers
 from poinsot.mechanics.parameter_names import resolve
 from poinsot.mechanics.state import State
@@ -94,6 +95,7 @@ class StateTransition:
         return np.asarray(total + self.sensitivity @ own @ np.swapaxes(self.sensitivity, -1, -2))
 
 
+@checked
 def state_transition(
     system: System,
     state: State,

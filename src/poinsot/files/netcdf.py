@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
@@ -58,6 +59,7 @@ MOST_INFLATED = 1100
 """Numbers in a file for each of its bytes: what deflate cannot exceed, and a file that is whole cannot either."""
 
 
+@checked
 def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write a trajectory, with units, frames and provenance, and return its path; `load` reads it to the bit.
 

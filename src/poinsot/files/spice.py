@@ -26,8 +26,6 @@ MOST_OF_TEXT = 16 * 1024 * 1024
 @contextlib.contextmanager
 def loaded(spice: Any, kernels: Sequence[str | Path]) -> Iterator[None]:
     """Load kernels, and unload them in the end."""
-    if isinstance(kernels, str | Path):
-        raise TypeError(f"kernels must be a list of paths, but {str(kernels)!r} came.")
     with contextlib.ExitStack() as stack:
         for path in map(Path, kernels):
             if not path.is_file():

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics import quaternion as quat
@@ -65,6 +66,7 @@ class Andoyer:
                 raise ValueError(f"{name} must lie between -G and G, but |{name}| = {excess:.13g} G came.")
 
     @classmethod
+    @checked
     def of(cls, state: State) -> Andoyer:
         """Return the variables of a state; angles in (-pi, pi]."""
         if not isinstance(state, State):

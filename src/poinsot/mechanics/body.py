@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpositive
+from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
@@ -385,7 +385,7 @@ def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray
 def _three(name: str, vectors: ArrayLike) -> Any:
     """Return vectors of numbers, shape (..., 3), checked; those of a formula as they are."""
     if isinstance(vectors, functions.Vector) or (isinstance(vectors, np.ndarray) and vectors.dtype == object):
-        return vectors
+        return scalar(name, vectors)
     array = real_numbers(name, vectors)
     if array.shape[-1:] != (3,):
         raise ValueError(f"{name} must have shape (..., 3), but shape {array.shape} came.")

@@ -90,4 +90,4 @@ class RotatingFrame(Frame):
         return quat.product(turned, self._start)
 
     def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
-        return np.broadcast_to(self._omega, (*np.shape(time), 3))
+        return np.broadcast_to(self._omega, (*real_numbers("time", time).shape, 3))

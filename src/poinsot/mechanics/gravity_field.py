@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Parametric
@@ -103,6 +104,7 @@ class GravityField(Parametric):
         factors = norms(self.degree)
         return np.divide(self.C, factors), np.divide(self.S, factors)
 
+    @checked
     def truncated(self, degree: int) -> GravityField:
         """Return the field up to a lower degree."""
         degree = whole_degree(degree)

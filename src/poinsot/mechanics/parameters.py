@@ -49,12 +49,15 @@ class Parametric:
         return record
 
     def __post_init__(self) -> None:
-        for name, kind in _fields_of(self).items():
+        for name, kind in kinds_of(type(self)).items():  # first what may be the length of an array
             value = getattr(self, name)
-            if isinstance(kind, tuple):
-                object.__setattr__(self, name, member_array(name, value, kind))
-            elif not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            if not isinstance(kind, tuple) and (
+                not isinstance(value, kind) or (kind is int and isinstance(value, bool))
+            ):
                 raise TypeError(f"{name} must be {_article(kind)}, but {came(value)} came.")
+        for name, kind in _fields_of(self).items():
+            if isinstance(kind, tuple):
+                object.__setattr__(self, name, member_array(name, getattr(self, name), kind))
 
     def __repr__(self) -> str:
         fields = ", ".join(f"{name}={listed(getattr(self, name))}" for name in _fields_of(self))

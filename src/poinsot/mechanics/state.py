@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics import quaternion as quat
@@ -54,6 +55,7 @@ class State:
         _check_tangent(self.quaternion, self.conjugate_momenta)
 
     @classmethod
+    @checked
     def from_euler(cls, angles: ArrayLike, momenta: ArrayLike, sequence: str = "313", time: ArrayLike = 0.0) -> State:
         """Return the state with Euler angles (radians) and their canonical momenta; shapes (3,) or (n, 3).
 
@@ -67,6 +69,7 @@ class State:
         g = euler.angular_momentum_from_momenta(angles, momenta, sequence)
         return cls(q, 2 * quat.product(q, quat.pure(g)), time)
 
+    @checked
     def euler(self, sequence: str = "313") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the Euler angles (radians) and their canonical momenta, each of shape (..., 3).
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.axes import SPACE_AXES, Axes
@@ -68,11 +69,13 @@ class System:
 
     # ------------------------------------------------------------------ energy
 
+    @checked
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state, eq. (9); shape (...)."""
         g = state.angular_momentum_body
         return self.beside(g.shape[:-1]).body.kinetic_energy(_scalars(g))
 
+    @checked
     def potential_energy(self, state: State, sky: Sky | None = None) -> Any:
         """Return the sum of the energies of the potentials at a state, in the world at its time; shape (...)."""
         shape = state.quaternion.shape[:-1]
@@ -89,11 +92,13 @@ class System:
             out[name] = np.broadcast_to(condition, shape) | out.get(name, False)
         return out
 
+    @checked
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
         g = state.angular_momentum_body
         return np.stack(list(self.beside(g.shape[:-1]).body.omega(_scalars(g))), axis=-1)
 
+    @checked
     def energy(self, state: State) -> Any:
         """Return kinetic plus potential energy, the Hamiltonian where there is one; shape (...)."""
         return self.kinetic_energy(state) + self.potential_energy(state)
@@ -129,6 +134,7 @@ class System:
         rates = chosen.derivatives(own, self.body.kinetics(scale), torque_of, axes.omega(time, carried))
         return [*rates, *axes.rates(time, carried)]
 
+    @checked
     def torque_body(self, state: State, sky: Sky | None = None) -> Any:
         """Return the sum of all torques at a state along the body axes, in the world at its time; shape (..., 3)."""
         shape, omega = state.quaternion.shape[:-1], self.omega_body(state)
@@ -152,6 +158,7 @@ class System:
         attitude, sky = Attitude.from_quaternion(q), sky or Sky(time)
         return sum(f.energy(self.body, attitude, sky) for f in self.forces if isinstance(f, Potential))
 
+    @checked
     def momentum_scale(self, state: State) -> Any:
         """Return the size of the angular momentum that the motion from a state will have, roughly; shape (...).
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
@@ -54,6 +55,7 @@ class Crossings:
     def __repr__(self) -> str:
         return f"Crossings of {self.event!r}: {len(self)}"
 
+    @checked
     def of(self, member: int) -> Crossings:
         """Return those of one member."""
         chosen = self.members == member

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
 from poinsot.mechanics.event import Event
@@ -44,6 +45,7 @@ STEPS_AT_A_TIME = 20_000
 Array = NDArray[Any]
 
 
+@checked
 def propagate(
     system: System,
     state: State,

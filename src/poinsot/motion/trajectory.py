@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import real_numbers
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
@@ -185,10 +186,12 @@ class Trajectory:
         """Whether the motion can be called at any time."""
         return self._interpolant is not None
 
+    @checked
     def euler(self, sequence: str = "313") -> tuple[Array, Array]:
         """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does."""
         return _computed_state(self).euler(sequence)
 
+    @checked
     def relative_to(self, frame: Frame) -> RelativeMotion:
         """Return attitude and rate relative to a moving frame, such as `orbit.frame`."""
         frame = checked_frame(frame)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics import quaternion as quat
@@ -112,6 +113,7 @@ class Ephemeris(Orbit):
     radius: float = 0.0
 
     @classmethod
+    @checked
     def fit(
         cls,
         mu: float,
@@ -150,6 +152,9 @@ class Ephemeris(Orbit):
         if not first < last:
             raise ValueError(f"stop must be after start, but start = {first:.10g} and stop = {last:.10g} came.")
 
+        tolerance = float(real_array("tolerance", tolerance, ()))
+        refuse_nonpositive("tolerance", tolerance)
+
         def positions(times: Array) -> Array:
             return real_array("position(times)", position(times), (times.size, 3))
 
@@ -157,6 +162,7 @@ class Ephemeris(Orbit):
         return cls(mu, _Pieces(knots, coefficients, error, (reference_frame, origin, calendar)), radius)
 
     @classmethod
+    @checked
     def from_table(
         cls,
         mu: float,

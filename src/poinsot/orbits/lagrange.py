@@ -125,7 +125,7 @@ class LagrangePoint(CirclingPair):
         for name in ("mu_primary", "mu_secondary", "separation", "epoch"):
             object.__setattr__(self, name, float(real_array(name, getattr(self, name), ())))
         self._check_pair()
-        if self.point not in POINTS:
+        if not isinstance(self.point, str) or self.point not in POINTS:
             raise ValueError(f"point must be one of {', '.join(POINTS)}, but {self.point!r} came.")
 
     def orbit(self, offset: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> ThreeBodyOrbit:

@@ -32,7 +32,7 @@ ROWS = (2, 4, 6)
 def values(coefficients: Array, half_lengths: Array, s: Array, order: int) -> Array:
     """Return the derivatives of an order with respect to time at one s in each piece, shape (..., 3)."""
     derived: Array = np.asarray(chebyshev.chebder(coefficients, order, axis=-1))
-    polynomials = chebyshev.chebvander(s, derived.shape[-1] - 1).reshape(*np.shape(s), -1)
+    polynomials = chebyshev.chebvander(s, derived.shape[-1] - 1).reshape(*np.shape(s), derived.shape[-1])
     return np.asarray(np.einsum("...ik,...k->...i", derived, polynomials) / half_lengths[..., None] ** order)
 
 

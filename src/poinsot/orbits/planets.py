@@ -10,6 +10,7 @@ import heyoka
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
@@ -53,6 +54,7 @@ TOLERANCE = 1e-12
 Array = NDArray[np.float64]
 
 
+@checked
 def planet_orbit(body: str, attractor: str, start: Any, stop: Any, *, calendar: Calendar = J2000) -> Ephemeris:
     """Return the position of the Sun, the Moon or a planet relative to another of them, without any data file.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.errors import refuse_nonpositive
+from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.mechanics.axes import Axes
 from poinsot.mechanics.frame import RotatingFrame
@@ -122,6 +122,7 @@ class ThreeBodyOrbit(CirclingPair, Parametric):
 
     def variables_at(self, time: Scalar) -> functions.Vector:
         """Return position and velocity from the secondary, synodic axes, units of separation and mean motion."""
+        time = scalar("time", time)
         here: Any = getattr(time, "value", time)  # of a time with derivatives
         refuse_symbols(type(self).__name__, here, self.epoch, *self._start, variable="path")
         now = functions.Vector(self._path.at(self.mean_motion * (here - self.epoch)))

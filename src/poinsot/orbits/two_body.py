@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
+from poinsot.checked import checked
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.orbits.vectors import passage
@@ -11,6 +12,7 @@ from poinsot.orbits.vectors import passage
 __all__ = ["two_body_orbit"]
 
 
+@checked
 def two_body_orbit(
     mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
 ) -> KeplerOrbit | EscapeOrbit:

@@ -9,6 +9,7 @@ import numpy as np
 
 from poinsot.analysis.continuation import Branch
 from poinsot.analysis.periodic import PeriodicMotion
+from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.labels import BLACK, BLUE, GREEN, VERMILION
@@ -33,6 +34,7 @@ MARKS = {
 }
 
 
+@checked
 def plot_branch(
     branch: Branch | Sequence[Branch],
     quantity: Callable[[PeriodicMotion], float],

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.energy_curves import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
@@ -44,6 +45,7 @@ VIEW = (20.0, -60.0)
 YELLOW = "#F0E442"
 
 
+@checked
 def plot_poinsot(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | None = None) -> Axes:
     """Draw Poinsot's construction at one instant: the inertia ellipsoid rolling on the invariable plane.
 
@@ -87,6 +89,7 @@ def plot_poinsot(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | 
     return panel
 
 
+@checked
 def plot_polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
     """Draw the path of omega along the body axes, on the ellipsoid omega . I omega = 2T.
 
@@ -136,6 +139,7 @@ def plot_polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
     return panel
 
 
+@checked
 def plot_herpolhode(motion: Trajectory) -> Axes:
     """Draw the path of omega in the invariable plane, between the two circles that bound it.
 

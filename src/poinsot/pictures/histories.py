@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
@@ -59,6 +60,7 @@ SAME_INSTANT = 5e-7
 TURN = 2 * np.pi
 
 
+@checked
 def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
     """Draw the four components of q (left) and of Q (right) against time, as in the paper's figures.
 
@@ -92,6 +94,7 @@ def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
     )
 
 
+@checked
 def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: bool = False, title: str = "") -> Axes:
     """Draw Euler angles, without jumps by whole turns.
 
@@ -121,6 +124,7 @@ def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: boo
     return _single(motion, f"Euler angles {'-'.join(sequence)}", _angles(names, angles, degrees), title, degrees)
 
 
+@checked
 def plot_roll_pitch_yaw(
     motion: Trajectory, orbit: Orbit | None = None, *, degrees: bool = True, title: str = ""
 ) -> Axes:
@@ -157,6 +161,7 @@ def plot_roll_pitch_yaw(
     return _single(motion, "attitude from the orbit frame", curves, title, degrees)
 
 
+@checked
 def plot_rates(motion: Trajectory, title: str = "") -> NDArray[Any]:
     """Draw the inertial angular velocity along the body axes (left) and along the space axes (right).
 
@@ -182,6 +187,7 @@ def plot_rates(motion: Trajectory, title: str = "") -> NDArray[Any]:
     )
 
 
+@checked
 def plot_angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
     """Draw the angular momentum along the body axes (left) and along the space axes (right).
 
@@ -207,6 +213,7 @@ def plot_angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
     )
 
 
+@checked
 def plot_drift(motion: Trajectory, title: str = "") -> Axes:
     """Draw how far the conserved quantities are from where they started, on a log axis.
 
@@ -237,6 +244,7 @@ def plot_drift(motion: Trajectory, title: str = "") -> Axes:
     return panel
 
 
+@checked
 def plot_difference(motion: Trajectory, other: Trajectory, *, degrees: bool = False, title: str = "") -> Axes:
     """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
 

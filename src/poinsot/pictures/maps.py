@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.chaos import ChaosIndicators
+from poinsot.checked import checked
 from poinsot.errors import array_of, real_array
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.labels import BLACK, BLUE, GREEN, GREY, VERMILION, bracketed
@@ -27,6 +28,7 @@ REGULAR = 2.0
 """MEGNO of regular motion."""
 
 
+@checked
 def plot_map(
     x: ArrayLike,
     y: ArrayLike,
@@ -61,10 +63,12 @@ def plot_map(
     """
     columns, rows = (_monotonic(name, axis) for name, axis in (("x", x), ("y", y)))
     grid = _grid(values, (rows.size, columns.size))
+    centre = None if centre is None else float(real_array("centre", centre, ()))
     low, high = _limits(grid, centre) if limits is None else _checked_limits(limits, centre)
     return _drawn(columns, rows, grid, (low, high, centre), (x_label, y_label, label), title)
 
 
+@checked
 def plot_chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -> NDArray[Any]:
     """Draw the mean MEGNO (left) and the fast Lyapunov indicator (right) against the time from the start.
 

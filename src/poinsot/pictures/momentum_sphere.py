@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
 
 
+@checked
 def plot_momentum_sphere(
     body: Body | Trajectory, state: State | Trajectory | None = None, *, view: ArrayLike | None = None
 ) -> Axes:

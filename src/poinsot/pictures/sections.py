@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from poinsot.analysis.sections import Section
+from poinsot.checked import checked
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.labels import BLACK, BLUE, GREEN, VERMILION
 
@@ -21,6 +22,7 @@ INK = 3e4
 """Points of a picture at which they become single dots."""
 
 
+@checked
 def plot_section(section: Section, title: str = "") -> Axes:
     """Draw the points of a section; neighbouring members have different colours.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from poinsot.analysis.frequencies import LineSpectrum
+from poinsot.checked import checked
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.labels import BLUE, VERMILION, bracketed, rate_label
 
@@ -22,6 +23,7 @@ DIGITS = 10
 """Of a frequency, at most."""
 
 
+@checked
 def plot_spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title: str = "") -> Axes:
     """Draw the amplitudes of the lines of one signal against their frequencies, and the level of what is left.
 

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.state_transition import StateTransition
+from poinsot.checked import checked
 from poinsot.mechanics.parameters import came
 from poinsot.pictures.labels import BLACK, BLUE, VERMILION, bracketed, checked_motion, momentum_unit, time_label
 
 __all__ = ["plot_uncertainty"]
 
 
+@checked
 def plot_uncertainty(transition: StateTransition, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Any:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
 

@@ -17,6 +17,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.motion.trajectory import Trajectory
 from poinsot.pictures.energy_curves import principal
@@ -99,6 +100,7 @@ class View:
 def view(motion: Trajectory) -> View: ...
 @overload
 def view(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Path: ...
+@checked
 def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool = False) -> View | Path:
     """Write a motion as a page that plays it in three dimensions, with the plots of q and Q beside it.
 

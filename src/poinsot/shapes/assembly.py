@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.mechanics.parameters import came
 from poinsot.shapes.shape import Shape
@@ -25,6 +26,7 @@ class Assembly(Shape):
         Where two of them overlap, both count: that is not checked.
     """
 
+    @checked
     def __init__(self, parts: Sequence[Shape]) -> None:
         self.parts = tuple(parts)
         if not self.parts:

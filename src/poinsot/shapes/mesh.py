@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.shapes import polyhedron
@@ -48,6 +49,7 @@ class Mesh(Shape):
     circumscribing radius. There the series of `field` is better.
     """
 
+    @checked
     def __init__(
         self,
         vertices: ArrayLike,

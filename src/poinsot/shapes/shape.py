@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
@@ -89,6 +90,7 @@ class Shape(ABC):
         to_principal = Body.from_inertia(self.inertia).principal_matrix.T
         return self._placed(-to_principal @ self.center_of_mass, to_principal)
 
+    @checked
     def field(self, degree: int, radius: float | None = None) -> GravityField:
         """Return the gravity field about the centre of mass, exact but for rounding.
 

@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
@@ -55,6 +56,7 @@ class _Segment:
 # ------------------------------------------------------------------ reading
 
 
+@checked
 def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar | None = None) -> AttitudeTable:
     """Return the attitudes in a CCSDS Attitude Ephemeris Message, version 1 or 2, KVN or XML.
 
@@ -298,6 +300,7 @@ def _add_state(segment: _Segment, element: ET.Element, columns: tuple[str, ...],
 # ------------------------------------------------------------------ writing
 
 
+@checked
 def write_aem(
     motion: Trajectory | AttitudeTable,
     path: str | Path,

@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, rates_per_second, table_of
@@ -73,6 +74,7 @@ class _Block(NamedTuple):
 # ------------------------------------------------------------------ reading
 
 
+@checked
 def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[AttitudeTable, Body | None]:
     """Return the attitude in a CCSDS Attitude Parameter Message, as a table of one row, and the body if it says one.
 
@@ -274,6 +276,7 @@ def _of_xml(text: str, name: str) -> tuple[str, dict[str, Entry], list[_Block]]:
 # ------------------------------------------------------------------ writing
 
 
+@checked
 def write_apm(
     body: Body,
     state: State,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked, checked_fields
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
 from poinsot.mechanics import quaternion as quat
@@ -83,8 +84,8 @@ class AttitudeTable:
         object.__setattr__(self, "quaternion", q)
         if self.omega_body is not None:
             object.__setattr__(self, "omega_body", real_array("omega_body", self.omega_body, (times.size, 3)))
-        if self.calendar is not None and not isinstance(self.calendar, Calendar):
-            raise TypeError(f"calendar must be a Calendar, but {came(self.calendar)} came.")
+        object.__setattr__(self, "norm_error", float(real_array("norm_error", self.norm_error, ())))
+        checked_fields(self)
 
     def __repr__(self) -> str:
         rates = "without rates" if self.omega_body is None else "with rates"
@@ -98,10 +99,14 @@ class AttitudeTable:
         """The attitudes as a scipy rotation, body -> reference frame."""
         return rotation(self.quaternion)
 
+    @checked
     def state(self, body: Body, row: int = 0) -> State:
         """Return the state of a body in one row, from which a propagation may start, in the units of the table."""
+        if not -self.times.size <= row < self.times.size:
+            raise ValueError(f"row must be below {self.times.size}, the number of rows, got {row}.")
         return body.state(self.quaternion[row], omega_body=self._rates()[row], time=self.times[row])
 
+    @checked
     def trajectory(self, system: System) -> Trajectory:
         """Return the table as a motion of a system, to see what it conserves, draw it, or save it.
 
@@ -127,6 +132,7 @@ class AttitudeTable:
         motion.provenance = self._known_of(system)
         return motion
 
+    @checked
     def angle_to(self, motion: Trajectory) -> Array:
         """Return the angles in [0, pi] between the attitudes of the table and of a motion at the same instants; (n,).
 

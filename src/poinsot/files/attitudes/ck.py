@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
@@ -76,6 +77,7 @@ CK_{number}_SPK = {spacecraft}
 # ------------------------------------------------------------------ reading
 
 
+@checked
 def spice_attitude(
     frame: str,
     times: ArrayLike,
@@ -120,7 +122,7 @@ def spice_attitude(
     t = real_array("times", calendar.time(times), (None,))
     with loaded(spice, kernels):
         check_inertial(spice, reference_frame)
-        if not isinstance(frame, str) or not spice.namfrm(frame):
+        if not frame or not spice.namfrm(frame):
             raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
         with sentences(spice, f"kernels must say the attitude of {frame!r} at all times"):
             matrices, omega = _turned(spice, reference_frame, frame, ET.converted(t, calendar))
@@ -141,6 +143,7 @@ def _turned(spice: Any, reference: str, frame: str, ets: Array) -> tuple[Array, 
     return np.array(matrices).reshape(-1, 3, 3), np.array(rates).reshape(-1, 3)
 
 
+@checked
 def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     """Return the attitudes in a C-kernel at its own instants; clock and frame are beside it, with .tsc and .tf.
 
@@ -197,6 +200,7 @@ def _instants(spice: Any, path: Path) -> tuple[int, int, Array]:
 # ------------------------------------------------------------------ writing
 
 
+@checked
 def write_ck(
     motion: Trajectory | AttitudeTable,
     path: str | Path,

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, check_rising, table_of
@@ -32,6 +33,7 @@ RATE = "rad per unit of time, inertial, along the body axes"
 EXAMPLE = "# order: scalar first, # direction: body to reference"
 
 
+@checked
 def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -> AttitudeTable:
     """Return the attitudes in a CSV file that says the order and the direction of its quaternions.
 
@@ -156,6 +158,7 @@ def _calendar(says: dict[str, str], name: str) -> Calendar | None:
 # ------------------------------------------------------------------ writing
 
 
+@checked
 def write_quaternion_csv(
     motion: Trajectory | AttitudeTable,
     path: str | Path,

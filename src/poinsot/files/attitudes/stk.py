@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
@@ -57,6 +58,7 @@ class _File:
 # ------------------------------------------------------------------ reading
 
 
+@checked
 def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> AttitudeTable:
     """Return the attitudes in an STK attitude file.
 
@@ -188,6 +190,7 @@ def _calendar(text: str, name: str) -> Calendar:
 # ------------------------------------------------------------------ writing
 
 
+@checked
 def write_stk_attitude(
     motion: Trajectory | AttitudeTable,
     path: str | Path,

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.files.strangers import MOST_BYTES, lazy_lines, read_text
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
@@ -32,6 +33,7 @@ class _Table(NamedTuple):
     rows: Iterable[tuple[int, list[str]]]  # number of the line, and n, m, C, S, ...
 
 
+@checked
 def read_field(
     path: str | Path, degree: int | None = None, *, mass: float, unit: float = 1.0, extent: float | None = None
 ) -> GravityField:

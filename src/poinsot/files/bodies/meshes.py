@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.files.strangers import read_bytes
 from poinsot.shapes.mesh import Mesh
@@ -38,6 +39,7 @@ SILENT = logging.NullHandler()
 """Keeps what trimesh logs off the terminal of those who have not set up logging."""
 
 
+@checked
 def read_mesh(
     path: str | Path,
     *,

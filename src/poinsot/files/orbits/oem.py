@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.ccsds import FRAMES, ROTATING
 from poinsot.files.strangers import local_name, read_text
@@ -55,6 +56,7 @@ class _Segment:
         self.rows.append(row)
 
 
+@checked
 def read_oem(
     path: str | Path, mu: float | None = None, *, segment: int | None = None, calendar: Calendar | None = None
 ) -> Ephemeris:

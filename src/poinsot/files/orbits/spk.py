@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import optional
 from poinsot.files.spice import ET, check_inertial, loaded, sentences
 from poinsot.mechanics.calendar import Calendar, span_of
@@ -20,6 +21,7 @@ __all__ = ["spice_orbit"]
 TOLERANCE = 1e-12
 
 
+@checked
 def spice_orbit(
     target: str | int,
     center: str | int,

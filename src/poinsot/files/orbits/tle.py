@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import optional, real_array
 from poinsot.files.strangers import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
@@ -75,6 +76,7 @@ FRAMES = ("TEME", "ICRF")
 Array = NDArray[np.float64]
 
 
+@checked
 def tle_orbit(
     lines: str | Sequence[str],
     start: Any,
@@ -118,6 +120,7 @@ def tle_orbit(
     return _orbit(satellite, _epoch_of(first), start, stop, max_age, reference_frame, calendar)
 
 
+@checked
 def omm_orbit(
     message: str | Mapping[str, Any],
     start: Any,

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.strangers import read_bytes
 from poinsot.mechanics.state import State
@@ -53,6 +54,7 @@ class Scenario:
     outputs: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
+    @checked
     def propagate(self, *, threads: int | None = None, progress: bool | None = None) -> Trajectory:
         """Return the motion; the arguments are those of `propagate`.
 
@@ -76,6 +78,7 @@ class Scenario:
         return propagate(self.system, self.state, self.times, **options, threads=threads, progress=progress)
 
 
+@checked
 def read_scenario(path: str | Path) -> Scenario:
     """Return the propagation that a scenario file (TOML) describes; docs/scenarios.md has the keys.
 

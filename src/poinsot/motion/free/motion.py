@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.checked import checked
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -28,6 +29,7 @@ BLOCK = 4096
 """Attitudes computed together: their intermediate results stay in the processor's cache."""
 
 
+@checked
 def free_motion(body: Body, state: State, times: ArrayLike, *, units: Mapping[str, str] | None = None) -> Trajectory:
     """Return the torque-free motion of a body from a state, at the given times, in closed form.
 

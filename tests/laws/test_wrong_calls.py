@@ -1,0 +1,162 @@
+"""Whatever comes as an argument, a public call works, or refuses it in a sentence of the package."""
+
+import contextlib
+import linecache
+import random
+import signal
+import traceback
+import warnings
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import poinsot as pt
+from public_calls import BODY, START, TOP, public_calls
+
+mpl.use("Agg")
+
+PACKAGE = str(Path(pt.__file__).parent)
+
+PATIENCE = 20.0
+"""Seconds after which a call hangs."""
+
+
+class Awkward:
+    """It has what many kinds have, and is none of them."""
+
+    def __len__(self):
+        return 3
+
+    def __getitem__(self, index):
+        raise KeyError(index)
+
+    def __repr__(self):
+        return "Awkward()"
+
+
+def endless():
+    cycle = [1.0]
+    cycle.append(cycle)
+    return cycle
+
+
+WRONG = {
+    "None": lambda: None,
+    "object": object,
+    "awkward": Awkward,
+    "text": lambda: "xyz",
+    "empty text": lambda: "",
+    "text with a null": lambda: "a\0b",
+    "bytes": lambda: b"xyz",
+    "true": lambda: True,
+    "nan": lambda: float("nan"),
+    "inf": lambda: float("inf"),
+    "minus one": lambda: -1,
+    "zero": lambda: 0,
+    "half": lambda: 0.5,
+    "huge": lambda: 10**400,
+    "large": lambda: 2**63,
+    "tiny": lambda: 5e-324,
+    "complex": lambda: 1j,
+    "empty list": list,
+    "empty array": lambda: np.empty(0),
+    "empty rows": lambda: np.empty((0, 3)),
+    "ragged": lambda: [[1.0, 2.0], [3.0]],
+    "cycle": endless,
+    "three axes": lambda: np.ones((2, 3, 4)),
+    "seven": lambda: np.ones(7),
+    "vector": lambda: (1.0, 2.0, 3.0),
+    "zeros": lambda: np.zeros(4),
+    "array of objects": lambda: np.array([object(), None]),
+    "array of texts": lambda: np.array(["a", "b"]),
+    "texts": lambda: ["a", "b"],
+    "Nones": lambda: [None, None],
+    "dates": lambda: np.array(["2026-11-21"], dtype="datetime64[s]"),
+    "masked": lambda: np.ma.masked,
+    "mapping": lambda: {"a": 1},
+    "set": lambda: {1, 2},
+    "generator": lambda: (x for x in (1.0, 2.0)),
+    "class": lambda: pt.Body,
+    "lambda": lambda: lambda *_: None,
+    "module": lambda: np,
+    "body": lambda: BODY,
+    "state": lambda: START,
+    "system": lambda: TOP,
+    "path that is not there": lambda: Path("/nowhere/to be/found"),
+    "folder": lambda: Path("/"),
+}
+
+
+def is_ours(error):
+    """Whether an error is a sentence of the package, or the system's about a file that it names."""
+    if isinstance(error, OSError) and error.filename is not None:
+        return True
+    frames = traceback.extract_tb(error.__traceback__)
+    line = linecache.getline(frames[-1].filename, frames[-1].lineno).strip()
+    return frames[-1].filename.startswith(PACKAGE) and line.startswith("raise ") and bool(str(error))
+
+
+@contextlib.contextmanager
+def patience():
+    def stop(*_):
+        raise RuntimeError(f"it takes longer than {PATIENCE} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def raw_error(function, arguments):
+    """Return what a call raised that the package did not, or None."""
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"), patience():
+            warnings.simplefilter("ignore")
+            function(**arguments)
+    except BaseException as error:
+        return None if is_ours(error) else error
+    finally:
+        plt.close("all")
+    return None
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory):
+    return public_calls(tmp_path_factory.mktemp("calls"))
+
+
+def raw_among(calls, chosen):
+    found = []
+    for name, argument, wrong in chosen:
+        function, arguments = calls[name]
+        error = raw_error(function, {**arguments, argument: WRONG[wrong]()})
+        if error is not None:
+            found.append(f"{name}({argument}={wrong}): {type(error).__name__} {str(error)[:100]}")
+    return found
+
+
+def every(calls):
+    return [(name, argument, wrong) for name, (_, given) in calls.items() for argument in given for wrong in WRONG]
+
+
+def test_calls_of_the_table_are_right(calls):
+    for name, (function, arguments) in calls.items():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            assert function(**arguments) is not None, name
+        plt.close("all")
+
+
+def test_some_wrong_calls_are_refused_in_sentences(calls):
+    assert raw_among(calls, random.Random(20061027).sample(every(calls), 2000)) == []
+
+
+@pytest.mark.slow
+def test_every_wrong_call_is_refused_in_a_sentence(calls):
+    assert raw_among(calls, every(calls)) == []

@@ -1,0 +1,600 @@
+"""One valid call of everything public that takes arguments, for the laws about arguments."""
+
+import functools
+import inspect
+
+import numpy as np
+import spiceypy as spice
+
+import poinsot as pt
+
+BODY = pt.Body((1.25, 1.0, 0.75))
+CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.3, 0.2, 0.1)
+ELLIPSE = pt.KeplerOrbit(2.0, 1.5, 0.3, 0.4, 1.1, -0.7, 2.0, 0.25)
+ESCAPE = pt.EscapeOrbit(2.0, 1.5, 1.3, 0.4, 1.1, -0.7)
+PRECESSING = pt.PrecessingOrbit(ELLIPSE, -0.001)
+TOP = pt.System(BODY, pt.UniformGravity(0.5, (1.0, 0.2, -0.3)), units={"time": "s"})
+SATELLITE = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(CIRCLE), units={"time": "s"})
+START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
+TIMES = np.linspace(0.0, 2.0, 9)
+CALENDAR = pt.Calendar("2026-11-21T00:00:00", "TAI")
+J2000 = pt.Calendar("2000-01-01T12:00:00", "TDB")
+NAMED = {"calendar": CALENDAR, "reference_frame": "ICRF", "body_frame": "SC_BODY_1", "overwrite": True}
+VANGUARD = (
+    "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753",
+    "2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667",
+)
+CORNERS = ((0.0, 0, 0), (1.5, 0.2, 0), (0.1, 1.2, -0.1), (0.3, 0.4, 1.1))
+FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
+SIGNAL = np.sin(0.7 * np.arange(256))
+TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
+
+INTERNAL = {
+    *("unchecked", "with_numbers", "number_names", "between_knots", "check", "doubts"),  # the records' own business
+    *("energy", "torque", "value", "act", "to_body", "to_space", "in_space", "from_quaternion"),  # formulas
+    *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "derivatives", "torque_at"),
+    "variables_at",
+    *("potential_at", "beside", "watching", "position", "velocity", "direction", "inverse_distance", "converted"),
+}
+"""Methods that formulas call, on scalars of any kind, and not a user on numbers."""
+
+NOT_CALLED = {
+    *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Sky", "Vector", "functions"),
+    *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "Crossings", "Ephemeris", "Equilibrium"),
+    *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
+    *("Scenario", "Section", "StateTransition", "Trajectory"),
+}
+"""Base classes, what formulas see, and results, which the package makes."""
+
+
+def energy_of(motion):
+    return motion.period
+
+
+def where(points):
+    return points.omega_body[:, 0], points.omega_body[:, 1]
+
+
+def along(times):
+    return np.stack(ELLIPSE.position_at(times), axis=-1)
+
+
+@functools.cache
+def motion():
+    return pt.propagate(TOP, START, TIMES, dense=True, events=[pt.SpinFlip((1, 0, 0))])
+
+
+@functools.cache
+def free():
+    return pt.free_motion(BODY, START, TIMES)
+
+
+@functools.cache
+def along_orbit():
+    start = SATELLITE.body.state((0.5, -0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0), frame=CIRCLE.frame)
+    return pt.propagate(SATELLITE, start, TIMES)
+
+
+@functools.cache
+def periodic():
+    start = SATELLITE.body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=CIRCLE.frame)
+    return pt.periodic_motion(SATELLITE, start, 0.2 * float(CIRCLE.period), CIRCLE.frame)
+
+
+@functools.cache
+def branch():
+    return pt.continue_motion(periodic(), "moments[0]", 1.02)
+
+
+@functools.cache
+def ephemeris():
+    return pt.Ephemeris.fit(2.0, along, 0.0, 3.0, calendar=CALENDAR)
+
+
+@functools.cache
+def indicators():
+    return pt.chaos_indicators(TOP, START, [1.0])
+
+
+@functools.cache
+def transition():
+    return pt.state_transition(TOP, START, [1.0], ("weight",))
+
+
+@functools.cache
+def table():
+    return pt.AttitudeTable(motion().times, motion().attitude.as_quat(scalar_first=True), motion().omega_body)
+
+
+@functools.cache
+def field():
+    return pt.Ellipsoid((3, 2, 1), mass=2.0).field(2)
+
+
+def files(folder):
+    """Write a file of each kind into a folder and return its path."""
+    at = {"motion": motion(), "calendar": CALENDAR, "reference_frame": "ICRF"}
+    named = {**at, "overwrite": True}
+    return {
+        "aem": pt.write_aem(path=folder / "m.aem", **named),
+        "apm": pt.write_apm(BODY, START, folder / "m.apm", calendar=CALENDAR, reference_frame="ICRF", overwrite=True),
+        "csv": pt.write_quaternion_csv(path=folder / "m.csv", **named),
+        "stk": pt.write_stk_attitude(path=folder / "m.a", **named),
+        "nc": pt.save(motion(), folder / "m.nc", overwrite=True),
+        "ck": pt.write_ck(path=folder / "m.bc", **named),
+        "toml": text(folder / "top.toml", SCENARIO),
+        "obj": text(
+            folder / "m.obj",
+            "".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS)
+            + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES),
+        ),
+        "field": text(folder / "g.tab", FIELD),
+        "spk": kernel(folder / "m.bsp"),
+        "oem": text(folder / "m.oem", OEM),
+    }
+
+
+def text(path, written):
+    path.write_text(written)
+    return path
+
+
+def kernel(path):
+    """Write a kernel of SPICE with the ellipse, of the body -999 from the Earth."""
+    path.unlink(missing_ok=True)
+    times = np.linspace(0.0, 3.0, 40)
+    rows = np.stack([*ELLIPSE.position_at(times), *ELLIPSE.velocity_at(times)], axis=-1)
+    handle = spice.spkopn(str(path), "a", 0)
+    spice.spkw13(handle, -999, 399, "J2000", 0.0, 3.0, "a", 11, 40, np.ascontiguousarray(rows), times)
+    spice.spkcls(handle)
+    return path
+
+
+SCENARIO = """
+[body]
+moments = [1.25, 1.0, 0.75]
+[state]
+quaternion = [1, 0, 0, 0]
+omega_body = [0.1, 0.2, 0.3]
+[times]
+stop = 2.0
+count = 5
+"""
+FIELD = (
+    " 1.0E+00, 4.9E+03, 1.0E-04,     2,     2,     1, 0.0, 0.0\r\n"
+    "    2,    0, -1.0E-03, 0.0, 0.0, 0.0\r\n    2,    1, 0.0, 0.0, 0.0, 0.0\r\n    2,    2, 1.0E-04, 0.0, 0.0, 0.0\r\n"
+)
+OEM = """CCSDS_OEM_VERS = 2.0
+CREATION_DATE = 2026-11-21T00:00:00
+ORIGINATOR = X
+META_START
+OBJECT_NAME = A
+OBJECT_ID = A
+CENTER_NAME = EARTH
+REF_FRAME = ICRF
+TIME_SYSTEM = TAI
+START_TIME = 2026-11-21T00:00:00
+STOP_TIME = 2026-11-21T00:02:00
+META_STOP
+2026-11-21T00:00:00 9000.0 0.0 0.0 0.0 6.65 0.0
+2026-11-21T00:01:00 8991.1404 398.8691 0.0 -0.2952 6.6434 0.0
+2026-11-21T00:02:00 8964.5786 796.9528 0.0 -0.5899 6.6238 0.0
+"""
+
+
+def public_calls(folder):
+    """Return, by name, a function and the arguments that it takes; files are written into the folder."""
+    at, out = files(folder), {"motion": motion(), "path": folder / "out", **NAMED}
+    elements = {"inclination": 0.4, "node": 1.1, "argument_of_periapsis": -0.7}
+    passage = {"mu": 2.0, "position": (1.0, 0.2, 0.1), "velocity": (0.1, 1.0, 0.2), "epoch": 0.5, "radius": 0.1}
+    mass_of = {"mass": 2.0}
+    cone = {"axis": (1, 0, 0.5), "slope": 1, "terminal": False}
+    run = {"formulation": "lie_poisson", "tolerance": 1e-12, "threads": 1, "progress": False}
+    here = {"system": TOP, "state": START, "times": [1.0]}
+    dates = {"start": "2000-06-27T19:00:00 UTC", "stop": "2000-06-27T20:00:00 UTC", "max_age": 20.0}
+    kernels = list(at["ck"])
+    shown = {"title": "t"}
+    return {
+        "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
+        "Andoyer.of": (pt.Andoyer.of, {"state": START}),
+        "Andoyer.state": (pt.Andoyer(0.1, 0.2, 0.3, 0.5, 1.0, 0.4).state, {"time": 1.0}),
+        "AndoyerCrossing": (pt.AndoyerCrossing, {"angle": 0.3, "pole": (0, 0, 1), "slope": 1, "terminal": False}),
+        "Apsis": (pt.Apsis, {"orbit": ELLIPSE, "slope": 1, "terminal": False}),
+        "Assembly": (pt.Assembly, {"parts": [pt.Ellipsoid((3, 2, 1), mass=1.0)]}),
+        "AttitudeTable": (
+            pt.AttitudeTable,
+            {
+                "times": TIMES[:2],
+                "quaternion": ((1, 0, 0, 0), (0, 1, 0, 0)),
+                "omega_body": ((1, 0, 0), (0, 1, 0)),
+                "calendar": CALENDAR,
+                "reference_frame": "ICRF",
+                "body_frame": "B",
+                "norm_error": 0.0,
+            },
+        ),
+        "AttitudeTable.angle_to": (table().angle_to, {"motion": motion()}),
+        "AttitudeTable.state": (table().state, {"body": BODY, "row": 1}),
+        "AttitudeTable.trajectory": (table().trajectory, {"system": TOP}),
+        "AttractorCrossing": (pt.AttractorCrossing, {**cone, "orbit": ELLIPSE, "angle": 0.3}),
+        "AxisCrossing": (pt.AxisCrossing, {**cone, "direction": (0, 0, 1), "angle": 0.3}),
+        "Body": (pt.Body, {"moments": (1.25, 1.0, 0.75)}),
+        "Body.angular_momentum": (BODY.angular_momentum, {"omega_body": (0.1, 0.2, 0.3)}),
+        "Body.box": (pt.Body.box, {"mass": 1.0, "sides": (1.0, 2.0, 3.0)}),
+        "Body.cylinder": (pt.Body.cylinder, {"mass": 1.0, "radius": 1.0, "height": 2.0}),
+        "Body.ellipsoid": (pt.Body.ellipsoid, {"mass": 1.0, "semiaxes": (1.0, 2.0, 3.0)}),
+        "Body.from_inertia": (pt.Body.from_inertia, {"tensor": ((2.0, 0.1, 0), (0.1, 2.5, 0.2), (0, 0.2, 3.0))}),
+        "Body.from_ratios": (pt.Body.from_ratios, {"alpha": 0.2, "beta": 0.3, "polar_moment": 2.0}),
+        "Body.from_shape": (pt.Body.from_shape, {"shape": pt.Ellipsoid((3, 2, 1), mass=1.0)}),
+        "Body.from_stokes": (
+            pt.Body.from_stokes,
+            {
+                **{"C20": -0.05, "C22": 0.01, "polar_moment_factor": 0.4, "C21": 0.0, "S21": 0.0, "S22": 0.0},
+                **{"mass": 1.0, "radius": 1.0},
+            },
+        ),
+        "Body.kinetic_energy": (BODY.kinetic_energy, {"angular_momentum_body": (0.1, 0.2, 0.3)}),
+        "Body.moment_about": (BODY.moment_about, {"direction_body": (1.0, 0, 0)}),
+        "Body.omega": (BODY.omega, {"angular_momentum_body": (0.1, 0.2, 0.3)}),
+        "Body.point_masses": (
+            pt.Body.point_masses,
+            {"masses": (1.0, 1.0, 1.0), "positions": ((1.0, 0, 0), (0, 1, 0), (0, 0, 1))},
+        ),
+        "Body.state": (
+            BODY.state,
+            {"attitude": (1.0, 0, 0, 0), "omega_body": (0.1, 0.2, 0.3), "time": 1.0, "frame": ELLIPSE.frame},
+        ),
+        "Body.state space": (BODY.state, {"attitude": (1.0, 0, 0, 0), "omega_space": (0.1, 0.2, 0.3)}),
+        "Body.state momentum": (BODY.state, {"attitude": (1.0, 0, 0, 0), "angular_momentum_body": (0.1, 0.2, 0.3)}),
+        "Body.state momentum in space": (
+            BODY.state,
+            {"attitude": (1.0, 0, 0, 0), "angular_momentum_space": (0.1, 0.2, 0.3)},
+        ),
+        "Calendar": (pt.Calendar, {"zero": "2000-01-01T12:00:00", "scale": "TDB", "unit": "d"}),
+        "Calendar.date": (CALENDAR.date, {"time": 10.0}),
+        "Calendar.time": (CALENDAR.time, {"epoch": 10.0}),
+        "Crossings.of": (motion().events[0].of, {"member": 0}),
+        "Cylinder": (pt.Cylinder, {"radius": 1.0, "height": 2.0, **mass_of}),
+        "Ellipsoid": (pt.Ellipsoid, {"semiaxes": (3.0, 2, 1), **mass_of}),
+        "Ellipsoid of density": (pt.Ellipsoid, {"semiaxes": (3.0, 2, 1), "density": 2.0}),
+        "EllipsoidGravity": (pt.EllipsoidGravity, {"orbit": ELLIPSE, "mass": 1.0, "semiaxes": (0.3, 0.2, 0.1)}),
+        "Ephemeris.fit": (
+            pt.Ephemeris.fit,
+            {
+                **{"mu": 2.0, "position": along, "start": 0.0, "stop": 3.0, "tolerance": 1e-10, "origin": "a"},
+                **{"reference_frame": "ICRF", "calendar": CALENDAR, "radius": 0.1},
+            },
+        ),
+        "Ephemeris.from_table": (
+            pt.Ephemeris.from_table,
+            {
+                **{"mu": 2.0, "times": TIMES, "positions": along(TIMES), "reference_frame": "ICRF", "origin": "a"},
+                **{"velocities": np.stack(ELLIPSE.velocity_at(TIMES), -1), "calendar": CALENDAR, "radius": 0.1},
+            },
+        ),
+        "EscapeOrbit": (
+            pt.EscapeOrbit,
+            {
+                **{"mu": 2.0, "periapsis_distance": 1.5, "eccentricity": 1.3, **elements},
+                **{"time_since_periapsis": 0.2, "epoch": 0.1, "radius": 0.1},
+            },
+        ),
+        "EscapeOrbit.from_elements": (
+            pt.EscapeOrbit.from_elements,
+            {
+                **{"mu": 2.0, "eccentricity": 1.3, **elements, "semimajor_axis": -1.5, "true_anomaly": 0.5},
+                **{"epoch": 0.1, "radius": 0.1},
+            },
+        ),
+        "EscapeOrbit.from_vectors": (pt.EscapeOrbit.from_vectors, {**passage, "velocity": (0.1, 3.0, 0.2)}),
+        "FixedPoint": (pt.FixedPoint, {"position": (1.0, 0, 0), "mu": 1.0}),
+        "RotatingFrame.quaternion": (TURNING.quaternion, {"time": 1.0}),
+        "RotatingFrame.omega_space": (TURNING.omega_space, {"time": 1.0}),
+        "Frame.attitude": (ELLIPSE.frame.attitude, {"time": 1.0}),
+        "Orbit.inverse_distance_at": (PRECESSING.inverse_distance_at, {"time": 1.0}),
+        "OrbitFrame.omega_space": (ELLIPSE.frame.omega_space, {"time": 1.0}),
+        "OrbitFrame.quaternion": (ELLIPSE.frame.quaternion, {"time": 1.0}),
+        "FreeRotation": (pt.FreeRotation, {"body": BODY, "state": START}),
+        "GravityField": (
+            pt.GravityField,
+            {
+                **{"degree": 2, "mass": 1.0, "radius": 1.0, "extent": 0.0},
+                **{"C": field().C, "S": field().S},
+            },
+        ),
+        "GravityField.from_normalized": (
+            pt.GravityField.from_normalized,
+            {"mass": 1.0, "radius": 1.0, "C": field().normalized[0], "S": field().normalized[1], "extent": 0.0},
+        ),
+        "GravityField.truncated": (field().truncated, {"degree": 2}),
+        "GravityGradient": (pt.GravityGradient, {"orbit": ELLIPSE}),
+        "HarmonicGravity": (pt.HarmonicGravity, {"orbit": ELLIPSE, "field": field()}),
+        "Instant": (pt.Instant, {"time": 1.0, "slope": 1, "terminal": False}),
+        "KeplerOrbit": (
+            pt.KeplerOrbit,
+            {
+                **{"mu": 2.0, "semimajor_axis": 1.5, "eccentricity": 0.3, **elements},
+                **{"true_anomaly": 0.5, "epoch": 0.1, "radius": 0.1},
+            },
+        ),
+        "KeplerOrbit.from_elements": (
+            pt.KeplerOrbit.from_elements,
+            {
+                **{"mu": 2.0, "semimajor_axis": 1.5, "eccentricity": 0.3, **elements, "mean_anomaly": 0.5},
+                **{"epoch": 0.1, "radius": 0.1},
+            },
+        ),
+        "KeplerOrbit.from_elements eccentric": (
+            pt.KeplerOrbit.from_elements,
+            {"mu": 2.0, "semimajor_axis": 1.5, "eccentricity": 0.3, **elements, "eccentric_anomaly": 0.5},
+        ),
+        "KeplerOrbit.from_vectors": (pt.KeplerOrbit.from_vectors, passage),
+        "LagrangePoint": (
+            pt.LagrangePoint,
+            {"mu_primary": 1.0, "mu_secondary": 0.01, "separation": 1.0, "point": "L4", "epoch": 0.0},
+        ),
+        "LagrangePoint.orbit": (
+            pt.LagrangePoint(1.0, 0.01, 1.0, "L4").orbit,
+            {"offset": (0.01, 0, 0), "velocity": (0, 0.01, 0)},
+        ),
+        "LinearDamping": (pt.LinearDamping, {"coefficient": 0.1}),
+        "MasconGravity": (
+            pt.MasconGravity,
+            {"orbit": ELLIPSE, "masses": (1.0, 1.0), "positions": ((0.1, 0, 0), (-0.1, 0, 0))},
+        ),
+        "Mascons": (pt.Mascons, {"masses": (1.0, 1.0), "positions": ((0.1, 0, 0), (-0.1, 0, 0))}),
+        "Mesh": (pt.Mesh, {"vertices": CORNERS, "faces": FACES, "mass": 1.0, "repair": False}),
+        "Mesh.box": (pt.Mesh.box, {"sides": (1.0, 2.0, 3.0), "density": 1.0}),
+        "Oblateness": (
+            pt.Oblateness,
+            {"orbit": ELLIPSE, "j2": 1e-3, "equatorial_radius": 0.1, "pole": (0, 0, 1)},
+        ),
+        "PeriodicMotion.over_period": (periodic().over_period, {"count": 9}),
+        "PrecessingOrbit": (
+            pt.PrecessingOrbit,
+            {"orbit": ELLIPSE, "node_rate": 0.01, "periapsis_rate": 0.01, "anomaly_rate": 0.01},
+        ),
+        "PrecessingOrbit.angles_at": (PRECESSING.angles_at, {"time": 1.0}),
+        "PrecessingOrbit.from_mean_motion": (
+            pt.PrecessingOrbit.from_mean_motion,
+            {"orbit": ELLIPSE, "mean_motion": 0.7, "node_rate": 0.01, "periapsis_rate": 0.01},
+        ),
+        "RateCrossing": (pt.RateCrossing, {**cone, "rate": 0.1}),
+        "RotatingFrame": (pt.RotatingFrame, {"attitude": (1.0, 0, 0, 0), "omega_space": (0, 0, 1.0), "epoch": 0.5}),
+        "RotatingPoint": (
+            pt.RotatingPoint,
+            {"position": (1.0, 0, 0), "mu": 1.0, "rate": 0.1, "epoch": 0.0},
+        ),
+        "Scenario.propagate": (pt.read_scenario(at["toml"]).propagate, {"threads": 1, "progress": False}),
+        "Shape.attraction": (pt.Ellipsoid((3, 2, 1), mass=1.0).attraction, {"points": (5.0, 0, 0)}),
+        "Shape.field": (pt.Ellipsoid((3, 2, 1), mass=1.0).field, {"degree": 2, "radius": 4.0}),
+        "Shape.moved": (
+            pt.Ellipsoid((3, 2, 1), mass=1.0).moved,
+            {"position": (1.0, 0, 0), "attitude": (1.0, 0, 0, 0)},
+        ),
+        "Shape.potential": (pt.Ellipsoid((3, 2, 1), mass=1.0).potential, {"points": (5.0, 0, 0)}),
+        "SpinFlip": (pt.SpinFlip, cone),
+        "State": (pt.State, {"quaternion": (1.0, 0, 0, 0), "conjugate_momenta": (0, 0.1, 0.2, 0.3), "time": 1.0}),
+        "State.euler": (START.euler, {"sequence": "313"}),
+        "State.from_euler": (
+            pt.State.from_euler,
+            {"angles": (0.1, 0.7, 0.3), "momenta": (0.1, 0.2, 0.3), "sequence": "313", "time": 1.0},
+        ),
+        "StateTransition.covariance": (
+            transition().covariance,
+            {"initial": 1e-6 * np.eye(6), "of_parameters": 1e-6 * np.eye(1)},
+        ),
+        "System": (pt.System, {"body": BODY, "units": {"time": "s"}}),
+        "System.energy": (TOP.energy, {"state": START}),
+        "System.kinetic_energy": (TOP.kinetic_energy, {"state": START}),
+        "System.momentum_scale": (TOP.momentum_scale, {"state": START}),
+        "System.omega_body": (TOP.omega_body, {"state": START}),
+        "System.potential_energy": (TOP.potential_energy, {"state": START}),
+        "System.torque_body": (TOP.torque_body, {"state": START}),
+        "ThreeBodyOrbit": (
+            pt.ThreeBodyOrbit,
+            {
+                **{"mu_primary": 1.0, "mu_secondary": 0.01, "separation": 1.0, "epoch": 0.0},
+                **{"position": (0.5, 0.8, 0), "velocity": (0, 0.1, 0)},
+            },
+        ),
+        "Trajectory.__call__": (motion().__call__, {"time": 1.0}),
+        "Trajectory.euler": (motion().euler, {"sequence": "313"}),
+        "Trajectory.relative_to": (motion().relative_to, {"frame": CIRCLE.frame}),
+        "UniformGravity": (pt.UniformGravity, {"weight": 0.5, "center_of_mass": (1.0, 0, 0)}),
+        "andoyer_section": (pt.andoyer_section, {"system": TOP, "state": START, "time": 3.0, "angle": 0.1}),
+        "cassini_state": (
+            pt.cassini_state,
+            {"body": SATELLITE.body, "orbit": PRECESSING, "spin": 1.0, "obliquity": 0.1},
+        ),
+        "chaos_indicators": (pt.chaos_indicators, {**here, **run, "vectors": 1, "momentum_unit": 1.0}),
+        "continue_motion": (
+            pt.continue_motion,
+            {
+                **{"motion": periodic(), "parameter": "moments[0]", "to": 1.001, "progress": False},
+                **{"period": lambda _: periodic().period, "frame": lambda _: CIRCLE.frame},
+            },
+        ),
+        "diffusion": (pt.diffusion, {"signal": SIGNAL, "times": 0.1, "count": 1}),
+        "equilibria": (
+            pt.equilibria,
+            {"system": SATELLITE, "frame": CIRCLE.frame, "guesses": (1.0, 0, 0, 0), "time": 0.0},
+        ),
+        "free_motion": (pt.free_motion, {"body": BODY, "state": START, "times": TIMES, "units": {"time": "s"}}),
+        "frequencies": (pt.frequencies, {"signal": SIGNAL, "times": 0.1, "count": 1}),
+        "load": (pt.load, {"source": at["nc"]}),
+        "lyapunov_spectrum": (pt.lyapunov_spectrum, {**here, **run}),
+        "omm_orbit": (pt.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),
+        "orbit_sum": (functools.partial(pt.orbit_sum, ephemeris(), ephemeris()), {"start": 0.5, "stop": 2.0}),
+        "periodic_motion": (
+            pt.periodic_motion,
+            {"system": SATELLITE, "guess": periodic().state, "period": periodic().period, "frame": CIRCLE.frame},
+        ),
+        "planet_orbit": (
+            pt.planet_orbit,
+            {"body": "EARTH", "attractor": "SUN", "start": 0.0, "stop": 1e5, "calendar": CALENDAR},
+        ),
+        "plot_angular_momentum": (pt.plot_angular_momentum, {"motion": motion(), **shown}),
+        "plot_branch": (
+            pt.plot_branch,
+            {"branch": branch(), "quantity": energy_of, "labels": ("x", "y"), **shown},
+        ),
+        "plot_chaos": (pt.plot_chaos, {"found": indicators(), "labels": ("a",), **shown}),
+        "plot_difference": (
+            pt.plot_difference,
+            {"motion": motion(), "other": motion(), "degrees": False, **shown},
+        ),
+        "plot_drift": (pt.plot_drift, {"motion": motion(), **shown}),
+        "plot_euler_angles": (
+            pt.plot_euler_angles,
+            {"motion": motion(), "sequence": "313", "degrees": False, **shown},
+        ),
+        "plot_herpolhode": (pt.plot_herpolhode, {"motion": free()}),
+        "plot_map": (
+            pt.plot_map,
+            {
+                **{"x": (0.0, 1.0), "y": (0.0, 1.0), "values": ((1.0, 2.0), (3.0, 4.0)), "x_label": "x", **shown},
+                **{"y_label": "y", "label": "v", "centre": 2.0, "limits": (0.0, 5.0)},
+            },
+        ),
+        "plot_momentum_sphere": (pt.plot_momentum_sphere, {"body": BODY, "state": START, "view": (10.0, 20.0)}),
+        "plot_poinsot": (pt.plot_poinsot, {"motion": free(), "time_index": 1, "view": (10.0, 20.0)}),
+        "plot_polhode": (pt.plot_polhode, {"motion": motion(), "view": (10.0, 20.0)}),
+        "plot_quaternions": (pt.plot_quaternions, {"motion": motion(), **shown}),
+        "plot_rates": (pt.plot_rates, {"motion": motion(), **shown}),
+        "plot_roll_pitch_yaw": (
+            pt.plot_roll_pitch_yaw,
+            {"motion": along_orbit(), "orbit": CIRCLE, "degrees": True, **shown},
+        ),
+        "plot_section": (pt.plot_section, {"section": pt.section(motion(), where), **shown}),
+        "plot_spectrum": (
+            pt.plot_spectrum,
+            {"spectrum": pt.frequencies(SIGNAL, 0.1, 2), "time": "s", "unit": "m", **shown},
+        ),
+        "plot_uncertainty": (
+            pt.plot_uncertainty,
+            {"transition": transition(), "initial": 1e-6 * np.eye(6), "of_parameters": 1e-6 * np.eye(1)},
+        ),
+        "project_to_tangent": (
+            pt.project_to_tangent,
+            {"quaternion": (1.0, 0, 0, 0), "conjugate_momenta": (0.1, 0.1, 0.2, 0.3)},
+        ),
+        "propagate": (
+            pt.propagate,
+            {**here, **run, "events": [pt.SpinFlip((1, 0, 0))], "dense": True, "precision": "double"},
+        ),
+        "read_aem": (pt.read_aem, {"path": at["aem"], "segment": 0, "calendar": CALENDAR}),
+        "read_apm": (pt.read_apm, {"path": at["apm"], "calendar": CALENDAR}),
+        "read_field": (
+            pt.read_field,
+            {"path": at["field"], "degree": 2, "mass": 1.0, "unit": 1.0, "extent": 0.0},
+        ),
+        "read_mesh": (pt.read_mesh, {"path": at["obj"], "mass": 1.0, "unit": 1.0, "repair": False}),
+        "read_oem": (pt.read_oem, {"path": at["oem"], "mu": 398600.0, "segment": 0, "calendar": CALENDAR}),
+        "read_quaternion_csv": (pt.read_quaternion_csv, {"path": at["csv"], "calendar": CALENDAR}),
+        "read_scenario": (pt.read_scenario, {"path": at["toml"]}),
+        "read_stk_attitude": (pt.read_stk_attitude, {"path": at["stk"], "calendar": CALENDAR}),
+        "save": (pt.save, {"motion": motion(), "path": folder / "out.nc", "overwrite": True}),
+        "save to Zarr": (pt.save, {"motion": motion(), "path": folder / "out.zarr", "overwrite": True}),
+        "section": (
+            pt.section,
+            {"motion": motion(), "coordinates": where, "event": 0, "labels": ("x", "y")},
+        ),
+        "spice_attitude": (
+            pt.spice_attitude,
+            {
+                **{"frame": "SC_BODY_1", "times": TIMES, "kernels": kernels, "reference_frame": "J2000"},
+                **{"calendar": CALENDAR},
+            },
+        ),
+        "spice_orbit": (
+            pt.spice_orbit,
+            {
+                **{"target": -999, "center": 399, "start": 0.5, "stop": 2.0, "kernels": [at["spk"]]},
+                **{"frame": "J2000", "mu": 2.0, "calendar": J2000},
+            },
+        ),
+        "spin_orbit_section": (
+            pt.spin_orbit_section,
+            {"system": SATELLITE, "angle": 0.1, "rate": 1.0, "revolutions": 1},
+        ),
+        "state_transition": (pt.state_transition, {**here, **run, "parameters": ("weight",), "order": 1}),
+        "tle_orbit": (pt.tle_orbit, {"lines": VANGUARD, **dates, "reference_frame": "TEME"}),
+        "two_body_orbit": (pt.two_body_orbit, passage),
+        "view": (pt.view, {"motion": motion(), "path": folder / "out.html", "overwrite": True}),
+        "write_aem": (
+            pt.write_aem,
+            {
+                **{**out, "path": folder / "out.aem", "object_name": "A", "object_id": "A", "center_name": "EARTH"},
+                **{"originator": "A", "rates": True, "version": "2.0"},
+            },
+        ),
+        "write_apm": (
+            pt.write_apm,
+            {
+                **{"body": BODY, "state": START, "path": folder / "out.apm", **NAMED, "object_name": "A"},
+                **{"object_id": "A", "center_name": "EARTH", "originator": "A", "version": "2.0"},
+            },
+        ),
+        "write_ck": (pt.write_ck, {**out, "path": folder / "out.bc", "spacecraft": -1000, "rates": True}),
+        "write_quaternion_csv": (pt.write_quaternion_csv, {**out, "path": folder / "out.csv", "rates": True}),
+        "write_stk_attitude": (
+            pt.write_stk_attitude,
+            {
+                **{"motion": motion(), "path": folder / "out.a", "calendar": CALENDAR, "reference_frame": "ICRF"},
+                **{"central_body": "Earth", "rates": True, "overwrite": True},
+            },
+        ),
+        **{
+            f"{type(orbit).__name__}.{name}": (getattr(orbit, name), {next(iter(signature(orbit, name))): 0.5})
+            for orbit in orbits()
+            for name in dir(orbit)
+            if name.endswith("_at") and not name.startswith("_") and name not in ("angles_at", "variables_at")
+        },
+    }
+
+
+def orbits():
+    point = pt.LagrangePoint(1.0, 0.01, 1.0, "L4")
+    rotating = pt.RotatingPoint((1.0, 0, 0), 1.0, 0.1)
+    return ELLIPSE, ESCAPE, PRECESSING, ephemeris(), rotating, pt.FixedPoint((1.0, 0, 0), 1.0), point.orbit()
+
+
+def signature(thing, name):
+    return inspect.signature(getattr(thing, name)).parameters
+
+
+OMM = {
+    "OBJECT_NAME": "VANGUARD 1",
+    "OBJECT_ID": "1958-002B",
+    "CENTER_NAME": "EARTH",
+    "REF_FRAME": "TEME",
+    "TIME_SYSTEM": "UTC",
+    "MEAN_ELEMENT_THEORY": "SGP4",
+    "EPOCH": "2000-06-27T18:50:19.733568",
+    "MEAN_MOTION": "10.82419157",
+    "ECCENTRICITY": "0.1859667",
+    "INCLINATION": "34.2682",
+    "RA_OF_ASC_NODE": "348.7242",
+    "ARG_OF_PERICENTER": "331.7664",
+    "MEAN_ANOMALY": "19.3264",
+    "NORAD_CAT_ID": "5",
+    "BSTAR": "0.28098E-4",
+}
+
+
+def public_names():
+    """Yield every public name and every public method that takes arguments, less those that are not a user's."""
+    for name in pt.__all__:
+        thing = getattr(pt, name)
+        if name not in NOT_CALLED:
+            yield name
+        if inspect.isclass(thing) and not issubclass(thing, BaseException) and name not in ("Vector", "Sky"):
+            for method, found in vars(thing).items():
+                plain = found.__func__ if isinstance(found, classmethod | staticmethod) else found
+                shown = method == "__call__" or not method.startswith("_")
+                taken = inspect.isfunction(plain) and len(inspect.signature(plain).parameters) > (
+                    not isinstance(found, staticmethod)
+                )
+                if shown and taken and method not in INTERNAL and not getattr(found, "__isabstractmethod__", False):
+                    yield f"{name}.{method}"

@@ -1,0 +1,97 @@
+"""Quantities with a unit: which convert, to what, and the sentences about the others."""
+
+import numpy as np
+import pytest
+from astropy import units as u
+
+import poinsot as pt
+from poinsot.motion.trajectory import Run
+from poinsot.quantities import ANGLES
+from public_calls import ELLIPSE, START, TOP, public_calls
+
+DAYS = pt.System(TOP.body, *TOP.forces, units={"time": "d"})
+UNNAMED = pt.System(TOP.body, *TOP.forces)
+
+
+def numbers_of(result):
+    """Every number in a result, of records and states."""
+    if isinstance(result, dict):
+        result = list(result.values())
+    if isinstance(result, list | tuple):
+        return [number for one in result for number in numbers_of(one)]
+    if isinstance(result, np.ndarray | float):
+        return list(np.ravel(result))
+    inside = type(result).__module__.startswith("poinsot") and not isinstance(result, Run)
+    return numbers_of(vars(result)) if inside else []
+
+
+@pytest.mark.parametrize("unit", ["deg", "arcmin", "rad"])
+def test_angles_convert_to_radians_everywhere(tmp_path, unit):
+    tried = 0
+    for name, (function, arguments) in public_calls(tmp_path).items():
+        for argument in arguments.keys() & set(ANGLES):
+            given = {**arguments, argument: np.array(arguments[argument]) * u.rad.to(unit) * u.Unit(unit)}
+            plain, converted = (np.array(numbers_of(function(**each)), dtype=float) for each in (arguments, given))
+            np.testing.assert_allclose(converted, plain, rtol=1e-12, atol=1e-12, err_msg=f"{name} {argument}")
+            tried += plain.size > 0
+    assert tried > 15
+
+
+def test_times_convert_where_their_unit_is_named():
+    times = np.array([0.5, 1.0]) * u.h
+    assert pt.propagate(DAYS, START, times).times == pytest.approx([1 / 48, 1 / 24], rel=1e-15)
+    assert pt.free_motion(TOP.body, START, times, units={"time": "min"}).times.tolist() == [30.0, 60.0]
+    motion = pt.propagate(DAYS, START, times, dense=True)
+    np.testing.assert_array_equal(motion(0.75 * u.h).quaternion, motion(1 / 32).quaternion)
+    calendar = pt.Calendar("2026-11-21T00:00:00", "TAI", "min")
+    assert calendar.time(2 * u.h) == 120.0
+    orbit = pt.Ephemeris.fit(2.0, lambda t: np.stack(ELLIPSE.position_at(t), -1), 0, 3, calendar=calendar)
+    summed = pt.orbit_sum(orbit, orbit, start=60 * u.s, stop=120 * u.s)
+    assert summed.span == (1.0, 2.0)
+
+
+NAMES_IT = "System(..., units={'time': 's'}) names it."
+SENTENCES = {
+    "no unit of time": (
+        lambda: pt.propagate(UNNAMED, START, [1, 2] * u.s),
+        f"times must be plain numbers, or times where the unit of time is named, got a quantity in s. {NAMES_IT}",
+    ),
+    "another unit": (
+        lambda: pt.propagate(DAYS, START, [1, 2] * u.kg),
+        f"times must be plain numbers, or times where the unit of time is named, got a quantity in kg. {NAMES_IT}",
+    ),
+    "rate": (
+        lambda: TOP.body.state((1, 0, 0, 0), omega_body=(1, 2, 3) * u.deg / u.s),
+        "omega_body must be plain numbers in your own units, got a quantity in deg / s. "
+        "Write value.to_value(unit), with the unit that your other numbers have.",
+    ),
+    "no dimension": (
+        lambda: pt.KeplerOrbit(1, 1, 0.1 * u.one, 0, 0, 0),
+        "eccentricity must be plain numbers in your own units, got a dimensionless quantity. "
+        "Write value.to_value(unit), with the unit that your other numbers have.",
+    ),
+    "length for an angle": (
+        lambda: pt.KeplerOrbit(1, 1, 0.1, 3 * u.km, 0, 0),
+        "inclination must be an angle, got a quantity in km.",
+    ),
+    "mask": (
+        lambda: pt.Body(np.ma.masked_array((1.25, 1, 0.75), mask=(0, 1, 0))),
+        "moments must be plain numbers, got a masked array. Write value.compressed(), or value.filled(number).",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SENTENCES)
+def test_others_are_refused(name):
+    call, sentence = SENTENCES[name]
+    with pytest.raises(TypeError) as caught:
+        call()
+    assert str(caught.value) == sentence
+
+
+def test_an_inclination_is_no_number_of_degrees():
+    sentence = r"^inclination must be within 2 pi, in radians, got 51.6. Degrees: np.radians\(51.6\).$"
+    with pytest.raises(ValueError, match=sentence):
+        pt.KeplerOrbit(1, 1, 0.1, 51.6, 0, 0)
+    assert pt.KeplerOrbit(1, 1, 0.1, -2 * np.pi, 300.0, 0).node == 300.0
+    assert pt.KeplerOrbit(1, 1, 0.1, [0.1, 0.2] * u.deg, 0, 0).inclination == pytest.approx(np.radians([0.1, 0.2]))
