@@ -25,6 +25,12 @@ TIMES = {
     "both ways": np.linspace(-6.05, 7.05, 14),
 }
 STARTS = {"together": np.zeros(MOST), "apart": RNG.uniform(-1, 1, MOST)}
+BASE = np.array([-2.0, -1.0, 0.3, 1.0, 2.5, 4.0])
+SPECIAL_TIMES = {
+    "closely": np.linspace(-6, 7, 1301),
+    "in clusters": np.unique([BASE + k * np.spacing(BASE) for k in (-3, -1, 0, 1, 2, 7, 1000, 10**5)]),
+}
+SPECIAL_STARTS = {"in clusters": np.concatenate([BASE, BASE + np.spacing(BASE), BASE - 2 * np.spacing(BASE)])[:MOST]}
 
 WITHIN = 1e-12
 """Tens of steps of 1e-16, and what the passages of kicks and branches make of it: some hundred times; 3e-14 is seen."""
@@ -129,14 +135,15 @@ def system(switch, fails, i):
 
 
 def state(starts, i):
-    return BODY.state(ATTITUDES[i], omega_body=RATES[i], time=STARTS[starts][i])
+    return BODY.state(ATTITUDES[i], omega_body=RATES[i], time=(STARTS | SPECIAL_STARTS)[starts][i])
 
 
 @functools.cache
 def alone(switch, events, starts, way, fails, i):
     """Return the motion of one member, and the sentence if it failed."""
+    times = (TIMES | SPECIAL_TIMES)[way]
     try:
-        motion = pt.propagate(system(switch, fails, i), state(starts, i), TIMES[way], events=watched(events, i))
+        motion = pt.propagate(system(switch, fails, i), state(starts, i), times, events=watched(events, i))
     except pt.PropagationError as error:
         return error.trajectory, str(error)
     return motion, None
@@ -145,9 +152,8 @@ def alone(switch, events, starts, way, fails, i):
 def wrong_members(switch, events, starts, way, fails, members, threads):
     """Return what is wrong with whom in an ensemble."""
     every = np.arange(members)
-    together = pt.propagate(
-        system(switch, fails, every), state(starts, every), TIMES[way], events=watched(events, every), threads=threads
-    )
+    times, chosen = (TIMES | SPECIAL_TIMES)[way], watched(events, every)
+    together = pt.propagate(system(switch, fails, every), state(starts, every), times, events=chosen, threads=threads)
     found = {i: wrong_member(together, i, *alone(switch, events, starts, way, fails, i)) for i in range(members)}
     return {i: what for i, what in found.items() if what}
 
@@ -206,6 +212,17 @@ def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, 
     monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", chunk)
     monkeypatch.setattr(ensemble, "SLAB_BYTES", 1)
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
+
+
+@pytest.mark.parametrize("switch", ["none", "rate", "members' times"])
+def test_times_that_a_lane_passes_while_another_fails(switch):
+    assert wrong_members(switch, "none", "apart", "closely", True, MOST, 1) == {}
+
+
+@pytest.mark.parametrize(("switch", "events"), [("none", "none"), ("rate", "all")])
+def test_times_between_which_there_is_no_room(switch, events):
+    """The engine wants grids of one length, which are filled up between times."""
+    assert wrong_members(switch, events, "in clusters", "in clusters", False, MOST, 1) == {}
 
 
 @pytest.mark.slow
