@@ -261,12 +261,13 @@ class _Batch:
 
     def run(self, stop: Callable[[], bool]) -> None:
         """Integrate every lane over its grid, a chunk of steps at a time."""
-        self._begin()
         ahead = list(self.grids)
         for lane, grid in enumerate(self.grids):
             if grid.size and grid[0] == self.origins[lane]:
                 self._rows[lane].append(self.starts[lane : lane + 1])
                 ahead[lane] = grid[1:]
+        if self._under_way(ahead):
+            self._begin()
         while (under_way := self._under_way(ahead)) and not stop():
             self._advance(ahead, under_way)
         if self._broken:
@@ -302,9 +303,8 @@ class _Batch:
     def _advance(self, ahead: list[Array], under_way: list[int]) -> None:
         """Take a chunk of steps, and leave what remains of the grids."""
         longest = max(under_way, key=lambda lane: ahead[lane].size)
-        idle = np.setdiff1d(np.arange(self.engine.batch_size), under_way)
-        if idle.size:
-            self._repeat(longest, idle)
+        if len(under_way) < self.engine.batch_size:
+            self._repeat(longest, np.setdiff1d(np.arange(self.engine.batch_size), under_way))
         now = np.array(self.engine.time)
         most = self.most if self.limits is None else min(self.most, int(np.min((self.limits - self.steps)[under_way])))
         near = [lane for lane in under_way if not _has_room(ahead[lane], now[lane], ahead[longest].size)]
