@@ -176,7 +176,7 @@ class _Segment:
         from scipy.optimize import brentq
 
         a, b = self.places[low], self.places[high]
-        known = 0
+        known = int(min(self._multipliers(place).outside[2] for place in (a, b)))
         if kind in SIGNS:
             counts = [self._multipliers(place).count_at(SIGNS[kind]) for place in (a, b)]
             known = min(counts)
@@ -191,7 +191,7 @@ class _Segment:
         if kind == "fold":
             return lambda place: float(place.tangent[6])
         if kind == "apart":
-            return lambda place: self._multipliers(place).apart()
+            return lambda place: self._multipliers(place).apart(known)
         return lambda place: self._multipliers(place).beside(SIGNS[kind], known)
 
     def _at_once(self, a: Place, b: Place) -> str:

@@ -45,7 +45,7 @@ MOST = 2000
 """Points."""
 CROSSING = 10.0
 """Of the first step on a branch that crosses, how far the corrector may go: only its plane is known."""
-SINGULAR = 1e-5
+SINGULAR = 1e-8
 """Singular values below this, of the largest, are zero at a bifurcation as it is located."""
 PATIENCE = 1.0
 """Seconds without a message."""

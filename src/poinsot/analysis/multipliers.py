@@ -75,12 +75,16 @@ class Multipliers:
         """
         return float(self._about(sign)[known])
 
-    def apart(self) -> float:
-        """Return what changes its sign where complex ones leave the unit circle: two sums meet, or a pair passes it."""
+    def apart(self, known: int) -> float:
+        """Return what changes its sign where complex ones leave the unit circle, but for a known number outside.
+
+        Of pairs m, 1/m it is the discriminant of the sums, two of which meet.
+        """
         if self.paired:
             a, b, c = self._roots
             return float(((a - b) ** 2 * (b - c) ** 2 * (c - a) ** 2).real)
-        return float(np.prod(np.log(np.abs(self._raw[self._raw.imag > SLOW]))))
+        growth = np.sort(np.log(np.abs(self._raw[self._raw.imag > SLOW])))[::-1]
+        return float(growth[known]) - SHARP if known < growth.size else -SHARP
 
     def _about(self, sign: int) -> Array:
         """Return the coefficients of the polynomial of the roots about 1 or -1, constant first."""
