@@ -15,7 +15,8 @@ hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 system = pt.System(hyperion, pt.GravityGradient(orbit))
 
 # The picture: starts along the two lines of symmetry, and in the sea.
-rates = np.concatenate([np.linspace(0, 3, 61), np.linspace(0.8, 0.95, 7), np.linspace(1.9, 2.05, 7)])
+n = orbit.mean_motion
+rates = n * np.concatenate([np.linspace(0, 3, 61), np.linspace(0.8, 0.95, 7), np.linspace(1.9, 2.05, 7)])
 angles, rates = (x.ravel() for x in np.meshgrid([0, np.pi / 2], rates))
 section = pt.spin_orbit_section(system, angles, rates, 400, progress=False)
 axes = pt.plot_section(section, "Hyperion at each periapsis, (B - A)/C = 0.26, e = 0.1")
@@ -23,7 +24,7 @@ axes.figure.savefig("poincare_hyperion.png", dpi=150)
 
 # The scan: four looks at each of the revolutions, so that whole turns are seen.
 revolutions = 300
-angles, rates = (x.ravel() for x in np.meshgrid(np.arange(20) * np.pi / 20, np.linspace(0, 3, 61)))
+angles, rates = (x.ravel() for x in np.meshgrid(np.arange(20) * np.pi / 20, n * np.linspace(0, 3, 61)))
 starts = pt.spin_orbit_section(system, angles, rates, 1, progress=False).motion.initial
 times = np.arange(4 * revolutions + 1) * orbit.period / 4
 motion = pt.propagate(system, starts, times, formulation="planar", tolerance=1e-10, progress=False)

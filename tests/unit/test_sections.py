@@ -63,8 +63,22 @@ def test_the_first_point_of_a_spin_orbit_section_is_the_start():
     assert np.allclose(section.y[:, 0], 1.4, rtol=1e-14)
     positions = np.stack([np.asarray(x) for x in orbit.position_at(section.motion.times)], axis=-1)
     assert np.allclose(np.linalg.norm(positions, axis=-1), orbit.periapsis_distance, rtol=1e-14)
+    assert np.allclose(system.omega_body(section.motion.initial), (0, 0, 1.4), atol=1e-14)
     one = pt.spin_orbit_section(system, 0.3, 1.4, 2)
     assert np.allclose(one.x, section.x[:1], rtol=1e-11)
+
+
+def test_rates_of_a_spin_orbit_section_are_those_of_the_unit_of_time():
+    """The same motion in seconds and in hours."""
+    seen = []
+    for unit, hour in (("s", 1.0), ("h", 3600.0)):
+        orbit = pt.KeplerOrbit(3.0 * hour**2, 2.0, 0.2, 0.5, 0.6, 0.7)
+        system = pt.System(BODY, pt.GravityGradient(orbit), units={"time": unit})
+        section = pt.spin_orbit_section(system, 0.3, 1.4 * hour, 3)
+        assert section.labels[1] == f"rate [rad/{unit}]"
+        seen.append((section.x, section.y / hour))
+    np.testing.assert_allclose(seen[1], seen[0], rtol=1e-10)
+    assert seen[0][1][0, 0] == pytest.approx(1.4, rel=1e-14)
 
 
 class Spinner(pt.Torque):

@@ -114,7 +114,8 @@ def chaos_indicators(
     Parameters
     ----------
     system, state, formulation, tolerance, threads, progress
-        As in `propagate`; "planar" is for bodies that turn about their third axis alone, and fast.
+        As in `propagate`: rates of the state in radians per unit of time. "planar" is for bodies that turn about
+        their third axis alone, and fast.
     times : array (n,)
         All after the state's time or all before.
     vectors : int

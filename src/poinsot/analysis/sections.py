@@ -125,7 +125,7 @@ def _all_times(motion: Trajectory) -> Crossings:
 
 @checked
 def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolutions: int, **options: Any) -> Section:
-    """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate over mean motion.
+    """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate.
 
     The third body axis is normal to the orbit, the first one at the angle from the direction to the periapsis
     (Wisdom, Peale and Mignard 1984, Icarus 58, 137). The motion starts at the periapsis next to the epoch.
@@ -137,7 +137,8 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
     angle : float or array (members,)
         Radians, at the first periapsis.
     rate : float or array (members,)
-        Inertial, over the mean motion of the orbit.
+        Inertial, in radians per unit of time as all rates: `1.5 * orbit.mean_motion` for three turns in two
+        revolutions.
     revolutions : int
         Of the orbit.
     **options
@@ -156,24 +157,25 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
     orbit = _only_orbit(system)
     if not _is_whole(revolutions) or revolutions < 1:
         raise ValueError(f"revolutions must be a positive whole number, but {revolutions!r} came.")
-    theta, ratio = member_array("angle", angle, ()), member_array("rate", rate, ())
-    if theta.ndim and ratio.ndim and theta.size != ratio.size:
-        raise ValueError(f"angle and rate must have one number of members, but {theta.size} and {ratio.size} came.")
-    theta, ratio = np.broadcast_arrays(theta, ratio)
-    n = float(orbit.mean_motion)
-    passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / n
+    theta, spin = member_array("angle", angle, ()), member_array("rate", rate, ())
+    if theta.ndim and spin.ndim and theta.size != spin.size:
+        raise ValueError(f"angle and rate must have one number of members, but {theta.size} and {spin.size} came.")
+    theta, spin = np.broadcast_arrays(theta, spin)
+    passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / float(orbit.mean_motion)
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
-    spin = np.stack([0 * ratio, 0 * ratio, n * ratio], axis=-1)
-    start = system.body.state(quaternion_from_angles(np.stack(plane, axis=-1), "313"), omega_body=spin, time=passage)
+    omega = spin[..., None] * (0.0, 0.0, 1.0)
+    start = system.body.state(quaternion_from_angles(np.stack(plane, axis=-1), "313"), omega_body=omega, time=passage)
     times = passage + np.arange(revolutions + 1) * float(orbit.period)
     motion = propagate(system, start, times, **{"formulation": "planar", **options})
 
     def coordinates(points: Crossings) -> tuple[Array, Array]:
         first_axis = points.states.attitude.apply([1.0, 0.0, 0.0])
         ahead, aside = (first_axis @ np.array([float(x) for x in direction]) for direction in orbit.plane[:2])
-        return np.mod(np.arctan2(aside, ahead), np.pi), points.omega_body[:, 2] / n
+        return np.mod(np.arctan2(aside, ahead), np.pi), points.omega_body[:, 2]
 
-    return section(motion, coordinates, labels=("angle from the periapsis [rad]", "rate / mean motion"))
+    unit = system.units["time"]
+    named = "rate [rad / unit of time]" if unit == "1" else f"rate [rad/{unit}]"
+    return section(motion, coordinates, labels=("angle from the periapsis [rad]", named))
 
 
 @checked
