@@ -1,11 +1,15 @@
 """Fixtures shared by all tests."""
 
+import signal
+
 import numpy as np
 import pytest
 
 import poinsot as pt
 
 pytest_plugins = ["margins"]
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it, and tests send it
 
 
 @pytest.fixture
