@@ -311,15 +311,33 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
 
 
 def sine_defect(angle: Scalar) -> Scalar:
-    """Return x - sin x, of numbers right to their last digit also near zero."""
+    """Return x - sin x, right to its last digit also near zero."""
     if own := _own("sine_defect", (angle,)):
         return own[0]
     engine = _engine(angle)
-    if engine.__name__ in ("heyoka", "sympy"):
-        return angle - engine.sin(angle)
-    is_near = less(builtins.abs(angle), 2)
+    far = angle - engine.sin(angle)
+    return far if engine.__name__ == "sympy" else _defect(engine, angle, -1, far)
+
+
+def asinh_defect(x: Scalar) -> Scalar:
+    """Return x - asinh x, right to its last digit also near zero."""
+    if own := _own("asinh_defect", (x,)):
+        return own[0]
+    engine = _engine(x)
+    angle = engine.asinh(x)
+    return x - angle if engine.__name__ == "sympy" else _defect(engine, angle, 1, x - angle)
+
+
+def _defect(engine: Any, angle: Scalar, sign: int, far: Scalar) -> Scalar:
+    """Return the series x^3/3! + sign x^5/5! + ... below |x| = 2, and beyond it what is computed as a difference.
+
+    A kernel chooses at the start of each step.
+    """
+    is_near = less(angle * angle, 4)
     near = where(is_near, angle, 0 * angle)
+    # The engine folds divisors into factors, in the precision they have.
+    whole = np.longdouble if engine.__name__ == "heyoka" else int
     square, series = near * near, 1
-    for k in range(14 if engine is np else 40, 0, -1):
-        series = 1 - square / ((2 * k + 2) * (2 * k + 3)) * series
-    return where(is_near, near * square * series / 6, angle - engine.sin(angle))
+    for k in range(40 if engine.__name__ == "mpmath" else 14, 0, -1):
+        series = 1 + sign * square / whole((2 * k + 2) * (2 * k + 3)) * series
+    return where(is_near, near * square * series / whole(6), far)

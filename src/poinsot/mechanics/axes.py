@@ -67,7 +67,7 @@ class SpaceAxes(Axes):
         return np.array([1.0, 0.0, 0.0, 0.0])
 
     def along(self, orbits: Sequence[Orbit]) -> SpaceAxes:  # noqa: ARG002
-        """Return the axes with the variables of other orbits, in the same order, shared in the same way."""
+        """Return the axes with the variables of the orbits of another system, shared in the same way."""
         return self
 
 
@@ -75,11 +75,13 @@ SPACE_AXES = SpaceAxes()
 
 
 class TrackingAxes(SpaceAxes):
-    """The space axes, with the variables of an orbit whose formulas do not run on symbols, and of others.
+    """The space axes, with the variables of an orbit that is tracked, and of others.
 
     Parameters
     ----------
     orbit : Orbit
+    place : int
+        Of the orbit among those of the system.
     offset : int
         Where its variables begin: behind those of the others, or among them where it shares the path of another.
     others : SpaceAxes
@@ -87,6 +89,7 @@ class TrackingAxes(SpaceAxes):
     """
 
     orbit: Orbit
+    place: int
     offset: int
     others: SpaceAxes
 
@@ -122,7 +125,7 @@ class TrackingAxes(SpaceAxes):
         return self.own.sky_in_space(orbit, time, variables[self.offset : self.offset + self.own.size])
 
     def along(self, orbits: Sequence[Orbit]) -> TrackingAxes:  # noqa: D102
-        return TrackingAxes(orbits[-1], self.offset, self.others.along(orbits[:-1]))
+        return TrackingAxes(orbits[self.place], self.place, self.offset, self.others.along(orbits))
 
 
 class TrackingSky(Sky):

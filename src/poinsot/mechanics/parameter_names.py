@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.samples import tracked_orbits
+from poinsot.mechanics.samples import orbits_of
 from poinsot.mechanics.system import System
 
 __all__ = ["named_numbers", "resolve"]
@@ -45,7 +45,7 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
         raise ValueError(
             f"parameters must name single numbers of the system, but {name!r} came. Near: {', '.join(near)}."
         )
-    integrated = {own for orbit in tracked_orbits(system) for own in _owners(orbit)}
+    integrated = {own for orbit in orbits_of(system) if not orbit.closed_form for own in _owners(orbit)}
     if dict(_names(system))[full[0]][0] in integrated:
         raise ValueError(
             f"parameters must not be those of an orbit that is integrated along, but {name!r} came. Take differences "

@@ -87,15 +87,19 @@ def common_axes(system: System) -> Axes | None:
 
 
 def tracked_orbits(system: System) -> list[Orbit]:
-    """Return the orbits whose formulas do not run on symbols."""
-    return [orbit for orbit in orbits_of(system) if not orbit.closed_form]
+    """Return the orbits whose variables are integrated along."""
+    return [orbit for orbit in orbits_of(system) if orbit.tracked]
 
 
-def space_axes(system: System) -> Axes:
-    """Return the space axes, with the variables of those orbits; orbits that are one path share them."""
+def space_axes(system: System, closed_forms: bool = False) -> Axes:
+    """Return the space axes, with the variables of those orbits; orbits that are one path share them.
+
+    With closed forms, of those orbits alone that have none.
+    """
     axes: SpaceAxes = SPACE_AXES
-    for orbit in tracked_orbits(system):
-        axes = TrackingAxes(orbit, _offset(axes, orbit), axes)
+    for place, orbit in enumerate(orbits_of(system)):
+        if orbit.tracked and not (closed_forms and orbit.closed_form):
+            axes = TrackingAxes(orbit, place, _offset(axes, orbit), axes)
     return axes
 
 

@@ -57,8 +57,13 @@ class Orbit(Parametric, ABC):
 
     @property
     def closed_form(self) -> bool:
-        """Whether the formulas run on symbols; if not, a kernel integrates the variables of `axes` along."""
+        """Whether the formulas run on symbols."""
         return True
+
+    @property
+    def tracked(self) -> bool:
+        """Whether a kernel integrates the variables of `axes` along also in the space axes."""
+        return not self.closed_form
 
     @property
     def sample_time(self) -> Any:

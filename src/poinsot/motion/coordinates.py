@@ -134,7 +134,7 @@ class IntegratedSky(TrackingSky):
         self.carried = np.moveaxis(carried, 0, -1)
 
     def _of(self, orbit: Orbit) -> Sky:
-        if orbit.closed_form:
+        if not orbit.tracked:
             return Sky(self.time)
         path: Any = orbit.axes
         paths: Iterator[tuple[Orbit, Any]] = ((own, own.axes) for own in self._orbits)

@@ -23,7 +23,7 @@ from poinsot.mechanics.axes import Axes, TrackingAxes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
 from poinsot.mechanics.refusals import use_functions
-from poinsot.mechanics.samples import tracked_orbits
+from poinsot.mechanics.samples import orbits_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.motion.constants import Constants
@@ -244,7 +244,7 @@ def _equations(
     companion = variables.companion
     twin = system.with_numbers(inputs)
     if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
-        axes = axes.along(tracked_orbits(twin))
+        axes = axes.along(list(orbits_of(twin)))
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
     motion, companions = own[: variables.companions.start], symbols[variables.companions]
     try:

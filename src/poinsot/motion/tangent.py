@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.formulations import FORMULATIONS
+from poinsot.mechanics.samples import space_axes
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.motion import kernels
@@ -85,7 +86,8 @@ class TangentRun:
         self.state = broadcast_members(state, self.members or (1,))
         variables = kernels.coordinates(system, self.state, chosen, "double")
         if inputs:  # axes carried by an orbit would change with it
-            variables = dataclasses.replace(variables, axes=system.between_knots().space_axes)
+            axes = space_axes(system.between_knots(), closed_forms=True)
+            variables = dataclasses.replace(variables, axes=axes)
         self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(system.momentum_scale(self.state))))))
         self._variables = dataclasses.replace(variables, scale=np.full(len(self.state.time), self.scale))
         first = 1 + len(variables.axes.numbers)

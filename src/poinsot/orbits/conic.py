@@ -83,6 +83,15 @@ class ConicAxes(Axes):
     def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
         """Return the true anomaly, radians, up to whole pairs of turns."""
 
+    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
+        """Return cosine and sine of the true anomaly."""
+        f = self.true_anomaly(time, variables)
+        return functions.cos(f), functions.sin(f)
+
+    def closeness(self, time: Scalar, variables: Any) -> Scalar:
+        """Return p/r = 1 + e cos f."""
+        return 1 + self.orbit.eccentricity * self.cosines(time, variables)[0]
+
     def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
         return _ConicSky(time, self, variables)
 
@@ -105,28 +114,25 @@ class ConicAxes(Axes):
         return self.orbit.node, self.orbit.inclination, self.orbit.argument_of_periapsis
 
     def inverse_distance(self, time: Scalar, variables: Any) -> Scalar:
-        """Return 1/r = (1 + e cos f) / p."""
-        return (1 + self._e_cos(time, variables)) / self.orbit.parameter
+        """Return 1/r."""
+        return self.closeness(time, variables) / self.orbit.parameter
 
     def velocity(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Return the velocity along these axes, sqrt(mu / p) (e sin f, 1 + e cos f, 0)."""
         own = self.orbit
         speed = functions.sqrt(own.mu / own.parameter)
-        upwards = own.eccentricity * functions.sin(self.true_anomaly(time, variables))
+        upwards = own.eccentricity * self.cosines(time, variables)[1]
         return speed * upwards, speed * own.parameter * self.inverse_distance(time, variables), 0.0
 
     def anomaly_rate(self, time: Scalar, variables: Any) -> Scalar:
         """Return f' = sqrt(mu / p^3) (1 + e cos f)^2."""
-        closeness = 1 + self._e_cos(time, variables)
+        closeness = self.closeness(time, variables)
         return closeness * closeness * self._rate_aside
 
     @property
     def _rate_aside(self) -> Scalar:
         """The rate of the true anomaly a quarter turn from the periapsis."""
         return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
-
-    def _e_cos(self, time: Scalar, variables: Any) -> Scalar:
-        return self.orbit.eccentricity * functions.cos(self.true_anomaly(time, variables))
 
 
 class _ConicSky(Sky):
@@ -159,11 +165,10 @@ class _ConicSkyInSpace(_ConicSky):
         return self._in_space(1 / self.inverse_distance(orbit), 0.0)
 
     def velocity(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        upwards, onwards, _ = self._axes.velocity(self.time, self._variables)
-        return self._in_space(upwards, onwards)
+        return self._in_space(*self._axes.velocity(self.time, self._variables))
 
-    def _in_space(self, upwards: Scalar, onwards: Scalar) -> functions.Vector:
-        f = self._axes.true_anomaly(self.time, self._variables)
-        cosine, sine = functions.cos(f), functions.sin(f)
-        conic: ConicOrbit = self._axes.orbit
-        return conic.in_space(upwards * cosine - onwards * sine, upwards * sine + onwards * cosine)
+    def _in_space(self, upwards: Scalar, onwards: Scalar, aside: Scalar = 0.0) -> functions.Vector:
+        cosine, sine = self._axes.cosines(self.time, self._variables)
+        along = upwards * cosine - onwards * sine, upwards * sine + onwards * cosine, aside
+        directions = plane_of(*self._axes.angles(self.time))
+        return functions.Vector(functions.dot(along, components) for components in zip(*directions, strict=True))

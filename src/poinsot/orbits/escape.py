@@ -22,7 +22,7 @@ class EscapeOrbit(ConicOrbit):
     """The two-body orbit of a body that escapes: a hyperbola, or at e = 1 a parabola, without a jump.
 
     Universal variables give the position, right to rounding at any time. Their formulas run on numbers alone; a
-    kernel integrates the true anomaly along instead.
+    kernel integrates one of them along, and sets it right by the time wherever it is used.
 
     Parameters
     ----------
@@ -172,54 +172,98 @@ class EscapeOrbit(ConicOrbit):
 
     @property
     def axes(self) -> EscapeAxes:
-        """The axes radial, transverse, normal, with the true anomaly integrated along."""
+        """The axes radial, transverse, normal, with a universal variable integrated along."""
         return EscapeAxes(self)
 
     # ------------------------------------------------------------------ motion
 
     def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
-        S1, S2 = self._place(time)
+        S1, S2 = self.place(time)
         q = self.periapsis_distance
         return self.in_space(q * (1 - S2), q * functions.sqrt(1 + self.eccentricity) * S1)
 
     def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
-        S1, S2 = self._place(time)
+        S1, S2 = self.place(time)
         e = self.eccentricity
         speed = functions.sqrt(self.mu / self.periapsis_distance) / (1 + e * S2)
         return self.in_space(-speed * S1, speed * functions.sqrt(1 + e) * (1 + (e - 1) * S2))
 
     def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
-        return 1 / (self.periapsis_distance * (1 + self.eccentricity * self._place(time)[1]))
+        return 1 / (self.periapsis_distance * (1 + self.eccentricity * self.place(time)[1]))
 
     def true_anomaly_at(self, time: Scalar) -> Scalar:
         """Return the true anomaly, radians, between those of the asymptotes."""
-        S1, S2 = self._place(time)
+        return self.anomaly(*self.place(time))
+
+    def anomaly(self, S1: Scalar, S2: Scalar) -> Scalar:
+        """Return the true anomaly, radians."""
         return functions.atan2(functions.sqrt(1 + self.eccentricity) * S1, 1 - S2)
 
-    def _place(self, time: Scalar) -> tuple[Scalar, Scalar]:
+    def place(self, time: Scalar) -> tuple[Scalar, Scalar]:
         """Return S_1 and S_2."""
         refuse_symbols(type(self).__name__, time, *(vars(self)[name] for name in ("mu", "eccentricity")))
-        rate = functions.sqrt(self.mu / self.periapsis_distance**3)
-        scaled = elapsed(self.time_since_periapsis, time, self.epoch) * rate
-        return universal_place(self.eccentricity, scaled)
+        return universal_place(self.eccentricity, self.scaled(time))
+
+    def scaled(self, time: Scalar) -> Scalar:
+        """Return the time since the periapsis in units of sqrt(q^3 / mu)."""
+        return elapsed(self.time_since_periapsis, time, self.epoch) * self.rate
+
+    @property
+    def rate(self) -> Scalar:
+        """sqrt(mu / q^3)."""
+        return functions.sqrt(self.mu / self.periapsis_distance**3)
 
 
 class EscapeAxes(ConicAxes):
-    """Radial, transverse, normal axes; their variable is a quarter of the true anomaly.
+    """Radial, transverse, normal axes; their variable is asinh(S_1)/32.
 
-    So it stays below one, the size of a quaternion: the engine's step control looks at the largest variable.
+    It stays below one, the size of a quaternion, for the engine's step control looks at the largest variable; and its
+    error is one of the distance relative to itself. Whatever is read from it is one step of Newton's method for the
+    time of `universal_time` further, its own rate too: the error of the variable is squared, and does not grow
+    from far out to the periapsis as one of the time would.
     """
 
     orbit: EscapeOrbit
 
     def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
-        return np.asarray(0.25 * self.orbit.true_anomaly_at(time))[..., None]
+        return np.asarray(np.arcsinh(self.orbit.place(time)[0]) / REACH)[..., None]
 
     def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
-        return [0.25 * self.anomaly_rate(time, variables)]
+        S1, S2 = self._place(time, variables)
+        e, own = self.orbit.eccentricity, functions.sqrt(1 + S1 * S1)
+        return [self.orbit.rate / REACH * (1 + (e - 1) * S2) / ((1 + e * S2) * own)]
 
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: ARG002, D102
-        return 4 * variables[0]
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+        return self.orbit.anomaly(*self._place(time, variables))
+
+    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:  # noqa: D102
+        S1, S2 = self._place(time, variables)
+        e = self.orbit.eccentricity
+        inverse = 1 / (1 + e * S2)
+        return (1 - S2) * inverse, functions.sqrt(1 + e) * S1 * inverse
+
+    def closeness(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+        e = self.orbit.eccentricity
+        return (1 + e) / (1 + e * self._place(time, variables)[1])
+
+    def _place(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
+        """Return S_1 and S_2 at the time."""
+        e, grown = self.orbit.eccentricity, functions.exp(REACH * variables[0])
+        S1 = 0.5 * (grown - 1 / grown)
+        square = S1 * S1
+        cosh = functions.sqrt(1 + (e - 1) * square)
+        S2, rate = square / (1 + cosh), functions.sqrt(e - 1 + PARABOLIC)
+        # x + e S_3 = S_1 + S_3, for S_1 = x + (e - 1) S_3.
+        late = S1 + functions.asinh_defect(rate * S1) / (rate * rate * rate) - self.orbit.scaled(time)
+        change = late / (1 + e * S2)
+        return S1 - cosh * change, S2 - S1 * change
+
+
+REACH = 32.0
+"""Of the inverse hyperbolic sine of distances: e^32 times that of the periapsis are beyond any orbit."""
+
+PARABOLIC = 1e-120
+"""Added to e - 1, so that no kernel divides by zero at a parabola."""
 
 
 def _refuse_bound(eccentricity: Any) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,14 +16,15 @@ from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
 from poinsot.orbits.phase import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.vectors import exactly_one, passage
 
-__all__ = ["EllipticAxes", "KeplerAxes", "KeplerOrbit"]
+__all__ = ["EccentricAxes", "EllipticAxes", "KeplerAxes", "KeplerOrbit", "LongEllipticAxes"]
 
 
 class KeplerOrbit(ConicOrbit):
     """The elliptic two-body orbit of the body about an attractor.
 
     The closed form is right to rounding at any time: the mean anomaly is reduced to one turn with twice the
-    digits, so that its error does not grow with the revolutions. A kernel uses it in its own precision.
+    digits, so that its error does not grow with the revolutions. A kernel uses it in its own precision; above an
+    eccentricity of 0.7 it integrates an anomaly along, and sets it right by the time wherever it is used.
 
     Parameters
     ----------
@@ -155,10 +157,25 @@ class KeplerOrbit(ConicOrbit):
         """On a circle (to rounding), the mean motion about the normal; None otherwise."""
         return np.asarray(self.mean_motion)[..., None] * self.normal if is_circle(self) else None
 
+    @functools.cached_property
+    def elongated(self) -> bool:
+        """Whether the eccentricity is above 0.7, of any member: then rounding is felt near the periapsis."""
+        return bool(np.any(np.asarray(self.eccentricity) > ELONGATED))
+
+    def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
+        """Return the same record with other scalars, of which symbols cannot tell whether it is elongated."""
+        twin = super().with_numbers(scalars)
+        object.__setattr__(twin, "elongated", self.elongated)
+        return twin
+
     @property
-    def axes(self) -> KeplerAxes:
-        """The axes radial, transverse, normal, with the true anomaly integrated along."""
-        return KeplerAxes(self)
+    def tracked(self) -> bool:  # noqa: D102
+        return self.elongated
+
+    @property
+    def axes(self) -> KeplerAxes | EccentricAxes:
+        """The axes radial, transverse, normal, with the true anomaly integrated along, or the eccentric one."""
+        return EccentricAxes(self) if self.elongated else KeplerAxes(self)
 
     # ------------------------------------------------------------------ motion
 
@@ -251,6 +268,62 @@ class KeplerAxes(EllipticAxes):
     """Those of an ellipse at rest in space."""
 
     orbit: KeplerOrbit
+
+
+class LongEllipticAxes(ConicAxes):
+    """The same of a long ellipse; their variable is E - M, the eccentric less the mean anomaly.
+
+    Whatever is read from it is one step of Newton's method for Kepler's equation further, its own rate too: the
+    error of the variable is squared, and does not grow from the apoapsis to the periapsis as one of the time would.
+    """
+
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+        e = self.orbit.eccentricity
+        E = functions.eccentric_anomaly(e, self.orbit.phase_at(time))
+        return np.asarray(e * np.sin(E))[..., None]
+
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+        _, _, distance = self._place(time, variables)
+        return [self.orbit.mean_motion * (1 / distance - 1)]
+
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+        e, (sine, cosine, _) = self.orbit.eccentricity, self._place(time, variables)
+        ratio = functions.sqrt((1 - e) * (1 + e))
+        beyond = functions.atan2(2 * e * sine * cosine, 1 + ratio - e + 2 * e * sine * sine)  # half of f - E
+        return self._anomaly(time, variables) + 2 * beyond
+
+    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:  # noqa: D102
+        e, (sine, cosine, distance) = self.orbit.eccentricity, self._place(time, variables)
+        inverse = 1 / distance
+        ratio = functions.sqrt((1 - e) * (1 + e))
+        return ((1 - e) - 2 * (sine * sine)) * inverse, 2 * ratio * (sine * cosine) * inverse
+
+    def closeness(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+        e = self.orbit.eccentricity
+        return (1 - e) * (1 + e) / self._place(time, variables)[2]
+
+    def _anomaly(self, time: Scalar, variables: Any) -> Scalar:
+        return variables[0] + self.orbit.phase_at(time)
+
+    def _place(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Return sin E/2 and cos E/2, and the distance over the semimajor axis, at the time."""
+        e, E = self.orbit.eccentricity, self._anomaly(time, variables)
+        sine, cosine = functions.sin(0.5 * E), functions.cos(0.5 * E)
+        late = (1 - e) * E + e * functions.sine_defect(E) - self.orbit.phase_at(time)
+        half = 0.5 * late / ((1 - e) + 2 * e * (sine * sine))
+        sine, cosine = sine - half * cosine, cosine + half * sine
+        return sine, cosine, (1 - e) + 2 * e * (sine * sine)
+
+
+class EccentricAxes(LongEllipticAxes):
+    """Those of a long ellipse at rest in space."""
+
+    orbit: KeplerOrbit
+
+
+ELONGATED = 0.7
+"""The eccentricity above which the time at a periapsis is felt more than rounding, and Kepler's equation of the engine
+loses digits."""
 
 
 def centre_equation(eccentricity: Any, mean_anomaly: Any) -> NDArray[np.float64]:

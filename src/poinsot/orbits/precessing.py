@@ -11,12 +11,12 @@ from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.sky import Orbit
-from poinsot.orbits.conic import plane_of
+from poinsot.orbits.conic import ConicAxes, plane_of
 from poinsot.orbits.frame import OrbitFrame
-from poinsot.orbits.kepler import EllipticAxes, KeplerOrbit, is_circle
+from poinsot.orbits.kepler import EllipticAxes, KeplerOrbit, LongEllipticAxes, is_circle
 from poinsot.orbits.phase import angle_at, mean_motion_of
 
-__all__ = ["PrecessingAxes", "PrecessingOrbit"]
+__all__ = ["LongPrecessingAxes", "PrecessingAxes", "PrecessingOrbit"]
 
 
 class PrecessingOrbit(Orbit):
@@ -112,9 +112,13 @@ class PrecessingOrbit(Orbit):
         return OrbitFrame(self)
 
     @property
-    def axes(self) -> PrecessingAxes:
-        """The axes radial, transverse, normal, with the true anomaly integrated along."""
-        return PrecessingAxes(self)
+    def tracked(self) -> bool:  # noqa: D102
+        return self.orbit.elongated
+
+    @property
+    def axes(self) -> PrecessingAxes | LongPrecessingAxes:
+        """The axes radial, transverse, normal, with the true anomaly integrated along, or the eccentric one."""
+        return LongPrecessingAxes(self) if self.orbit.elongated else PrecessingAxes(self)
 
     @property
     def directions(self) -> dict[str, NDArray[np.float64]]:
@@ -166,12 +170,12 @@ class PrecessingOrbit(Orbit):
         return functions.Vector(ahead * p + aside * s for p, s in zip(*directions, strict=True))
 
 
-class PrecessingAxes(EllipticAxes):
-    """Those of the moving ellipse."""
+class _MovingAxes(ConicAxes):
+    """What the axes of a moving ellipse have beyond those of one at rest."""
 
     orbit: PrecessingOrbit
 
-    def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:  # noqa: D102
+    def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         return self.orbit.angles_at(time)
 
     def omega(self, time: Scalar, variables: Any) -> functions.Vector:
@@ -191,7 +195,7 @@ class PrecessingAxes(EllipticAxes):
     def velocity(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Return r' and omega x r along these axes, r' = f' r^2 e sin(f)/p."""
         distance = 1 / self.inverse_distance(time, variables)
-        e_sin = self.orbit.eccentricity * functions.sin(self.true_anomaly(time, variables))
+        e_sin = self.orbit.eccentricity * self.cosines(time, variables)[1]
         upwards = self.anomaly_rate(time, variables) * distance * distance * e_sin / self.orbit.parameter
         _, across, along = self.omega(time, variables)
         return upwards, along * distance, -across * distance
@@ -200,3 +204,11 @@ class PrecessingAxes(EllipticAxes):
     def _rate_aside(self) -> Scalar:
         e = self.orbit.eccentricity
         return self.orbit.mean_motion * ((1 - e) * (1 + e)) ** -1.5
+
+
+class PrecessingAxes(_MovingAxes, EllipticAxes):
+    """Those of the moving ellipse."""
+
+
+class LongPrecessingAxes(_MovingAxes, LongEllipticAxes):
+    """Those of a long one."""

@@ -58,7 +58,7 @@ def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]
     return S1 + (1 + (e - 1) * S2) * change, S2 + S1 * change
 
 
-def refuse_symbols(name: str, *scalars: Scalar, variable: str = "true anomaly") -> None:
+def refuse_symbols(name: str, *scalars: Scalar, variable: str = "universal variable") -> None:
     """Raise a TypeError if a scalar is no number; the sentence says which variable a kernel integrates instead."""
     for scalar in scalars:
         value = getattr(scalar, "value", scalar)
