@@ -244,30 +244,32 @@ def test_any_ensemble_is_its_members_alone(lanes, monkeypatch):
 
 
 def both(system_of, starts, call):
-    """Return the result of a call for nine members, and those of each alone."""
+    """Return the result of a call for nine members, and those of each alone with the sentences of failures."""
     every = np.arange(9)
-    return call(system_of(every), state(starts, every)), [call(system_of(i), state(starts, i)) for i in every]
+    alone = []
+    for i in every:
+        try:
+            alone.append((call(system_of(i), state(starts, i)), None))
+        except pt.PropagationError as error:
+            alone.append((error.trajectory, str(error)))
+    return call(system_of(every), state(starts, every)), alone
 
 
-ORBIT_AND_SWITCH = {
-    "table": lambda i: pt.System(BODY, force("table", i)),
-    "members' times": lambda i: pt.System(BODY, force("none", i), force("members' times", i)),
-}
-
-
-@pytest.mark.parametrize(("switch", "chunk"), [("table", 10), ("members' times", 700)])
-def test_state_transitions_are_those_of_members_alone(switch, chunk, monkeypatch):
+@pytest.mark.parametrize(("switch", "fails", "chunk"), [("table", True, 10), ("members' times", False, 700)])
+def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monkeypatch):
     monkeypatch.setattr(kernels, "STEPS_AT_A_TIME", {1: chunk})
-    together, alone = both(
-        ORBIT_AND_SWITCH[switch], "apart", lambda *given: pt.state_transition(*given, TIMES["both ways"])
-    )
-    for i, one in enumerate(alone):
+
+    def call(*given):
+        return pt.state_transition(*given, TIMES["both ways"])
+
+    together, found = both(functools.partial(system, switch, fails), "apart", call)
+    for i, (one, sentence) in enumerate(found):
+        assert told(together.motion.failures.get(i)) == told(sentence)
         size = np.max(np.abs(one.matrix), axis=(1, 2), keepdims=True)
-        assert np.max(np.abs(together.matrix[i] - one.matrix) / size) < WITHIN
-        assert near(together.motion.quaternion[i], one.motion.quaternion)
-    plain = pt.propagate(ORBIT_AND_SWITCH[switch](8), state("apart", 8), TIMES["both ways"])
-    assert near(together.motion.quaternion[8], plain.quaternion)
-    assert together.motion.failures == {}
+        np.testing.assert_allclose(together.matrix[i] / size, one.matrix / size, rtol=0, atol=WITHIN)
+        np.testing.assert_allclose(together.motion.quaternion[i], one.motion.quaternion, rtol=0, atol=WITHIN)
+    motion, _ = alone(switch, "none", "apart", "both ways", fails, 7)
+    assert near(together.motion.quaternion[7], motion.quaternion)
 
 
 def test_second_derivatives_are_those_of_members_alone(monkeypatch):
@@ -276,8 +278,8 @@ def test_second_derivatives_are_those_of_members_alone(monkeypatch):
     def call(*given):
         return pt.state_transition(*given, TIMES["both ways"], order=2)
 
-    together, alone = both(ORBIT_AND_SWITCH["members' times"], "together", call)
-    for i, one in enumerate(alone):
+    together, found = both(functools.partial(system, "members' times", False), "together", call)
+    for i, (one, _) in enumerate(found):
         assert np.allclose(together.second[i], one.second, rtol=0, atol=1e-11 * np.max(np.abs(one.second)))
 
 
@@ -292,17 +294,41 @@ def test_indicators_are_those_of_members_alone(way):
         return pt.System(BODY, force("members' times", i), Edge(edges[i], sides[i]))
 
     def call(*given):
-        try:
-            return pt.chaos_indicators(*given, TIMES[way], vectors=2, momentum_unit=1.0)
-        except pt.PropagationError as error:
-            return error.trajectory
+        return pt.chaos_indicators(*given, TIMES[way], vectors=2, momentum_unit=1.0)
 
-    together, alone = both(system_of, "apart", call)
+    together, found = both(system_of, "apart", call)
     assert sorted(together.failures) == [2, 7]
-    for i, one in enumerate(alone):
+    for i, (one, sentence) in enumerate(found):
+        assert told(together.failures.get(i)) == told(sentence)
         for name in ("growth", "gali"):  # the others are sampled more densely where another member is faster
             assert np.allclose(getattr(together, name)[i], getattr(one, name), rtol=0, atol=1e-10, equal_nan=True)
         assert np.all(np.isfinite(together.mean_megno[i]) == np.isfinite(one.mean_megno))
+
+
+def test_spectra_do_not_depend_on_the_order_of_members():
+    """Alone they have other units, and other times of orthogonalisation."""
+    order = np.random.default_rng(0).permutation(9)
+    one, other = (
+        pt.lyapunov_spectrum(system("members' times", True, i), state("together", i), [1.0, 3.0, 7.0])
+        for i in (np.arange(9), order)
+    )
+    np.testing.assert_allclose(one.exponents[order], other.exponents, rtol=0, atol=1e-10)
+    assert one.failures == {int(order[i]): why for i, why in other.failures.items()}
+    assert sorted(one.failures) == [0, 5, 8]
+
+
+def test_sections_are_those_of_members_alone():
+    def section_of(motion):
+        return pt.section(motion, lambda points: (points.times, points.omega_body[:, 2]), 0)
+
+    every = np.arange(9)
+    given = system("rate", True, every), state("apart", every), TIMES["both ways"]
+    together = section_of(pt.propagate(*given, events=watched("all", every)))
+    for i in every:
+        one = section_of(alone("rate", "all", "apart", "both ways", True, int(i))[0])
+        points = np.isfinite(together.x[i])
+        assert near(together.x[i][points], one.x[0])
+        assert near(together.y[i][points], one.y[0])
 
 
 @pytest.mark.parametrize("switch", ["attitude", "rate", "members' times"])
