@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import importlib
 import json
 import math
-import secrets
-import shutil
-import warnings
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
+from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
+from poinsot.files.zarr_store import GROUP, read_store, write_store
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
@@ -30,7 +27,7 @@ from poinsot.motion import kernels
 from poinsot.motion.dataset import PROVENANCE, WITH_FILES
 from poinsot.motion.recorded import Record, RecordedMotion, RecordedSky, RecordedSystem
 from poinsot.motion.trajectory import Run, Trajectory
-from poinsot.writing import new_file
+from poinsot.writing import new_file, new_folder
 
 if TYPE_CHECKING:
     import xarray
@@ -47,6 +44,10 @@ RECORDED = ("potential_energy",)
 NAMED = ("system_", "shape_")
 """Beginnings of the names of arrays that a text names."""
 
+NAMES = (*NEEDED, *BODY, *RECORDED, "carried")
+BEGINNINGS = ("integral_", "drift_", *NAMED)
+"""Of all variables that are read."""
+
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
 SUMMARY = (*RUN, "norm_error", "tangency_error", "integrals")
 
@@ -55,8 +56,8 @@ FOREIGN = (OSError, RuntimeError, KeyError, IndexError, TypeError, AttributeErro
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
-MOST_INFLATED = 1100
-"""Numbers in a file for each of its bytes: what deflate cannot exceed, and a file that is whole cannot either."""
+SECONDS_OF_BYTE = 1e-8
+"""Of a processor, to read one."""
 
 
 @checked
@@ -70,7 +71,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     ----------
     motion : Trajectory
     path : str or Path
-        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder; needs the package zarr).
+        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder).
     overwrite : bool
         Whether an existing file of that name is replaced.
 
@@ -89,9 +90,8 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
         with new_file(path, overwrite) as part:
             data.to_netcdf(part, engine="netcdf4", encoding=_encoding(data))
     else:
-        _needs_zarr()
-        with _new_folder(path, overwrite) as part:
-            data.to_zarr(part, mode="w-", encoding=_encoding(data), consolidated=False, zarr_format=2)
+        with new_folder(path, overwrite, GROUP) as part:
+            write_store(data, part)
     return path
 
 
@@ -103,6 +103,9 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     package), the trajectory has the body alone: its potential energy and its integrals are those of the file, and its
     system says why it cannot be run, `motion.system.not_rerunnable`. The wall time is NaN, and there is no dense
     output.
+
+    Only what `save` writes is read, no chunks and no codecs: a dataset that xarray made of another file that you trust
+    is taken as it is.
 
     Raises
     ------
@@ -142,64 +145,28 @@ def _encoding(data: xarray.Dataset) -> dict[str, dict[str, Any]]:
     return {str(name): {"_FillValue": None} for name, array in data.variables.items() if array.dtype.kind == "f"}
 
 
-def _needs_zarr() -> None:
-    try:
-        importlib.import_module("zarr")
-    except ModuleNotFoundError:
-        raise ImportError(
-            "zarr must be installed for .zarr, but it is not. `pip install 'poinsot[zarr]'` brings it."
-        ) from None
-
-
-@contextlib.contextmanager
-def _new_folder(path: Path, overwrite: bool) -> Iterator[Path]:
-    """Give the path of a folder to write beside `path`, which takes its name if all went well and goes otherwise."""
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"path must be in a folder that exists, but there is no {path.parent}.")
-    if path.exists() and not overwrite:
-        raise FileExistsError(f"path must be a new file, but {path} exists. overwrite=True replaces it.")
-    if path.exists() and not (path / ".zgroup").is_file():
-        raise FileExistsError(f"path must be a Zarr store to be replaced, but {path} is something else.")
-    part = path.parent / f".{path.name}.{secrets.token_hex(4)}.part"
-    try:
-        yield part
-        if path.exists():
-            shutil.rmtree(path)
-        part.rename(path)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-
-
 def _opened(path: Path) -> xarray.Dataset:
-    """Return what is needed of the dataset in a file, and tell what goes wrong in the libraries as one sentence."""
-    _refuse_others(path)
-    try:
-        with contextlib.ExitStack() as stack:
-            stack.enter_context(warnings.catch_warnings(action="ignore"))  # of what is missed below
-            data = _dataset_in(path, stack)
-            needed: xarray.Dataset = data[[name for name in data.variables if _is_needed(str(name))]]
-            _refuse_inflated(needed, path)
-            needed.load()
-    except _InflatedError:
-        raise
-    except FOREIGN as error:
-        what = " ".join(str(error).split())[:100] or type(error).__name__
-        raise ValueError(f"{path} must be a result that is whole, but reading it ends in: {what}.") from None
-    return needed
-
-
-def _dataset_in(path: Path, stack: contextlib.ExitStack) -> xarray.Dataset:
-    """Return the dataset in a file that is closed with the stack, also where the dataset cannot be made."""
+    """Return what is needed of the dataset in a file, and tell what goes wrong on the way as one sentence."""
     import xarray
 
-    if path.suffix == ".zarr":
-        opened: xarray.Dataset = stack.enter_context(xarray.open_zarr(path, decode_cf=False, consolidated=False))
-        return opened
-    import netCDF4
+    _refuse_others(path)
+    try:
+        variables, attributes = read_store(path, _is_needed) if path.suffix == ".zarr" else _netcdf_content(path)
+        return xarray.Dataset(variables, attrs=attributes)
+    except FOREIGN as error:
+        what = " ".join(str(error).split())[:100].rstrip(".") or type(error).__name__
+        raise ValueError(f"{path} must be a whole result as save writes it, got another: {what}.") from None
 
-    file = stack.enter_context(netCDF4.Dataset(path))
-    store: Any = xarray.backends.NetCDF4DataStore
-    return xarray.open_dataset(store(file), decode_cf=False)
+
+def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    size = path.stat().st_size
+    process = ReaderProcess("poinsot.files.netcdf_reader", "", memory=2 * size, files=1)
+    with contextlib.closing(process):
+        (attributes, told), arrays = process.call(
+            "content", str(path), size, list(NAMES), list(BEGINNINGS), seconds=SECONDS_OF_BYTE * size
+        )
+    told = {name: (dims, array, said) for (name, dims, said), array in zip(told, arrays, strict=True)}
+    return told, attributes
 
 
 def _refuse_others(path: Path) -> None:
@@ -207,9 +174,8 @@ def _refuse_others(path: Path) -> None:
     if not path.exists():
         raise FileNotFoundError(f"path must lead to a file, but there is no {path}.")
     if path.suffix == ".zarr":
-        if not (path / ".zgroup").is_file():
-            raise ValueError(f"{path} must be a Zarr store, but it has no .zgroup.")
-        _needs_zarr()
+        if not (path / GROUP).is_file():
+            raise ValueError(f"{path} must be a Zarr store, but it has no {GROUP}.")
         return
     if not path.is_file():
         raise ValueError(f"{path} must be a file, but it is none.")
@@ -218,22 +184,8 @@ def _refuse_others(path: Path) -> None:
             raise ValueError(f"{path} must be a NetCDF-4 file, but it begins with other bytes.")
 
 
-class _InflatedError(ValueError):
-    """A file that says that it has more numbers than its size can hold."""
-
-
-def _refuse_inflated(data: xarray.Dataset, path: Path) -> None:
-    """Refuse a file that says that it has more numbers than its size can hold."""
-    files = [path] if path.is_file() else [file for file in path.rglob("*") if file.is_file()]
-    size = sum(file.stat().st_size for file in files)
-    if data.nbytes > MOST_INFLATED * size:
-        raise _InflatedError(
-            f"{path} must hold the numbers that it announces, but {size} bytes cannot be {data.nbytes}."
-        )
-
-
 def _is_needed(name: str) -> bool:
-    return name in (*NEEDED, *BODY, *RECORDED, "carried") or name.startswith(("integral_", "drift_", *NAMED))
+    return name in NAMES or name.startswith(BEGINNINGS)
 
 
 def _digest(data: xarray.Dataset) -> str:

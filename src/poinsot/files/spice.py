@@ -1,72 +1,105 @@
-"""SPICE kernels: loaded and unloaded again, with errors in one sentence."""
+"""SPICE kernels: what they may be, and the process that reads them."""
 
 from __future__ import annotations
 
 import contextlib
+import re
 import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.errors import optional
+from poinsot.files.reader_process import Answer, ReaderProcess
+from poinsot.files.strangers import read_bytes
 from poinsot.mechanics.calendar import Calendar
 
-__all__ = ["ET", "check_inertial", "loaded", "sentences"]
+__all__ = ["ET", "Kernels", "loaded"]
 
 ET = Calendar("2000-01-01T12:00:00", "TDB")
 
-SUMMARIES = {"DAF/SPK": (2, 6), "DAF/CK": (2, 6), "DAF/PCK": (2, 5)}
+SUMMARIES = {b"DAF/SPK": (2, 6), b"DAF/CK": (2, 6), b"DAF/PCK": (2, 5)}
 """Double precision and integer numbers in the summary of a segment."""
 
-INERTIAL_CLASS = 1
+TEXT = re.compile(rb"KPL/(FK|IK|LSK|PCK|SCLK)\s")
+
+INDEX = b"KERNELS_TO_LOAD"
+"""The variable by which a kernel in text names others."""
 
 MOST_OF_TEXT = 16 * 1024 * 1024
 """Bytes of a kernel in text, which SPICE reads line by line."""
 
+SECONDS_OF_TIME = 2e-4
+"""Of a processor, that a question takes for each of its times: ten times what it usually takes."""
+
+SECONDS_OF_BYTE = 1e-6
+"""Of a processor, that a kernel takes for each of its bytes."""
+
+
+class Kernels:
+    """Kernels that are loaded in a process of their own; `size` is that of their files, in bytes."""
+
+    def __init__(self, process: ReaderProcess, paths: list[Path]) -> None:
+        self._process = process
+        self.size = sum(path.stat().st_size for path in paths)
+        for path in paths:
+            self.ask("load", str(path))
+
+    def ask(self, function: str, *values: Any, times: NDArray[np.float64] | None = None) -> Answer:
+        """Return what a function of `spice_reader` says, at times if it takes them."""
+        arrays = [] if times is None else [np.atleast_1d(np.asarray(times, dtype=float))]
+        seconds = SECONDS_OF_TIME * sum(array.size for array in arrays) + SECONDS_OF_BYTE * self.size
+        return self._process.call(function, *values, arrays=arrays, seconds=seconds)
+
 
 @contextlib.contextmanager
-def loaded(spice: Any, kernels: Sequence[str | Path]) -> Iterator[None]:
-    """Load kernels, and unload them in the end."""
-    with contextlib.ExitStack() as stack:
-        for path in map(Path, kernels):
-            if not path.is_file():
-                raise FileNotFoundError(f"kernels must be files, but there is no {path}.")
-            _check_shape(path)
-            with sentences(spice, f"{path} must be a SPICE kernel"):
-                stack.callback(spice.unload, str(path))
-                spice.furnsh(str(path))
-        yield
+def loaded(kernels: Sequence[str | Path]) -> Iterator[Kernels]:
+    """Load kernels in a process that ends with the context."""
+    optional("spiceypy", "SPICE kernels")
+    paths = [_checked(Path(kernel)) for kernel in kernels]
+    named = ", ".join(map(str, paths[:3])) + (", ..." if len(paths) > 3 else "") or "kernels"
+    process = ReaderProcess(
+        "poinsot.files.spice_reader", f"{named} must be whole SPICE kernels, got others: ", files=len(paths) + 1
+    )
+    with contextlib.closing(process):
+        yield Kernels(process, paths)
 
 
-def _check_shape(path: Path) -> None:
-    """Refuse a binary kernel whose summaries are of a size that its kind does not have, at which SPICE may crash."""
+def _checked(path: Path) -> Path:
+    """Return the path of a kernel: an SPK, CK or PCK, or a text of frames, clocks, constants or leap seconds.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If it is another kind, or one that loads others.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"kernels must be files, but there is no {path}.")
     with path.open("rb") as stream:
         head = stream.read(96)
-    if not head.startswith((b"DAF/", b"DAS/", b"NAIF/DAF")) and (b"\0" in head or path.stat().st_size > MOST_OF_TEXT):
+    if head.startswith(b"DAF/"):
+        _check_summaries(path, head)
+    elif not TEXT.match(head):
         raise ValueError(
-            f"{path} must be a SPICE kernel, binary or text of at most {MOST_OF_TEXT} bytes, but it is none."
+            f"{path} must be a SPICE kernel: SPK, CK, PCK, or a text that begins with KPL/ and FK, IK, LSK, PCK or "
+            f"SCLK, got {head[:8]!r}."
         )
-    if not head.startswith(b"DAF/"):
-        return
-    kind, order = head[:8].decode("ascii", "replace").strip(), "<" if head[88:96] == b"LTL-IEEE" else ">"
+    elif INDEX in read_bytes(path, MOST_OF_TEXT).upper():
+        raise ValueError(f"{path} must be a kernel that loads no others, but it does. Name all of them.")
+    return path
+
+
+def _check_summaries(path: Path, head: bytes) -> None:
+    """Refuse a binary kernel whose summaries are of a size that its kind does not have."""
+    kind, order = head[:8].rstrip(), "<" if head[88:96] == b"LTL-IEEE" else ">"
     sizes = struct.unpack(f"{order}2i", head[8:16]) if len(head) == 96 else None
-    if sizes is None or (kind in SUMMARIES and sizes != SUMMARIES[kind]):
-        raise ValueError(f"{path} must be a whole SPICE kernel of the kind {kind!r}, but its first record is broken.")
-
-
-@contextlib.contextmanager
-def sentences(spice: Any, rule: str) -> Iterator[None]:
-    """Say an error of SPICE as one sentence."""
-    try:
-        yield
-    except spice.utils.exceptions.SpiceyError as error:
-        reason = getattr(error, "short", "") or str(error).strip().splitlines()[0]
-        raise ValueError(f"{rule}, but SPICE says {reason}.") from None
-
-
-def check_inertial(spice: Any, frame: str) -> None:
-    """Refuse a frame that rotates or is unknown."""
-    number = spice.namfrm(frame) if isinstance(frame, str) and frame else 0
-    if not number:
-        raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
-    if spice.frinfo(number)[1] != INERTIAL_CLASS:
-        raise ValueError(f"frame must be one that does not rotate, but {frame!r} came.")
+    if kind not in SUMMARIES or sizes != SUMMARIES[kind]:
+        raise ValueError(
+            f"{path} must be a whole SPICE kernel of the kind {kind.decode('ascii', 'replace')!r}, "
+            "but its first record is broken."
+        )

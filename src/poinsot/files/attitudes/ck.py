@@ -15,7 +15,7 @@ from poinsot.checked import checked
 from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
-from poinsot.files.spice import ET, check_inertial, loaded, sentences
+from poinsot.files.spice import ET, loaded
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -34,11 +34,6 @@ TICKS = 1_000_000
 
 OWN = "poinsot"
 """The name of the segments that are written here."""
-
-TYPE, CK_CLASS = 3, 3
-"""Of the segment, discrete attitudes with interpolation; of frames that C-kernels turn."""
-
-MOST_RECORDS = 1_000_000
 
 CLOCK = """KPL/SCLK
 
@@ -97,7 +92,8 @@ def spice_attitude(
     times : array (n,) of float, str or astropy.time.Time
         Rising: times of the calendar, or dates that say their scale.
     kernels : sequence of paths
-        Files to load, unloaded again in the end: for a C-kernel also those of its clock and its frames.
+        All files that are needed: for a C-kernel also those of its clock and its frames. What spiceypy has loaded is
+        not used.
     reference_frame : str
         An inertial frame of SPICE. Its J2000 is the ICRF.
     calendar : Calendar
@@ -116,31 +112,21 @@ def spice_attitude(
     ImportError
         If spiceypy is missing.
     """
-    spice = optional("spiceypy", "SPICE kernels")
     if not isinstance(calendar, Calendar):
         raise TypeError(f"calendar must be a Calendar, but {type(calendar).__name__} came.")
     t = real_array("times", calendar.time(times), (None,))
-    with loaded(spice, kernels):
-        check_inertial(spice, reference_frame)
-        if not frame or not spice.namfrm(frame):
-            raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
-        with sentences(spice, f"kernels must say the attitude of {frame!r} at all times"):
-            matrices, omega = _turned(spice, reference_frame, frame, ET.converted(t, calendar))
+    with loaded(kernels) as spice:
+        matrices, *rates = spice.ask("turned", frame, reference_frame, times=ET.converted(t, calendar))[1]
+    return _table(t, matrices, rates, frame, reference_frame, calendar)
+
+
+def _table(
+    t: Array, matrices: Array, rates: list[Array], frame: str, reference_frame: str, calendar: Calendar
+) -> AttitudeTable:
     q = quaternion_from_matrix(np.swapaxes(matrices, -1, -2))
-    if omega is not None:
-        omega = quat.rotate(quat.conjugate(q), omega) * SECONDS[calendar.unit]
+    omega = quat.rotate(quat.conjugate(q), rates[0]) * SECONDS[calendar.unit] if rates else None
     named = "ICRF" if reference_frame.upper() == "J2000" else reference_frame.upper()
     return AttitudeTable(t, q, omega, calendar, named, frame.upper())
-
-
-def _turned(spice: Any, reference: str, frame: str, ets: Array) -> tuple[Array, Array | None]:
-    """Return the matrices from the reference to the body axes, and the rates along the reference axes if known."""
-    try:
-        parts = [spice.xf2rav(spice.sxform(reference, frame, et)) for et in ets]
-    except spice.utils.exceptions.SpiceyError:
-        return np.array([spice.pxform(reference, frame, et) for et in ets]).reshape(-1, 3, 3), None
-    matrices, rates = zip(*parts, strict=True) if parts else ((), ())
-    return np.array(matrices).reshape(-1, 3, 3), np.array(rates).reshape(-1, 3)
 
 
 @checked
@@ -157,7 +143,7 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     ImportError
         If spiceypy is missing.
     """
-    spice, path = optional("spiceypy", "SPICE kernels"), Path(path)
+    path = Path(path)
     kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
     for kernel in kernels[1:]:
         if path.is_file() and not kernel.is_file():
@@ -165,36 +151,11 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
                 f"{path} must have the kernels of its clock and its frame beside it, but there is no {kernel.name}. "
                 "spice_attitude reads it with any kernels."
             )
-    with loaded(spice, kernels), sentences(spice, f"{path} must be a C-kernel whose clock is beside it"):
-        number, reference, ets = _instants(spice, path)
-        frame = spice.ccifrm(CK_CLASS, number)[1]
-        named = spice.frmnam(reference)
-    return spice_attitude(str(frame), calendar.converted(ets, ET), kernels, reference_frame=named, calendar=calendar)
-
-
-def _instants(spice: Any, path: Path) -> tuple[int, int, Array]:
-    """Return what the one segment of a C-kernel turns, the number of its reference frame, and its instants as ET."""
-    handle = spice.dafopr(str(path))
-    try:
-        spice.dafbfs(handle)
-        found = []
-        while spice.daffna():
-            found.append((np.ascontiguousarray(spice.dafgs()[:5]), spice.dafgn(41)))
-        if len(found) != 1:
-            raise ValueError(f"{path} must have one segment, but it has {len(found)}.")
-        ((summary, name),) = found
-        _, (number, reference, kind, *_) = spice.dafus(summary, 2, 6)
-        if kind != TYPE:
-            raise ValueError(f"{path} must be of type {TYPE}, but it is of type {kind}.")
-        count = spice.cknr03(handle, summary)
-        if not 0 < count <= MOST_RECORDS:
-            raise ValueError(f"{path} must have from 1 to {MOST_RECORDS} attitudes, but it has {count}.")
-        ticks = [spice.ckgr03(handle, summary, i + 1)[0] for i in range(count)]
-    finally:
-        spice.dafcls(handle)
-    inner = ticks[1:-1] if name.strip() == OWN and count > 2 else ticks
-    clock = spice.ckmeta(int(number), "SCLK")
-    return int(number), int(reference), np.array([spice.sct2e(clock, tick) for tick in inner])
+    with loaded(kernels) as spice:
+        (frame, reference), (ets,) = spice.ask("instants", str(path), OWN)
+        t = np.asarray(calendar.converted(ets, ET))
+        matrices, *rates = spice.ask("turned", frame, reference, times=ET.converted(t, calendar))[1]
+    return _table(t, matrices, rates, frame, reference, calendar)
 
 
 # ------------------------------------------------------------------ writing
@@ -255,7 +216,7 @@ def write_ck(
         kernel, *parts = (stack.enter_context(new_file(name, overwrite)) for name in (path, *others))
         for part, text in zip(parts, texts, strict=True):
             part.write_text(text, encoding="ascii")
-        with sentences(spice, "motion must be one that a C-kernel can say"), _opened(spice, kernel) as handle:
+        with _opened(spice, kernel) as handle:
             _write_segment(spice, handle, table, seconds, 1000 * spacecraft, rates)
     return path, *others
 
@@ -287,11 +248,16 @@ def _clock_of(table: AttitudeTable) -> tuple[float, Array, str]:
 
 @contextlib.contextmanager
 def _opened(spice: Any, path: Path) -> Iterator[int]:
-    handle = spice.ckopn(str(path), OWN, 0)
     try:
-        yield handle
-    finally:
-        spice.ckcls(handle)
+        handle = spice.ckopn(str(path), OWN, 0)
+        try:
+            yield handle
+        finally:
+            spice.ckcls(handle)
+    except spice.utils.exceptions.SpiceyError as error:
+        raise ValueError(
+            f"motion must be one that a C-kernel can say, got one of which SPICE says {error.short}."
+        ) from None
 
 
 def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array, number: int, rates: bool) -> None:

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import optional
-from poinsot.files.spice import ET, check_inertial, loaded, sentences
+from poinsot.files.spice import ET, Kernels, loaded
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
@@ -19,6 +18,12 @@ from poinsot.orbits.ephemeris import Ephemeris
 __all__ = ["spice_orbit"]
 
 TOLERANCE = 1e-12
+
+FARTHEST = 1e100
+"""km, above all that there is and below what overflows when it is squared."""
+
+MOST_TIMES = 100_000
+"""At which positions are asked of small kernels; of larger ones at one more for each byte."""
 
 
 @checked
@@ -42,7 +47,7 @@ def spice_orbit(
     start, stop : float, str or astropy.time.Time
         The span: times of the calendar, or dates that say their scale.
     kernels : sequence of paths
-        Files to load, unloaded again in the end: SPK, and what else they need.
+        All files that are needed: SPK, and text of constants, clocks and frames. What spiceypy has loaded is not used.
     frame : str
         An inertial frame of SPICE. Its J2000 is the ICRF.
     mu : float, optional
@@ -63,21 +68,31 @@ def spice_orbit(
     ImportError
         If spiceypy is missing.
     """
-    spice = optional("spiceypy", "SPICE kernels")
     first, last = span_of(calendar, start, stop)
-    with loaded(spice, kernels):
-        target_id, center_id = _number(spice, "target", target), _number(spice, "center", center)
+    with loaded(kernels) as spice:
+        target_id, center_id = _body(spice, "target", target), _body(spice, "center", center)
         if target_id == center_id:
             raise ValueError(f"target and center must be two, but both are {target!r}.")
-        check_inertial(spice, frame)
-        origin = str(spice.bodc2s(center_id))
-        mu = _pool_mu(spice, center_id) if mu is None else mu
-        mu = attractor_mu(origin, mu)
+        spice.ask("check_inertial", frame)
+        origin = str(spice.ask("name", center_id)[0])
+        mu = attractor_mu(origin, spice.ask("mu", center_id)[0] if mu is None else mu)
+        rule = f"kernels must cover {target!r} from {center!r} at all times from start to stop"
+
+        left = MOST_TIMES + spice.size
 
         def position(times: NDArray[np.float64]) -> NDArray[np.float64]:
-            et = ET.converted(times, calendar)
-            with sentences(spice, f"kernels must cover {target!r} from {center!r} at all times from start to stop"):
-                return np.asarray(spice.spkpos(str(target_id), et, frame, "NONE", str(center_id))[0])
+            nonlocal left
+            left -= times.size
+            if left < 0:
+                raise ValueError(
+                    "kernels must be smooth between start and stop, got some of which more positions are needed than "
+                    "they have numbers. Shorten the span."
+                )
+            ets = ET.converted(times, calendar)
+            found = spice.ask("positions", rule, target_id, frame, center_id, times=ets)[1][0]
+            if not np.all(np.abs(found) < FARTHEST):
+                raise ValueError(f"kernels must have positions within {FARTHEST:g} km, got others.")
+            return found
 
         return Ephemeris.fit(
             mu,
@@ -92,12 +107,5 @@ def spice_orbit(
         )
 
 
-def _number(spice: Any, name: str, body: str | int) -> int:
-    try:
-        return int(spice.bods2c(str(body)))
-    except spice.utils.exceptions.SpiceyError:
-        raise ValueError(f"{name} must be a body that SPICE knows, but {body!r} came.") from None
-
-
-def _pool_mu(spice: Any, center: int) -> float | None:
-    return float(spice.bodvcd(center, "GM", 1)[1][0]) if spice.bodfnd(center, "GM") else None
+def _body(spice: Kernels, name: str, body: str | int) -> int:
+    return int(spice.ask("number", f"{name} must be a body that SPICE knows, but {body!r} came.", str(body))[0])

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
 
-from poinsot.files.strangers import MOST_BYTES, read_bytes
-
 __all__ = ["Folder"]
-
-INDEX = b"KERNELS_TO_LOAD"
-"""The variable by which a kernel of SPICE in text opens other files."""
 
 
 class Folder:
@@ -54,15 +49,6 @@ class Folder:
         if not path.is_file():
             raise ValueError(f"must lead to a file, but {_short(name)} is none.")
         self.used.append(name)
-        return path
-
-    def kernel(self, name: str) -> Path:
-        """Return the path of a kernel of SPICE, which must not load others."""
-        path = self.file(name)
-        with path.open("rb") as stream:
-            binary = stream.read(4) in (b"DAF/", b"DAS/", b"NAIF")
-        if not binary and INDEX in read_bytes(path, MOST_BYTES).upper():
-            raise ValueError(f"must be kernels that load no others, but {_short(name)} does. Name all of them.")
         return path
 
 

@@ -225,7 +225,7 @@ class Parts:
         if key.kind == "file":
             return self._file(self._folder.file, value, place)
         if key.kind == "files":
-            return [self._file(self._folder.kernel, name, place) for name in value]
+            return [self._file(self._folder.file, name, place) for name in value]
         if key.kind == "time" and _says_dates(value) and self.calendar is not None:
             return self._errors.called(place[:-1], self.calendar.time, value)
         return value

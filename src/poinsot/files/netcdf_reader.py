@@ -1,0 +1,55 @@
+"""What is in a NetCDF-4 file, read in a process of its own: its library follows the pointers of strangers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import netCDF4
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["content"]
+
+Variable = list[Any]
+
+
+def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tuple[Any, list[NDArray[Any]]]:
+    """Return the attributes of a file, and the variables that have one of the names or begin so, with their arrays.
+
+    What `save` does not write is refused before it is read: groups, types of its own, and variables in chunks, with
+    filters, or of more bytes than the file, `size`.
+    """
+    with netCDF4.Dataset(path) as file:
+        if file.groups or file.cmptypes or file.vltypes or file.enumtypes:
+            raise ValueError("it has groups or types of its own")
+        wanted = [name for name in file.variables if name in names or name.startswith(tuple(beginnings))]
+        variables = [file.variables[name] for name in wanted]
+        for variable in variables:
+            _check_stored(variable)
+        bytes_told = sum(int(np.prod(variable.shape, dtype=object)) * variable.dtype.itemsize for variable in variables)
+        if bytes_told > size:
+            raise ValueError(f"{size} bytes cannot be the {bytes_told} that it announces")
+        file.set_auto_maskandscale(False)
+        arrays = [np.asarray(variable[...]) for variable in variables]
+        told = [[variable.name, variable.dimensions, _attributes(variable)] for variable in variables]
+        return [_attributes(file), told], arrays
+
+
+def _check_stored(variable: Any) -> None:
+    kind = variable.dtype
+    if not isinstance(kind, np.dtype) or kind.kind not in "fiu":
+        raise ValueError(f"{variable.name} has no numbers")
+    if variable.ndim and variable.chunking() != "contiguous":
+        raise ValueError(f"{variable.name} is in chunks, which may be compressed")
+
+
+def _attributes(owner: Any) -> dict[str, Any]:
+    return {name: _plain(name, owner.getncattr(name)) for name in owner.ncattrs()}
+
+
+def _plain(name: str, value: Any) -> Any:
+    if isinstance(value, str):
+        return value
+    if np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
+        raise ValueError(f"the attribute {name} is no number and no text")
+    return np.asarray(value).item()

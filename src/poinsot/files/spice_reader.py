@@ -1,0 +1,124 @@
+"""What SPICE is asked, in a process of its own: its kernels are pointers that it follows unseen."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import spiceypy as spice
+from numpy.typing import NDArray
+
+__all__ = ["check_inertial", "instants", "load", "mu", "name", "number", "positions", "turned"]
+
+Array = NDArray[np.float64]
+
+Answer = tuple[Any, list[Array]]
+
+INERTIAL_CLASS = 1
+
+CK_TYPE, CK_CLASS = 3, 3
+"""Of the segment, discrete attitudes with interpolation; of frames that C-kernels turn."""
+
+MOST_RECORDS = 1_000_000
+
+
+@contextlib.contextmanager
+def _sentences(rule: str) -> Iterator[None]:
+    """Say an error of SPICE as one sentence."""
+    try:
+        yield
+    except spice.utils.exceptions.SpiceyError as error:
+        reason = getattr(error, "short", "") or str(error).strip().splitlines()[0]
+        raise ValueError(f"{rule}, but SPICE says {reason}.") from None
+
+
+def load(path: str) -> Answer:
+    """Load a kernel."""
+    with _sentences(f"{path} must be a SPICE kernel"):
+        spice.furnsh(path)
+    return None, []
+
+
+def number(rule: str, body: str) -> Answer:
+    """Return the number of a body."""
+    try:
+        return int(spice.bods2c(body)), []
+    except spice.utils.exceptions.SpiceyError:
+        raise ValueError(rule) from None
+
+
+def name(body: int) -> Answer:
+    """Return the name of a body."""
+    return str(spice.bodc2s(body)), []
+
+
+def mu(center: int) -> Answer:
+    """Return the gravitational parameter of a body in the kernels, None without one."""
+    return float(spice.bodvcd(center, "GM", 1)[1][0]) if spice.bodfnd(center, "GM") else None, []
+
+
+def check_inertial(frame: str) -> Answer:
+    """Refuse a frame that rotates or is unknown."""
+    if spice.frinfo(_known(frame))[1] != INERTIAL_CLASS:
+        raise ValueError(f"frame must be one that does not rotate, but {frame!r} came.")
+    return None, []
+
+
+def _known(frame: str) -> int:
+    found = spice.namfrm(frame) if frame else 0
+    if not found:
+        raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
+    return int(found)
+
+
+def positions(rule: str, target: int, frame: str, center: int, ets: Array) -> Answer:
+    """Return the positions of a body from another one."""
+    with _sentences(rule):
+        return None, [np.asarray(spice.spkpos(str(target), ets, frame, "NONE", str(center))[0])]
+
+
+def turned(frame: str, reference: str, ets: Array) -> Answer:
+    """Return the matrices from the reference to the body axes, and the rates along the reference axes if known."""
+    check_inertial(reference)
+    _known(frame)
+    with _sentences(f"kernels must say the attitude of {frame!r} at all times"):
+        try:
+            parts = [spice.xf2rav(spice.sxform(reference, frame, et)) for et in ets]
+        except spice.utils.exceptions.SpiceyError:
+            return None, [np.array([spice.pxform(reference, frame, et) for et in ets]).reshape(-1, 3, 3)]
+    matrices, rates = zip(*parts, strict=True) if parts else ((), ())
+    return None, [np.array(matrices).reshape(-1, 3, 3), np.array(rates).reshape(-1, 3)]
+
+
+def instants(path: str, own: str) -> Answer:
+    """Return the frame that the one segment of a C-kernel turns, its reference frame, and its instants as ET.
+
+    Of a segment of the name `own`, the first and the last instant are left out.
+    """
+    with _sentences(f"{path} must be a C-kernel whose clock is beside it"):
+        structure, reference, ticks, title = _segment(path)
+        clock = spice.ckmeta(structure, "SCLK")
+        inner = ticks[1:-1] if title.strip() == own and len(ticks) > 2 else ticks
+        ets = np.array([spice.sct2e(clock, tick) for tick in inner])
+        return [str(spice.ccifrm(CK_CLASS, structure)[1]), str(spice.frmnam(reference))], [ets]
+
+
+def _segment(path: str) -> tuple[int, int, list[float], str]:
+    handle = spice.dafopr(path)
+    spice.dafbfs(handle)
+    found: list[tuple[Array, str]] = []
+    while spice.daffna() and len(found) < 2:
+        found.append((np.ascontiguousarray(spice.dafgs()[:5]), spice.dafgn(41)))
+    if len(found) != 1:
+        raise ValueError(f"{path} must have one segment, but it has {'more' if found else 'none'}.")
+    ((summary, title),) = found
+    _, (structure, reference, kind, *_) = spice.dafus(summary, 2, 6)
+    if kind != CK_TYPE:
+        raise ValueError(f"{path} must be of type {CK_TYPE}, but it is of type {kind}.")
+    count = spice.cknr03(handle, summary)
+    if not 0 < count <= MOST_RECORDS:
+        raise ValueError(f"{path} must have from 1 to {MOST_RECORDS} attitudes, but it has {count}.")
+    ticks = [spice.ckgr03(handle, summary, i + 1)[0] for i in range(count)]
+    return int(structure), int(reference), ticks, str(title)
