@@ -1,5 +1,8 @@
 """The command line as a terminal sees it: bars, Ctrl-C, pipes, and how soon it answers."""
 
+import ast
+import dataclasses
+import json
 import os
 import pty
 import re
@@ -8,6 +11,7 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -245,3 +249,88 @@ def test_output_that_cannot_be_written_is_a_sentence():
         assert done.returncode == 2
         assert done.stderr.startswith("poinsot: the output must be a file that can be used, but the system says: No")
         assert done.stderr.count("\n") == 1
+
+
+# ------------------------------------------------------------------ what files say
+
+
+HOSTILE = (
+    "\x1b[31mRED\x1b]0;owned\x07\x9b2J\x08\r\u202egpj.\u2066\u2028\u200b [red]rich[/red] [link=http://x]x[/link] {0}"
+)
+"""C0 and C1 controls, marks that turn the writing, ends of lines, and markup."""
+
+MAIN = "from poinsot.cli import app; app()"
+
+
+def hostile_files(folder):
+    """A scenario, a result and files of others that have it wherever they have text."""
+    text, top = json.dumps(HOSTILE), TOP.partition("\n")[2]
+    scenario = folder / "it.toml"
+    units = f"units = {{time = {text}, inertia = {text}}}\ntimes = {{stop = 1, count = 3}}\n"
+    scenario.write_text(f"title = {text}\n{top}{units}")
+    motion = pt.read_scenario(scenario).propagate(progress=False)
+    motion.run = dataclasses.replace(motion.run, versions={"heyoka": HOSTILE, "poinsot": HOSTILE})
+    pt.save(motion, folder / "it.nc")
+    pt.save(motion, folder / "it.zarr")
+    (folder / "key.toml").write_text(f"{text} = 1\n")
+    (folder / "value.toml").write_text(f"[body]\ntype = {text}\n")
+    (folder / "it.aem").write_text(f"CCSDS_AEM_VERS = {HOSTILE}\nMETA_START\n")
+    (folder / "it.oem").write_text(f"CCSDS_OEM_VERS = 2.0\nMETA_START\nOBJECT_NAME = {HOSTILE}\n")
+    (folder / "it.csv").write_text(f"# order: {HOSTILE}\n")
+    (folder / "it.gfc").write_text(f"begin_of_head\nradius {HOSTILE}\nmax_degree 2\nend_of_head\n")
+    (folder / "it.obj").write_text(f"v {HOSTILE}\n")
+    (folder / f"{HOSTILE.replace('/', '')}.nc").write_text("")
+    (folder / f"{HOSTILE.replace('/', '')}.toml").write_text(TOP)
+    return sorted(folder.iterdir())
+
+
+def obeyed(written):
+    """What a terminal would obey or hide in what was written, but for the ends of its lines."""
+    return sorted({letter for letter in written.replace("\r\n", "").replace("\n", "") if not letter.isprintable()})
+
+
+def test_nothing_in_a_file_is_obeyed_by_a_terminal(tmp_path):
+    """The commands that read files, each on all of them, on a terminal that is there."""
+    paths = hostile_files(tmp_path)
+    code = "import sys\nfrom poinsot.cli import app\nfrom poinsot.cli import terminal\nterminal.PATIENCE = 1e9\n" + (
+        "for command in ('info', 'info --scenario', 'run --overwrite', 'plot', 'convert'):\n"
+        "    for path in sys.argv[2:]:\n"
+        "        more = [sys.argv[1]] if command == 'convert' else []\n"
+        "        try: app([*command.split(), path, *more])\n"
+        "        except SystemExit: pass\n"
+    )
+    written, status = on_terminal(code, tmp_path / "out.aem", *paths)
+    assert status == 0
+    assert "RED" in written
+    assert "[link=http://x]x[/link]" in written
+    assert written.count("can be run again") == 2
+    assert obeyed(re.sub(r"\x1b\[\??[0-9;]*[a-z]", "", re.sub(r"\r|\x1b\[[0-9;]*[AK]", "", written))) == []
+    assert "\x1b[31mRED" not in written
+
+
+def test_what_a_repeated_result_says_is_not_obeyed(tmp_path, capsys):
+    from poinsot.cli.runs import _compare
+
+    motion = pt.load(hostile_files(tmp_path)[0].parent / "it.nc")
+    now = pt.free_motion(motion.system.body, motion.initial, motion.times)
+    assert not _compare(motion, now)
+    told = capsys.readouterr().out
+    assert "RED" in told
+    assert obeyed(told) == []
+
+
+def test_scenarios_are_handed_over_as_they_are(tmp_path):
+    paths = hostile_files(tmp_path)
+    done = subprocess.run([sys.executable, "-c", MAIN, "info", "--scenario", tmp_path / "it.nc"], capture_output=True)
+    assert done.stdout == (tmp_path / "it.toml").read_bytes()
+    assert paths
+
+
+def test_only_the_terminal_writes():
+    """The law: what commands write goes through the functions that escape it, or is a table of the package's own."""
+    folder = Path(terminal.__file__).parent
+    for path in folder.glob("*.py"):
+        calls = [node.func for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
+        writers = {func.attr for func in calls if isinstance(func, ast.Attribute)} & {"echo", "secho", "print"}
+        writers |= {func.id for func in calls if isinstance(func, ast.Name)} & {"print"}
+        assert writers <= {"terminal.py": {"echo"}, "checks.py": {"print"}}.get(path.name, set()), path.name

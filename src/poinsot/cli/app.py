@@ -11,7 +11,7 @@ from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
 from poinsot.cli.pictures import plot, view
 from poinsot.cli.runs import new, run
-from poinsot.cli.terminal import Commands, exit_statuses
+from poinsot.cli.terminal import Commands, answer, exit_statuses
 
 __all__ = ["app"]
 
@@ -32,7 +32,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from poinsot import __version__
 
-        typer.echo(f"poinsot {__version__}")
+        answer(f"poinsot {__version__}")
         raise typer.Exit
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, bar, bar_console, check_new, sentences
+from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, answer, bar, bar_console, check_new, sentences
 
 __all__ = ["paper", "verify"]
 
@@ -52,9 +52,7 @@ def paper(
                 write_text(out / "table.md", problems.markdown_table(rows), overwrite=True)
         console.print(problems.PERIGEE, highlight=False)
         first = out / f"{problems.PROBLEMS[0].name}.png"
-        console.print(
-            f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {first}", soft_wrap=True
-        )
+        answer(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {first}")
 
 
 def verify() -> None:

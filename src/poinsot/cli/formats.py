@@ -12,7 +12,18 @@ from typing import Annotated, Any
 import typer
 
 import poinsot
-from poinsot.cli.terminal import RESULTS, Overwrite, busy, check_new, check_there, sentences, tell, writing
+from poinsot.cli.terminal import (
+    RESULTS,
+    Overwrite,
+    answer,
+    busy,
+    check_new,
+    check_there,
+    hand_over,
+    sentences,
+    tell,
+    writing,
+)
 
 __all__ = ["convert", "info"]
 
@@ -40,11 +51,11 @@ def info(
         with busy(f"Reading {file}"):
             lines, text = _in_file(file)
         if not scenario:
-            typer.echo("\n".join(lines))
+            answer(*lines)
         elif text is None:
             raise ValueError(f"{file} must have a scenario to print, but it has none.")
         else:
-            typer.echo(text, nl=False)
+            hand_over(text)
 
 
 def convert(

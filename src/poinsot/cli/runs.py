@@ -16,6 +16,7 @@ from poinsot.cli.terminal import (
     RESULTS,
     STOPPED,
     Overwrite,
+    answer,
     check_new,
     check_there,
     kept,
@@ -52,7 +53,7 @@ def new(
 
             from poinsot.files.scenarios.model import schema as of_scenarios
 
-            typer.echo(json.dumps(of_scenarios(), indent=1))
+            answer(*json.dumps(of_scenarios(), indent=1).split("\n"))
             return
         from poinsot.files.scenarios.start import START
         from poinsot.writing import write_text
@@ -198,7 +199,7 @@ def _compare(original: Any, motion: Any) -> bool:
 
     shared = np.isin(motion.times, original.times)
     if np.sum(shared) != original.times.size:
-        typer.echo(f"It has other times: {original.times.size} before, {motion.times.size} now.")
+        answer(f"It has other times: {original.times.size} before, {motion.times.size} now.")
         return False
     known = np.isfinite(original.quaternion)
     pairs = [
@@ -207,11 +208,11 @@ def _compare(original: Any, motion: Any) -> bool:
     ]
     if all(before.tobytes() == now.tobytes() for before, now in pairs):
         whole = motion.times.size == original.times.size and np.array_equal(known, np.isfinite(motion.quaternion))
-        typer.echo("The same to the bit." if whole else "The same to the bit, as far as the original goes.")
+        answer("The same to the bit." if whole else "The same to the bit, as far as the original goes.")
         return True
     largest = max(float(np.nanmax(np.abs(now - before), initial=0.0)) for before, now in pairs)
-    typer.echo(f"It differs by up to {largest:.2g} in q and Q.")
+    answer(f"It differs by up to {largest:.2g} in q and Q.")
     before, now = original.run.versions, motion.run.versions
     others = [f"{name} {before.get(name)} -> {now[name]}" for name in now if before.get(name) != now[name]]
-    typer.echo(f"Versions that differ: {', '.join(others) or 'none'}.")
+    answer(f"Versions that differ: {', '.join(others) or 'none'}.")
     return False

@@ -26,6 +26,7 @@ __all__ = [
     "STOPPED",
     "Commands",
     "Overwrite",
+    "answer",
     "bar",
     "bar_console",
     "busy",
@@ -33,9 +34,11 @@ __all__ = [
     "check_there",
     "checked_result",
     "exit_statuses",
+    "hand_over",
     "kept",
     "say",
     "sentences",
+    "shown",
     "tell",
     "writing",
 ]
@@ -88,18 +91,32 @@ def exit_statuses(**more: str) -> str:
 # ------------------------------------------------------------------ words
 
 
+def shown(text: str) -> str:
+    """Return a text on one line without what a terminal obeys: control characters, and marks that turn the writing."""
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+
+
 def say(sentence: str) -> None:
-    """Write a sentence to the standard error, on one line, whatever the names in it have."""
-    typer.echo("".join(_shown(letter) for letter in sentence), err=True)
+    """Write a sentence to the standard error."""
+    typer.echo(shown(sentence), err=True)
+
+
+def answer(*lines: str) -> None:
+    """Write lines to the standard output."""
+    typer.echo("\n".join(map(shown, lines)))
+
+
+def hand_over(text: str) -> None:
+    """Write a text to the standard output: as it is for a file or a program, and as it can be seen for a terminal."""
+    if sys.stdout.isatty():
+        answer(*text.split("\n"))
+    else:
+        typer.echo(text, nl=False)
 
 
 def tell(path: Path) -> None:
     """Write the path of a file that was written."""
-    typer.echo("".join(map(_shown, str(path))) if sys.stdout.isatty() else str(path))
-
-
-def _shown(letter: str) -> str:
-    return letter if letter.isprintable() else letter.encode("unicode_escape").decode()
+    hand_over(f"{path}\n" if not sys.stdout.isatty() else str(path))
 
 
 class Commands(typer.Typer):
@@ -232,9 +249,9 @@ def busy(what: str) -> Iterator[None]:
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
-    shown = Progress(*columns, console=Console(stderr=True), transient=True)
-    shown.add_task("".join(map(_shown, what)), total=None)
-    with _later(shown):
+    progress = Progress(*columns, console=Console(stderr=True), transient=True)
+    progress.add_task(shown(what), total=None)
+    with _later(progress):
         yield
 
 
@@ -250,15 +267,15 @@ def bar(what: str, total: int, console: Console) -> Iterator[Callable[[str], Non
         TimeElapsedColumn(),
         TextColumn("{task.description}"),
     )
-    shown = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-    task = shown.add_task("", total=total)
+    progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    task = progress.add_task("", total=total)
     begun = [0]
 
     def begin(part: str) -> None:
-        shown.update(task, completed=begun[0], description=part)
+        progress.update(task, completed=begun[0], description=part)
         begun[0] += 1
 
-    with _later(shown):
+    with _later(progress):
         yield begin
 
 
@@ -270,9 +287,9 @@ def bar_console(console: Console) -> Console:
 
 
 @contextlib.contextmanager
-def _later(shown: Any) -> Iterator[None]:
+def _later(progress: Any) -> Iterator[None]:
     """Show something if it lasts."""
-    timer = threading.Timer(PATIENCE, shown.start)
+    timer = threading.Timer(PATIENCE, progress.start)
     timer.daemon = True
     timer.start()
     try:
@@ -280,4 +297,4 @@ def _later(shown: Any) -> Iterator[None]:
     finally:
         timer.cancel()
         timer.join()
-        shown.stop()
+        progress.stop()
