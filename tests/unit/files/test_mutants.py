@@ -1,0 +1,201 @@
+"""Every reader, given files that were changed by seeds: each is read, or ends in one sentence, in time and memory."""
+
+import json
+import resource
+import time
+import warnings
+from functools import partial
+
+import numpy as np
+import pytest
+import test_fields
+import test_oem
+import test_tle
+from mutants import mutant
+from tumbling import MOTION, NAMED
+
+import poinsot as pt
+from poinsot.files.attitudes import ck
+from poinsot.files.scenarios.start import START
+
+SECONDS, BYTES = 1.0, 200e6
+"""Of this process for each file; readers in processes of their own have limits there."""
+
+BOX = pt.Mesh.box((1.0, 2.0, 3.0), mass=1.0)
+DATED = {"calendar": NAMED["calendar"], "reference_frame": NAMED["reference_frame"]}
+EPOCH = "2000-06-27T19:00:00 UTC", "2000-06-27T19:30:00 UTC"
+
+
+def ply():
+    rows = [" ".join(map(str, row)) for row in BOX.vertices] + [f"3 {a} {b} {c}" for a, b, c in BOX.faces]
+    return (
+        f"ply\nformat ascii 1.0\nelement vertex {len(BOX.vertices)}\nproperty float x\nproperty float y\n"
+        f"property float z\nelement face {len(BOX.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+        + "\n".join(rows)
+        + "\n"
+    )
+
+
+def obj():
+    return "".join(f"v {x} {y} {z}\n" for x, y, z in BOX.vertices) + "".join(
+        f"f {a} {b} {c}\n" for a, b, c in BOX.faces + 1
+    )
+
+
+def plates():
+    places = [f"{i} {x} {y} {z}" for i, (x, y, z) in enumerate(BOX.vertices, 1)]
+    faces = [f"{i} {a} {b} {c}" for i, (a, b, c) in enumerate(BOX.faces + 1, 1)]
+    return "\n".join([str(len(places)), *places, str(len(faces)), *faces]) + "\n"
+
+
+def stl(binary):
+    triangles = BOX.vertices[BOX.faces]
+    if binary:
+        kind = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+        rows = np.zeros(len(triangles), kind)
+        rows["corners"] = triangles
+        return bytes(80) + len(rows).to_bytes(4, "little") + rows.tobytes()
+    corners = ["".join(f"vertex {x} {y} {z}\n" for x, y, z in triangle) for triangle in triangles]
+    return (
+        "solid it\n"
+        + "".join(f"facet normal 0 0 0\nouter loop\n{c}endloop\nendfacet\n" for c in corners)
+        + "endsolid\n"
+    )
+
+
+def kvn():
+    return "CCSDS_OMM_VERS = 2.0\nCREATION_DATE = 2020-01-01T00:00:00\nORIGINATOR = IT\n" + "".join(
+        f"{key} = {value}\n" for key, value in test_tle.MESSAGE.items()
+    )
+
+
+def oem():
+    head = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-11-04T17:22:31\nORIGINATOR = IT\n"
+    return head + test_oem.metadata(STOP_TIME=test_oem.dated(2400)) + test_oem.lines(last=20)
+
+
+TEXTS = {
+    "it.oem": oem,
+    "it.tle": lambda: "\n".join(test_tle.VANGUARD) + "\n",
+    "it.omm": kvn,
+    "omm.json": lambda: json.dumps(test_tle.MESSAGE),
+    "omm.csv": lambda: ",".join(test_tle.MESSAGE) + "\n" + ",".join(test_tle.MESSAGE.values()) + "\n",
+    "it.toml": lambda: START,
+    "it.gfc": test_fields.icgem,
+    "field.tab": test_fields.shadr,
+    "it.obj": obj,
+    "it.ply": ply,
+    "it.stl": partial(stl, False),
+    "plates.tab": plates,
+}
+
+WRITERS = {
+    "it.nc": pt.save,
+    "it.aem": partial(pt.write_aem, **NAMED),
+    "aem.xml": partial(pt.write_aem, **NAMED),
+    "it.a": partial(pt.write_stk_attitude, **DATED),
+    "it.csv": partial(pt.write_quaternion_csv, **NAMED),
+    "it.bc": partial(pt.write_ck, **NAMED),
+}
+
+
+def mesh(path):
+    return pt.read_mesh(path, mass=1.0)
+
+
+def field(path):
+    return pt.read_field(path, mass=1.0)
+
+
+def elements(read, path):
+    return read(path.read_text(errors="replace"), *EPOCH)
+
+
+READERS = {
+    "it.nc": pt.load,
+    "it.zarr": pt.load,
+    "it.aem": pt.read_aem,
+    "aem.xml": pt.read_aem,
+    "it.apm": pt.read_apm,
+    "apm.xml": pt.read_apm,
+    "it.a": pt.read_stk_attitude,
+    "it.csv": pt.read_quaternion_csv,
+    "it.bc": ck.read_ck,
+    "it.oem": pt.read_oem,
+    "it.tle": partial(elements, pt.tle_orbit),
+    **dict.fromkeys(("it.omm", "omm.json", "omm.csv"), partial(elements, pt.omm_orbit)),
+    "it.toml": pt.read_scenario,
+    **dict.fromkeys(("it.gfc", "field.tab"), field),
+    **dict.fromkeys(("it.obj", "it.ply", "it.stl", "binary.stl", "plates.tab"), mesh),
+}
+"""What reads each kind of file, by a name."""
+
+BINARY = ("it.nc", "it.bc", "binary.stl")
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """A folder with a good file of each kind."""
+    folder = tmp_path_factory.mktemp("good")
+    for name, write in WRITERS.items():
+        write(MOTION, folder / name)
+    pt.save(MOTION, folder / "it.zarr")
+    for name in ("it.apm", "apm.xml"):
+        pt.write_apm(MOTION.system.body, MOTION.initial, folder / name, **NAMED)
+    for name, text in TEXTS.items():
+        (folder / name).write_text(text(), newline="")
+    (folder / "binary.stl").write_bytes(stl(binary=True))
+    return folder
+
+
+def outcome(name, path):
+    """What a reader says of a file; it must be something in time and memory."""
+    began, peak = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    said = "read"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            warnings.simplefilter("ignore", UserWarning)
+            READERS[name](path)
+    except (ValueError, FileNotFoundError) as error:
+        said = str(error)
+    assert said == "read" or " must " in said, said
+    assert "\n" not in said
+    assert "Error" not in said.partition(" must ")[0], said
+    assert time.process_time() - began < SECONDS
+    assert 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak) < BYTES
+    return said
+
+
+def tried(good, name, count, seed):
+    """How often a changed file was read."""
+    path = good / name
+    assert outcome(name, path) == "read"
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    read = 0
+    for k in range(count):
+        rng = np.random.default_rng((seed, *map(ord, name), k))
+        file = files[rng.integers(len(files))]
+        before = file.read_bytes()
+        file.write_bytes(mutant(before, rng, text=name not in BINARY and not file.name[:1].isdigit()))
+        read += outcome(name, path) == "read"
+        file.write_bytes(before)
+    return read
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_files_that_were_changed(good, name):
+    assert tried(good, name, 15, 1) < 15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", READERS)
+def test_many_files_that_were_changed(good, name):
+    assert tried(good, name, 500, 2) < 500
+
+
+def test_every_reader_is_tried():
+    used = {getattr(reader, "func", reader) for reader in READERS.values()}
+    used |= {argument for reader in READERS.values() for argument in getattr(reader, "args", ())}
+    names = {function.__name__ for function in used} | {"read_mesh", "read_field"}
+    assert {name for name in dir(pt) if name.startswith("read_")} <= names
