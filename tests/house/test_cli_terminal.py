@@ -13,6 +13,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -38,6 +39,7 @@ ENSEMBLE = '[ensemble]\nmembers = 40\nseed = 1\n[[ensemble.spread]]\nof = "state
 INTERRUPT = """
 import os, signal, sys
 from importlib import import_module
+number = int(sys.argv.pop(1))
 owner = import_module(sys.argv.pop(1))
 *path, name = sys.argv.pop(1).split(".")
 at, calls = int(sys.argv.pop(1)), []
@@ -47,7 +49,7 @@ right = getattr(owner, name)
 def patched(*arguments, **options):
     calls.append(1)
     if len(calls) == at:
-        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), number)
     return right(*arguments, **options)
 setattr(owner, name, patched)
 from poinsot.cli import app
@@ -55,11 +57,14 @@ app()
 """
 
 
-def interrupted(module, name, at, *arguments):
-    """Run the command in a process of its own, which gets Ctrl-C at the n-th call of a function of the package."""
-    command = [sys.executable, "-c", INTERRUPT, module, name, str(at), *map(str, arguments)]
+SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143}
+
+
+def interrupted(module, name, at, *arguments, number=signal.SIGINT):
+    """Run the command in a process of its own, which gets a signal at the n-th call of a function of the package."""
+    command = [sys.executable, "-c", INTERRUPT, str(int(number)), module, name, str(at), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 130, done.stderr
+    assert done.returncode == SIGNALS[number], done.stderr
     assert "Traceback" not in done.stderr
     return done
 
@@ -80,10 +85,11 @@ def on_terminal(code, *arguments, columns="80"):
 # ------------------------------------------------------------------ Ctrl-C
 
 
-def test_single_run_keeps_what_there_is(tmp_path):
+@pytest.mark.parametrize("number", SIGNALS)
+def test_single_run_keeps_what_there_is(tmp_path, number):
     scenario = tmp_path / "long.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, step = 1e3}\n")
-    done = interrupted("poinsot.motion.propagate", "_Half._advance", 3, "run", scenario)
+    done = interrupted("poinsot.motion.propagate", "_Half._advance", 3, "run", scenario, number=number)
     kept = pt.load(tmp_path / "long.partial.nc")
     assert f"What was computed is in {tmp_path}/long.partial.nc." in done.stderr
     assert done.stderr.count("\n") == 1
@@ -93,13 +99,33 @@ def test_single_run_keeps_what_there_is(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"long.toml", "long.partial.nc"}
 
 
-def test_ensemble_keeps_the_members_that_are_done(tmp_path):
+@pytest.mark.parametrize("number", SIGNALS)
+def test_ensemble_keeps_the_members_that_are_done(tmp_path, number):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 3e4, count = 11}\n" + ENSEMBLE)
-    done = interrupted("poinsot.motion.ensemble", "_Batch.run", 4, "run", scenario, "--threads", "1")
+    done = interrupted("poinsot.motion.ensemble", "_Batch.run", 4, "run", scenario, "--threads", "1", number=number)
     assert re.search(r"propagation was interrupted: \d+ of 40 members are done\. What was computed is in ", done.stderr)
     told = CliRunner().invoke(app, ["info", str(tmp_path / "tops.partial.nc")]).stdout
-    assert 0 < int(re.search(r"at the last time: (\d+) of 40 members", told)[1]) < 40
+    finished = np.isfinite(pt.load(tmp_path / "tops.partial.nc").quaternion[..., 0])
+    assert np.array_equal(finished.any(axis=1), finished.all(axis=1))
+    assert 0 < int(re.search(r"at the last time: (\d+) of 40 members", told)[1]) == finished[:, 0].sum() < 40
+
+
+def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
+    """As a shell starts it in the background."""
+    scenario = tmp_path / "tops.toml"
+    scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
+    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
+    told = "from poinsot.motion import ensemble as e; run = e._Batch.run\n"
+    told += "e._Batch.run = lambda *a: (print('begun', flush=True), run(*a))[1]\n"
+    command = [sys.executable, "-c", told + code, "run", str(scenario)]
+    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert running.stdout.readline() == "begun\n"
+    running.terminate()
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 143, said
+    assert "propagation was interrupted" in said
+    assert "Traceback" not in said
 
 
 def test_interrupt_before_anything_is_computed_is_a_sentence(tmp_path):

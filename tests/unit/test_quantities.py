@@ -31,7 +31,7 @@ def test_angles_convert_to_radians_everywhere(tmp_path, unit):
     for name, (function, arguments) in public_calls(tmp_path).items():
         for argument in arguments.keys() & set(ANGLES):
             given = {**arguments, argument: np.array(arguments[argument]) * u.rad.to(unit) * u.Unit(unit)}
-            plain, converted = (np.array(numbers_of(function(**each)), dtype=float) for each in (arguments, given))
+            plain, converted = (np.array(numbers_of(function(**each)), dtype=complex) for each in (arguments, given))
             np.testing.assert_allclose(converted, plain, rtol=1e-12, atol=1e-12, err_msg=f"{name} {argument}")
             tried += plain.size > 0
     assert tried > 15

@@ -45,12 +45,13 @@ __all__ = [
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
 
-DIFFERS, WRONG, STOPPED, INTERRUPTED = 1, 2, 3, 130
+DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
 
 STATUSES = {
     0: "done",
     WRONG: "the command line, a file or a value is not right",
     INTERRUPTED: "Ctrl-C",
+    TERMINATED: "SIGTERM, which does as Ctrl-C does",
 }
 
 PATIENCE = 0.5
@@ -124,11 +125,35 @@ class Commands(typer.Typer):
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         """Run the command line."""
-        try:
-            return super().__call__(*arguments, **options)
-        except OSError as error:
-            say(f"poinsot: {_sentence(error)}")
-            sys.exit(WRONG)
+        with _terminated() as heard:
+            try:
+                return super().__call__(*arguments, **options)
+            except OSError as error:
+                say(f"poinsot: {_sentence(error)}")
+                sys.exit(WRONG)
+            except SystemExit as ended:
+                if ended.code == INTERRUPTED and heard:
+                    sys.exit(TERMINATED)
+                raise
+
+
+@contextlib.contextmanager
+def _terminated() -> Iterator[list[int]]:
+    """Let SIGTERM do what Ctrl-C does, also where the shell lets Ctrl-C do nothing; give those that were heard."""
+    heard = list[int]()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        heard.append(number)
+        as_interrupt = signal.getsignal(signal.SIGINT)
+        if not callable(as_interrupt):
+            raise KeyboardInterrupt
+        as_interrupt(number, frame)
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield heard
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @contextlib.contextmanager
