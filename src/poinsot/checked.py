@@ -20,7 +20,17 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Rule = tuple[Callable[[Any], bool], str]
 
 CLASSES = (
-    *("AttitudeTable", "Body", "Branch", "Calendar", "ChaosIndicators", "Frame", "KeplerOrbit", "LineSpectrum"),
+    *(
+        "AttitudeTable",
+        "Bifurcation",
+        "Body",
+        "Branch",
+        "Calendar",
+        "ChaosIndicators",
+        "Frame",
+        "KeplerOrbit",
+        "LineSpectrum",
+    ),
     *("Orbit", "PeriodicMotion", "PrecessingOrbit", "Section", "Shape", "State", "StateTransition", "System"),
     "Trajectory",
 )
@@ -83,9 +93,11 @@ def _rule(annotation: str) -> Rule | None:
     if not rules or len(rules) < len([way for way in ways if way != "None"]):
         return None
     tests, words = [rule[0] for rule in rules], " or ".join(rule[1] for rule in rules)
+    if "Path" in ways:
+        tests, words = [_is_path], "a path"
     if "None" in ways:
         tests.append(lambda value: value is None)
-    return lambda value: any(test(value) for test in tests), "a path" if "Path" in ways else words
+    return lambda value: any(test(value) for test in tests), words
 
 
 def _rule_of(way: str) -> Rule | None:
@@ -95,7 +107,8 @@ def _rule_of(way: str) -> Rule | None:
     if outer in ("Sequence", "list", "tuple"):
         count = inner.count(",") + 1 if outer == "tuple" else None
         item = _rule(inner.removesuffix("]").partition(",")[0])
-        return item and (functools.partial(_are, item[0], count), f"a list of {count or 'any number'}, each {item[1]}")
+        several = f"{count} items" if count else "a list"
+        return item and (functools.partial(_are, item[0], count), f"{several}, each {item[1]}")
     return SIMPLE.get(outer)
 
 
@@ -120,7 +133,7 @@ def _is_path(value: Any) -> bool:
 SIMPLE: dict[str, Rule] = {
     "int": (_is_whole, "a whole number of at most 63 bits"),
     "bool": (lambda value: isinstance(value, bool | np.bool_), "True or False"),
-    "str": (lambda value: isinstance(value, str) and "\0" not in value, "a text"),
+    "str": (lambda value: isinstance(value, str), "a text"),
     "Path": (_is_path, "a path"),
     "Callable": (callable, "a function"),
     "Mapping": (lambda value: isinstance(value, Mapping), "a mapping"),

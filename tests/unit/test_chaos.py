@@ -267,7 +267,6 @@ def test_no_bar_is_shown_where_none_is_wanted(capsys):
     ("arguments", "options", "sentence"),
     [
         (([1.0],), {"vectors": 7}, "vectors must be a whole number from 1 to 6, but 7 came."),
-        (([1.0],), {"vectors": True}, "vectors must be a whole number from 1 to 6, but True came."),
         (([1.0],), {"momentum_unit": 0.0}, "momentum_unit must be positive, but 0.0 came."),
         (
             ([-1.0, 1.0],),

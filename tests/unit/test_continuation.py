@@ -300,7 +300,7 @@ WRONG = {
     "period that is no function": (
         lambda: continue_motion(spinning(), "moments[0]", 1.1, period=5.0),
         TypeError,
-        r"period must be a function of a System, but float came\.",
+        r"period must be a function, got float 5\.0\.",
     ),
     "frame that stays": (
         lambda: continue_motion(at_rest(), "inclination", 0.5),

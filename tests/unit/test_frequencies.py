@@ -199,7 +199,11 @@ def shifted():
         (lambda: pt.frequencies(SIGNAL, 0.0), ValueError, "times, as a step, must be positive, but 0.0 came."),
         (lambda: pt.frequencies(SIGNAL, 1j), TypeError, "times must be real numbers, but complex 1j came."),
         (lambda: pt.frequencies(SIGNAL, 0.1, count=0), ValueError, "count must be positive, but 0 came."),
-        (lambda: pt.frequencies(SIGNAL, 0.1, count=2.0), TypeError, "count must be an integer, but float 2.0 came."),
+        (
+            lambda: pt.frequencies(SIGNAL, 0.1, count=2.0),
+            TypeError,
+            "count must be a whole number of at most 63 bits, got float 2.0.",
+        ),
     ],
 )
 def test_bad_input_is_one_sentence(call, error, sentence):

@@ -516,8 +516,16 @@ REFUSED = {
         ValueError,
         "time_index must lie within [-2, 1], but 2 came.",
     ),
-    "index_float": (lambda: plot_poinsot(free(), 1.0), TypeError, "time_index must be an int, but float came."),
-    "index_truth": (lambda: plot_poinsot(free(), True), TypeError, "time_index must be an int, but bool came."),
+    "index_float": (
+        lambda: plot_poinsot(free(), 1.0),
+        TypeError,
+        "time_index must be a whole number of at most 63 bits, got float 1.0.",
+    ),
+    "index_truth": (
+        lambda: plot_poinsot(free(), True),
+        TypeError,
+        "time_index must be a whole number of at most 63 bits, got bool True.",
+    ),
     "view": (
         lambda: plot_poinsot(free(), view=(1, 2, 3)),
         ValueError,
@@ -531,7 +539,7 @@ REFUSED = {
     "order": (
         lambda: plot_momentum_sphere(START, BODY),
         TypeError,
-        "body must be a Body, but State came. The order is plot_momentum_sphere(body, state).",
+        "body must be a Body or a Trajectory, but State came.",
     ),
     "bodies": (
         lambda: plot_momentum_sphere(pt.Body([(1, 1, 1)] * 3)),

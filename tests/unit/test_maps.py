@@ -94,7 +94,7 @@ def test_bad_maps(arguments, options, sentence):
 
 
 def test_bad_indicators():
-    with pytest.raises(TypeError, match=r"^found must be ChaosIndicators, but int came\.$"):
+    with pytest.raises(TypeError, match=r"^found must be a ChaosIndicators, but int came\.$"):
         pt.plot_chaos(3)
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
     found = pt.chaos_indicators(pt.System(BODY, pt.GravityGradient(ORBIT)), start, [1.0, 2.0], formulation="planar")

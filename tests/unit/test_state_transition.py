@@ -97,7 +97,7 @@ def test_torques_that_end_at_a_time_are_taken():
     [
         ({"parameters": ["eccentricty"]}, "'eccentricty' came. Near: forces[0].orbit.eccentricity"),
         ({"parameters": ["moments"]}, "must name single numbers"),
-        ({"parameters": "moments[0]"}, "must be a list of names"),
+        ({"parameters": "moments[0]"}, "parameters must be a list, each a text, got str"),
         ({"order": 3}, "order must be 1 or 2"),
         ({"formulation": "canonical"}, "formulation must be one of lie_poisson, planar for neighbours"),
         ({"formulation": "planar"}, "must be for a body that turns about its third axis alone"),

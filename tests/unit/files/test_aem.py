@@ -415,7 +415,10 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
         ),
         ({"body_frame": "TEME"}, r"^reference_frame and body_frame must lead between .* 'ICRF' and 'TEME' came\.$"),
         ({"originator": ""}, r"^originator must be printable characters"),
-        ({"motion": 3}, r"^motion must be a Trajectory or an AttitudeTable, but int came\.$"),
+        (
+            {"motion": 3},
+            r"^motion must be a Trajectory or an AttitudeTable, but int came\.",
+        ),
     ],
 )
 def test_bad_arguments(tmp_path, arguments, sentence):

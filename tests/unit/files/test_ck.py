@@ -84,7 +84,7 @@ def test_other_frames_of_spice():
     ("change", "sentence"),
     [
         ({"frame": "FOO"}, r"^frame must be one that SPICE knows, but 'FOO' came\.$"),
-        ({"frame": 3}, r"^frame must be one that SPICE knows, but 3 came\.$"),
+        ({"frame": 3}, r"^frame must be a text, got int 3\.$"),
         ({"reference_frame": "IAU_EARTH"}, r"^frame must be one that does not rotate, but 'IAU_EARTH' came\.$"),
         (
             {"times": [11.0]},

@@ -107,17 +107,17 @@ def test_kernels_of_the_user_stay_loaded(kernel, constants):
         ((-998, "EARTH", BEGIN, BEGIN + 1), {}, "kernels must cover -998 from 'EARTH' at all times from start to stop"),
         (("NOBODY", "EARTH", BEGIN, BEGIN + 1), {}, "target must be a body that SPICE knows, but 'NOBODY' came"),
         ((PROBE, "", BEGIN, BEGIN + 1), {}, "center must be a body that SPICE knows, but '' came"),
-        ((PROBE, None, BEGIN, BEGIN + 1), {}, "center must be a body that SPICE knows, but None came"),
+        ((PROBE, None, BEGIN, BEGIN + 1), {}, "center must be a text or a whole number"),
         ((399, "EARTH", BEGIN, BEGIN + 1), {}, "target and center must be two, but both are 399"),
         ((PROBE, "EARTH", BEGIN, BEGIN + 1), {"frame": "XYZ"}, "frame must be one that SPICE knows, but 'XYZ' came"),
-        ((PROBE, "EARTH", BEGIN, BEGIN + 1), {"frame": None}, "frame must be one that SPICE knows, but None came"),
+        ((PROBE, "EARTH", BEGIN, BEGIN + 1), {"frame": None}, "frame must be a text, got NoneType"),
         ((PROBE, "EARTH", BEGIN, BEGIN + 1), {"frame": "IAU_EARTH"}, "frame must be one that does not rotate"),
         (("EARTH", PROBE, BEGIN, BEGIN + 1), {}, "mu must be given for an attractor that is not the Sun"),
         ((PROBE, "EARTH", BEGIN, BEGIN), {}, "stop must be later than start"),
     ],
 )
 def test_bad_input(kernel, arguments, options, sentence):
-    with pytest.raises(ValueError, match=f"^{sentence}"):
+    with pytest.raises((TypeError, ValueError), match=f"^{sentence}"):
         pt.spice_orbit(*arguments, [kernel], **options)
 
 
@@ -132,7 +132,7 @@ def test_missing_package_says_how_to_get_it(monkeypatch):
 def test_bad_kernels(kernel, tmp_path):
     with pytest.raises(FileNotFoundError, match=r"^kernels must be files, but there is no .*none\.bsp\.$"):
         pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [kernel, tmp_path / "none.bsp"])
-    with pytest.raises(TypeError, match=r"^kernels must be a list of paths, but '.*' came\.$"):
+    with pytest.raises(TypeError, match=r"^kernels must be a list, each a path, got str"):
         pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, str(kernel))
     (tmp_path / "torn.bsp").write_bytes(kernel.read_bytes()[:1500])
     with pytest.raises(ValueError, match=r"SPICE says SPICE\("):

@@ -272,9 +272,9 @@ def test_bad_lines(lines, sentence):
 
 
 def test_lines_of_another_kind():
-    with pytest.raises(TypeError, match=r"^lines must be the two lines of a set as text, but int came\.$"):
+    with pytest.raises(TypeError, match=r"^lines must be a text or a list, each a text, got int 5\.$"):
         pt.tle_orbit(5, 0, 1000)
-    with pytest.raises(TypeError, match=r"^message must be text or fields by name, but list came\.$"):
+    with pytest.raises(TypeError, match=r"^message must be a text or a mapping, got list\.$"):
         pt.omm_orbit([], 0, 1000)
 
 

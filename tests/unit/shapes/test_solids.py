@@ -91,5 +91,5 @@ def test_bad_solids_are_refused():
         pt.Mascons([1, -1], np.zeros((2, 3)))
     with pytest.raises(ValueError, match="parts must not be empty"):
         pt.Assembly([])
-    with pytest.raises(TypeError, match="parts must be shapes, but Body came"):
+    with pytest.raises(TypeError, match="parts must be a list, each a Shape, got list"):
         pt.Assembly([pt.Body((1, 2, 3))])

@@ -1,0 +1,159 @@
+"""Everything that the package returns pickles, is copied, and comes back equal to the last bit."""
+
+import copy
+import inspect
+import pickle
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from public_calls import (
+    BODY,
+    CIRCLE,
+    ELLIPSE,
+    NOT_CALLED,
+    PRECESSING,
+    SATELLITE,
+    SCENARIO,
+    SIGNAL,
+    START,
+    TIMES,
+    TOP,
+    along_orbit,
+    branch,
+    ephemeris,
+    free,
+    indicators,
+    motion,
+    periodic,
+    table,
+    text,
+    transition,
+    where,
+)
+
+
+class Drag(pt.Torque):
+    """A force of the user's own."""
+
+    coefficient: float
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        return pt.functions.Vector(-self.coefficient * component for component in omega_body)
+
+
+class Runaway(pt.Torque):
+    """It makes the rate infinite in a finite time."""
+
+    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        return pt.functions.Vector(9 * component**3 for component in omega_body)
+
+
+def members():
+    return pt.State([START.quaternion] * 3, [START.conjugate_momenta] * 3)
+
+
+def stopped():
+    with pytest.raises(pt.PropagationError) as caught:
+        pt.propagate(pt.System(BODY, Runaway()), START, TIMES)
+    return caught.value
+
+
+def scenario(folder):
+    return pt.read_scenario(text(folder / "top.toml", SCENARIO))
+
+
+def loaded(folder):
+    return pt.load(pt.save(motion(), folder / "m.nc", overwrite=True))
+
+
+RESULTS = {
+    "Bifurcation": lambda _: next(iter(branch().bifurcations), None),
+    "Branch": lambda _: branch(),
+    "CassiniState": lambda _: pt.cassini_state(SATELLITE.body, PRECESSING, obliquity=0.1),
+    "ChaosIndicators": lambda _: indicators(),
+    "Crossings": lambda _: motion().events[0],
+    "Ephemeris": lambda _: ephemeris(),
+    "Equilibrium": lambda _: pt.equilibria(SATELLITE, CIRCLE.frame, guesses=(1.0, 0, 0, 0)),
+    "LineSpectrum": lambda _: pt.frequencies(SIGNAL, 0.1, 2),
+    "LyapunovSpectrum": lambda _: pt.lyapunov_spectrum(TOP, START, [1.0]),
+    "PeriodicMotion": lambda _: periodic(),
+    "PropagationError": lambda _: pt.PropagationError("it stopped.", 1.0, motion()),
+    "PropagationInterrupted": lambda _: pt.PropagationInterrupted("it stopped.", 1.0, free()),
+    "Scenario": scenario,
+    "Section": lambda _: pt.section(motion(), where),
+    "StateTransition": lambda _: transition(),
+    "Trajectory": lambda _: motion(),
+    "FreeRotation": lambda _: pt.FreeRotation(BODY, START),
+    "Andoyer": lambda _: pt.Andoyer.of(START),
+    "AttitudeTable": lambda _: table(),
+    "closed form": lambda _: free(),
+    "ensemble": lambda _: pt.propagate(SATELLITE, members(), TIMES),
+    "along an ellipse": lambda _: pt.propagate(pt.System(BODY, pt.GravityGradient(ELLIPSE)), START, TIMES, dense=True),
+    "both ways, in extended precision": lambda _: pt.propagate(
+        TOP, START, TIMES - 1, dense=True, precision="extended", events=[pt.SpinFlip((1, 0, 0))]
+    ),
+    "own force": lambda _: pt.propagate(pt.System(BODY, Drag(0.1)), START, TIMES, dense=True),
+    "relative to a frame": lambda _: along_orbit().relative_to(CIRCLE.frame),
+    "read from a file": loaded,
+    "stopped": lambda _: stopped(),
+}
+COPIES = {
+    "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
+    "deepcopy": copy.deepcopy,
+    "copy": copy.copy,
+}
+
+
+def contents(thing, seen=()):
+    """What there is to read in a thing, as plain numbers, texts and bytes."""
+    if isinstance(thing, np.ndarray):
+        return (thing.shape, thing.tobytes())
+    if isinstance(thing, dict):
+        return {str(key): contents(value, seen) for key, value in thing.items()}
+    if isinstance(thing, list | tuple):
+        return [contents(item, seen) for item in thing]
+    if type(thing).__module__.startswith("poinsot") or isinstance(thing, Drag | Runaway):
+        if id(thing) in seen:
+            return "again"
+        names = [*vars(thing), *(name for name in READ if hasattr(type(thing), name))]
+        public = {name: getattr(thing, name) for name in names if not name.startswith("_") and name not in UNREAD}
+        return type(thing).__qualname__, contents(public, (*seen, id(thing)))
+    return repr(thing) if not callable(thing) else getattr(thing, "__qualname__", "")
+
+
+READ = ("quaternion", "conjugate_momenta", "energy", "drift", "integrals", "matrix", "numbers", "structure", "args")
+UNREAD = ("sky", "beside_samples", "origin_of")
+
+
+@pytest.mark.parametrize("way", COPIES)
+@pytest.mark.parametrize("name", RESULTS)
+def test_what_comes_back_is_equal(tmp_path, name, way):
+    thing = RESULTS[name](tmp_path)
+    back = COPIES[way](thing)
+    assert type(back) is type(thing)
+    assert contents(back) == contents(thing)
+    assert str(back) == str(thing)
+
+
+@pytest.mark.parametrize("name", ["Trajectory", "closed form", "along an ellipse", "both ways, in extended precision"])
+def test_dense_output_comes_back_with_its_polynomials(tmp_path, name):
+    thing = RESULTS[name](tmp_path)
+    times = np.linspace(thing.times[0], thing.times[-1], 101)
+    for back in (COPIES["pickle"](thing), COPIES["deepcopy"](thing), COPIES["pickle"](COPIES["pickle"](thing))):
+        for part in ("quaternion", "conjugate_momenta"):
+            np.testing.assert_array_equal(getattr(back(times), part), getattr(thing(times), part))
+
+
+def test_a_copy_can_be_run_again():
+    thing = RESULTS["own force"](None)
+    back = COPIES["pickle"](thing)
+    again = pt.propagate(back.system, back.initial, back.times)
+    np.testing.assert_allclose(again.quaternion, thing.quaternion, atol=1e-14)  # dense output has other steps
+
+
+def test_every_result_is_among_them():
+    results = {name for name in NOT_CALLED if inspect.isclass(getattr(pt, name)) and name in pt.__all__}
+    bases = {"Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Sky", "Vector"}
+    assert results - bases <= RESULTS.keys()
