@@ -1,16 +1,16 @@
 """What a motion conserves, found from the formulas themselves.
 
 A quantity is an integral if its time derivative, taken with the system's own torques and energies, vanishes
-at sample states; so a user's forces are served as well as the package's. Tried are the energy, the Jacobi
-integral of a circular orbit, the angular momentum along the axes of space and those that orbits single out,
-and along the symmetry axes of the body.
+at sample states, to the rounding of that derivative; so a user's forces are served as well as the package's. Tried are
+the energy, the Jacobi integral of a circular orbit, the angular momentum along the axes of space and those that orbits
+single out, its size, also with that of a rotor, and that along the symmetry axes of the body.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,9 +34,11 @@ __all__ = ["Integral", "integrals_of"]
 Array = NDArray[np.float64]
 
 SAME = 1e-11
-"""What counts as zero, relative to the largest value of the same kind."""
+"""What counts as zero of a rate of the energy, relative to the changes of the energy."""
 
-ROUNDING = 64 * np.finfo(float).eps
+EPS = np.finfo(float).eps
+ROUNDINGS = 64
+"""How many roundings of a rate count as zero."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,18 +69,23 @@ class Integral:
 def integrals_of(system: System) -> tuple[Integral, ...]:
     """Return the integrals of a system."""
     rates = _Rates(system)
-    return (*_energies(system, rates), *_space_components(system, rates), *_body_components(system, rates))
+    components = tuple(_space_components(system, rates))
+    sizes = () if len(components) >= 3 else _sizes(rates)
+    return (*_energies(system, rates), *components, *sizes, *_body_components(system, rates))
 
 
 def _energies(system: System, rates: _Rates) -> Iterator[Integral]:
-    if any(isinstance(force, Torque) for force in system.forces):
+    if not rates.vanish(rates.power, rates.power_noise):
         return
-    if rates.vanish(rates.of_energy) and rates.vanish(rates.between_times):
+    if rates.vanish(rates.of_energy, rates.energy_noise) and rates.vanish(rates.between_times, rates.rounding):
         yield Integral("energy", "H", "H = T + U", system.energy, is_energy=True)
         return
     for orbit in orbits_of(system):
         turn = orbit.uniform_rotation
-        if turn is not None and turn.ndim == 1 and rates.vanish(rates.of_energy - rates.along_space(turn)):
+        if turn is None or turn.ndim > 1:
+            continue
+        noise = rates.energy_noise + np.linalg.norm(turn) * rates.torque_noise
+        if rates.vanish(rates.of_energy - rates.along_space(turn), noise):
             value = functools.partial(_jacobi, system, turn)
             yield Integral("jacobi_energy", "H-n.G", "H - n . G on a circular orbit", value, is_energy=True)
             return
@@ -86,20 +93,37 @@ def _energies(system: System, rates: _Rates) -> Iterator[Integral]:
 
 def _space_components(system: System, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _space_axes(system):
-        if rates.vanish(rates.along_space(axis), rates.torque_size):
+        if rates.vanish(rates.along_space(axis), rates.torque_noise):
             value = functools.partial(_component, "space", axis)
             yield Integral(f"angular_momentum_space_{name}", f"G{name}", f"G along the axis {name} in space", value)
 
 
+def _sizes(rates: _Rates) -> Iterator[Integral]:
+    """Yield |G| where every torque is normal to it, and |g + h| where they are those of a rotor, h x omega."""
+    if rates.vanish(rates.along_momentum, rates.twist_noise):
+        value = functools.partial(_size, np.zeros(3))
+        yield Integral("angular_momentum_size", "|G|", "the size of the angular momentum", value)
+    rotor, rest = rates.rotor
+    if np.any(rotor) and rates.vanish(rest, rates.torque_noise):
+        value = functools.partial(_size, rotor)
+        meaning = "the size of the angular momentum with that of a rotor, h along the body axes"
+        yield Integral("angular_momentum_size_with_rotor", "|g+h|", meaning, value)
+
+
 def _body_components(system: System, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _body_axes(system):
-        if _symmetric(system, axis) and rates.vanish(rates.along_body(axis), rates.torque_size):
+        if _symmetric(system, axis) and rates.vanish(rates.along_body(axis), rates.torque_noise):
             value = functools.partial(_component, "body", axis)
             yield Integral(f"angular_momentum_body_{name}", f"g{name}", "g along the body's symmetry axis", value)
 
 
 def _jacobi(system: System, rate: Array, state: State) -> Any:
     return system.energy(state) - state.angular_momentum_space @ rate
+
+
+def _size(rotor: Array, state: State) -> Any:
+    g = state.angular_momentum_body
+    return np.linalg.norm(g + np.reshape(rotor, (*rotor.shape[:-1], *(1,) * (g.ndim - rotor.ndim), 3)), axis=-1)
 
 
 def _component(axes: str, axis: Array, state: State) -> Any:
@@ -120,13 +144,17 @@ class _Rates:
         branches = _at_samples(system, samples(system, BRANCHES), explored, lambda t: explored(t, other=True))
         if any(sky.asked for sky in skies):
             parts.append(branches)
-        energy, rate, between, *torques = (np.concatenate(values, axis=-1) for values in zip(*parts, strict=True))
-        self.of_energy, self.between_times = rate, between
-        self._in_body, self._in_space = torques[:3], torques[3:]
-        self.torque_size = np.max(np.abs(torques[:3]), axis=(0, -1))
-        self._energy_size = np.max(np.abs(energy), axis=-1)
-        self._energy_rate = np.ptp(energy, axis=-1) / time_scale(system)
-        self._rounding = ROUNDING * self._energy_size * max(1.0, 1 / time_scale(system))
+        plain, shaken = (
+            [np.concatenate(values, axis=-1) for values in zip(*half, strict=True)] for half in zip(*parts, strict=True)
+        )
+        self.omega, energy, self.of_energy, self.between_times, self.power, self.along_momentum = plain[:6]
+        self._in_body, self._in_space = np.stack(plain[6:9]), np.stack(plain[9:])
+        moved = [_largest(other - value) for value, other in zip(plain, shaken, strict=True)]
+        self.torque_noise = np.maximum.reduce(moved[6:]) + EPS * np.max(np.abs(self._in_body), axis=(0, -1))
+        self.power_noise = self.torque_noise * np.max(np.linalg.norm(self.omega, axis=0))
+        self.twist_noise = self.power_noise * np.max(system.body.moments, axis=-1)
+        self.energy_noise = moved[2] + SAME * np.ptp(energy, axis=-1) / time_scale(system)
+        self.rounding = EPS * _largest(energy)
 
     def along_space(self, axis: Array) -> Any:
         return functions.dot(self._in_space, axis)
@@ -134,25 +162,53 @@ class _Rates:
     def along_body(self, axis: Array) -> Any:
         return functions.dot(self._in_body, axis)
 
-    def vanish(self, rate: Any, size: Any = None) -> bool:
-        """Return whether a rate is zero at all samples, against a size of its kind."""
-        slack = SAME * (self._energy_rate if size is None else size) + self._rounding
-        return bool(np.all(np.max(np.abs(np.atleast_1d(rate)), axis=-1) <= slack))
+    @functools.cached_property
+    def rotor(self) -> tuple[Array, Array]:
+        """The h, shape (..., 3), for which h x omega is nearest to the torque, and the differences."""
+        w = self.omega.T
+        normal = np.einsum("nk,nk->", w, w) * np.eye(3) - w.T @ w
+        torque = np.moveaxis(self._in_body, 0, -1)
+        h = np.einsum("ij,...j->...i", np.linalg.inv(normal), np.sum(np.cross(w, torque), axis=-2))
+        return h, np.linalg.norm(torque - np.cross(h[..., None, :], w), axis=-1)
+
+    def vanish(self, rate: Any, noise: Any) -> bool:
+        """Return whether a rate is zero at all samples, but for its rounding."""
+        return bool(np.all(_largest(rate) <= ROUNDINGS * noise))
+
+
+def _largest(values: Any) -> Any:
+    """Return the largest size over the samples, the last axis."""
+    return np.max(np.abs(values), axis=-1)
 
 
 def _at_samples(
     system: System, sampled: tuple[Array, Array, Array], sky: Callable[[Any], Sky], another: Callable[[Array], Sky]
+) -> tuple[list[Array], list[Array]]:
+    """Return rates, members first, at samples and at neighbours a rounding away, which shows their noise."""
+    random = np.random.default_rng(1)
+    shaken = [values * (1 + EPS * random.uniform(-2, 2, values.shape)) for values in sampled]
+    return _rates_at(system, sampled, sky, another), _rates_at(system, shaken, sky, another)
+
+
+def _rates_at(
+    system: System, sampled: Sequence[Array], sky: Callable[[Any], Sky], another: Callable[[Array], Sky]
 ) -> list[Array]:
-    """Return energy, its rate, its change to another sky, and the torque along body and space axes, members first."""
+    """Return omega, energy, its rate, its change to another sky, power and g . torque of torques, and torque.
+
+    The power is that of the forces without a potential; the torque is along the body axes, then along the space axes.
+    """
     q, t, omega = sampled
     twin = system.beside_samples
-    attitude = Attitude.from_quaternion(functions.Vector(q.T))
+    attitude, rate = Attitude.from_quaternion(functions.Vector(q.T)), functions.Vector(omega.T)
     energy = twin.potential_at(functions.Vector(q.T), t, sky(seeded([t], "time")[0]))
     here, there = (opened(twin.potential_at(functions.Vector(q.T), t, world)) for world in (sky(t), another(t)))
-    torque = [opened(x) for x in twin.torque_at(attitude, functions.Vector(omega.T), sky(t))]
+    torque = [opened(x) for x in twin.torque_at(attitude, rate, sky(t))]
+    others = [force.torque(twin.body, attitude, rate, sky(t)) for force in twin.forces if isinstance(force, Torque)]
+    g = np.moveaxis(system.body.inertia @ omega.T, -2, 0)
     values = opened(getattr(energy, "value", energy)), opened(partial(energy, "time", 0)), here - there
-    rows = (*values, *torque, *attitude.to_space(torque))
-    return [np.broadcast_to(np.asarray(row, dtype=float), (*system.members, t.size)) for row in rows]
+    powers = sum(opened(functions.dot(other, rate)) for other in others), functions.dot(g, torque)
+    rows = (*values, *powers, *torque, *attitude.to_space(torque))
+    return [omega.T, *(np.broadcast_to(np.asarray(row, dtype=float), (*system.members, t.size)) for row in rows)]
 
 
 def _symmetric(system: System, axis: Array) -> bool:

@@ -245,9 +245,7 @@ class Trajectory:
         T_and_U = np.abs(self.kinetic_energy) + np.abs(self.potential_energy)
         momentum = np.linalg.norm(self.angular_momentum_body, axis=-1)
         energy_scale = np.fmax.reduce(T_and_U, axis=-1, initial=0.0)
-        momentum_scale = np.fmax(
-            np.fmax.reduce(momentum, axis=-1, initial=0.0), self.system.momentum_scale(self.initial)
-        )
+        momentum_scale = np.fmax.reduce(momentum, axis=-1, initial=0.0)
         out = {}
         for integral in self.system.integrals:
             scale = energy_scale if integral.is_energy else momentum_scale
