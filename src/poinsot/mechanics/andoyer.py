@@ -13,7 +13,7 @@ from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import State, state_with
 
 __all__ = ["Andoyer"]
 
@@ -85,7 +85,7 @@ class Andoyer:
         J, I = np.arctan2(sin_J, cos_J), np.arctan2(sin_I, cos_I)
         q = quat.product(_turn(self.h, I, self.g), _turn(0.0, J, self.l))
         body = np.stack(np.broadcast_arrays(sin_J * np.sin(self.l), sin_J * np.cos(self.l), cos_J), axis=-1)
-        return State(q, 2 * quat.product(q, quat.pure(np.asarray(self.G)[..., None] * body)), time)
+        return state_with(q, np.asarray(self.G)[..., None] * body, time)
 
 
 def _turn(first: Any, second: Any, third: Any) -> Any:

@@ -269,7 +269,7 @@ class Body(Parametric):
         """
         from poinsot.mechanics.calendar import refuse_date
         from poinsot.mechanics.frame import checked_frame
-        from poinsot.mechanics.state import State
+        from poinsot.mechanics.state import state_with
 
         refuse_date("time", time)
         q = unit_quaternion(attitude)
@@ -287,7 +287,7 @@ class Body(Parametric):
             q = quat.product(q_frame, q)
             along_body = along_body + quat.rotate(quat.conjugate(q), frame.omega_space(time))
         g = self.angular_momentum(along_body) if name.startswith("omega") else along_body
-        return State(q, 2 * quat.product(q, quat.pure(g)), time)
+        return state_with(q, g, time)
 
 
 class ObliqueBody(Body):

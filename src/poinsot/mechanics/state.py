@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 __all__ = ["State", "project_to_tangent"]
 
+ROUNDINGS = 32 * np.finfo(float).eps
+"""What Q and q may lose of an angular momentum along the body axes, relative to its size."""
+
 TANGENT_SLACK = 1e-9
 """How large |q . Q| / |Q| may be in what a user gives."""
 
@@ -46,6 +49,10 @@ class State:
     Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
     """
 
+    _given: NDArray[np.float64] | None = (
+        None  # the angular momentum along the body axes of which Q is the rounded image
+    )
+
     def __init__(self, quaternion: ArrayLike, conjugate_momenta: ArrayLike, time: ArrayLike = 0.0) -> None:
         self.quaternion = unit_quaternion(quaternion, "quaternion")
         self.conjugate_momenta = member_array("conjugate_momenta", conjugate_momenta, (4,))
@@ -67,7 +74,7 @@ class State:
         euler.refuse_singular_angles(angles, sequence)
         q = euler.quaternion_from_angles(angles, sequence)
         g = euler.angular_momentum_from_momenta(angles, momenta, sequence)
-        return cls(q, 2 * quat.product(q, quat.pure(g)), time)
+        return state_with(q, g, time)
 
     @checked
     def euler(self, sequence: str = "313") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -87,8 +94,15 @@ class State:
 
     @property
     def angular_momentum_body(self) -> NDArray[np.float64]:
-        """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3)."""
-        return 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.conjugate_momenta))
+        """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3).
+
+        That which a state was made of, where Q is its image: the small components of a slender body keep their digits.
+        """
+        g = 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.conjugate_momenta))
+        if self._given is None:
+            return g
+        apart = np.linalg.norm(self._given - g, axis=-1, keepdims=True)
+        return np.where(apart <= ROUNDINGS * np.linalg.norm(g, axis=-1, keepdims=True), self._given, g)
 
     @property
     def angular_momentum_space(self) -> NDArray[np.float64]:
@@ -102,10 +116,18 @@ class State:
         )
 
 
-def computed_state(q: Any, Q: Any, time: Any) -> State:
+def state_with(q: ArrayLike, g: ArrayLike, time: ArrayLike) -> State:
+    """Return the state with an angular momentum along the body axes, which it keeps to the last digit."""
+    state = State(q, 2 * quat.product(q, quat.pure(g)), time)
+    state._given = np.broadcast_to(g, (*state.quaternion.shape[:-1], 3))
+    return state
+
+
+def computed_state(q: Any, Q: Any, time: Any, g: Any = None) -> State:
     """Return a state of computed values, whose small defects are measurements and not mistakes."""
     state = object.__new__(State)
     state.quaternion, state.conjugate_momenta, state.time = q, Q, time
+    state._given = g
     return state
 
 

@@ -90,9 +90,9 @@ def members_of(system: System, state: State) -> tuple[int, ...]:
 
 def broadcast_members(state: State, members: tuple[int, ...]) -> State:
     """Return a state for each member."""
-    arrays = (state.quaternion, state.conjugate_momenta, state.time)
-    q, Q, time = (np.broadcast_to(x, (*members, *tail)) for x, tail in zip(arrays, ((4,), (4,), ()), strict=True))
-    return computed_state(q, Q, time)
+    arrays = (state.quaternion, state.conjugate_momenta, state.time, state.angular_momentum_body)
+    tails: tuple[tuple[int, ...], ...] = ((4,), (4,), (), (3,))
+    return computed_state(*(np.broadcast_to(x, (*members, *tail)) for x, tail in zip(arrays, tails, strict=True)))
 
 
 def checked_threads(threads: int | None) -> int:

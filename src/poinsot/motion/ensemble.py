@@ -106,6 +106,7 @@ def integrate_members(
         np.broadcast_to(state.quaternion, (members, 4)),
         np.broadcast_to(state.conjugate_momenta, (members, 4)),
         np.broadcast_to(state.time, (members,)),
+        np.broadcast_to(state.angular_momentum_body, (members, 3)),
     )
     work = _Work(system, state, times, variables, tolerance, out)
     threads = min(threads, -(-members // work.width))

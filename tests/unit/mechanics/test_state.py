@@ -1,13 +1,17 @@
 """The state: attitude, conjugate momenta and time."""
 
+import copy
 import itertools
+import pickle
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.mechanics.formulations import FORMULATIONS
 
+EPS = np.finfo(float).eps
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
 ROOT = np.sqrt(2.0)
 PRINTED = ((0.5, -1 / ROOT, 0, 0.5), (0.3, -0.6 * ROOT, 0.1 * ROOT, -1.5))
@@ -155,3 +159,44 @@ def test_project_to_tangent_of_tangent_momenta_changes_nothing():
 def test_project_to_tangent_of_many(rng):
     q, Q = rng.normal(size=(5, 4)), rng.normal(size=(5, 4))
     assert np.max(np.abs(np.sum(q * pt.project_to_tangent(q, Q), axis=-1))) < 1e-14
+
+
+# ---------------------------------------------------------------------- slender bodies
+
+
+@pytest.mark.parametrize("given", ["omega_body", "angular_momentum_body"])
+@pytest.mark.parametrize("ratio", [1.0, 1e-3, 1e-6, 1e-9])
+def test_a_state_keeps_what_it_was_made_of(ratio, given):
+    """Q is a sum of all components of g: the one about the axis of a slender body would lose the ratio's digits."""
+    body, asked = pt.Body((ratio, 1.0, 1.0)), np.array((1e-3, -2e-3, 3e-3))
+    value = asked if given == "omega_body" else asked * body.moments
+    state = body.state((0.6, 0, 0.8, 0), **{given: value})
+    members = body.state(np.tile((0.6, 0, 0.8, 0), (3, 1)), **{given: value})
+    for each in (state, members, copy.deepcopy(state), pickle.loads(pickle.dumps(state))):
+        assert np.allclose(body.omega(each.angular_momentum_body), asked, rtol=4 * EPS, atol=0)
+        assert np.allclose(pt.System(body).omega_body(each), asked, rtol=4 * EPS, atol=0)
+    variables = FORMULATIONS["lie_poisson"].from_state(state)
+    assert np.array_equal(variables[4:], state.angular_momentum_body)
+
+
+def test_a_state_follows_the_momenta_that_it_has():
+    body = pt.Body((1e-6, 1.0, 1.0))
+    state = body.state((0.6, 0, 0.8, 0), omega_body=(1e-3, -2e-3, 3e-3))
+    state.conjugate_momenta = 2 * state.conjugate_momenta
+    again = pt.State(state.quaternion, state.conjugate_momenta)
+    assert np.array_equal(state.angular_momentum_body, again.angular_momentum_body)
+
+
+@pytest.mark.parametrize("members", [None, 3])
+def test_a_slender_body_turns_at_the_rate_it_was_given(members):
+    """A free symmetric body turns by G t / B about G in space, after (1 / A - 1 / B) g1 t about its own axis."""
+    A, B, end = 1e-9, 1.0, 10.0
+    body, omega, q = pt.Body((A, B, B)), np.array((0.7, 0.3, 0.1)), (0.6, 0, 0.8, 0)
+    g = omega * body.moments
+    attitude = Rotation.from_quat(q, scalar_first=True)
+    own = Rotation.from_rotvec((1 / A - 1 / B) * g[0] * end * np.array((1, 0, 0)))
+    expected = Rotation.from_rotvec(attitude.apply(g) * end / B) * attitude * own
+    start = body.state(q if members is None else np.tile(q, (members, 1)), omega_body=omega)
+    motion = pt.propagate(pt.System(body), start, [end])
+    for each in motion.quaternion.reshape(-1, 4):
+        assert (expected.inv() * Rotation.from_quat(each, scalar_first=True)).magnitude() < 1e-12
