@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from poinsot.mechanics.axes import Axes
     from poinsot.mechanics.frame import Frame
 
-__all__ = ["SPACE_AXES_UNNAMED", "Orbit", "Sky"]
+__all__ = ["SPACE_AXES_UNNAMED", "Orbit", "Sky", "frames_of"]
 
 SPACE_AXES_UNNAMED = "space axes"
 """The reference frame of an orbit whose axes have no other name than the user's."""
+
+
+OF_DATE = "TEME"
+"""Axes that move among the stars, by 50 arcseconds a year: nobody means them by chance."""
 
 
 class Orbit(Parametric, ABC):
@@ -124,6 +128,14 @@ def _of_time(formula: Callable[..., Any]) -> Callable[..., Any]:
         return formula(self, scalar("time", time))
 
     return checked
+
+
+def frames_of(orbits: Iterable[Orbit]) -> list[str]:
+    """Return the names of the space axes of orbits: without a name they go with any but those of date."""
+    names = dict.fromkeys(orbit.reference_frame for orbit in orbits)
+    if OF_DATE not in names:
+        names.pop(SPACE_AXES_UNNAMED, None)
+    return list(names)
 
 
 class Sky:

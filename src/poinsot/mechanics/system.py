@@ -22,7 +22,7 @@ from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import came, union_of_knots
 from poinsot.mechanics.refusals import use_functions
 from poinsot.mechanics.samples import common_axes, orbits_of, sample_time, samples, space_axes, span
-from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Sky
+from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Sky, frames_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.wrapped import BRANCHES, ExploredSky, opened
 
@@ -318,14 +318,16 @@ def _check_force(force: Any) -> None:
 
 
 def _check_skies(system: System) -> None:
-    """Refuse orbits along different space axes, or with different calendars; those without a name go with any."""
+    """Refuse orbits along different space axes, or with different calendars."""
     orbits = list(orbits_of(system))
-    frames = dict.fromkeys(orbit.reference_frame for orbit in orbits if orbit.reference_frame != SPACE_AXES_UNNAMED)
+    frames = frames_of(orbits)
     calendars = dict.fromkeys(orbit.calendar for orbit in orbits if orbit.calendar is not None)
     for what, found in (("reference frame", frames), ("calendar", calendars)):
         if len(found) > 1:
             first, second, *_ = found
             hint = " Make one, and give calendar= to all." if what == "calendar" else ""
+            if SPACE_AXES_UNNAMED in found:
+                hint = " Give reference_frame= to the one or the other."
             raise ValueError(f"the orbits of a system must have one {what}, but {first} and {second} came.{hint}")
 
 

@@ -148,6 +148,8 @@ class Borrowed:
         self._companion, self._first = variables.companion, variables.companions.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
         typed = kind if lanes == 1 and not system.knots.size else functools.partial(np.asarray, dtype=kind)
+        if precision == "quadruple" and system.knots.size:  # no array of these takes part in sums with other numbers
+            typed = np.frompyfunc(kind, 1, 1)
 
         def values(smooth: System) -> list[Any]:
             numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)

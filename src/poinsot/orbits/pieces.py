@@ -23,6 +23,14 @@ CHECKS = np.array([-0.985, -0.83, -0.62, -0.31, -0.07, 0.19, 0.43, 0.71, 0.9, 0.
 ROUNDING = 1e-10
 """Below this a fit that halving does not improve is left with the rounding of its function."""
 IMPROVEMENT = 8
+LOOKS = 4096
+"""Times at which the pieces of a fit are judged once they seem right, evenly over the span, and at least a hundredth as
+many in each piece."""
+MARGIN = 2.0
+"""Of an error said, over the largest difference seen at times between which there may be a larger one."""
+SLOW = 0.5
+"""The error of an order of interpolation over that of the order before, above which nothing converges. Where it is
+small, the next order tells the error; of 300 tables of ellipses the true one was at most 30 times the ratio more."""
 HALVINGS = 40
 MOST_PIECES = 200_000
 BLOCK = 4096
@@ -75,7 +83,12 @@ def fitted(
     for halving in range(HALVINGS + 1):
         coefficients, error, size = _fits(position, left, right)
         good = (error <= tolerance * size) | ((error > before / IMPROVEMENT) & (error <= ROUNDING * size))
-        good |= (halving == HALVINGS) | (0.5 * (right - left) <= 4 * np.spacing(np.maximum(abs(left), abs(right))))
+        shortest = 0.5 * (right - left) <= 4 * np.spacing(np.maximum(abs(left), abs(right)))
+        if np.any(good):
+            allowed = np.maximum(tolerance * size[good], 4 * error[good])
+            error[good] = _judged(position, coefficients[good], left[good], right[good], LOOKS >> halving)
+            good[good] = error[good] <= allowed
+        good |= (halving == HALVINGS) | shortest
         done.append((left[good], coefficients[good], error[good]))
         if np.all(good):
             break
@@ -89,7 +102,7 @@ def fitted(
         before = np.tile(error[~good], 2)
     left, coefficients, error = (np.concatenate(parts) for parts in zip(*done, strict=True))
     order = np.argsort(left)
-    return np.append(left[order], stop), coefficients[order], float(np.max(error))
+    return np.append(left[order], stop), coefficients[order], MARGIN * float(np.max(error))
 
 
 def _fits(position: Callable[[Array], Array], left: Array, right: Array) -> tuple[Array, Array, Array]:
@@ -105,27 +118,49 @@ def _fits(position: Callable[[Array], Array], left: Array, right: Array) -> tupl
     return coefficients, error, np.linalg.norm(found, axis=-1).max(axis=-1)
 
 
-def interpolated(times: Array, positions: Array, velocities: Array) -> tuple[Array, float]:
-    """Return the coefficients (n - 1, 3, terms) between the rows of a table, and the estimated error.
+def _judged(position: Callable[[Array], Array], coefficients: Array, left: Array, right: Array, count: int) -> Array:
+    """Return the largest differences of pieces to their function at times that had no part in the fit."""
+    s = 2 * np.mod(np.arange(1, max(count, LOOKS // 100) + 1) * GOLDEN, 1.0) - 1
+    worst = np.zeros(len(left))
+    for i in range(0, s.size, LOOKS // 100):
+        some = s[i : i + LOOKS // 100]
+        times = 0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * some
+        found = position(times.ravel()).reshape(*times.shape, 3)
+        between = np.einsum("nik,sk->nsi", coefficients, chebyshev.chebvander(some, DEGREE))
+        worst = np.maximum(worst, np.linalg.norm(between - found, axis=-1).max(axis=-1))
+    return worst
+
+
+GOLDEN = 0.5 * (5**0.5 - 1)
+"""Whose multiples, less whole numbers, are spread evenly."""
+
+
+def interpolated(times: Array, positions: Array, velocities: Array) -> tuple[Array, float, float]:
+    """Return the coefficients (n - 1, 3, terms) between the rows of a table, the error, and what it comes from.
+
+    That is the largest difference to an interpolation through two rows more.
 
     Raises
     ------
     ValueError
         If there are fewer than two rows.
     """
-    best: tuple[Array, float] | None = None
+    found: list[tuple[Array, float]] = []
     for rows in ROWS:
         if rows > times.size:
             break
         coefficients = _hermite(times, positions, velocities, rows)
         if rows + 1 > times.size:
-            return best or (coefficients, np.nan)
+            found = found or [(coefficients, np.nan)]
+            break
         finer = _hermite(times, positions, velocities, min(rows + 2, times.size))
-        error = float(np.max(np.linalg.norm(_at_checks(coefficients) - _at_checks(finer), axis=-1)))
-        if best is None or error < best[1]:
-            best = coefficients, error
-    assert best is not None  # noqa: S101
-    return best
+        difference = np.linalg.norm(_at_checks(coefficients) - _at_checks(finer), axis=-1)
+        found.append((coefficients, float(np.max(difference))))
+    differences = [difference for _, difference in found]
+    best = int(np.argmin(differences))
+    coefficients, difference = found[best]
+    ratio = difference / max(differences[best - 1], np.finfo(float).tiny) if best else SLOW
+    return coefficients, MARGIN * max(1.0, 20 * min(ratio, SLOW)) * difference, difference
 
 
 def _hermite(times: Array, positions: Array, velocities: Array, rows: int) -> Array:

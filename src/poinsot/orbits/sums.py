@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Orbit
+from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Orbit, frames_of
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["orbit_sum"]
@@ -49,7 +49,7 @@ def orbit_sum(*orbits: Orbit, start: Any = None, stop: Any = None) -> Ephemeris:
             raise TypeError(f"orbits must be Orbits, but {came(orbit)} came.")
     if len(orbits) < 2:
         raise ValueError(f"orbits must be two or more, but {len(orbits)} came.")
-    frame = _common("reference frame", (orbit.reference_frame for orbit in orbits), SPACE_AXES_UNNAMED)
+    frame = _common("reference frame", frames_of(orbits) or [SPACE_AXES_UNNAMED], None)
     calendar = _common("calendar", (orbit.calendar for orbit in orbits), None)
     first, last = _span(orbits, calendar, start, stop)
 
