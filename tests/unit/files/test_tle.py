@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from astropy import units
 from astropy.coordinates import GCRS, TEME, CartesianRepresentation
+from astropy.time import Time
 from astropy.utils import iers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sgp4 import api
 
 import poinsot as pt
+from poinsot.files.orbits.tle import _in_icrf
 
 # Vallado, Crawford, Hujsak and Kelso, "Revisiting Spacetrack Report #3", AIAA 2006-6753: elements, and positions in km
 # at minutes from the epoch, of its verification output.
@@ -85,7 +87,7 @@ def test_polynomials_keep_sgp4():
     times = np.linspace(0, 3 * DAY, 4001)
     exact = np.array([satellite.sgp4_tsince(t / 60)[1] for t in times])
     assert np.max(np.linalg.norm(place(orbit, times) - exact, axis=-1)) < 2e-6
-    assert orbit.error < 2e-6
+    assert orbit.error < 5e-6
     speeds = np.array([satellite.sgp4_tsince(t / 60)[2] for t in times])
     # SGP4's velocities differ by a metre per second from the derivatives of its positions.
     assert np.max(np.linalg.norm(np.stack(orbit.velocity_at(times), axis=-1) - speeds, axis=-1)) < 1.3e-3
@@ -120,10 +122,21 @@ def test_axes_of_the_icrf():
         through = TEME(CartesianRepresentation(of_date.T * units.km), obstime=dates)
         expected = through.transform_to(GCRS(obstime=dates)).cartesian.xyz.to_value("km").T
     # Through the rotating Earth, with its measured UT1 and pole, by another theory of precession.
-    assert np.max(np.linalg.norm(inertial - expected, axis=-1)) < 1e-3
+    assert np.max(np.linalg.norm(inertial - expected, axis=-1)) < 1e-4
     assert np.max(np.linalg.norm(of_date - expected, axis=-1)) > 0.5
     # Vallado et al. (2006), Eq. C-5: J2000 by the nutation of 1980.
     assert np.linalg.norm(inertial[-1] - (-9059.9413786, 4659.6972000, 813.9588875)) < 3e-3
+
+
+def test_the_equinox_of_1982_stays_with_the_sidereal_time_of_1982():
+    """At geostationary distance in 2020, when it is 40 mas from that of today's theory: 8 m."""
+    places = 42164.0 * np.eye(3)
+    dates = Time(["2020-01-01T00:00:00"] * 3, scale="utc")
+    with iers.conf.set_temp("auto_download", False), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        through = TEME(CartesianRepresentation(places.T * units.km), obstime=dates)
+        expected = through.transform_to(GCRS(obstime=dates)).cartesian.xyz.to_value("km").T
+    assert np.max(np.linalg.norm(_in_icrf(places, dates) - expected, axis=-1)) < 3e-4
 
 
 def test_dates_and_another_calendar():

@@ -220,10 +220,15 @@ def _propagated(satellite: Any, seconds: Array, epoch: Calendar) -> Array:
 
 
 def _in_icrf(places: Array, dates: Any) -> Array:
-    """Turn positions from TEME to ICRF: by the equation of the equinoxes, nutation, precession and bias, to 1 mas."""
+    """Turn positions from TEME to the Earth by its sidereal time of 1982, and to the ICRF by today's rotation.
+
+    Elements are fitted to what is seen from the Earth with that sidereal time (Vallado et al. 2006, AIAA 2006-6753);
+    the mean equinox of today is elsewhere, by up to 60 mas in 2030. UTC stands for UT1: their difference cancels.
+    """
     erfa = optional("erfa", "positions along the ICRF")
-    instants = dates.tt.jd1, dates.tt.jd2
-    turned = erfa.rxp(erfa.rz(-erfa.ee00b(*instants), np.eye(3)), places)
+    instants, turned_at = (dates.tt.jd1, dates.tt.jd2), (dates.utc.jd1, dates.utc.jd2)
+    apart = erfa.gmst82(*turned_at) - erfa.gmst00(*turned_at, *instants) - erfa.ee00b(*instants)
+    turned = erfa.rxp(erfa.rz(apart, np.eye(3)), places)
     return np.asarray(erfa.trxp(erfa.pnm00b(*instants), turned))
 
 
