@@ -172,7 +172,8 @@ def test_the_orbit_of_two_forces_is_one_orbit(motion):
     system = pt.System(BODY, pt.GravityGradient(ORBIT), pt.Oblateness(ORBIT, 1e-3, 6000.0, (0, 0, 1)))
     twice = pt.propagate(system, motion.initial, TIMES)
     drawn = [curves(pt.plot_roll_pitch_yaw(twice, *orbit)) for orbit in ((), (ORBIT,))]
-    assert np.array_equal(*drawn)
+    for one, other in zip(*drawn, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_roll_pitch_yaw_by_hand(motion):
@@ -186,8 +187,48 @@ def test_roll_pitch_yaw_by_hand(motion):
     found = motion.relative_to(ORBIT.frame).roll_pitch_yaw
     assert np.max(np.abs(np.sin(0.5 * (found - expected)))) < 1e-13
     assert np.max(np.abs(found)) <= np.pi
-    drawn = np.array(curves(pt.plot_roll_pitch_yaw(motion, ORBIT))).T
-    assert np.allclose(np.sin(np.radians(drawn)), np.sin(expected), atol=1e-12)
+    drawn = [values[np.isfinite(values)] for values in curves(pt.plot_roll_pitch_yaw(motion, ORBIT))]
+    assert np.allclose(np.radians(drawn).T, found, atol=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [True, False])
+def test_roll_pitch_yaw_goes_through_gimbal_lock(degrees):
+    """Turned about the second axis alone: at a pitch of 90 degrees roll and yaw jump by half a turn together."""
+    begin = from_roll_pitch_yaw(np.radians([(0, angle, 0) for angle in (0, 30, 60, 86, 90)]))
+    beyond = from_roll_pitch_yaw(np.radians([(180, angle, 180) for angle in (80, 40, 0)]))
+    along = Rotation.from_quat(ORBIT.frame.quaternion(TIMES[:8]), scalar_first=True)
+    q = (along * Rotation.from_quat(np.concatenate([begin, beyond]), scalar_first=True)).as_quat(scalar_first=True)
+    motion = pt.propagate(SYSTEM, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), TIMES)
+    panel = pt.plot_roll_pitch_yaw(replaced(motion, q, TIMES[:8]), ORBIT, degrees=degrees)
+    roll, pitch, yaw = (x if degrees else np.degrees(x) for x in curves(panel))
+    assert pitch == pytest.approx([0, 30, 60, 86, 90, 80, 40, 0], abs=1e-5)
+    for angle in (roll, yaw):
+        assert np.all(np.isnan(angle[4]))
+        assert np.abs(angle[:4]) == pytest.approx(0, abs=1e-9)
+        assert angle[5:] == pytest.approx(180, abs=1e-9)  # on one side of the half turn, whatever rounding says
+    (shade,) = panel.collections
+    (box,) = (path.get_extents() for path in shade.get_paths())
+    assert (box.x0, box.x1) == ((TIMES[2] + TIMES[3]) / 2, (TIMES[4] + TIMES[5]) / 2)
+    texts = [text.get_text() for text in panel.get_legend().get_texts()]
+    assert texts == ["roll", "pitch", "yaw", "near gimbal lock"]
+
+
+def test_roll_pitch_yaw_of_one_motion_begins_anew_at_half_a_turn(motion):
+    turns = from_roll_pitch_yaw(np.radians([(0, 0, 50 * i) for i in range(9)]))
+    along = Rotation.from_quat(ORBIT.frame.quaternion(TIMES[:9]), scalar_first=True)
+    q = (along * Rotation.from_quat(turns, scalar_first=True)).as_quat(scalar_first=True)
+    panel = pt.plot_roll_pitch_yaw(replaced(motion, q, TIMES[:9]), ORBIT)
+    expected = [0, 50, 100, 150, np.nan, -160, -110, -60, -10, 40]
+    assert curves(panel)[2] == pytest.approx(expected, abs=1e-9, nan_ok=True)
+    assert not panel.collections
+
+
+def test_roll_pitch_yaw_that_stays_in_gimbal_lock_is_its_pitch(motion):
+    level = Rotation.from_quat(from_roll_pitch_yaw((0, np.pi / 2, 0)), scalar_first=True)
+    q = (ORBIT.frame.attitude(0.0) * level).as_quat(scalar_first=True)
+    roll, pitch, yaw = curves(pt.plot_roll_pitch_yaw(replaced(motion, q[None], TIMES[:1]), ORBIT))
+    assert np.isnan([roll, yaw]).all()
+    assert pitch == pytest.approx(90, abs=1e-5)
 
 
 def test_attitudes_from_roll_pitch_yaw_are_theirs(rng):

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
+from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
+from poinsot.mechanics.frame import LEVEL, roll_pitch_yaw
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.samples import orbits_of, same
 from poinsot.mechanics.sky import Orbit
@@ -58,6 +60,12 @@ COLUMNS = 1500
 SAME_INSTANT = 5e-7
 """Seconds: times in files of dates are rounded by less, to a nanosecond or to what SPICE counts."""
 TURN = 2 * np.pi
+LOCKED = np.radians(85)
+"""Of pitch, from which on roll and yaw tell little."""
+EDGE = 1e-6
+"""Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
+BROKEN = 0.4
+"""Of a turn: by more an angle jumps from one sample to the next where it begins anew."""
 
 
 @checked
@@ -128,10 +136,11 @@ def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: boo
 def plot_roll_pitch_yaw(
     motion: Trajectory, orbit: Orbit | None = None, *, degrees: bool = True, title: str = ""
 ) -> Axes:
-    """Draw roll, pitch and yaw from the axes of an orbit.
+    """Draw roll, pitch and yaw from the axes of an orbit, of one motion within half a turn.
 
     They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
-    about the third, then pitch about the second, then roll about the first.
+    about the third, then pitch about the second, then roll about the first. Near a pitch of 90 degrees (gimbal lock,
+    shaded beyond 85) roll and yaw turn fast against each other; at it only pitch is drawn.
 
     Parameters
     ----------
@@ -156,9 +165,16 @@ def plot_roll_pitch_yaw(
     if not isinstance(orbit, Orbit | None):
         raise TypeError(f"orbit must be an Orbit, but {came(orbit)} came.")
     frame = (_only_orbit(motion) if orbit is None else orbit).frame
-    angles = motion.relative_to(frame).roll_pitch_yaw
-    curves = _angles(("roll", "pitch", "yaw"), angles, degrees)
-    return _single(motion, "attitude from the orbit frame", curves, title, degrees)
+    angles = _roll_pitch_yaw(motion.relative_to(frame).quaternion)
+    names = ("roll", "pitch", "yaw")
+    if angles.ndim > 2:
+        return _single(motion, "attitude from the orbit frame", _angles(names, angles, degrees), title, degrees)
+    angles = np.pi + EDGE - np.mod(np.pi + EDGE - angles, TURN)
+    curves = dict(zip(names, (np.degrees(angles) if degrees else angles).T, strict=True))
+    panel = _single(motion, "attitude from the orbit frame", curves, title, degrees)
+    _break(panel, BROKEN * (360 if degrees else TURN))
+    _shade(panel, motion.times, np.abs(angles[:, 1]) > LOCKED, "near gimbal lock")
+    return panel
 
 
 @checked
@@ -358,6 +374,17 @@ def _euler_angles(q: Array, sequence: str) -> Array:
     return angles
 
 
+def _roll_pitch_yaw(q: Array) -> Array:
+    """Return the angles of attitudes in the axes of an orbit; roll and yaw are NaN where they are not defined."""
+    down = rotation_matrix(quat.product(quat.conjugate(LEVEL), q))
+    defined = np.hypot(down[..., 0, 0], down[..., 1, 0]) > 2 * SINGULAR_SINE
+    angles = np.full((*q.shape[:-1], 3), np.nan)
+    angles[..., 1] = np.arcsin(np.clip(-down[..., 2, 0], -1, 1))
+    if np.any(defined):
+        angles[defined] = roll_pitch_yaw(q[defined])
+    return angles
+
+
 def _angles(names: Sequence[str], angles: Array, degrees: bool) -> dict[str, Array]:
     unwrapped = _unwrapped(np.moveaxis(angles, -1, 0))
     return dict(zip(names, np.degrees(unwrapped) if degrees else unwrapped, strict=True))
@@ -435,6 +462,26 @@ def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
         panel.fill_between(times[starts], *edges, linewidth=0, **style)
 
 
+def _break(panel: Axes, jump: float) -> None:
+    """Lift the pen where curves jump."""
+    for line in panel.lines:
+        x, y = (np.asarray(each, dtype=float) for each in line.get_data())
+        after = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
+        line.set_data(np.insert(x, after, x[after]), np.insert(y, after, np.nan))
+
+
+def _shade(panel: Axes, times: Array, where: NDArray[np.bool_], label: str) -> None:
+    """Shade the times at which something is so, if there are any."""
+    if not np.any(where):
+        return
+    edges = np.concatenate([times[:1], (times[1:] + times[:-1]) / 2, times[-1:]])
+    begin, end = (np.flatnonzero(np.diff([0, *where, 0]) == sign) for sign in (1, -1))
+    style: Any = {"linewidth": 0, "color": BLACK, "alpha": 0.12, "label": label}
+    bars = list(zip(edges[begin], edges[end] - edges[begin], strict=True))
+    panel.broken_barh(bars, (0, 1), transform=panel.get_xaxis_transform(), **style)
+    _legend(panel, len(panel.get_legend_handles_labels()[1]))
+
+
 def _complete(values: Array) -> Array:
     """Return the members that have a value at every time, or all if none has."""
     complete = ~np.any(np.isnan(values), axis=-1)
@@ -477,4 +524,8 @@ def _dress(panel: Axes, motion: Trajectory, label: str, names: int) -> None:
     panel.ticklabel_format(scilimits=PLAIN, useMathText=True)
     panel.grid(alpha=0.25)
     if names:
-        panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(names, 4), frameon=False)
+        _legend(panel, names)
+
+
+def _legend(panel: Axes, names: int) -> None:
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(names, 4), frameon=False)
