@@ -164,12 +164,12 @@ class System:
 
         The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
         """
-        largest = np.maximum(np.linalg.norm(state.angular_momentum_body, axis=-1), self._push)
+        largest = np.maximum(np.linalg.norm(state.angular_momentum_body, axis=-1), self.push)
         return np.where(largest > 0, largest, 1.0)
 
     @functools.cached_property
-    def _push(self) -> Any:
-        """The momentum that the energies and torques of the forces at sample states stand for; shape (...)."""
+    def push(self) -> Any:
+        """The momentum that differences of energies, and torques, at sample states stand for; shape (...)."""
         branching = any(_branches(_Alike(force, self.body)) for force in self.forces)
         strongest = self._trial_push
         if branching or self.members:
@@ -179,7 +179,7 @@ class System:
         return np.sqrt(np.max(self.body.moments, axis=-1) * strongest)
 
     def _strongest_push(self, q: NDArray[np.float64], sky: Sky) -> Any:
-        """Return the largest energy or torque of each member's forces on a body at rest, at attitudes."""
+        """Return the largest energy, over the least, or torque of each member's forces on a body at rest."""
         twin, attitude = self.beside_samples, Attitude.from_quaternion(_scalars(q))
         with np.errstate(all="ignore"):
             pushes = [np.atleast_1d(_push_of(force, twin.body, attitude, sky)) for force in twin.forces]
@@ -257,7 +257,7 @@ class System:
         for event in twin.events:
             _try_formula(event, self.body)
             event.check(self.body)
-        twin.__dict__["_push"] = self._push
+        twin.__dict__["push"] = self.push
         return twin
 
     @property
@@ -334,12 +334,13 @@ def _check_skies(system: System) -> None:
 def _try_formula(force: Force, body: Body) -> float:
     """Run the formula once on arrays of two values, which refuse a Python `if` and betray a wrong shape.
 
-    Return the larger of the two energies or values, or the torque on the body at rest, which is the first value.
+    Return the torque on the body at rest, which is the first value; of a potential the difference of the energies, if
+    that is larger.
     """
     name = type(force).__name__
     try:
         with np.errstate(all="ignore"):
-            value = _formula_on_pairs(force, body)
+            value, torque = _formula_on_pairs(force, body)
     except (TypeError, ValueError) as error:
         if "positional argument" in str(error):
             raise TypeError(f"the formula of {name} must take the arguments of its base class, but {error}.") from error
@@ -353,11 +354,12 @@ def _try_formula(force: Force, body: Body) -> float:
         if _components(value) != 1:
             what = "value" if isinstance(force, Event) else "energy"
             raise TypeError(f"the {what} of {name} must be one scalar, but {_size(value)} came.")
-        return float(np.nan_to_num(np.max(np.abs(value)), posinf=0.0))
-    if _components(value) != 3 or any(_components(x) != 1 for x in value):
+    elif _components(value) != 3 or any(_components(x) != 1 for x in value):
         raise TypeError(f"the torque of {name} must be three components along the body axes, but {_size(value)} came.")
-    at_rest = [np.atleast_1d(component)[0] for component in value]
-    return float(np.nan_to_num(np.linalg.norm(at_rest), posinf=0.0))
+    with np.errstate(all="ignore"):
+        at_rest = np.linalg.norm([np.atleast_1d(component)[0] for component in torque])
+        change = np.ptp(value) if isinstance(force, Potential) else 0.0
+    return float(np.max(np.nan_to_num([at_rest, change], posinf=0.0)))
 
 
 class _Alike:
@@ -387,11 +389,13 @@ def _branches(alike: _Alike) -> bool:
 
 def _push_of(force: Any, body: Body, attitude: Attitude, sky: Sky) -> Any:
     if isinstance(force, Potential):
-        return np.abs(opened(force.energy(body, attitude, sky)))
+        energy = np.atleast_1d(opened(force.energy(body, attitude, sky)))
+        return energy - np.min(energy, axis=-1, keepdims=True)
     return opened(functions.norm(force.torque(body, attitude, Vector((0.0, 0.0, 0.0)), sky)))
 
 
-def _formula_on_pairs(force: Any, body: Body) -> Any:
+def _formula_on_pairs(force: Any, body: Body) -> tuple[Any, Any]:
+    """Return what the formula gives, and the torque, none of an event."""
     pair = np.array([1.0, 1.0])
     body = body.with_numbers(np.ravel(number)[0] * pair for number in body.numbers)
     force = force.with_numbers(np.ravel(number)[0] * pair for number in force.numbers)
@@ -399,15 +403,12 @@ def _formula_on_pairs(force: Any, body: Body) -> Any:
     sky = Sky(sample_time(force) + 0.25 * pair)
     if isinstance(force, Potential):
         energy = force.energy(body, attitude, sky)
-        if _components(energy) == 1:
-            derived_torque(force, body, attitude, sky)  # which its functions must bear
-        return energy
+        return energy, derived_torque(force, body, attitude, sky) if _components(energy) == 1 else ()
     omega = Vector(np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]]))
-    return (
-        force.value(body, attitude, omega, sky)
-        if isinstance(force, Event)
-        else force.torque(body, attitude, omega, sky)
-    )
+    if isinstance(force, Event):
+        return force.value(body, attitude, omega, sky), ()
+    torque = force.torque(body, attitude, omega, sky)
+    return torque, torque
 
 
 def _components(value: Any) -> int:

@@ -30,8 +30,8 @@ __all__ = [
 ]
 
 
-ROUNDING = {"double": 2.0**-53, "extended": 2.0**-64, "quadruple": 2.0**-113}
-"""Half the distance from 1 to the next number."""
+ROUNDING = {"double": 2.0**-52, "extended": 2.0**-63, "quadruple": 2.0**-112}
+"""The distance from 1 to the next number, by precision: the engine's own tolerance."""
 
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
@@ -113,7 +113,7 @@ def checked_formulation(name: str | None) -> str:
 
 
 def checked_tolerance(tolerance: float | None, precision: str) -> float:
-    """Return a tolerance for the engine, 0 for the rounding unit of the precision."""
+    """Return a tolerance for the engine, 0 for the rounding unit of the precision, which is the smallest."""
     if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
         raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, but {precision!r} came.")
     if not kernels.available(precision):
@@ -125,8 +125,10 @@ def checked_tolerance(tolerance: float | None, precision: str) -> float:
     value = float(real_array("tolerance", tolerance, ()))
     if not 0 < value < 1:
         raise ValueError(f"tolerance must be between 0 and 1, but {value} came.")
-    if value < ROUNDING[precision]:
+    least = ROUNDING[precision]
+    if value < least:
         raise ValueError(
-            f"tolerance must be at least the rounding unit of the precision, {ROUNDING[precision]:.3g}, got {value}."
+            f"tolerance must be at least the rounding unit of {precision} precision, {least}, got {value}. "
+            "Leave it out for that one."
         )
     return value

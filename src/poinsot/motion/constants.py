@@ -19,6 +19,7 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot import functions as formulas
 from poinsot.functions import Commuting, Vector
@@ -29,6 +30,17 @@ __all__ = ["Constant", "Constants", "Multiple"]
 
 LARGEST_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero; the engine's power divides by its base."""
+
+POWERS: dict[Any, Callable[[Any, Any, Any], Any]] = {
+    operator.add: lambda a, b, _: a or b,
+    operator.sub: lambda a, b, _: a or b,
+    operator.mul: lambda a, b, _: a + b,
+    operator.truediv: lambda a, b, _: a - b,
+    operator.neg: lambda a, _, __: a,
+    operator.pow: lambda a, _, exponent: a * exponent,
+    formulas.sqrt: lambda a, _, __: a / 2,
+}
+"""The power of what a function makes of two arguments, from theirs and the number that the second one is."""
 
 
 class Constants:
@@ -153,6 +165,17 @@ class Constants:
         found = {n: known.get(place) for n, place in places.items()}
         slopes = {n: dual.partials["change"] for n, dual in found.items() if isinstance(dual, Dual)}
         return {n: slope for n, slope in slopes.items() if not _is(slope, 0)}
+
+    @functools.cached_property
+    def powers(self) -> NDArray[np.int_]:
+        """To which power of the first input each of the kernel's parameters goes: all are homogeneous in it."""
+        known: dict[int, Any] = {self._inputs[0]: 1}
+        literals = {place: number for number, place in self._literals.items()}
+        for place, function, places in self._needed:
+            first, second = (*places, *places)[:2]
+            powers = known.get(first, 0), known.get(second, 0)
+            known[place] = POWERS[function](*powers, literals.get(second, 0)) if function in POWERS else 0
+        return np.array([known.get(place, 0) for place in self._parameters], dtype=int)
 
     @functools.cached_property
     def _needed(self) -> list[tuple[int, Callable[..., Any], tuple[int, ...]]]:

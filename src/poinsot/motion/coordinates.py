@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -60,6 +61,21 @@ class Coordinates:
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations of axes and companion."""
         return (*self.axes.structure, self.companion and replace(self.companion, vectors=None))
+
+    @functools.cached_property
+    def _momenta(self) -> list[int]:
+        """Where momenta are, and changes of momenta of neighbours."""
+        own = self.formulation.momenta
+        changes = self.companion.momenta if self.companion else []
+        return [*range(own.start, own.stop), *(self.companions.start + place for place in changes)]
+
+    def rescaled(self, rows: Array, bits: int) -> Array:
+        """Return rows of variables with the scale of their momenta multiplied by 2^bits; shape (..., size)."""
+        if not bits:
+            return rows
+        rows = rows.copy()
+        rows[..., [place for place in self._momenta if place < rows.shape[-1]]] *= rows.dtype.type(2.0) ** bits
+        return rows
 
     def of_members(self, members: NDArray[np.int_]) -> Coordinates:
         """Return the variables of some members of an ensemble."""

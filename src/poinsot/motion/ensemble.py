@@ -249,6 +249,7 @@ class _Batch:
         self.failed = [""] * members.size
         self.happened: list[list[Recorded]] = [[] for _ in members]
         self._broken: list[int] = []
+        self._closely = False
         self._rows: list[list[Array]] = [[np.empty((0, starts.shape[1]))] for _ in members]
 
     def rows(self, lane: int) -> Array:
@@ -276,11 +277,32 @@ class _Batch:
 
     def _begin(self) -> None:
         lanes = np.minimum(np.arange(self.engine.batch_size), self.members.size - 1)
-        self.engine.state[:] = self.starts[lanes].T
-        self.engine.set_time(list(self.origins[lanes]))
+        self._place(lanes, (self.origins[lanes], np.zeros(lanes.size)), self.starts[lanes].T)
+
+    def _place(self, lanes: NDArray[np.int_], time: tuple[Array, Array], state: Array) -> None:
+        """Put the members of some lanes into the engine's, with states in the scale of the start."""
+        self.engine.state[:] = state
+        self.engine.set_dtime(*map(list, time))
         self.borrowed.begin(self.forwards, self.members[lanes])
         if self.borrowed.watch is not None:
             self.borrowed.watch.records = []
+
+    def _mark(self, longest: int, idle: NDArray[np.int_]) -> Callable[[], None]:
+        """Return what brings the engine back to where it is."""
+        lanes = np.minimum(np.arange(self.engine.batch_size), self.members.size - 1)
+        lanes[idle] = longest
+        time = (self.engine.dtime[0].copy(), self.engine.dtime[1].copy())
+        state = np.stack([self._outward(self.engine.state[:, lane], lane) for lane in range(lanes.size)], axis=-1)
+
+        def back() -> None:
+            self._place(lanes, time, state)
+            if idle.size:
+                self._repeat(longest, idle)
+
+        return back
+
+    def _outward(self, rows: Array, lane: int) -> Array:
+        return self.borrowed.scales.outward(rows, lane)
 
     def _under_way(self, ahead: list[Array]) -> list[int]:
         """Return the lanes that have something ahead."""
@@ -302,28 +324,43 @@ class _Batch:
         self.reached[lanes] = again.reached
 
     def _advance(self, ahead: list[Array], under_way: list[int]) -> None:
-        """Take a chunk of steps, and leave what remains of the grids."""
+        """Take a chunk of steps, and leave what remains of the grids; all, if it is to be taken again."""
         longest = max(under_way, key=lambda lane: ahead[lane].size)
         if len(under_way) < self.engine.batch_size:
             self._repeat(longest, np.setdiff1d(np.arange(self.engine.batch_size), under_way))
         now = np.array(self.engine.time)
         most = self.most if self.limits is None else min(self.most, int(np.min((self.limits - self.steps)[under_way])))
+        back, ends = self._mark(longest, idle), now.copy()
         near = [lane for lane in under_way if not _has_room(ahead[lane], now[lane], ahead[longest].size)]
         if near:
-            ends = now.copy()
             ends[near] = [ahead[lane][0] for lane in near]
-            self.engine.propagate_until(list(ends), max_steps=most, write_tc=True)
-            found = np.full((1, *self.engine.state.shape), np.nan)
         else:
             table = np.tile(np.append(now[longest], ahead[longest])[:, None], self.engine.batch_size)
             for lane in under_way:
                 table[:, lane] = _padded(ahead[lane], now[lane], ahead[longest].size)
-            _, found = self.engine.propagate_grid(table, max_steps=most)
-        self.borrowed.rescale()
+            ends = table[-1]
+        taken = most
+        if self._closely:
+            taken = min(self.borrowed.sound_steps(ends, most), most)
+            back()
+        self.borrowed.certain(self._closely)
+        if near:
+            self.engine.propagate_until(list(ends), max_steps=taken, write_tc=True)
+            found = np.full((1, *self.engine.state.shape), np.nan)
+        else:
+            _, found = self.engine.propagate_grid(table, max_steps=taken, **self.borrowed.limits)
+        results = self.engine.propagate_res
+        doubtful = any(self.borrowed.doubtful(lane, results[lane], found[:, :, lane]) for lane in under_way)
+        if doubtful and not self._closely:
+            self._closely = True
+            return back()
         for lane in under_way:
-            ahead[lane] = self._read(lane, ahead[lane], found[-ahead[lane].size :, :, lane], now[lane], most)
+            rows = self._outward(found[-ahead[lane].size :, :, lane], lane)
+            ahead[lane] = self._read(lane, ahead[lane], rows, now[lane], most, taken == most)
         self._take_events()
-        self.most = self.borrowed.steps_at_a_time(STEPS_AT_A_TIME)
+        self.borrowed.rescale()
+        self.most, self._closely = self.borrowed.steps_at_a_time(STEPS_AT_A_TIME), doubtful
+        return None
 
     def _repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
         """Let lanes that are done repeat one that is not."""
@@ -333,8 +370,11 @@ class _Batch:
         self.engine.state[:, idle] = self.engine.state[:, [busy]]
         self.borrowed.repeat(busy, idle)
 
-    def _read(self, lane: int, ahead: Array, rows: Array, before: float, most: int) -> Array:
-        """Keep what a chunk of steps has brought to a lane, and return what remains of its grid."""
+    def _read(self, lane: int, ahead: Array, rows: Array, before: float, most: int, judged: bool) -> Array:
+        """Keep what a chunk of steps has brought to a lane, and return what remains of its grid.
+
+        Whether the steps lead anywhere is `judged` by a full chunk alone.
+        """
         outcome, _, _, steps = self.engine.propagate_res[lane]
         ended, reached = self.borrowed.outcome(outcome, lane), float(self.engine.time[lane])
         self.steps[lane] += steps
@@ -351,6 +391,8 @@ class _Batch:
             ended = self._look_at_end(lane)
         if ended == INTERRUPTED:
             raise KeyboardInterrupt
+        if ended == "step_limit" and not judged:
+            ended = "success"
         self.failed[lane] = reason(ended, abs(reached - before), reached, abs(ahead[-1] - reached), most)
         return ahead[:0] if self.failed[lane] or ended == "event" else ahead[passed:]
 
@@ -358,7 +400,7 @@ class _Batch:
         """Return rows with those that the engine leaves out of its last step: where it stops, and beside failures."""
         for row in np.flatnonzero(np.isnan(rows[:, 0])):
             self.engine.update_d_output([times[row]] * self.engine.batch_size)
-            rows[row] = self.engine.d_output[:, lane]
+            rows[row] = self._outward(self.engine.d_output[:, lane], lane)
         return rows
 
     def _look_at_end(self, lane: int) -> str:

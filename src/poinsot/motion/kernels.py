@@ -31,7 +31,9 @@ from poinsot.motion.coordinates import SMALL, Coordinates
 from poinsot.motion.linear import NONE, Linearization
 from poinsot.motion.neighbours import STEPS_AT_A_TIME, Neighbours
 from poinsot.motion.roots import Roots
-from poinsot.motion.switches import Pieces, Switches, event_class
+from poinsot.motion.scales import Scales
+from poinsot.motion.stops import LONGEST
+from poinsot.motion.switches import Pieces, Switches, event_class, lane_of
 from poinsot.motion.watch import Watch, event_functions
 
 PRECISIONS: dict[str, Any] = {
@@ -49,6 +51,9 @@ it takes a quarter longer."""
 
 MANY_TERMS = 5000
 """Terms in the equations, repeated ones counted again, below which a system in double precision is not large."""
+
+SAMPLES = 32
+"""How many rows of a chunk of steps are looked at."""
 
 FIRST = np.zeros(1, dtype=int)
 
@@ -140,6 +145,11 @@ class Borrowed:
         Its state and its time are the borrower's to set.
     watch : Watch or None
         The user's events.
+    variables : Coordinates
+    scales : Scales
+        Those of the momenta: what the engine's state is in.
+    limits : dict
+        Arguments for the engine.
     """
 
     def __init__(self, built: _Built, system: System, variables: Coordinates, precision: str, lanes: int) -> None:
@@ -155,19 +165,32 @@ class Borrowed:
             numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)
             return built.constants.values(tuple(map(typed, numbers)))
 
-        self._values, self._system, self._variables = values, system, variables
+        self._values, self._system, self.variables = values, system, variables
+        self.scales = Scales(system, variables, built.constants.powers, lanes, self.engine.order)
+        for part in (self._switches, self.watch):
+            if part is not None:
+                part.scales = self.scales
+        longest = LONGEST if lanes == 1 else [LONGEST] * lanes
+        self.limits = {"max_delta_t": longest} if precision == "double" else {}
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
-        """Set the parameters for the time and the state that the engine has, and for members in its lanes."""
+        """Set the parameters for the time and the state that the engine has, and for members in its lanes.
+
+        The state is in the scale of the variables.
+        """
         pars, self._members = self.engine.pars, np.array(members)  # the only record of who is in which lane
+        self.scales.begin(self.engine.state, self._members)
         if self._switches is not None:
             self._switches.begin(self.engine, self._pieces, forwards, self._members)
         else:
             table = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
             pars[: len(table)] = table
+            for lane in map(int, np.flatnonzero(self.scales.bits)):
+                own = lane_of(pars, lane)[: len(table)]
+                own[:] = self.scales.parameters(own, lane)
         self._roots.begin(self.engine)
         if self.watch is not None:
-            self.watch.begin(self.engine, self._system, self._variables, self._members)
+            self.watch.begin(self.engine, self._system, self.variables, self._members)
         if self.engine.with_events:
             self.engine.reset_cooldowns()
 
@@ -175,7 +198,7 @@ class Borrowed:
     def _table(self) -> NDArray[np.float64]:
         """The values of the parameters of all members, one column each."""
         values = self._values(self._system)[: len(self.engine.pars)]
-        members = np.broadcast_shapes(self._system.members, np.shape(self._variables.scale))
+        members = np.broadcast_shapes(self._system.members, np.shape(self.variables.scale))
         return np.reshape([np.broadcast_to(value, members) for value in values], (len(values), *members))
 
     @functools.cached_property
@@ -199,8 +222,59 @@ class Borrowed:
             return most
         return STEPS_AT_A_TIME[self._companion.order] // (10 if first else 1)
 
+    def doubtful(self, lane: int, result: Any, rows: NDArray[Any]) -> bool:
+        """Whether a chunk of steps may have begun one with momenta out of the band of their scale.
+
+        `result` is the engine's: how it ended, its shortest and its longest step; `rows` are variables on the way.
+        """
+        if self.watch is not None and self.watch.stopped[lane] == "act":  # they were within before
+            return False
+        looked_at = rows[: -1 : max(len(rows) // SAMPLES, 1)]
+        return (
+            not self.scales.fits(self.engine.state, lane)
+            or (len(looked_at) > 0 and not self.scales.fit(looked_at, lane))
+            or self.scales.doubtful(lane, float(result[1]), float(result[2]))
+        )
+
+    def sound_steps(self, ends: NDArray[Any], most: int) -> int:
+        """Take steps, up to the one in which momenta leave the band of their scale, and return how many.
+
+        Actions are not taken. The engine is to be brought back by `begin`.
+        """
+        if self.watch is not None:
+            self.watch.rehearsing = True
+        count = 0
+        while count < most and np.any(ends != self.engine.time):
+            outcomes = self._step_towards(ends)
+            if any(outcome.name == "err_nf_state" for outcome in outcomes):
+                return max(count, 1)
+            count += 1
+            if any(map(_stops, outcomes)):
+                return count + 1  # at the limit of steps the engine says nothing of an event
+            if not all(self.scales.fits(self.engine.state, lane) for lane in range(len(outcomes))):
+                return count
+        return most
+
+    def _step_towards(self, ends: NDArray[Any]) -> list[Any]:
+        """Take one step in each lane, and return how they ended."""
+        ahead = ends - self.engine.time
+        if self.limits:
+            ahead = np.clip(ahead, -LONGEST, LONGEST)
+        if np.ndim(ahead):
+            self.engine.step(list(ahead))
+            return [result[0] for result in self.engine.step_res]
+        return [self.engine.step(ahead)[0]]
+
+    def certain(self, certain: bool) -> None:
+        """Say whether the steps to come begin with momenta in the band of their scale: actions wait for that."""
+        if self.watch is not None:
+            self.watch.certain = certain
+
     def rescale(self) -> None:
-        """Look after the vectors of the companion, if there is one."""
+        """Choose the scales anew of momenta that left their band; look after the vectors of the companion."""
+        self.scales.rescale(self.engine.state, self.engine.pars)
+        if self.watch is not None:
+            self.watch.go_on()
         if self._companion is not None:
             self._companion.rescale(self.engine.state[self._first :].T)
 
@@ -208,6 +282,7 @@ class Borrowed:
         """Let lanes follow another one."""
         self.engine.pars[:, idle] = self.engine.pars[:, [busy]]
         self._members[idle] = self._members[busy]
+        self.scales.bits[idle] = self.scales.bits[busy]
         if self._switches is not None:
             self._switches.repeat(busy, idle)
         if self.watch is not None:
@@ -273,6 +348,11 @@ def _refuse_jumps(constants: Constants, symbols: list[Any], neighbours: Neighbou
                 "system must have no `where` on the attitude or the rates for neighbours of a motion, nor any for "
                 "derivatives by parameters, but it has one. Write a smooth formula."
             )
+
+
+def _stops(outcome: Any) -> bool:
+    """Whether a step ended at an event that stops the engine."""
+    return outcome.name not in ("success", "time_limit") and int(outcome) < 0
 
 
 def available(precision: str) -> bool:

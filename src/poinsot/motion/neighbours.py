@@ -74,6 +74,12 @@ class Neighbours:
         """The pairs of vectors with second derivatives."""
         return [(a, b) for a in range(self.total) for b in range(a + 1)] if self.order == 2 else []
 
+    @property
+    def momenta(self) -> list[int]:
+        """Which of the variables are components of changes of momenta."""
+        k, vectors = len(self.tangent), self.total + len(self.pairs)
+        return [i * k + j for i in range(vectors) for j, place in enumerate(self.tangent) if place >= 3]
+
     def _split(self, rows: Any) -> tuple[Any, Any, Any, Any]:
         """Return views of u (..., vectors, k), of pairs (..., pairs, k), of n and of units in rows of variables."""
         k, first, second = len(self.tangent), self.total * len(self.tangent), len(self.pairs) * len(self.tangent)

@@ -78,7 +78,7 @@ def propagate(
     formulation : {"lie_poisson", "canonical", "euler_angles"}, optional
         The variables integrated; results look the same. Default: the fastest, "lie_poisson".
     tolerance : float, optional
-        Relative error per step; default: the rounding unit of the precision.
+        Relative error per step; default: the rounding unit of the precision, which is the smallest.
     dense : bool
         Keep the Taylor polynomials, so that `motion(t)` gives the state at any time in between.
     precision : {"double", "extended", "quadruple"}
@@ -184,6 +184,9 @@ class _Half:
         self.last = float(grid[-1]) if grid.size else origin
         self.rows: list[Array] = []
         self.pieces: list[Any] = []
+        self.bits: list[int] = []
+        self.variables = borrowed.variables
+        self.closely = False
         self.steps, self.reached, self.stopped = 0, origin, ""
         self.happened: list[Recorded] = []
         self.cause: BaseException | None = None
@@ -196,7 +199,7 @@ class _Half:
         """Integrate to the last time of the grid, or to where it stops."""
         if not self.grid.size:
             return
-        self._place(self.kind(self.origin), self._typed(self.start))
+        self._place((self.kind(self.origin), self.kind(0.0)), self._typed(self.start))
         watch = self.borrowed.watch
         if watch is not None:
             watch.records = self.happened
@@ -211,19 +214,41 @@ class _Half:
             self._read_pieces()
 
     def _place(self, time: Any, state: Array) -> None:
-        self.engine.time, self.engine.state[:] = time, state
+        self.engine.dtime, self.engine.state[:] = time, state
         self.borrowed.begin(self.last >= self.origin)
 
-    def _advance(self) -> bool:
-        """Take a chunk of steps; of one that fails, take again those before it. Return whether it was the last."""
-        time, state, rows, pieces = self.engine.time, self.engine.state.copy(), len(self.rows), len(self.pieces)
-        happened = len(self.happened)
-        again = outcome, steps = self._step(STEPS_AT_A_TIME)
-        while again[0] == "err_nf_state":  # anew the scales are others, and so may be the steps
+    def _mark(self) -> Callable[[], None]:
+        """Return what brings the run back to where it is."""
+        time, state = self.engine.dtime, self.borrowed.scales.outward(self.engine.state.copy(), 0)
+        lists: tuple[list[Any], ...] = (self.rows, self.pieces, self.bits, self.happened)
+        counts = [len(one) for one in lists]
+
+        def back() -> None:
             self._place(time, state)
-            del self.rows[rows:], self.pieces[pieces:], self.happened[happened:]
-            steps = again[1]
-            again = self._step(steps) if steps else ("", 0)
+            for one, count in zip(lists, counts, strict=True):
+                del one[count:]
+
+        return back
+
+    def _advance(self) -> bool:
+        """Take a chunk of steps, again if momenta left their band in it; return whether it was the last."""
+        back, most = self._mark(), STEPS_AT_A_TIME
+        if self.closely:
+            most = self.borrowed.sound_steps(self.kind(self.last), most)
+            back()
+        result, rows = self._step(most)
+        outcome, steps = self.borrowed.outcome(result[0]), result[3]
+        if outcome == "step_limit" and self.engine.time == self.last:
+            outcome = "time_limit"
+        doubtful = self.borrowed.doubtful(0, result, rows)
+        if doubtful and not self.closely:
+            back()
+            self.closely = True
+            return False
+        if outcome == "err_nf_state":
+            back()
+        self.closely = doubtful
+        self.borrowed.rescale()
         at_end = outcome == "time_limit"
         if at_end and self.borrowed.watch is not None:
             self.borrowed.watch.look(self.engine)
@@ -232,28 +257,33 @@ class _Half:
         self.steps += steps
         advance, ahead = abs(self.reached - before), abs(self.last - self.reached)
         self.report(advance)
-        self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
+        if most == STEPS_AT_A_TIME or outcome != "step_limit":
+            self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
         return at_end or outcome == "event" or bool(self.stopped)
 
-    def _step(self, most: int) -> tuple[str, int]:
-        outcome, steps = self._step_dense(most) if self.dense else self._step_on_grid(most)
-        return self.borrowed.outcome(outcome), steps
+    def _step(self, most: int) -> tuple[Any, Array]:
+        """Take steps; return the engine's result, and variables on the way."""
+        self.borrowed.certain(self.closely)
+        return self._step_dense(most) if self.dense else self._step_on_grid(most)
 
-    def _step_dense(self, most: int) -> tuple[Any, int]:
-        outcome, _, _, steps, piece, _ = self.engine.propagate_until(
-            self.kind(self.last), max_steps=most, c_output=True
+    def _step_dense(self, most: int) -> tuple[Any, Array]:
+        result = self.engine.propagate_until(
+            self.kind(self.last), max_steps=most, c_output=True, **self.borrowed.limits
         )
-        if piece is not None:
-            self.pieces.append(piece)
-        return outcome, steps
+        if (piece := result[4]) is None:
+            return result, self.engine.state[None]
+        self.pieces.append(piece)
+        self.bits.append(int(self.borrowed.scales.bits[0]))
+        return result, piece.tcs[:, :, 0]
 
-    def _step_on_grid(self, most: int) -> tuple[Any, int]:
+    def _step_on_grid(self, most: int) -> tuple[Any, Array]:
         ahead = self._typed(self.grid[sum(map(len, self.rows)) :])
         here = self._typed([self.engine.time])
         between = here[: int(ahead[0] != here[0])]  # the engine wants a grid that starts where it is
-        outcome, _, _, steps, _, rows = self.engine.propagate_grid(np.concatenate([between, ahead]), max_steps=most)
-        self.rows.append(np.asarray(rows[len(between) :], dtype=float))
-        return outcome, steps
+        result = self.engine.propagate_grid(np.concatenate([between, ahead]), max_steps=most, **self.borrowed.limits)
+        rows = result[5][len(between) :]
+        self.rows.append(self.borrowed.scales.outward(np.asarray(rows, dtype=float), 0))
+        return result, rows
 
     def _typed(self, values: Any) -> Array:
         return np.asarray(values) if self.kind is np.float64 else np.array([self.kind(x) for x in values])
@@ -271,15 +301,19 @@ class _Half:
     def evaluate(self, times: Array) -> Array:
         """Return the variables at times within this half, from its Taylor polynomials, until the next call."""
         if len(self.pieces) == 1:
-            return np.asarray(self.pieces[0](self._typed(times)), dtype=float)
+            return self._evaluated(0, times)
         ends = np.array([float(piece.bounds[1]) for piece in self.pieces])
         sign = np.sign(self.last - self.origin) or 1.0
         which = np.minimum(np.searchsorted(sign * ends, sign * times), len(ends) - 1)
         out = np.empty((times.size, self.start.size))
         for i in np.unique(which):
             chosen = which == i
-            out[chosen] = np.asarray(self.pieces[i](self._typed(times[chosen])), dtype=float)
+            out[chosen] = self._evaluated(i, times[chosen])
         return out
+
+    def _evaluated(self, number: int, times: Array) -> Array:
+        rows = np.asarray(self.pieces[number](self._typed(times)), dtype=float)
+        return self.variables.rescaled(rows, -self.bits[number])
 
 
 def _join(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["INTERRUPTED", "reason"]
+__all__ = ["INTERRUPTED", "LONGEST", "reason"]
 
 INTERRUPTED = "it was interrupted."
 
@@ -19,18 +19,24 @@ HOPELESS = 1e9
 """Chunks of steps that a run may have ahead of it; at a microsecond a step, so many take most of a year."""
 
 
+LONGEST = 2.0**46
+"""The longest step in double precision: of Taylor coefficients that underflow none is missed in it."""
+
+
 def reason(outcome: str, advance: float, reached: float, ahead: float, steps: int) -> str:
     """Return why the integration cannot go on; empty if it can, or is at its end.
 
     `outcome` says how a chunk of steps ended, by a name or in a sentence of its own; `advance` is the time that it
     covered, `ahead` what is left.
     """
-    if outcome in ("time_limit", "event", "success"):
+    if outcome in ("time_limit", "event", "act", "held", "success"):
         return ""
     if outcome == "step_limit":
         if advance <= steps * np.spacing(abs(reached)):
             return "the step size fell to rounding. The equations are singular there."
         if ahead > HOPELESS * advance:
-            return f"the steps became so short, {advance / steps:.1g}, that it would not end. The body turns too fast."
+            slow = advance > 0.5 * steps * LONGEST
+            why = "Count in a longer unit of time" if slow else "The body turns too fast"
+            return f"the steps became so short, {advance / steps:.1g}, that it would not end. {why}."
         return ""
     return REASONS.get(outcome, outcome)

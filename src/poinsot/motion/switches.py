@@ -94,6 +94,8 @@ class Switches:
     ----------
     watch : Watch or None
         The user's events, which may be due where something changes.
+    scales : Scales
+        Those of the momenta, the borrower's.
     """
 
     def __init__(
@@ -107,6 +109,7 @@ class Switches:
         kind: Any,
     ) -> None:
         self.watch: Watch | None = None
+        self.scales: Any = None
         self._forwards = True
         self._pieces: Any = None
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
@@ -192,7 +195,7 @@ class Switches:
         """Let a lane go on in a piece; beyond the last one, in that."""
         knots = self._pieces.knots
         self._piece[lane] = inside = min(max(piece, 1), max(knots.size - 1, 1))
-        constants = np.array(self._pieces.values(inside, self._members[lane]))
+        constants = self.scales.parameters(np.array(self._pieces.values(inside, self._members[lane])), lane)
         lane_of(engine.pars, lane)[self._fixed] = constants[self._fixed]
         if self._knot is not None:
             end = knots[inside if self._forwards else inside - 1]

@@ -59,9 +59,14 @@ class Watch:
     records : list of Recorded
         What happened, until the borrower takes it.
     stopped : list
-        For each lane "", or why it must not go on: "event", "haste", or the sentence about an action.
+        For each lane "", or why it must not go on: "event", "haste", or the sentence about an action; or why a chunk of
+        steps must end: "act" where the momenta want another scale now, "held" before an action.
     error : BaseException or None
         The last one that an action raised.
+    scales : Scales
+        Those of the momenta, the borrower's.
+    rehearsing, certain : bool
+        Whether actions must wait, and whether steps begin with momenta in the band of their scale.
     """
 
     def __init__(
@@ -78,6 +83,8 @@ class Watch:
         self.records: list[Recorded] = []
         self.stopped = [""] * lanes
         self.error: BaseException | None = None
+        self.scales: Any = None
+        self.rehearsing, self.certain = False, True
         self.settle: Callable[[Any, int], None] = lambda _engine, _lane: None
         self._events, self._lanes, self._attitude = events, lanes, attitude
         self._scales = first + np.arange(len(events))
@@ -103,9 +110,13 @@ class Watch:
         self._system, self._variables, self._members = system, variables, members
         self._follows[:], self.error = False, None
         self._last[:] = np.ravel(engine.time).astype(float)[:, None]
-        self._since[:], self.stopped[:] = 0.0, [""] * self._lanes
+        self._since[:], self.stopped[:], self.rehearsing = 0.0, [""] * self._lanes, False
         for lane in range(self._lanes):
             self._fit(engine, lane)
+
+    def go_on(self) -> None:
+        """Forget that a chunk of steps had to end."""
+        self.stopped = ["" if why in ("act", "held") else why for why in self.stopped]
 
     def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
         """Let lanes follow another one: nothing is recorded of them, and no event acts on them."""
@@ -129,11 +140,16 @@ class Watch:
             due.add(found[0])
             slopes[found[0]] = found[1]
         new = [i for i in sorted(due) if self._is_new(i, lane, time)]
-        row = np.array(lane_of(engine.state, lane))
+        row = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
         self.records += [(i, lane, time, slopes[i], row) for i in new]
-        for i in new:
-            if self._events[i].acts:
-                self._act(engine, lane, i, time)
+        acting = [i for i in new if self._events[i].acts]
+        if acting and (self.rehearsing or not (self.certain or self.scales.fits(engine.state, lane))):
+            self.stopped[lane] = "held"
+            return False
+        for i in acting:
+            self._act(engine, lane, i, time)
+        if acting and not (self.stopped[lane] or self.scales.fits(engine.state, lane)):
+            self.stopped[lane] = "act"
         if any(self._events[i].terminal for i in new):
             self.stopped[lane] = self.stopped[lane] or "event"
         return not self.stopped[lane]
@@ -148,7 +164,7 @@ class Watch:
         def passed(engine: Any, time: Any, slope: int, lane: int = 0) -> None:
             if not self._follows[lane] and self._is_new(number, lane, float(time)):
                 engine.update_d_output([time] * self._lanes if several else time)
-                row = np.array(lane_of(engine.d_output, lane))
+                row = self.scales.outward(np.array(lane_of(engine.d_output, lane)), lane)
                 self.records.append((number, lane, float(time), slope, row))
 
         return passed
@@ -200,7 +216,7 @@ class Watch:
         """Return the variables of body and attitude of the state that an event returns."""
         member = int(self._members[lane])
         variables = self._variables.of_members(np.array([member]))
-        rows = np.asarray(own, dtype=float)[None]
+        rows = self.scales.outward(np.asarray(own, dtype=float), lane)[None]
         batched = np.ndim(variables.scale) > 0 or any(np.ndim(number) for number in variables.axes.numbers)
         q, Q = variables.to_canonical(np.array([time]), rows[None] if batched else rows)
         state = computed_state(np.reshape(q, 4), np.reshape(Q, 4), np.array(time))
@@ -214,7 +230,8 @@ class Watch:
             raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
         new = _rewritten(variables, changed, time, own)
         variables.formulation.check_variables(new)
-        return new
+        inward: NDArray[Any] = self.scales.inward(new, lane)
+        return inward
 
     # ------------------------------------------------------------------ sizes
 

@@ -475,6 +475,10 @@ WRONG = {
         'stop = "2 h"\ncount = 11',
         "values = [1, 3, 2]",
     ),
+    "line 22: run.tolerance must be at least the rounding unit of double precision, 2.220446049250313e-16, got 1e-60": (
+        "[times]",
+        "[run]\ntolerance = 1e-60\n[times]",
+    ),
     "line 22: run.tolerance must be between 0 and 1, but -1.0 came.": (
         "[times]",
         "[run]\ntolerance = -1\n[times]",

@@ -1,6 +1,7 @@
 """Integration: times, directions, dense output, precision, tolerance, interruption, singular runs."""
 
 import os
+import re
 import signal
 import threading
 import time as clock
@@ -250,6 +251,39 @@ def test_a_looser_tolerance_takes_fewer_steps_and_errs_more(top, start):
 
 def test_default_tolerance_is_the_rounding_unit(top, start):
     assert pt.propagate(top, start, [1.0]).run.tolerance == np.finfo(float).eps
+
+
+UNITS = {"double": 2.0**-52, "extended": float(np.finfo(np.longdouble).eps), "quadruple": 2.0**-112}
+
+
+@pytest.mark.parametrize("precision", [name for name in UNITS if kernels.available(name)])
+def test_a_tolerance_below_the_rounding_unit_is_refused(top, start, precision):
+    unit = UNITS[precision]
+    assert pt.propagate(top, start, [0.1], precision=precision, tolerance=unit).run.tolerance == unit
+    for tolerance in (0.9 * unit, 1e-60, 1e-320):
+        sentence = (
+            f"tolerance must be at least the rounding unit of {precision} precision, {unit}, got {tolerance}. "
+            "Leave it out for that one."
+        )
+        with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+            pt.propagate(top, start, [0.1], precision=precision, tolerance=tolerance)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda system, state, **tolerance: pt.chaos_indicators(system, state, [1.0], **tolerance),
+        lambda system, state, **tolerance: pt.lyapunov_spectrum(system, state, [1.0], **tolerance),
+        lambda system, state, **tolerance: pt.state_transition(system, state, [1.0], **tolerance),
+        lambda system, state, **tolerance: pt.andoyer_section(system, state, 1.0, **tolerance),
+        lambda system, _, **tolerance: pt.spin_orbit_section(
+            pt.System(system.body, pt.GravityGradient(pt.KeplerOrbit(1, 1, 0, 0, 0, 0))), 0.0, 1.5, 1, **tolerance
+        ),
+    ],
+)
+def test_whatever_takes_a_tolerance_refuses_one_below_the_rounding_unit(top, start, call):
+    with pytest.raises(ValueError, match=r"^tolerance must be at least the rounding unit of double precision, "):
+        call(top, start, tolerance=1e-60)
 
 
 # ---------------------------------------------------------------------- interruption
