@@ -27,7 +27,6 @@ TIMES = {
 STARTS = {"together": np.zeros(MOST), "apart": RNG.uniform(-1, 1, MOST)}
 BASE = np.array([-2.0, -1.0, 0.3, 1.0, 2.5, 4.0])
 SPECIAL_TIMES = {
-    "closely": np.linspace(-6, 7, 1301),
     "in clusters": np.unique([BASE + k * np.spacing(BASE) for k in (-3, -1, 0, 1, 2, 7, 1000, 10**5)]),
 }
 SPECIAL_STARTS = {"in clusters": np.concatenate([BASE, BASE + np.spacing(BASE), BASE - 2 * np.spacing(BASE)])[:MOST]}
@@ -214,9 +213,38 @@ def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, 
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 
 
-@pytest.mark.parametrize("switch", ["none", "rate", "members' times"])
-def test_times_that_a_lane_passes_while_another_fails(switch):
-    assert wrong_members(switch, "none", "apart", "closely", True, MOST, 1) == {}
+class Broken(pt.Torque):
+    """A torque that is no number from a time on."""
+
+    instant: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        x = attitude.to_body((0, 0, 1))[0]
+        return fn.Vector((0.0, 0.1, 0.0)) * fn.sqrt(fn.where(fn.less(sky.time, self.instant), 1.0, -2.0) + x * x)
+
+
+def test_times_that_lanes_pass_while_another_fails():
+    """One member fails between two steps, in which the others pass tens of times."""
+    times, instants = np.linspace(0, 5, 501), np.full(7, 10.0)
+    instants[[2, 5]] = 1.2345, 2.3456
+    every = np.arange(7)
+    together = pt.propagate(pt.System(BODY, Broken(instants)), state("together", every), times, threads=1)
+    assert sorted(together.failures) == [2, 5]
+    for i in every:
+        motion = pt.propagate(pt.System(BODY, Broken(10.0)), state("together", i), times)
+        reached = times < instants[i]
+        assert np.array_equal(np.isfinite(together.quaternion[i, :, 0]), reached)
+        assert near(together.quaternion[i, reached], motion.quaternion[reached])
+        assert i not in together.failures or f"stopped at t = {instants[i]:.5g} of 5:" in together.failures[i]
+
+
+def test_a_member_that_fails_both_ways_says_what_it_says_alone():
+    system = pt.System(BODY, Edge([4.55, 40.0], [-1.0, -1.0]), Edge([-2.41, -40.0], [1.0, 1.0]))
+    together = pt.propagate(system, state("together", [0, 1]), TIMES["both ways"])
+    with pytest.raises(pt.PropagationError) as caught:
+        pt.propagate(pt.System(BODY, Edge(4.55, -1.0), Edge(-2.41, 1.0)), state("together", 0), TIMES["both ways"])
+    assert {i: told(why) for i, why in together.failures.items()} == {0: told(str(caught.value))}
+    assert np.array_equal(together.times[np.isfinite(together.quaternion[0, :, 0])], caught.value.trajectory.times)
 
 
 @pytest.mark.parametrize(("switch", "events"), [("none", "none"), ("rate", "all")])

@@ -41,7 +41,7 @@ PRECISIONS: dict[str, Any] = {
     "extended": np.longdouble,
     "quadruple": getattr(hy, "real128", None),
 }
-LANES = hy.recommended_simd_size()
+LANES = max(2, hy.recommended_simd_size())  # the engine has no batches of one
 IDLE_INTEGRATORS = 64
 DECISIONS = 1024
 LARGE = {"double": 350, "extended": 80, "quadruple": 80}

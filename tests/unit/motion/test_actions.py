@@ -2,7 +2,10 @@
 
 # ruff: noqa: ARG001
 
+import os
 import re
+import signal
+import time as clock
 
 import numpy as np
 import pytest
@@ -129,6 +132,23 @@ def test_an_interrupt_in_an_action_keeps_the_finished_members(monkeypatch):
     assert np.array_equal(np.isfinite(motion.quaternion).all(axis=(1, 2)), done)
     assert np.all(np.isnan(motion.quaternion[~done]))
     assert set(motion.events[0].members.tolist()) == set(np.flatnonzero(done).tolist())
+
+
+def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished(monkeypatch):
+    monkeypatch.setattr(kernels, "LANES", 2)
+    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", 3)
+
+    def interrupt(state):
+        os.kill(os.getpid(), signal.SIGINT)
+        clock.sleep(0.3)  # until the main thread has heard it
+        return state
+
+    with pytest.raises(pt.PropagationInterrupted, match="interrupted: 4 of 10 members are done") as caught:
+        pt.propagate(FREE, spinning(RATES), TIMES, events=[event(interrupt)], threads=1)
+    motion = caught.value.trajectory
+    done = np.flatnonzero(np.isfinite(motion.quaternion[:, -1, 0])).tolist()
+    assert len(done) == 4
+    assert set(motion.events[0].members.tolist()) == set(done)
 
 
 def test_what_stops_one_thread_stops_all(monkeypatch):
