@@ -326,8 +326,9 @@ class _Batch:
     def _advance(self, ahead: list[Array], under_way: list[int]) -> None:
         """Take a chunk of steps, and leave what remains of the grids; all, if it is to be taken again."""
         longest = max(under_way, key=lambda lane: ahead[lane].size)
-        if len(under_way) < self.engine.batch_size:
-            self._repeat(longest, np.setdiff1d(np.arange(self.engine.batch_size), under_way))
+        idle = np.setdiff1d(np.arange(self.engine.batch_size), under_way)
+        if idle.size:
+            self._repeat(longest, idle)
         now = np.array(self.engine.time)
         most = self.most if self.limits is None else min(self.most, int(np.min((self.limits - self.steps)[under_way])))
         back, ends = self._mark(longest, idle), now.copy()
