@@ -40,11 +40,13 @@ SUFFIXES = (".nc", ".zarr")
 
 NEEDED = ("time", "quaternion", "conjugate_momenta", "initial_quaternion", "initial_conjugate_momenta", "initial_time")
 BODY = ("moments", "principal_axes")
+GIVEN = "initial_angular_momentum_body"
+"""What older files do not have: they have its image Q alone."""
 RECORDED = ("potential_energy",)
 NAMED = ("system_", "shape_")
 """Beginnings of the names of arrays that a text names."""
 
-NAMES = (*NEEDED, *BODY, *RECORDED, "carried")
+NAMES = (*NEEDED, *BODY, GIVEN, *RECORDED, "carried")
 BEGINNINGS = ("integral_", "drift_", *NAMED)
 """Of all variables that are read."""
 
@@ -227,6 +229,7 @@ class _Reading:
         allowed |= {name: [(4,), (*members, 4)] for name in ("initial_quaternion", "initial_conjugate_momenta")}
         allowed |= {"initial_time": [(), members], "moments": [(3,), (*members, 3)], "time": [(count,)]}
         allowed |= {"principal_axes": [(3, 3), (*members, 3, 3)]}
+        allowed |= {GIVEN: [(3,), (*members, 3)]} if GIVEN in self.data.variables else {}
         for name, shapes in allowed.items():
             array = self.data[name]
             if array.shape not in shapes or array.dtype.kind != "f" or len(members) > 1:
@@ -333,7 +336,7 @@ class _Reading:
 
     def _initial(self) -> State:
         q, Q, time = (self._array(f"initial_{name}") for name in ("quaternion", "conjugate_momenta", "time"))
-        return computed_state(q, Q, time)
+        return computed_state(q, Q, time, self._array(GIVEN) if GIVEN in self.data.variables else None)
 
     def _run(self) -> Run:
         said = self.data.attrs

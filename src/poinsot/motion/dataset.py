@@ -162,6 +162,8 @@ class _Variables:
         state, body = motion.initial, motion.system.body
         self._fixed("initial_quaternion", state.quaternion, "1", "q at the start", "parameter")
         self._fixed("initial_conjugate_momenta", state.conjugate_momenta, units.momentum, "Q at the start", "parameter")
+        given, meaning = state.angular_momentum_body, "angular momentum at the start, of which Q is the rounded image"
+        self._fixed("initial_angular_momentum_body", given, units.momentum, meaning, "axis", frame="body")
         self._fixed("initial_time", state.time, units.time, "time of the start")
         self._fixed("moments", body.moments, units.inertia, "principal moments of inertia", "axis")
         matrix = body.principal_matrix
