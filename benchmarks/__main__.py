@@ -20,6 +20,7 @@ SECTIONS = {
     "work_precision": single.work_precision,
     "against_the_script": single.against_the_script,
     "long_runs": single.long_runs,
+    "drifts": single.drifts,
     "formulations": single.formulations,
     "singular_angle": single.singular_angle,
     "closed_form": free.closed_form,

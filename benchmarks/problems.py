@@ -90,6 +90,14 @@ P3 = Problem(
     20 * PERIOD,
 )
 PROBLEMS = (P1, P2, P3)
+HEAVIER = Problem(
+    "heavier top",
+    "heavy top that tumbles",
+    "top",
+    "",
+    pt.System(pt.Body((0.9, 1.7, 1.3)), pt.UniformGravity(2.0, (1, 0, 0))),
+    2e4,
+)
 ENSEMBLE_END = 10 * PERIOD
 ENSEMBLE_SPREAD = 1e-4  # rad, of the members' attitudes: small enough that all are about equally chaotic
 

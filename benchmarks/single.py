@@ -7,6 +7,7 @@ import numpy as np
 import poinsot as pt
 from benchmarks import peers, problems
 from benchmarks.measure import Contender, interleaved
+from benchmarks.peers import heyoka_by_hand
 from benchmarks.problems import P2, P3, PERIOD, PROBLEMS, Problem
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.formulations import FORMULATIONS
@@ -122,6 +123,19 @@ def long_runs(short):
         printed, *moved = (problems.reference(P3.system, start, end)[0] for start in (P3.start, *starts))
         growth[str(periods)] = max(float(rotation_angle(printed, q)) for q in moved) / change
     return {"times": outcomes, "change": change, "growth": growth}
+
+
+def drifts(short):
+    """Return the root mean squares of the largest energy drifts of a top, by formulation and by hand, in long runs."""
+    times, starts = np.linspace(0.0, 2e3 if short else 2e4, 2001), range(4 if short else 12)
+    found = {name: [] for name in (BY_HAND, "lie_poisson", "canonical")}
+    for near in (_near(problems.HEAVIER, k) for k in starts):
+        found[BY_HAND].append(heyoka_by_hand.energy_drift_of_top(problems.HEAVIER, near.initial, times))
+        for name in ("lie_poisson", "canonical"):
+            motion = pt.propagate(near.system, near.start, times, formulation=name)
+            found[name].append(np.max(np.abs(motion.drift["energy"])))
+    sizes = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in found.items()}
+    return {"end": float(times[-1]), "starts": len(starts), "drift": sizes}
 
 
 def formulations(short):

@@ -98,6 +98,16 @@ def prepare(problem, level):
     return run
 
 
+def energy_drift_of_top(problem, initial, times):
+    """Return the largest change of the energy over that of |T| + |U|."""
+    ta = _integrator("top", None, problem)
+    ta.time, ta.state[:] = 0.0, initial
+    q0, q1, q2, q3, *omega = ta.propagate_grid(times)[-1].T
+    T = 0.5 * sum(moment * w * w for moment, w in zip(problem.moments, omega, strict=True))
+    U = problem.weight * 2 * (q1 * q3 - q0 * q2)
+    return float(np.max(np.abs(T + U - T[0] - U[0])) / np.max(np.abs(T) + np.abs(U)))
+
+
 @functools.cache
 def _batch(problem):
     lanes = hy.recommended_simd_size()
