@@ -1,5 +1,6 @@
 """Branches of periodic motions: their derivatives, ends and bifurcations; what comes out, what goes in."""
 
+import dataclasses
 import re
 
 import matplotlib as mpl
@@ -185,6 +186,17 @@ def test_pairs_pass_the_unit_circle_where_friction_becomes_propulsion():
     assert np.all(branch.stable == (branch.values > 0))
 
 
+def test_function_is_followed_as_the_number_that_it_changes(branch):
+    """With a moment as a function, the branch, what crosses it, and its bifurcations are those of the named number."""
+    same = continue_motion(at_rest(), of_moment, 1.5, start=1.0)
+    np.testing.assert_allclose(same.values, branch.values, atol=1e-9)
+    for own, other in zip(same.motions[::4], branch.motions[::4], strict=True):
+        np.testing.assert_allclose(own.matrix, other.matrix, atol=1e-8)
+    (found,) = same.bifurcations
+    assert found.value == pytest.approx(branch.bifurcations[0].value, abs=1e-12)
+    assert found.interval == (found.value, found.value)
+
+
 def test_interrupted_continuation_keeps_what_it_has(monkeypatch):
     def stop(seconds):
         if len(told) == 5:
@@ -252,23 +264,66 @@ def test_picture_changes_its_line_where_stability_changes(branch):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moment [kg m²]", "period [s]")
     both = pt.plot_branch([branch, branch], lambda motion: motion.period, ("a", "b"))
     assert len(both.get_legend().get_texts()) == 3
-    with pytest.raises(TypeError, match="branch must be a Branch or several, but PeriodicMotion came"):
+    with pytest.raises(TypeError, match=r"branch must be a Branch or a list .*each a Branch, but list came"):
         pt.plot_branch([branch.motions[0]], lambda motion: motion.period, ("a", "b"))
-    with pytest.raises(TypeError, match=r"branch must be a Branch or several, but PeriodicMotion came\."):
+    with pytest.raises(TypeError, match=r"branch must be a Branch or a list .*, but PeriodicMotion came\."):
         pt.plot_branch(branch.motions[0], lambda motion: motion.period, ("a", "b"))
     with pytest.raises(ValueError, match=r"branch must be a Branch or several, but none came\."):
         pt.plot_branch([], lambda motion: motion.period, ("a", "b"))
-    with pytest.raises(TypeError, match=r"quantity must be a function of a PeriodicMotion, but str came\."):
+    with pytest.raises(TypeError, match=r"quantity must be a function, got str 'period'\."):
         pt.plot_branch(branch, "period", ("a", "b"))
     with pytest.raises(ValueError, match=r"the quantity of a motion must have shape \(\), but shape \(6, 6\) came\."):
         pt.plot_branch(branch, lambda motion: motion.matrix, ("a", "b"))
-    with pytest.raises(ValueError, match=r"labels must be a pair of them, but 'e' came\."):
+    with pytest.raises(TypeError, match=r"labels must be a list of 2, each a text, got str 'e'\."):
         pt.plot_branch(branch, lambda motion: motion.period, "e")
 
 
 # ---------------------------------------------------------------------- wrong input
 
+
+def at_a_fold():
+    found = continue_motion(at_rest(), "moments[0]", 1.5).bifurcations[0]
+    return dataclasses.replace(found, kind="fold")
+
+
+def with_a_torque(value):
+    return system(CIRCLE, Windmill(0.0), body=pt.Body((value, 1.3, 1.6)))
+
+
+def of_moment(value):
+    return system(CIRCLE, body=pt.Body((value, 1.3, 1.6)))
+
+
+def some_forces(value):
+    return of_moment(value) if value > 1 + 5e-7 else with_a_torque(value)
+
+
 WRONG = {
+    "no start": (
+        lambda: continue_motion(at_rest(), of_moment, 1.5),
+        ValueError,
+        r"start must be the value at which parameter returns the system of the motion, got None\.",
+    ),
+    "parameter": (
+        lambda: continue_motion(at_rest(), 3, 1.5),
+        TypeError,
+        r"parameter must be a text or a function, got int 3\.",
+    ),
+    "no system": (
+        lambda: continue_motion(at_rest(), lambda value: value, 1.5, start=1.0),
+        TypeError,
+        r"parameter must return a System, got float\.",
+    ),
+    "other forces": (
+        lambda: continue_motion(at_rest(), some_forces, 1.1, start=1.0),
+        ValueError,
+        r"parameter must return systems that differ in numbers alone, got other forces or orbits\.",
+    ),
+    "a fold": (
+        lambda: continue_motion(at_a_fold(), "moments[0]", 1.5),
+        ValueError,
+        r"motion must be a branching or a doubling where it is a Bifurcation, got a fold\.",
+    ),
     "motion": (
         lambda: continue_motion(system(CIRCLE), "mu", 2.0),
         TypeError,

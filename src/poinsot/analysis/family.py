@@ -105,9 +105,6 @@ class Family:
         frame: Callable[[System], Frame] | None,
         turns: int = 1,
     ) -> None:
-        for word, function in (("period", period), ("frame", frame)):
-            if function is not None and not callable(function):
-                raise TypeError(f"{word} must be a function of a System, but {came(function)} came.")
         self.name, self._parameter, self._turns = parameter.name, parameter, turns
         self.start, self.span = parameter.value, to - parameter.value
         if not self.span:

@@ -1,0 +1,70 @@
+"""Multipliers of matrices that are made with known ones, where they meet and apart."""
+
+import numpy as np
+import pytest
+
+from poinsot.analysis.multipliers import Multipliers
+
+FORM = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.eye(3), np.zeros((3, 3))]])
+
+
+def symplectic(blocks, rng):
+    """Return a matrix with 2 x 2 blocks of determinant 1, in canonical axes that are mixed."""
+    matrix = np.zeros((6, 6))
+    for i, block in enumerate(blocks):
+        matrix[np.ix_([i, i + 3], [i, i + 3])] = block
+    a, b = rng.normal(size=(2, 3, 3)) / 2
+    shear = np.block([[np.eye(3), a + a.T], [np.zeros((3, 3)), np.eye(3)]])
+    other = np.block([[np.eye(3), np.zeros((3, 3))], [b + b.T, np.eye(3)]])
+    mix = shear @ other
+    assert np.allclose(mix.T @ FORM @ mix, FORM)
+    return mix @ matrix @ np.linalg.inv(mix)
+
+
+def turned(angle):
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+SHEAR = np.array([[1.0, 3.0], [0.0, 1.0]])
+CASES = {
+    "circle": ([turned(0.3), turned(1.1), turned(2.5)], (0, 0, 0), (0, 0)),
+    "above 1": ([np.diag([1.5, 1 / 1.5]), turned(1.1), turned(2.5)], (1, 0, 0), (0, 0)),
+    "below -1": ([np.diag([-1.5, -1 / 1.5]), np.diag([7.0, 1 / 7]), turned(2.5)], (1, 1, 0), (0, 0)),
+    "at 1": ([SHEAR, np.diag([1.5, 1 / 1.5]), turned(2.5)], (1, 0, 0), (1, 0)),
+    "two at 1": ([SHEAR, 2 * SHEAR - np.eye(2), np.diag([-3.0, -1 / 3])], (0, 1, 0), (2, 0)),
+    "at -1": ([-SHEAR, turned(1.1), turned(2.5)], (0, 0, 0), (0, 1)),
+    "equal": ([turned(1.1), turned(1.1), turned(2.5)], (0, 0, 0), (0, 0)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_counts_of_known_matrices(name, rng):
+    blocks, outside, at = CASES[name]
+    for _ in range(20):
+        found = Multipliers(symplectic(blocks, rng))
+        assert found.paired
+        assert tuple(found.outside) == outside
+        assert (found.count_at(1), found.count_at(-1)) == at
+        expected = np.sort_complex(np.concatenate([np.linalg.eigvals(block) for block in blocks]))
+        np.testing.assert_allclose(np.sort_complex(np.round(found.values, 6)), np.round(expected, 6), atol=2e-6)
+
+
+def test_sums_pass_where_the_determinants_do(rng):
+    """det(M - 1) is the product of 2 - s, det(M + 1) that of s + 2: of one sign with what is beside 1 and -1."""
+    for _ in range(50):
+        angles = rng.uniform(0, np.pi, 2)
+        matrix = symplectic([turned(angles[0]), turned(angles[1]), np.diag([2.0, 0.5]) * rng.choice([-1, 1])], rng)
+        found = Multipliers(matrix)
+        for sign in (1, -1):
+            determinant = np.linalg.det(matrix - sign * np.eye(6))
+            assert abs(found.beside(sign, 0)) == pytest.approx(abs(determinant), rel=1e-6, abs=1e-9)
+
+
+def test_matrix_that_is_not_symplectic_has_its_eigenvalues(rng):
+    matrix = rng.normal(size=(6, 6))
+    found = Multipliers(matrix)
+    assert not found.paired
+    values = np.linalg.eigvals(matrix)
+    np.testing.assert_allclose(np.sort_complex(found.values), np.sort_complex(values), atol=1e-12)
+    count = found.outside @ (1, 1, 2)
+    assert count == np.sum(np.abs(values) > 1)
