@@ -327,7 +327,7 @@ WRONG = {
     "motion": (
         lambda: continue_motion(system(CIRCLE), "mu", 2.0),
         TypeError,
-        r"motion must be a PeriodicMotion, but System came\. The order is continue_motion\(motion, parameter, to\)\.",
+        r"motion must be a PeriodicMotion or a Bifurcation, but System came\. The order is continue_motion\(.*\)\.",
     ),
     "name": (lambda: continue_motion(at_rest(), "eccentric", 0.1), ValueError, r".*Near: forces\[0\]\.orbit\.ecc.*"),
     "value": (
