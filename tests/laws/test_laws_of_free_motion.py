@@ -503,7 +503,7 @@ BAD = {
     "units": (
         lambda: pt.free_motion(BODY, STATE, [0], units="SI"),
         TypeError,
-        'units must be a mapping, got str 'SI'.',
+        "units must be a mapping, got str 'SI'.",
     ),
     "called_at_no_time": (
         lambda: pt.free_motion(BODY, STATE, [0])(np.nan),
