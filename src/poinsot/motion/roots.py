@@ -51,6 +51,7 @@ class Roots:
             state, pars = np.array(lane_of(engine.state, lane)), lane_of(engine.pars, lane)
             known = np.ascontiguousarray(pars[: self._look.nparams])
             moving = state.copy()
-            moving[self._momenta] += SMALL
+            kind = state.dtype.type
+            moving[self._momenta] += kind(SMALL)
             here, there = (self._look(np.append(x, time), pars=known) for x in (state, moving))
-            pars[self._places] = np.where((here == 0) & (there > 0), NEGLIGIBLE**2 * there, 0.0)
+            pars[self._places] = np.where((here == kind(0)) & (there > kind(0)), kind(NEGLIGIBLE**2) * there, kind(0))
