@@ -292,7 +292,9 @@ class _Batch:
         lanes = np.minimum(np.arange(self.engine.batch_size), self.members.size - 1)
         lanes[idle] = longest
         time = (self.engine.dtime[0].copy(), self.engine.dtime[1].copy())
-        state = np.stack([self._outward(self.engine.state[:, lane], lane) for lane in range(lanes.size)], axis=-1)
+        state = self.engine.state.copy()
+        for lane in map(int, np.flatnonzero(self.borrowed.scales.bits)):
+            state[:, lane] = self._outward(state[:, lane], lane)
 
         def back() -> None:
             self._place(lanes, time, state)
@@ -336,7 +338,7 @@ class _Batch:
         if near:
             ends[near] = [ahead[lane][0] for lane in near]
         else:
-            table = np.tile(np.append(now[longest], ahead[longest])[:, None], self.engine.batch_size)
+            table = np.tile(np.append(now[longest], ahead[longest])[:, None], lanes)
             for lane in under_way:
                 table[:, lane] = _padded(ahead[lane], now[lane], ahead[longest].size)
             ends = table[-1]

@@ -54,17 +54,25 @@ class Scales:
     def begin(self, state: Array, members: NDArray[np.int_]) -> None:
         """Choose the scales for a state in the scale of the start, and change it to them."""
         self._members, self.bits[:] = members, 0
-        for lane in range(self.bits.size):
-            if not self.fits(state, lane):
-                self._choose(state, lane)
+        for lane in self._misfits(state):
+            self._choose(state, lane)
 
     def rescale(self, state: Array, pars: Array) -> None:
         """Choose the scales anew of the lanes that have left the band; change state and parameters to them."""
-        for lane, bits in enumerate(self.bits.copy()):
-            if not self.fits(state, lane):
-                self._choose(state, lane)
-                own = lane_of(pars, lane)[: self._powers.size]
-                own *= self._power_of_two(self._powers * (self.bits[lane] - bits), own)
+        for lane in self._misfits(state):
+            bits = self.bits[lane]
+            self._choose(state, lane)
+            own = lane_of(pars, lane)[: self._powers.size]
+            own *= self._power_of_two(self._powers * (self.bits[lane] - bits), own)
+
+    def _misfits(self, state: Array) -> list[int]:
+        """Return the lanes whose momenta are out of the band."""
+        if state.ndim > 1:
+            p = state[self._momenta]
+            squares = (p * p).sum(axis=0)
+            if np.all((squares >= LEAST**2) & (squares <= MOST**2)):
+                return []
+        return [lane for lane in range(self.bits.size) if not self.fits(state, lane)]
 
     def fits(self, state: Array, lane: int = 0) -> bool:
         """Return whether the momenta of a lane are within the band, or zero."""
