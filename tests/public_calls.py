@@ -34,7 +34,18 @@ INTERNAL = {
     *("energy", "torque", "value", "act", "to_body", "to_space", "in_space", "from_quaternion"),  # formulas
     *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "derivatives", "torque_at"),
     "variables_at",
-    *("potential_at", "beside", "watching", "position", "velocity", "direction", "inverse_distance", "converted"),
+    *(
+        "potential_at",
+        "beside",
+        "watching",
+        "position",
+        "velocity",
+        "direction",
+        "inverse_distance",
+        "converted",
+        "anomaly",
+        "scaled",
+    ),
 }
 """Methods that formulas call, on scalars of any kind, and not a user on numbers."""
 
