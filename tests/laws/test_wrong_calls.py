@@ -128,7 +128,9 @@ def raw_error(function, arguments):
 
 @pytest.fixture(scope="module")
 def calls(tmp_path_factory):
-    return public_calls(tmp_path_factory.mktemp("calls"))
+    folder = tmp_path_factory.mktemp("calls")
+    with contextlib.chdir(folder):  # where a wrong path may be written
+        yield public_calls(folder)
 
 
 def raw_among(calls, chosen):
