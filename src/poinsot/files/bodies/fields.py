@@ -21,6 +21,9 @@ __all__ = ["read_field"]
 Array = NDArray[np.float64]
 
 
+LARGEST = 1e100
+"""Number in a table: what it is multiplied with does not overflow."""
+
 MOST_OF_HEADER = 1_000_000
 """Characters."""
 
@@ -179,8 +182,8 @@ def _number(line: int, field: str) -> float:
         number = float(field.upper().replace("D", "E"))
     except ValueError:
         number = math.nan
-    if not math.isfinite(number):
-        raise ValueError(f"a number must be finite, but {_place(line)} has {field[:40]!r}.")
+    if not abs(number) < LARGEST:
+        raise ValueError(f"a number must be finite and below {LARGEST:g}, but {_place(line)} has {field[:40]!r}.")
     return number
 
 

@@ -32,6 +32,9 @@ PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c,
 
 VERTEX = re.compile(rb"vertex", re.IGNORECASE)
 
+FARTHEST = 1e50
+"""Of a vertex: moments, fifth powers of lengths, do not overflow."""
+
 SPARE = 16
 """Vertices for each face above which a file is refused: each corner of a quadrilateral is 4, with normals and more."""
 
@@ -205,6 +208,8 @@ def _joined(points: Any, polygons: Any) -> tuple[NDArray[np.float64], NDArray[An
     """Return the points, each once, and triangles of them, without those that shrink to an edge."""
     with np.errstate(invalid="ignore"):  # a NaN of 32 bits may warn before it is refused
         vertices = real_array("vertices", points, (None, 3))
+    if np.any(np.abs(vertices) > FARTHEST):
+        raise ValueError(f"vertices must be within {FARTHEST:g}, got {np.max(np.abs(vertices)):g}.")
     vertices, place = _distinct(vertices)
     triangles = place[_triangles(polygons, len(place))]
     return vertices, triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
