@@ -183,7 +183,7 @@ def _number(line: int, field: str) -> float:
     except ValueError:
         number = math.nan
     if not abs(number) < LARGEST:
-        raise ValueError(f"a number must be finite and below {LARGEST:g}, but {_place(line)} has {field[:40]!r}.")
+        raise ValueError(f"a number must be finite and below 1e100, but {_place(line)} has {field[:40]!r}.")
     return number
 
 
