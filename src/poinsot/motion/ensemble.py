@@ -338,7 +338,7 @@ class _Batch:
         if near:
             ends[near] = [ahead[lane][0] for lane in near]
         else:
-            table = np.tile(np.append(now[longest], ahead[longest])[:, None], lanes)
+            table = np.tile(np.append(now[longest], ahead[longest])[:, None], self.engine.batch_size)
             for lane in under_way:
                 table[:, lane] = _padded(ahead[lane], now[lane], ahead[longest].size)
             ends = table[-1]
