@@ -30,6 +30,9 @@ __all__ = ["Section", "andoyer_section", "section", "spin_orbit_section"]
 
 Array = NDArray[Any]
 
+ON_SECTION = 64 * np.finfo(float).eps
+"""How far from the angle of a section, in radians, a start lies on it."""
+
 Coordinates = Callable[[Crossings], tuple[ArrayLike, ArrayLike]]
 
 
@@ -180,7 +183,7 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
 
 @checked
 def andoyer_section(system: System, state: State, time: float, *, angle: float = 0.0, **options: Any) -> Section:
-    """Return Andoyer's l and L/G where g passes an angle, growing.
+    """Return Andoyer's l and L/G where g passes an angle, growing; a start on the section is its first point.
 
     Parameters
     ----------
@@ -209,7 +212,22 @@ def andoyer_section(system: System, state: State, time: float, *, angle: float =
 
     event = AndoyerCrossing(angle=angle, slope=1)
     motion = propagate(system, state, [time], events=[event], **options)
-    return section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
+    found = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
+    return _with_starts(found, Andoyer.of(state), angle)
+
+
+def _with_starts(found: Section, starts: Andoyer, angle: float) -> Section:
+    """Return a section with the starts that lie on it as first points: no zero is an event where a motion starts."""
+    off, l, height = (np.atleast_1d(part) for part in (starts.g - angle, starts.l, starts.L / starts.G))
+    on = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) <= ON_SECTION
+    if not np.any(on):
+        return found
+    first = np.where(on[:, None], np.stack([l, height], axis=-1), np.nan)
+    x, y = (np.column_stack([own, rows]) for own, rows in zip(first.T, (found.x, found.y), strict=True))
+    for rows in (x, y):
+        rows[~on, :-1] = rows[~on, 1:]
+        rows[~on, -1] = np.nan
+    return Section(x, y, found.labels, found.motion)
 
 
 def _only_orbit(system: Any) -> KeplerOrbit:

@@ -139,7 +139,8 @@ class AndoyerCrossing(Event):
     """Andoyer's angle g passes a value: a section of a motion that leaves the plane (l, L).
 
     With G the angular momentum, s the third body axis and k the pole, sin g and cos g are in the ratio of
-    k . (G x s) |G| and (k . G)(G . s) - (k . s) G^2; the value is of the size G^2. Rising: g grows.
+    k . (G x s) |G| and (k . G)(G . s) - (k . s) G^2; the value is the sine of g - angle times a number of the size G^2,
+    and counts where its cosine is positive. Rising: g grows.
 
     Parameters
     ----------
@@ -162,11 +163,18 @@ class AndoyerCrossing(Event):
         _refuse_zero("pole", self.pole)
 
     def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        return self._sine_and_cosine(body, attitude, omega_body)[0]
+
+    def condition(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        return self._sine_and_cosine(body, attitude, omega_body)[1]
+
+    def _sine_and_cosine(self, body: Body, attitude: Attitude, omega_body: functions.Vector) -> tuple[Scalar, Scalar]:
         G = functions.Vector(body.angular_momentum(omega_body))
-        k, s = attitude.to_body(self.pole), functions.Vector((0.0, 0.0, 1.0))
-        sine = functions.dot(k, functions.cross(G, s)) * functions.norm(G)
+        k, axis = attitude.to_body(self.pole), functions.Vector((0.0, 0.0, 1.0))
+        sine = functions.dot(k, functions.cross(G, axis)) * functions.norm(G)
         cosine = functions.dot(k, G) * G[2] - k[2] * functions.dot(G, G)
-        return sine * functions.cos(self.angle) - cosine * functions.sin(self.angle)
+        c, s = functions.cos(self.angle), functions.sin(self.angle)
+        return sine * c - cosine * s, cosine * c + sine * s
 
 
 class Apsis(Event):

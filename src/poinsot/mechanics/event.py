@@ -61,6 +61,10 @@ class Event(Force):
     def value(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Scalar:
         """Return the scalar whose zeros are the events; `body.angular_momentum(omega_body)` is the momentum."""
 
+    def condition(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Scalar:  # noqa: ARG002
+        """Return a scalar that is positive where a zero of the value is an event; by default at all of them."""
+        return 1.0
+
     def act(self, body: Body, state: State) -> State:  # noqa: ARG002
         """Return the state with which the motion goes on; `body` and the fields are those of the member."""
         return state

@@ -17,7 +17,7 @@ from poinsot.mechanics.system import System
 from poinsot.motion import kernels
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.progress import bar
-from poinsot.motion.stops import INTERRUPTED, reason
+from poinsot.motion.stops import INTERRUPTED, TRIES, reason
 from poinsot.motion.watch import Recorded
 
 __all__ = ["Ensemble", "Outcome", "allowed_threads", "integrate_members"]
@@ -249,7 +249,7 @@ class _Batch:
         self.failed = [""] * members.size
         self.happened: list[list[Recorded]] = [[] for _ in members]
         self._broken: list[int] = []
-        self._closely = False
+        self._closely, self._tries = False, 0
         self._rows: list[list[Array]] = [[np.empty((0, starts.shape[1]))] for _ in members]
 
     def rows(self, lane: int) -> Array:
@@ -277,6 +277,7 @@ class _Batch:
 
     def _begin(self) -> None:
         lanes = np.minimum(np.arange(self.engine.batch_size), self.members.size - 1)
+        self._limit_steps(0)
         self._place(lanes, (self.origins[lanes], np.zeros(lanes.size)), self.starts[lanes].T)
 
     def _place(self, lanes: NDArray[np.int_], time: tuple[Array, Array], state: Array) -> None:
@@ -286,6 +287,14 @@ class _Batch:
         self.borrowed.begin(self.forwards, self.members[lanes])
         if self.borrowed.watch is not None:
             self.borrowed.watch.records = []
+
+    def _limit_steps(self, tries: int) -> None:
+        self._tries = tries
+        lanes = np.minimum(np.arange(self.engine.batch_size), self.members.size - 1)
+        spans = [
+            abs(grid[-1] - here) if grid.size else 0.0 for grid, here in zip(self.grids, self.origins, strict=True)
+        ]
+        self.borrowed.limit_steps(np.array(spans)[lanes], tries)
 
     def _mark(self, longest: int, idle: NDArray[np.int_]) -> Callable[[], None]:
         """Return what brings the engine back to where it is."""
@@ -354,16 +363,32 @@ class _Batch:
             _, found = self.engine.propagate_grid(table, max_steps=taken, **self.borrowed.limits)
         results = self.engine.propagate_res
         doubtful = any(self.borrowed.doubtful(lane, results[lane], found[:, :, lane]) for lane in under_way)
-        if doubtful and not self._closely:
-            self._closely = True
-            return back()
+        if self._goes_back(doubtful, under_way, back):
+            return
         for lane in under_way:
             rows = self._outward(found[-ahead[lane].size :, :, lane], lane)
             ahead[lane] = self._read(lane, ahead[lane], rows, now[lane], most, taken == most)
         self._take_events()
         self.borrowed.rescale()
         self.most, self._closely = self.borrowed.steps_at_a_time(STEPS_AT_A_TIME), doubtful
-        return None
+
+    def _goes_back(self, doubtful: bool, under_way: list[int], back: Callable[[], None]) -> bool:
+        """Go back to the start of a chunk that must be taken again, closely or for a lost zero; return whether so."""
+        if doubtful and not self._closely:
+            self._closely = True
+        elif not (overlooked := [lane for lane in under_way if self.borrowed.overlooked(lane)]):
+            if self._tries:
+                self._limit_steps(0)
+            return False
+        elif self._tries == TRIES:
+            for lane in overlooked:
+                self.borrowed.settle(lane)
+            self._limit_steps(0)
+            return False
+        else:
+            self._limit_steps(self._tries + 1)
+        back()
+        return True
 
     def _repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
         """Let lanes that are done repeat one that is not."""

@@ -49,6 +49,13 @@ LARGE = {"double": 350, "extended": 80, "quadruple": 80}
 engine's compact mode, which compiles in one or two and takes two or three times as long a step; with many neighbours
 it takes a quarter longer."""
 
+SHARE, SHORTER = 0.0437, 0.618
+"""The longest step over the time of a run with events, and what it is times that where a zero was lost.
+
+Where a zero lies on a point of bisection of a step, the engine loses others. Shares that are no round numbers keep
+round times off these points.
+"""
+
 MANY_TERMS = 5000
 """Terms in the equations, repeated ones counted again, below which a system in double precision is not large."""
 
@@ -170,8 +177,9 @@ class Borrowed:
         for part in (self._switches, self.watch):
             if part is not None:
                 part.scales = self.scales
-        longest = LONGEST if lanes == 1 else [LONGEST] * lanes
-        self.limits = {"max_delta_t": longest} if precision == "double" else {}
+        self.limits: dict[str, Any] = {}
+        self._limited, self._kind = precision == "double" or self._looks, PRECISIONS[precision]
+        self.limit_steps(np.full(lanes, np.inf))
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes.
@@ -190,7 +198,7 @@ class Borrowed:
                 own[:] = self.scales.parameters(own, lane)
         self._roots.begin(self.engine)
         if self.watch is not None:
-            self.watch.begin(self.engine, self._system, self.variables, self._members)
+            self.watch.begin(self.engine, self._system, self.variables, forwards, self._members)
         if self.engine.with_events:
             self.engine.reset_cooldowns()
 
@@ -205,8 +213,34 @@ class Borrowed:
     def _pieces(self) -> Pieces:
         return Pieces(self._system, self._values)
 
+    @property
+    def _looks(self) -> bool:
+        return self._switches is not None or self.watch is not None
+
+    def limit_steps(self, spans: NDArray[Any], tries: int = 0) -> None:
+        """Let no step be too long for the time that a run takes in each lane, the shorter the more tries there were."""
+        self._longest = np.full(spans.size, LONGEST)
+        if self._looks:
+            share = np.where(spans > 0, SHARE * SHORTER**tries * spans, LONGEST)
+            self._longest = np.minimum(self._longest, share)
+        if self._limited:
+            longest = list(self._longest)
+            self.limits["max_delta_t"] = longest if len(longest) > 1 else self._kind(longest[0])
+
+    def overlooked(self, lane: int = 0) -> bool:
+        """Return whether a zero of an event or of a condition was lost since this was asked last."""
+        lost = self.watch is not None and self.watch.overlooked(self.engine, lane)
+        return lost or (self._switches is not None and self._switches.overlooked(self.engine, lane))
+
+    def settle(self, lane: int = 0) -> None:
+        """Set the conditions as their functions say: one of them jumped over zero."""
+        if self._switches is not None:
+            self._switches.settle(self.engine, lane)
+
     def outcome(self, engines: Any, lane: int = 0) -> str:
         """Return how steps ended: the engine's name for it, what the watch says, "switch" or "angles"."""
+        if engines.name == "step_limit" and self.watch is not None and self.watch.stopped[lane]:
+            return self.watch.stopped[lane]  # in the last step the engine says nothing of an event
         if engines.name in ("time_limit", "step_limit", "err_nf_state", "success"):
             return str(engines.name)
         if int(engines) >= 0:  # an event after which the lane goes on, in the step in which another lane stopped
@@ -258,8 +292,9 @@ class Borrowed:
     def _step_towards(self, ends: NDArray[Any]) -> list[Any]:
         """Take one step in each lane, and return how they ended."""
         ahead = ends - self.engine.time
-        if self.limits:
-            ahead = np.clip(ahead, -LONGEST, LONGEST)
+        if self._limited:
+            longest = self._longest if np.ndim(ahead) else self.limits["max_delta_t"]
+            ahead = np.clip(ahead, -longest, longest)
         if np.ndim(ahead):
             self.engine.step(list(ahead))
             return [result[0] for result in self.engine.step_res]
@@ -282,6 +317,9 @@ class Borrowed:
         """Let lanes follow another one."""
         self.engine.pars[:, idle] = self.engine.pars[:, [busy]]
         self._members[idle] = self._members[busy]
+        if self._limited:
+            self._longest[idle] = self._longest[busy]
+            self.limits["max_delta_t"] = list(self._longest)
         self.scales.bits[idle] = self.scales.bits[busy]
         if self._switches is not None:
             self._switches.repeat(busy, idle)
@@ -314,8 +352,8 @@ def _can_be_carried(system: System, axes: Axes) -> bool:
 
 def _equations(
     system: System, variables: Coordinates, symbols: list[Any], constants: Constants
-) -> tuple[list[Any], list[Any]]:
-    """Return the rates of the variables, and the values of the events."""
+) -> tuple[list[Any], tuple[list[Any], list[Any]]]:
+    """Return the rates of the variables, and the values and conditions of the events."""
     inputs = constants.inputs()
     scale, axes = next(inputs), variables.axes.with_numbers(inputs)
     companion = variables.companion
@@ -366,16 +404,16 @@ def available(precision: str) -> bool:
 def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: bool) -> _Built:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
-    equations, values = _equations(system, variables, symbols, constants)
+    equations, (values, conditions) = _equations(system, variables, symbols, constants)
     kind: Any = PRECISIONS[kernel.precision]
     attitude = next(iter(variables.formulation.blocks.values()))
     switches, watch, stops = None, None, {}
     if with_knots or constants.conditions:
-        switches = Switches(symbols, equations, constants, with_knots, attitude, kernel.lanes, kind)
+        switches = Switches(symbols, equations, constants, attitude, kernel.lanes, kind)
         stops["t_events"] = switches.events
     if values:
         first = switches.parameters if switches else constants.next_parameter()
-        watch = Watch(system.events, values, symbols, equations, first, attitude, kernel.lanes, kind)
+        watch = Watch(system.events, values, conditions, symbols, equations, first, attitude, kernel.lanes, kind)
         stops = {"t_events": [*stops.get("t_events", []), *watch.stops], "nt_events": watch.passed}
         if switches:
             switches.watch, watch.settle = watch, switches.settle

@@ -33,7 +33,7 @@ from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.ensemble import Ensemble, integrate_members
 from poinsot.motion.events import checked_events, crossings
 from poinsot.motion.progress import bar
-from poinsot.motion.stops import INTERRUPTED, reason
+from poinsot.motion.stops import INTERRUPTED, TRIES, reason
 from poinsot.motion.trajectory import Run, Trajectory, versions
 from poinsot.motion.watch import Recorded
 
@@ -186,7 +186,7 @@ class _Half:
         self.pieces: list[Any] = []
         self.bits: list[int] = []
         self.variables = borrowed.variables
-        self.closely = False
+        self.closely, self.tries = False, 0
         self.steps, self.reached, self.stopped = 0, origin, ""
         self.happened: list[Recorded] = []
         self.cause: BaseException | None = None
@@ -199,6 +199,7 @@ class _Half:
         """Integrate to the last time of the grid, or to where it stops."""
         if not self.grid.size:
             return
+        self._limit_steps(0)
         self._place((self.kind(self.origin), self.kind(0.0)), self._typed(self.start))
         watch = self.borrowed.watch
         if watch is not None:
@@ -216,6 +217,10 @@ class _Half:
     def _place(self, time: Any, state: Array) -> None:
         self.engine.dtime, self.engine.state[:] = time, state
         self.borrowed.begin(self.last >= self.origin)
+
+    def _limit_steps(self, tries: int) -> None:
+        self.tries = tries
+        self.borrowed.limit_steps(np.array([abs(self.last - self.origin)]), tries)
 
     def _mark(self) -> Callable[[], None]:
         """Return what brings the run back to where it is."""
@@ -241,9 +246,7 @@ class _Half:
         if outcome == "step_limit" and self.engine.time == self.last:
             outcome = "time_limit"
         doubtful = self.borrowed.doubtful(0, result, rows)
-        if doubtful and not self.closely:
-            back()
-            self.closely = True
+        if self._goes_back(doubtful, back):
             return False
         if outcome == "err_nf_state":
             back()
@@ -260,6 +263,23 @@ class _Half:
         if most == STEPS_AT_A_TIME or outcome != "step_limit":
             self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
         return at_end or outcome == "event" or bool(self.stopped)
+
+    def _goes_back(self, doubtful: bool, back: Callable[[], None]) -> bool:
+        """Go back to the start of a chunk that must be taken again, closely or for a lost zero; return whether so."""
+        if doubtful and not self.closely:
+            self.closely = True
+        elif not self.borrowed.overlooked():
+            if self.tries:
+                self._limit_steps(0)
+            return False
+        elif self.tries == TRIES:
+            self.borrowed.settle()
+            self._limit_steps(0)
+            return False
+        else:
+            self._limit_steps(self.tries + 1)
+        back()
+        return True
 
     def _step(self, most: int) -> tuple[Any, Array]:
         """Take steps; return the engine's result, and variables on the way."""

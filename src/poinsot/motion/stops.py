@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["INTERRUPTED", "LONGEST", "reason"]
+__all__ = ["INTERRUPTED", "LONGEST", "TRIES", "reason"]
 
 INTERRUPTED = "it was interrupted."
 
@@ -21,6 +21,10 @@ HOPELESS = 1e9
 
 LONGEST = 2.0**46
 """The longest step in double precision: of Taylor coefficients that underflow none is missed in it."""
+
+
+TRIES = 4
+"""How often a chunk of steps is taken again for a zero that was lost; a function that still has none jumped over it."""
 
 
 def reason(outcome: str, advance: float, reached: float, ahead: float, steps: int) -> str:

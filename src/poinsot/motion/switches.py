@@ -7,7 +7,7 @@ step begins with the other formula.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import heyoka as hy
@@ -30,6 +30,12 @@ The engine's step control looks at them as at the variables, of which the attitu
 
 AT_ONCE = 16 * np.finfo(float).eps
 """Times that differ by less, relative to time and the time scale of the motion, are one: events may coincide."""
+
+BLIND = 1e-13
+"""Ten times the time after a zero in which the engine does not look for the next one, times the scaled derivative."""
+
+NEVER = 1e300
+"""A time that no run reaches."""
 
 BLOCK = 256
 """Pieces whose parameters are computed together."""
@@ -82,8 +88,6 @@ class Switches:
         Those of the integrator.
     constants : Constants
         Those of the equations; their conditions are the parameters that change.
-    with_knots : bool
-        Whether the system has tables.
     attitude : int
         How many variables, the first ones, are the attitude's.
     lanes : int
@@ -103,7 +107,6 @@ class Switches:
         symbols: list[Any],
         equations: list[Any],
         constants: Constants,
-        with_knots: bool,
         attitude: int,
         lanes: int,
         kind: Any,
@@ -114,20 +117,19 @@ class Switches:
         self._pieces: Any = None
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
         self._piece = np.zeros(lanes, dtype=int)
+        self._ends, self._due = np.zeros((2, lanes))
         functions = [function for function, _ in constants.conditions]
         self._places = [place for _, place in constants.conditions]
         self._fixed = np.setdiff1d(np.arange(constants.next_parameter()), self._places)
         self._scales = constants.next_parameter() + np.arange(len(functions))
         self._sizes = np.zeros((lanes, len(functions)))
-        self._knot = constants.next_parameter() + len(functions) if with_knots else None
+        self._stop = constants.next_parameter() + len(functions)
         self._look = with_rates(functions, symbols, equations, attitude, kind) if functions else None
         build = event_class(lanes, kind)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
         self.events = [build(function, callback=self._crossing(i)) for i, function in enumerate(scaled)]
         self.events += [build(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
-        if self._knot is not None:
-            until = hy.par[self._knot + 1] * (hy.time - hy.par[self._knot])
-            self.events.append(build(until, callback=self._entering()))
+        self.events.append(build(alarm(self._stop), callback=self._entering()))
 
     def begin(self, engine: Any, pieces: Pieces, forwards: bool, members: NDArray[np.int_]) -> None:
         """Set the parameters for the time and the state of an integrator, of all its lanes.
@@ -142,13 +144,13 @@ class Switches:
 
     def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
         """Let lanes follow another one."""
-        for own in (self._piece, self._sizes):
+        for own in (self._piece, self._sizes, self._ends, self._due):
             own[idle] = own[busy]
 
     @property
     def parameters(self) -> int:
         """The number of the first parameter behind its own."""
-        return int(self._fixed.size + 2 * self._scales.size + 2 * (self._knot is not None))
+        return int(self._stop + 2)
 
     @property
     def _sign(self) -> int:
@@ -160,7 +162,11 @@ class Switches:
 
     def _entering(self) -> Callable[..., bool]:
         def entered(engine: Any, _: int, lane: int = 0) -> bool:
-            self._enter(engine, lane, self._piece[lane] + self._sign)
+            if self._due[lane] * self._sign < self._ends[lane] * self._sign:
+                self._come_back(engine, lane, NEVER)
+                self.settle(engine, lane)
+            else:
+                self._enter(engine, lane, self._piece[lane] + self._sign)
             return self._watched(engine, lane)
 
         return entered
@@ -174,11 +180,31 @@ class Switches:
             if not slope or np.any(lane_of(engine.state, lane) != before):
                 return True
             holds = (slope < 0) == self._forwards
-            lane_of(engine.pars, lane)[self._places[number]] = holds
+            place = self._places[number]
+            lane_of(engine.pars, lane)[place] = holds
             onwards = self._values_of_functions(engine, lane)[number + len(self._places)] * self._sign
-            return not (onwards > 0 if holds else onwards < 0)
+            if onwards > 0 if holds else onwards < 0:
+                return False
+            lane_of(engine.pars, lane)[place] = self._holds_ahead(engine, lane, number, holds, abs(float(onwards)))
+            return True
 
         return crossed
+
+    def _holds_ahead(self, engine: Any, lane: int, number: int, holds: bool, rate: float) -> bool:
+        """Return whether a condition holds behind a zero, and come back at the next one if the engine misses it."""
+        ahead = blind(engine, lane, rate * float(lane_of(engine.pars, lane)[self._scales[number]])) * self._sign
+
+        def is_behind(time: Any) -> bool:
+            return self._holds_at(engine, lane, number, time) == holds
+
+        passed, due = look_ahead(is_behind, np.ravel(engine.time)[lane], ahead)
+        if due is not None:
+            self._come_back(engine, lane, due)
+        return holds == passed
+
+    def _holds_at(self, engine: Any, lane: int, number: int, time: Any) -> bool:
+        engine.update_d_output([time] * len(self._piece) if len(self._piece) > 1 else time)
+        return bool(self._evaluated(engine, lane, np.append(lane_of(engine.d_output, lane), time))[number] < 0)
 
     def _growing(self, number: int) -> Callable[..., bool]:
         def grown(engine: Any, _: int, lane: int = 0) -> bool:
@@ -197,13 +223,29 @@ class Switches:
         self._piece[lane] = inside = min(max(piece, 1), max(knots.size - 1, 1))
         constants = self.scales.parameters(np.array(self._pieces.values(inside, self._members[lane])), lane)
         lane_of(engine.pars, lane)[self._fixed] = constants[self._fixed]
-        if self._knot is not None:
+        self._ends[lane] = NEVER * self._sign
+        if knots.size:
             end = knots[inside if self._forwards else inside - 1]
             far = (knots[-1] - knots[0]) * self._sign
-            until = end if inside == piece else end + far
-            left = abs(until - float(np.ravel(engine.time)[lane]))
-            lane_of(engine.pars, lane)[[self._knot, self._knot + 1]] = until, SMALL / (left or 1.0)
+            self._ends[lane] = end if inside == piece else end + far
+        self._come_back(engine, lane, NEVER)
         self.settle(engine, lane)
+
+    def _come_back(self, engine: Any, lane: int, due: float) -> None:
+        """Let a lane stop at a time, or at the end of its piece where that is earlier."""
+        self._due[lane] = due if due != NEVER else NEVER * self._sign
+        until = min(self._due[lane], self._ends[lane], key=lambda time: time * self._sign)
+        set_alarm(engine, lane, self._stop, until)
+
+    def overlooked(self, engine: Any, lane: int) -> bool:
+        """Return whether a condition is not as its function says: the engine has lost a zero."""
+        pars, count = lane_of(engine.pars, lane), len(self._places)
+        if not count:
+            return False
+        found = self._values_of_functions(engine, lane)
+        values, rates, pace = found[:count], found[count : 2 * count], time_scale(found[2 * count :])
+        near = AT_ONCE * max(abs(float(np.ravel(engine.time)[lane])), pace) * np.abs(rates)
+        return bool(np.any((np.abs(values) > near) & ((values < 0) != (pars[self._places] != 0))))
 
     def settle(self, engine: Any, lane: int) -> None:
         """Set each condition by the sign of its function, at a zero by that of the derivative; and its scale."""
@@ -220,9 +262,11 @@ class Switches:
 
     def _values_of_functions(self, engine: Any, lane: int) -> Any:
         """Return the functions of the conditions, then their derivatives, then those of the attitude."""
-        state, pars = (lane_of(part, lane) for part in (engine.state, engine.pars))
+        return self._evaluated(engine, lane, np.append(lane_of(engine.state, lane), np.ravel(engine.time)[lane]))
+
+    def _evaluated(self, engine: Any, lane: int, inputs: NDArray[Any]) -> Any:
         look: Any = self._look
-        return look(np.append(state, np.ravel(engine.time)[lane]), pars=np.ascontiguousarray(pars[: look.nparams]))
+        return look(inputs, pars=np.ascontiguousarray(lane_of(engine.pars, lane)[: look.nparams]))
 
 
 def lane_of(array: NDArray[Any], lane: int) -> NDArray[Any]:
@@ -230,13 +274,48 @@ def lane_of(array: NDArray[Any], lane: int) -> NDArray[Any]:
     return array[:, lane] if array.ndim > 1 else array
 
 
-def with_rates(functions: list[Any], symbols: list[Any], equations: list[Any], attitude: int, kind: Any) -> Any:
-    """Return compiled functions of variables and time, then their derivatives along the motion, then the attitude's."""
+def with_rates(
+    functions: list[Any], symbols: list[Any], equations: list[Any], attitude: int, kind: Any, others: Sequence[Any] = ()
+) -> Any:
+    """Return compiled functions of variables and time, their derivatives along the motion, others, the attitude's."""
     time = hy.expression("time")
-    functions, equations = (hy.subs(part, {hy.time: time}) for part in (functions, equations))
+    functions, others, equations = (hy.subs(list(part), {hy.time: time}) for part in (functions, others, equations))
     variables, slopes = [*symbols, time], [*equations, hy.expression(1.0)]
     rates = [hy.sum([hy.diff(f, x) * slope for x, slope in zip(variables, slopes, strict=True)]) for f in functions]
-    return hy.cfunc([*functions, *rates, *equations[:attitude]], vars=variables, fp_type=kind)
+    return hy.cfunc([*functions, *rates, *others, *equations[:attitude]], vars=variables, fp_type=kind)
+
+
+def alarm(place: int) -> Any:
+    """Return a function that is zero at the time in a parameter of the kernel; the next one scales it."""
+    return hy.par[place + 1] * (hy.time - hy.par[place])
+
+
+def set_alarm(engine: Any, lane: int, place: int, time: float) -> None:
+    """Set the time at which an alarm stops a lane."""
+    left = abs(time - float(np.ravel(engine.time)[lane]))
+    lane_of(engine.pars, lane)[[place, place + 1]] = time, SMALL / (left or 1.0)
+
+
+def blind(engine: Any, lane: int, rate: float) -> Any:
+    """Return the time after a zero of a scaled function in which the engine may miss the next one."""
+    return min(BLIND / rate if rate else np.inf, abs(np.ravel(engine.last_h)[lane]) or np.inf)
+
+
+def look_ahead(is_behind: Callable[[Any], bool], here: Any, ahead: Any) -> tuple[bool, float | None]:
+    """Return whether a function has passed its zero here, and when it comes back if it does within a time ahead."""
+    if not np.isfinite(ahead) or is_behind(here + ahead):
+        return True, None
+    first = last = ahead
+    while not is_behind(here + first):
+        last, first = first, 0.5 * first
+        if here + first == here:
+            return False, None
+    while here + first != here + (middle := 0.5 * (first + last)) != here + last:
+        if is_behind(here + middle):
+            first = middle
+        else:
+            last = middle
+    return True, float(here + last)
 
 
 def time_scale(turning: NDArray[Any]) -> float:

@@ -23,7 +23,20 @@ from poinsot.mechanics.system import System
 from poinsot.motion.constants import Constant, Constants
 from poinsot.motion.coordinates import Coordinates
 from poinsot.motion.stops import INTERRUPTED
-from poinsot.motion.switches import AT_ONCE, LARGE, SMALL, event_class, lane_of, time_scale, with_rates
+from poinsot.motion.switches import (
+    AT_ONCE,
+    LARGE,
+    NEVER,
+    SMALL,
+    alarm,
+    blind,
+    event_class,
+    lane_of,
+    look_ahead,
+    set_alarm,
+    time_scale,
+    with_rates,
+)
 
 __all__ = ["Recorded", "Watch", "event_functions"]
 
@@ -32,6 +45,9 @@ HASTE = 1e-5
 
 LARGEST = float(np.sqrt(np.finfo(float).max))
 """Momenta above this have rates that overflow."""
+
+POLISHES = 4
+"""Evaluations of a function at most for the time of its zero."""
 
 Recorded = tuple[int, int, float, int, NDArray[Any]]
 """Number of the event, lane, time, sign of the slope in time, variables."""
@@ -44,8 +60,9 @@ class Watch:
     ----------
     events : list of Event
         Of which only the structure is looked at.
-    functions, symbols, equations : lists of expressions
-        The values of the events, and the variables of the integrator with their rates.
+    functions, conditions, symbols, equations : lists of expressions
+        The values of the events, what is positive where their zeros count, and the variables of the integrator with
+        their rates.
     first : int
         The number of the first parameter that nothing else has.
     attitude : int
@@ -73,6 +90,7 @@ class Watch:
         self,
         events: list[Event],
         functions: list[Any],
+        conditions: list[Any],
         symbols: list[Any],
         equations: list[Any],
         first: int,
@@ -93,10 +111,13 @@ class Watch:
         self._since, self._longest = np.zeros((2, lanes, len(events)))
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
         self._follows = np.zeros(lanes, dtype=bool)
-        self._look = with_rates(functions, symbols, equations, attitude, kind)
+        self._sides, self._way = np.zeros((lanes, len(events)), dtype=int), 1
+        self._slopes = np.array([event.slope for event in events])
+        self._look = with_rates(functions, symbols, equations, attitude, kind, conditions)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
         stop, pass_by = event_class(lanes, kind), event_class(lanes, kind, terminal=False)
         ways = {-1: hy.event_direction.negative, 0: hy.event_direction.any, 1: hy.event_direction.positive}
+        self._alarm = first + len(events)
         self.passed: list[Any] = []
         self.stops = [stop(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
         for i, (event, f) in enumerate(zip(events, scaled, strict=True)):
@@ -104,15 +125,21 @@ class Watch:
                 self.stops.append(stop(f, callback=self._reaching(i), direction=ways[event.slope]))
             else:
                 self.passed.append(pass_by(f, callback=self._passing(i), direction=ways[event.slope]))
+        if any(event.acts for event in events):
+            self.stops.append(stop(alarm(self._alarm), callback=self._coming_back()))
 
-    def begin(self, engine: Any, system: System, variables: Coordinates, members: NDArray[np.int_]) -> None:
+    def begin(
+        self, engine: Any, system: System, variables: Coordinates, forwards: bool, members: NDArray[np.int_]
+    ) -> None:
         """Fit the scales to the state of an integrator; a zero where it stands is no event."""
+        self._way = 1 if forwards else -1
         self._system, self._variables, self._members = system, variables, members
         self._follows[:], self.error = False, None
         self._last[:] = np.ravel(engine.time).astype(float)[:, None]
         self._since[:], self.stopped[:], self.rehearsing = 0.0, [""] * self._lanes, False
         for lane in range(self._lanes):
             self._fit(engine, lane)
+            self._set_alarm(engine, lane, NEVER)
 
     def go_on(self) -> None:
         """Forget that a chunk of steps had to end."""
@@ -120,7 +147,7 @@ class Watch:
 
     def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
         """Let lanes follow another one: nothing is recorded of them, and no event acts on them."""
-        for own in (self._sizes, self._last, self._paces, self._since, self._longest):
+        for own in (self._sizes, self._last, self._paces, self._since, self._longest, self._sides):
             own[idle] = own[busy]
         self._follows[idle] = True
 
@@ -131,7 +158,7 @@ class Watch:
         """
         if self._follows[lane]:
             return True
-        values, rates = self._values_and_rates(engine, lane)
+        values, rates, counting = self._evaluate(engine, lane)
         time = float(np.ravel(engine.time)[lane])
         slopes = {i: int(np.sign(rate)) for i, rate in enumerate(rates) if np.isfinite(rate)}
         due = {i for i in slopes if abs(values[i]) <= self._near(lane, time) * abs(rates[i])}
@@ -139,6 +166,9 @@ class Watch:
         if found:
             due.add(found[0])
             slopes[found[0]] = found[1]
+        for i in due:
+            self._sides[lane, i] = slopes[i] * self._way
+        due = {i for i in due if counting[i] > 0}
         new = [i for i in sorted(due) if self._is_new(i, lane, time)]
         row = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
         self.records += [(i, lane, time, slopes[i], row) for i in new]
@@ -154,26 +184,80 @@ class Watch:
             self.stopped[lane] = self.stopped[lane] or "event"
         return not self.stopped[lane]
 
+    def overlooked(self, engine: Any, lane: int) -> bool:
+        """Return whether a value has changed its sign unseen, since this was asked last or the start."""
+        values, rates, _ = self._evaluate(engine, lane)
+        near = self._near(lane, float(np.ravel(engine.time)[lane]))
+        beyond = np.abs(values) > near * np.abs(rates)
+        signs = np.nan_to_num(np.sign(values)).astype(int)
+        missed = beyond & (signs * self._sides[lane] < 0) & (self._slopes * self._way * signs >= 0)
+        self._sides[lane, beyond] = signs[beyond]
+        return bool(np.any(missed))
+
     # ------------------------------------------------------------------ events
 
     # The engine copies what it is given, but for plain functions.
 
     def _passing(self, number: int) -> Callable[..., None]:
-        several = self._lanes > 1
-
         def passed(engine: Any, time: Any, slope: int, lane: int = 0) -> None:
-            if not self._follows[lane] and self._is_new(number, lane, float(time)):
-                engine.update_d_output([time] * self._lanes if several else time)
+            self._sides[lane, number] = slope * self._way
+            if self._follows[lane]:
+                return
+            time, counts = self._polished(engine, lane, number, time)
+            if counts and self._is_new(number, lane, float(time)):
                 row = self.scales.outward(np.array(lane_of(engine.d_output, lane)), lane)
                 self.records.append((number, lane, float(time), slope, row))
 
         return passed
 
+    def _polished(self, engine: Any, lane: int, number: int, time: Any) -> tuple[Any, bool]:
+        """Return the time of a zero and whether it counts.
+
+        The time is that of the function itself: close zeros drown in the rounding of the engine's polynomial.
+        """
+        for _ in range(POLISHES):
+            values, rates, counting = self._values_at(engine, lane, time)
+            step = values[number] / rates[number] if rates[number] else 0.0
+            if abs(step) <= self._near(lane, float(time)) or not abs(step) < abs(np.ravel(engine.last_h)[lane]):
+                break
+            time -= step
+        return time, bool(counting[number] > 0)
+
     def _reaching(self, number: int) -> Callable[..., bool]:
         def reached(engine: Any, slope: int, lane: int = 0) -> bool:
-            return self.look(engine, lane, (number, slope))
+            due = self._due(engine, lane, number, slope * self._way) if self._events[number].acts else None
+            goes_on = self.look(engine, lane, (number, slope))
+            if due is not None:
+                self._set_alarm(engine, lane, due)
+            return goes_on
 
         return reached
+
+    def _coming_back(self) -> Callable[..., bool]:
+        def come(engine: Any, _: int, lane: int = 0) -> bool:
+            self._set_alarm(engine, lane, NEVER)
+            return self.look(engine, lane)
+
+        return come
+
+    def _due(self, engine: Any, lane: int, number: int, side: int) -> float | None:
+        """Return when the next zero of an event comes if the engine may miss it, so soon after the one here."""
+        _, rates, _ = self._evaluate(engine, lane)
+        rate = abs(float(rates[number])) * float(lane_of(engine.pars, lane)[self._scales[number]])
+
+        def is_behind(time: Any) -> bool:
+            return bool(self._values_at(engine, lane, time)[0][number] * side > 0)
+
+        return look_ahead(is_behind, np.ravel(engine.time)[lane], blind(engine, lane, rate) * self._way)[1]
+
+    def _values_at(self, engine: Any, lane: int, time: Any) -> list[NDArray[Any]]:
+        """Return values, rates and conditions at a time within the last step."""
+        engine.update_d_output([time] * self._lanes if self._lanes > 1 else time)
+        return self._evaluate_at(engine, lane, np.append(lane_of(engine.d_output, lane), time))[:3]
+
+    def _set_alarm(self, engine: Any, lane: int, time: float) -> None:
+        if any(event.acts for event in self._events):
+            set_alarm(engine, lane, self._alarm, time if time != NEVER else NEVER * self._way)
 
     def _growing(self, number: int) -> Callable[..., bool]:
         def grown(engine: Any, _: int, lane: int = 0) -> bool:
@@ -236,11 +320,13 @@ class Watch:
     # ------------------------------------------------------------------ sizes
 
     def _fit(self, engine: Any, lane: int) -> None:
-        values, rates = self._values_and_rates(engine, lane)
+        values, rates, _ = self._evaluate(engine, lane)
         self._sizes[lane] = np.maximum(np.abs(values), np.abs(rates) * self._paces[lane])
         if np.any(flat := self._sizes[lane] == 0):
-            aside, _ = self._values_and_rates(engine, lane, aside=0.1)
+            aside, *_ = self._evaluate(engine, lane, aside=0.1)
             self._sizes[lane, flat] = np.abs(aside[flat])
+        at_zero = np.abs(values) <= self._near(lane, float(np.ravel(engine.time)[lane])) * np.abs(rates)
+        self._sides[lane] = np.nan_to_num(np.sign(np.where(at_zero, rates * self._way, values)))
         self._set_scales(engine, lane)
 
     def _set_scales(self, engine: Any, lane: int) -> None:
@@ -248,25 +334,29 @@ class Watch:
         sizes[~((sizes > 0) & np.isfinite(sizes))] = 1.0
         lane_of(engine.pars, lane)[self._scales] = np.exp2(np.round(np.log2(SMALL / sizes)))
 
-    def _values_and_rates(self, engine: Any, lane: int, aside: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return the functions and their derivatives, and note the pace; `aside` of where the lane is."""
-        state, pars = (lane_of(part, lane) for part in (engine.state, engine.pars))
-        inputs = np.append(state, np.ravel(engine.time)[lane])
+    def _evaluate(self, engine: Any, lane: int, aside: float = 0.0) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Return values, rates and conditions where a lane is, and note its pace; or `aside` of that."""
+        inputs = np.append(lane_of(engine.state, lane), np.ravel(engine.time)[lane])
         if aside:
             inputs = inputs + aside * np.cos(np.arange(1, inputs.size + 1))
-        found = self._look(inputs, pars=np.ascontiguousarray(pars[: self._look.nparams])).astype(float)
-        values, rates, turning = np.split(found, [len(self._events), 2 * len(self._events)])
+        *found, turning = self._evaluate_at(engine, lane, inputs)
         if not aside:
             self._paces[lane] = time_scale(turning)
-        return values, rates
+        return found[0], found[1], found[2]
+
+    def _evaluate_at(self, engine: Any, lane: int, inputs: NDArray[Any]) -> list[NDArray[Any]]:
+        """Return values, rates, conditions and the derivatives of the attitude for variables and time."""
+        pars, count = lane_of(engine.pars, lane)[: self._look.nparams], len(self._events)
+        found = self._look(inputs, pars=np.ascontiguousarray(pars)).astype(float)
+        return np.split(found, [count, 2 * count, 3 * count])
 
 
 def event_functions(
     system: System, formulation: Formulation, variables: list[Any], axes: Any, scale: Any, constants: Constants
-) -> list[Any]:
-    """Return the values of a system's events as expressions of the variables of a kernel and the time."""
+) -> tuple[list[Any], list[Any]]:
+    """Return values and conditions of a system's events as expressions of the variables of a kernel and the time."""
     if not system.events:
-        return []
+        return [], []
     seen: list[Any] = []
 
     def torque_of(attitude: Any, omega: Any) -> Vector:
@@ -284,7 +374,10 @@ def event_functions(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
                 f"of {formulation.name!r}."
             )
-    return [constants.expression(value) for value in values]
+    conditions = [event.condition(system.body, attitude, omega, sky) for event in system.events]
+    return [constants.expression(value) for value in values], [
+        hy.expression(0.0) + constants.expression(x) for x in conditions
+    ]
 
 
 def _of_member(record: Any, member: int) -> Any:
