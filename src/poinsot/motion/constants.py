@@ -57,6 +57,7 @@ class Constants:
         self._numbered: dict[Any, int] = {}
         self._conditions: dict[Any, int] = {}
         self._roots: dict[Any, int] = {}
+        self.stand_ins: dict[Any, Any] = {}  # symbols in formulas, and the functions of the variables they stand for
 
     def _new_place(self) -> int:
         self._count += 1
@@ -117,9 +118,10 @@ class Constants:
     def root(self, argument: Any) -> Multiple:
         """Return the square root of a function of the variables, plus a parameter that is zero but from rest."""
         argument = self.expression(argument)
-        if argument not in self._roots:
-            self._roots[argument] = self._new_place()
-        return self.variable(formulas.sqrt(argument + self.parameter(Constant(self, self._roots[argument]))))
+        function = hy.subs(argument, self.stand_ins)
+        if function not in self._roots:
+            self._roots[function] = self._new_place()
+        return self.variable(formulas.sqrt(argument + self.parameter(Constant(self, self._roots[function]))))
 
     @property
     def roots(self) -> list[tuple[Any, int]]:

@@ -84,6 +84,7 @@ class Linearization:
             for i in range(3)
         ]
         entries = {place: self._constants.expression(value) for place, value in known.items()}
+        self._constants.stand_ins = {_entry(*place): value for place, value in entries.items()}
         return entries, Attitude(matrix_of(rows), carried)
 
     # ------------------------------------------------------------------ changes
@@ -166,8 +167,7 @@ class Linearization:
 
     def _chosen(self, rates: list[Any]) -> list[Any]:
         """Return the rates of the tangent coordinates that there are, on the variables of the motion."""
-        entries = {_entry(*place): value for place, value in self._matrix.items()}
-        return list(hy.subs([NONE + rates[i] for i in self.tangent], entries))
+        return list(hy.subs([NONE + rates[i] for i in self.tangent], self._constants.stand_ins))
 
 
 def _entry(i: int, j: int) -> Any:
