@@ -1,7 +1,5 @@
 """The paper's equations, one by one, as exact identities in the functions that ship (docs/paper.md)."""
 
-from types import SimpleNamespace
-
 import mpmath
 import numpy as np
 import pytest
@@ -12,6 +10,7 @@ import poinsot as pt
 from poinsot.functions import Vector, cross, dot, norm
 from poinsot.mechanics import attitude, euler
 from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.state import computed_state
 
 
 def real(names):
@@ -99,7 +98,7 @@ def q_dot():
 
 def shipped(name, quaternion, momenta):
     """Return a property of `State`, run on symbols."""
-    return getattr(pt.State, name).fget(SimpleNamespace(quaternion=quaternion, conjugate_momenta=momenta))
+    return getattr(computed_state(quaternion, momenta, 0.0), name)
 
 
 def rotation_of_equation_2(sine, cosine):
