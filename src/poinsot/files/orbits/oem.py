@@ -191,8 +191,8 @@ def _chosen(segments: list[_Segment], index: int | None, name: str) -> _Segment:
             raise ValueError(f"segment {i} of {name} must have rows, but it has none.")
     if index is None:
         return _joined(segments, name)
-    if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < len(segments):
-        raise ValueError(f"segment must be a number from 0 to {len(segments) - 1}, but {index!r} came.")
+    if not 0 <= index < len(segments):
+        raise ValueError(f"segment must be a number from 0 to {len(segments) - 1}, but {index} came.")
     return segments[index]
 
 
