@@ -73,6 +73,8 @@ def _check(name: str, value: Any, rule: Rule, order: str) -> None:
         return
     if words.partition(" ")[2].partition(" ")[0] in CLASSES:
         kind = f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__
+        if isinstance(value, list | tuple):
+            kind += f" of {', '.join(dict.fromkeys(type(item).__name__ for item in value[:3])) or 'nothing'}"
         raise TypeError(f"{name} must be {words}, but {kind} came.{HINTS.get(words, order)}")
     raise TypeError(f"{name} must be {words}, got {_shown(value)}.")
 
@@ -107,7 +109,7 @@ def _rule_of(way: str) -> Rule | None:
     if outer in ("Sequence", "list", "tuple"):
         count = inner.count(",") + 1 if outer == "tuple" else None
         item = _rule(inner.removesuffix("]").partition(",")[0])
-        several = f"{count} items" if count else "a list"
+        several = f"a list of {count}" if count else "a list"
         return item and (functools.partial(_are, item[0], count), f"{several}, each {item[1]}")
     return SIMPLE.get(outer)
 

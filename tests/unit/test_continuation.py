@@ -264,9 +264,9 @@ def test_picture_changes_its_line_where_stability_changes(branch):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moment [kg m²]", "period [s]")
     both = pt.plot_branch([branch, branch], lambda motion: motion.period, ("a", "b"))
     assert len(both.get_legend().get_texts()) == 3
-    with pytest.raises(TypeError, match=r"branch must be a Branch or a list .*each a Branch, but list came"):
+    with pytest.raises(TypeError, match=r"a list, each a Branch, but list of PeriodicMotion came\."):
         pt.plot_branch([branch.motions[0]], lambda motion: motion.period, ("a", "b"))
-    with pytest.raises(TypeError, match=r"branch must be a Branch or a list .*, but PeriodicMotion came\."):
+    with pytest.raises(TypeError, match=r"branch must be a Branch or a list, each a Branch, but PeriodicMotion came\."):
         pt.plot_branch(branch.motions[0], lambda motion: motion.period, ("a", "b"))
     with pytest.raises(ValueError, match=r"branch must be a Branch or several, but none came\."):
         pt.plot_branch([], lambda motion: motion.period, ("a", "b"))
