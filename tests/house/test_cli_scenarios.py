@@ -360,7 +360,7 @@ def test_help_teaches_and_has_the_exit_codes():
         told = " ".join(call(command, "--help").stdout.split())
         assert f"For example: • poinsot {command}" in told
         assert "Exit status: 0 done;" in told
-        assert "130 Ctrl-C." in told
+        assert "130 Ctrl-C; 143 SIGTERM," in told
         assert call(command, "-h").stdout == call(command, "--help").stdout
     assert "1 a repeated result differs from the original" in " ".join(call("run", "-h").stdout.split())
 

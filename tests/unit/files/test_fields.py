@@ -67,7 +67,7 @@ def test_degree_and_unit(tmp_path):
     np.testing.assert_allclose(field.C, FIELD.C[:4, :4], rtol=1e-15, atol=0)
     with pytest.raises(ValueError, match=r"degree must be from 2 to 4, but 5 came\. The table has 4"):
         read(tmp_path, shadr(), 5)
-    with pytest.raises(TypeError, match=r"degree must be an int, but float 3\.0 came\."):
+    with pytest.raises(TypeError, match=r"degree must be a whole number of at most 63 bits, got float 3\.0\."):
         read(tmp_path, shadr(), 3.0)
     with pytest.raises(ValueError, match=f"degree must be from 2 to {HIGHEST_DEGREE}, but 90 came"):
         read(tmp_path, shadr(degree=90))
@@ -138,7 +138,7 @@ def changed(n, m, **new):
         (shadr() + "6, 0\n", "a line must have n, m, C and S, but line 16 has 2 fields"),
         (shadr() + "6.5, 0, 0, 0\n", "degrees and orders must be whole numbers, but line 16 has '6.5'"),
         (icgem().replace("radius 2", "radios 2"), "the header must have radius, but it has not"),
-        (icgem().replace("max_degree 4", "max_degree four"), "a number must be finite and below 1e100, but the header has 'four'"),
+        (icgem().replace("max_degree 4", "max_degree four"), "a number must be finite and below 1e100, but .* 'four'"),
         (icgem(norm="norm Schmidt\n"), "norm must be fully_normalized or unnormalized, but Schmidt came"),
         (icgem().replace("gfc 2 0", "gfct 2 0"), "the field must be static, lines of gfc, but line 13 has gfct"),
     ],

@@ -213,8 +213,11 @@ def test_other_segments_are_chosen_from(read, second, reason):
         read(text)
     assert read(text, segment=0).span == (0.0, 50 * STEP)
     assert read(text, segment=1).knots[0] == 0.0
-    for wrong in (2, -1, True, 0.0):
+    for wrong in (2, -1):
         with pytest.raises(ValueError, match="segment must be a number from 0 to 1"):
+            read(text, segment=wrong)
+    for wrong in (True, 0.0):
+        with pytest.raises(TypeError, match=f"segment must be a whole number of at most 63 bits, got .* {wrong}"):
             read(text, segment=wrong)
 
 

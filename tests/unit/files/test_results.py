@@ -151,7 +151,7 @@ def test_text_of_a_system_has_all_digits():
 @given(
     st.lists(st.floats(1.0, 1.9), min_size=3, max_size=3),
     st.floats(0, 0.99),
-    st.lists(st.floats(-1e3, 1e3), min_size=4, max_size=4),
+    st.tuples(st.floats(-2 * np.pi, 2 * np.pi), *[st.floats(-1e3, 1e3)] * 3),
     st.floats(-1e6, 1e6),
 )
 def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoch):
