@@ -217,8 +217,11 @@ class Watch:
         """
         for _ in range(POLISHES):
             values, rates, counting = self._values_at(engine, lane, time)
-            step = values[number] / rates[number] if rates[number] else 0.0
-            if abs(step) <= self._near(lane, float(time)) or not abs(step) < abs(np.ravel(engine.last_h)[lane]):
+            value, rate = float(values[number]), float(rates[number])
+            if abs(value) <= self._near(lane, float(time)) * abs(rate) or rate == 0:
+                break
+            step = value / rate
+            if not abs(step) < abs(np.ravel(engine.last_h)[lane]):
                 break
             time -= step
         return time, bool(counting[number] > 0)
@@ -250,10 +253,10 @@ class Watch:
 
         return look_ahead(is_behind, np.ravel(engine.time)[lane], blind(engine, lane, rate) * self._way)[1]
 
-    def _values_at(self, engine: Any, lane: int, time: Any) -> list[NDArray[Any]]:
+    def _values_at(self, engine: Any, lane: int, time: Any) -> tuple[NDArray[Any], ...]:
         """Return values, rates and conditions at a time within the last step."""
         engine.update_d_output([time] * self._lanes if self._lanes > 1 else time)
-        return self._evaluate_at(engine, lane, np.append(lane_of(engine.d_output, lane), time))[:3]
+        return self._evaluate_at(engine, lane, lane_of(engine.d_output, lane), time)[:3]
 
     def _set_alarm(self, engine: Any, lane: int, time: float) -> None:
         if any(event.acts for event in self._events):
@@ -336,19 +339,22 @@ class Watch:
 
     def _evaluate(self, engine: Any, lane: int, aside: float = 0.0) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
         """Return values, rates and conditions where a lane is, and note its pace; or `aside` of that."""
-        inputs = np.append(lane_of(engine.state, lane), np.ravel(engine.time)[lane])
+        row, time = lane_of(engine.state, lane), np.ravel(engine.time)[lane]
         if aside:
-            inputs = inputs + aside * np.cos(np.arange(1, inputs.size + 1))
-        *found, turning = self._evaluate_at(engine, lane, inputs)
+            shift = aside * np.cos(np.arange(1, row.size + 2))
+            row, time = row + shift[:-1], time + shift[-1]
+        *found, turning = self._evaluate_at(engine, lane, row, time)
         if not aside:
             self._paces[lane] = time_scale(turning)
         return found[0], found[1], found[2]
 
-    def _evaluate_at(self, engine: Any, lane: int, inputs: NDArray[Any]) -> list[NDArray[Any]]:
-        """Return values, rates, conditions and the derivatives of the attitude for variables and time."""
-        pars, count = lane_of(engine.pars, lane)[: self._look.nparams], len(self._events)
-        found = self._look(inputs, pars=np.ascontiguousarray(pars)).astype(float)
-        return np.split(found, [count, 2 * count, 3 * count])
+    def _evaluate_at(self, engine: Any, lane: int, row: NDArray[Any], time: Any) -> tuple[NDArray[Any], ...]:
+        """Return values, rates, conditions and the derivatives of the attitude for variables and a time."""
+        inputs, n = np.empty(row.size + 1, dtype=row.dtype), len(self._events)
+        inputs[:-1], inputs[-1] = row, time
+        pars = lane_of(engine.pars, lane)[: self._look.nparams]
+        found = self._look(inputs, pars=np.ascontiguousarray(pars)).astype(float, copy=False)
+        return found[:n], found[n : 2 * n], found[2 * n : 3 * n], found[3 * n :]
 
 
 def event_functions(
