@@ -260,6 +260,8 @@ class _Half:
         self.steps += steps
         advance, ahead = abs(self.reached - before), abs(self.last - self.reached)
         self.report(advance)
+        if outcome == "event":
+            self._keep_end()
         if most == STEPS_AT_A_TIME or outcome != "step_limit":
             self.stopped = reason(outcome, advance, self.reached, ahead, STEPS_AT_A_TIME)
         return at_end or outcome == "event" or bool(self.stopped)
@@ -304,6 +306,12 @@ class _Half:
         rows = result[5][len(between) :]
         self.rows.append(self.borrowed.scales.outward(np.asarray(rows, dtype=float), 0))
         return result, rows
+
+    def _keep_end(self) -> None:
+        """Keep the row at which an event ends the motion: the engine leaves it out."""
+        ahead = self.grid[sum(map(len, self.rows)) :]
+        if not self.dense and ahead.size and ahead[0] == self.reached:
+            self.rows.append(self.borrowed.scales.outward(np.array(self.engine.state[None], dtype=float), 0))
 
     def _typed(self, values: Any) -> Array:
         return np.asarray(values) if self.kind is np.float64 else np.array([self.kind(x) for x in values])

@@ -4,6 +4,7 @@
 
 import os
 import signal
+import sys
 import threading
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.motion import kernels
+from poinsot.motion import ensemble, kernels
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -131,6 +132,23 @@ def test_parameters_of_events_may_have_members_and_compile_nothing():
     found = pt.propagate(FREE, spinning(1.0), [6.0], events=[thirds]).events[0]
     assert np.allclose(found.times, np.linspace(0.2, 3.0, 9), rtol=0, atol=2e-15)
     assert found.members.tolist() == list(range(9))
+
+
+@pytest.mark.parametrize("steps", range(1, 9))
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_terminal_event_ends_the_motion_whatever_step_of_a_chunk_it_is_in(steps, way, monkeypatch):
+    """At the limit of steps the engine says nothing of an event; the time of one that is an output time has its row."""
+    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", steps)
+    monkeypatch.setattr(sys.modules[pt.propagate.__module__], "STEPS_AT_A_TIME", steps)
+    times, tumbling = way * np.arange(10.0), (0.3, 0.8, 0.9)
+    events = [pt.Instant(2.0 * way, terminal=True)]
+    one = pt.propagate(FREE, BODY.state((1, 0, 0, 0), omega_body=tumbling), times, events=events)
+    two = BODY.state([(1.0, 0, 0, 0)] * 2, omega_body=[tumbling, (0.3, 0.2, 0.1)])
+    several = pt.propagate(FREE, two, times, events=events)
+    assert one.times.tolist() == times[:3].tolist()
+    assert np.isfinite(several.quaternion[..., 0]).sum(axis=1).tolist() == [3, 3]
+    assert np.abs(several.quaternion[0, :3] - one.quaternion).max() < ROUNDING
+    assert [len(one.events[0]), len(several.events[0])] == [1, 2]
 
 
 @pytest.mark.parametrize("members", [False, True])
