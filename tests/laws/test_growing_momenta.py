@@ -221,3 +221,14 @@ def test_neighbours_of_a_growing_motion(factor):
     assert np.abs(got - expected)[3:].max() < bound * factor
     by_k = time / INERTIA * factor * unit * axis
     assert np.abs(found.sensitivity[0, 3:, 0] - by_k).max() < 400 * EPS * np.abs(by_k).max()
+
+
+@pytest.mark.parametrize("size", [5e-324, 4e-311, 1e-300])
+@pytest.mark.parametrize("count", [1, 9])
+def test_the_smallest_momenta_are_kept(size, count):
+    q, Q = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)), np.tile([0.0, size, 0.0, 0.0], (count, 1))
+    start = pt.State(q, Q) if count > 1 else pt.State(q[0], Q[0])
+    motion = pt.propagate(pt.System(BALL), start, [1.0], progress=False)
+    np.testing.assert_allclose(motion.quaternion.reshape(count, 4), q, rtol=0, atol=size)
+    # Each of the ten products from Q to g and back may lose one of the smallest numbers.
+    np.testing.assert_allclose(motion.conjugate_momenta.reshape(count, 4), Q, rtol=4 * EPS, atol=10 * 5e-324)

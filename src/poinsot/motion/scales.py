@@ -135,7 +135,7 @@ class Scales:
         own = lane_of(state, lane)
         size = max(float(np.max(np.abs(own[self._momenta]))), self._of(self._push, lane))
         if 0 < size < np.inf:
-            bits = int(np.clip(self.bits[lane] + round(np.log2(SMALL / size)), *BITS))
+            bits = int(np.clip(self.bits[lane] + round(math.log2(SMALL) - math.log2(size)), *BITS))
             own[:] = self._variables.rescaled(own, bits - int(self.bits[lane]))
             self.bits[lane] = bits
 
