@@ -16,8 +16,8 @@ test: $(READY)
 	$(BIN)/mypy
 	@echo "== layers"
 	$(BIN)/lint-imports
-	@echo "== tests"
-	$(BIN)/python -m pytest
+	@echo "== tests, on all cores"
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --durations 25
 
 verify: $(READY)
 	$(BIN)/poinsot verify
