@@ -31,7 +31,8 @@ TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
 
 INTERNAL = {
     *("unchecked", "with_numbers", "number_names", "between_knots", "check", "doubts"),  # the records' own business
-    *("energy", "torque", "value", "act", "to_body", "to_space", "in_space", "from_quaternion"),  # formulas
+    *("energy", "torque", "value", "condition", "act"),  # formulas
+    *("to_body", "to_space", "in_space", "from_quaternion"),
     *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "derivatives", "torque_at"),
     "variables_at",
     *(

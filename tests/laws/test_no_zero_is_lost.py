@@ -11,7 +11,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.motion import kernels
+from poinsot.motion import ensemble, kernels
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 EPS = np.finfo(float).eps
@@ -158,3 +158,38 @@ def test_a_start_on_the_section_is_a_point_of_it():
         plain = pt.andoyer_section(pt.System(BODY), aside, 20.0 * sign, angle=0.8)
         assert np.allclose(both.x[0][np.isfinite(both.x[0])], alone.x[0], rtol=0, atol=1e-12)
         assert np.allclose(both.x[1][np.isfinite(both.x[1])], plain.x[0], rtol=0, atol=1e-12)
+
+
+class Switched(pt.Torque):
+    """A torque on one side of a plane through the body."""
+
+    def torque(self, body, attitude, omega_body, sky):
+        x, y, _ = attitude.to_body((0.6, 0.0, 0.8))
+        return fn.where(fn.less(x, 0.3 * y + 0.1), 0.2, -0.1) * fn.Vector((0.3, -1.0, 0.5))
+
+
+@pytest.mark.parametrize("chunk", [2, 3, 7])
+def test_chunks_that_end_at_a_zero_change_nothing(chunk, monkeypatch):
+    """A zero where a chunk begins is found again, in a step of rounding's length."""
+    rng = np.random.default_rng(8)
+    q = rng.normal(size=(9, 4))
+    start = BODY.state(q / np.linalg.norm(q, axis=1)[:, None], omega_body=rng.normal(size=(9, 3)))
+    times = np.linspace(20_000.0, 20_030.0, 7)
+    begun = pt.State(start.quaternion, start.conjugate_momenta, 20_000.0)
+    events = [Kick(20_003.0, 20_004.0, 20_005.0)]
+    whole = pt.propagate(pt.System(BODY, Switched()), begun, times, events=events)
+    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", chunk)
+    pieces = pt.propagate(pt.System(BODY, Switched()), begun, times, events=events)
+    # Times are known to 4e-12, and a passage at a tenth of the rate makes 1e-11 of it; each doubles once or twice.
+    assert np.allclose(pieces.quaternion, whole.quaternion, rtol=0, atol=1e-9)
+    assert len(pieces.events[0]) == len(whole.events[0]) == 27
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-100, 1e-30, 1e-18, 1e-15])
+@pytest.mark.parametrize("sign", [1, -1], ids=["forwards", "backwards"])
+def test_a_body_almost_at_rest_loses_neither_burns_nor_kicks(rate, sign):
+    """The time in which it turns is no measure of when two events are one."""
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, rate))
+    burn = Window(*np.sort(sign * np.array([10.0, 20.0])), 0.1)
+    motion = pt.propagate(pt.System(BODY, burn), start, [sign * 30.0], events=[Kick(2.0 * sign, 3.0 * sign, 40.0)])
+    assert motion.omega_body[0, 2] == pytest.approx(sign * 1.0 + 2e-3, rel=1e-13)

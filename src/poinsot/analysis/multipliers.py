@@ -52,8 +52,10 @@ class Multipliers:
         """All six, complex; those that cannot be told from 1 or -1 are it."""
         roots = _parted(self._roots) if self.paired else self._roots.copy()
         for sign in (1, -1):
-            nearest = np.argsort(np.abs(roots - sign * self._unit))
-            roots[nearest[: self.count_at(sign)]] = sign * self._unit
+            away = np.abs(roots - sign * self._unit)
+            nearest = np.argsort(away)[: self.count_at(sign)]
+            # Several slow ones multiply to less than rounding, though each is known.
+            roots[nearest[away[nearest] < NOISE * (2 + np.max(np.abs(roots))) ** 2]] = sign * self._unit
         return _pairs(roots) if self.paired else roots
 
     @functools.cached_property

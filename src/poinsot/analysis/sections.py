@@ -213,7 +213,7 @@ def andoyer_section(system: System, state: State, time: float, *, angle: float =
     event = AndoyerCrossing(angle=angle, slope=1)
     motion = propagate(system, state, [time], events=[event], **options)
     found = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
-    return _with_starts(found, Andoyer.of(state), angle)
+    return _with_starts(found, Andoyer.of(state), float(event.angle))
 
 
 def _with_starts(found: Section, starts: Andoyer, angle: float) -> Section:

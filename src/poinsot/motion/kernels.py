@@ -179,7 +179,7 @@ class Borrowed:
                 part.scales = self.scales
         self.limits: dict[str, Any] = {}
         self._limited, self._kind = precision == "double" or self._looks, PRECISIONS[precision]
-        self.limit_steps(np.full(lanes, np.inf))
+        self.limit_steps(np.full(lanes, LONGEST))
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes.
@@ -219,6 +219,9 @@ class Borrowed:
 
     def limit_steps(self, spans: NDArray[Any], tries: int = 0) -> None:
         """Let no step be too long for the time that a run takes in each lane, the shorter the more tries there were."""
+        for part in (self._switches, self.watch):
+            if part is not None:
+                part.spans = spans
         self._longest = np.full(spans.size, LONGEST)
         if self._looks:
             share = np.where(spans > 0, SHARE * SHORTER**tries * spans, LONGEST)

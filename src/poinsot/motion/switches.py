@@ -34,6 +34,9 @@ AT_ONCE = 16 * np.finfo(float).eps
 BLIND = 1e-13
 """Ten times the time after a zero in which the engine does not look for the next one, times the scaled derivative."""
 
+SHORT = 0.01
+"""Part of the time in which the attitude changes, within which the polynomial of the last step holds."""
+
 NEVER = 1e300
 """A time that no run reaches."""
 
@@ -100,6 +103,8 @@ class Switches:
         The user's events, which may be due where something changes.
     scales : Scales
         Those of the momenta, the borrower's.
+    spans : array (lanes,)
+        The times that the run takes.
     """
 
     def __init__(
@@ -117,7 +122,7 @@ class Switches:
         self._pieces: Any = None
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
         self._piece = np.zeros(lanes, dtype=int)
-        self._ends, self._due = np.zeros((2, lanes))
+        self._ends, self._due, self.spans = np.zeros((3, lanes))
         functions = [function for function, _ in constants.conditions]
         self._places = [place for _, place in constants.conditions]
         self._fixed = np.setdiff1d(np.arange(constants.next_parameter()), self._places)
@@ -182,17 +187,19 @@ class Switches:
             holds = (slope < 0) == self._forwards
             place = self._places[number]
             lane_of(engine.pars, lane)[place] = holds
-            onwards = self._values_of_functions(engine, lane)[number + len(self._places)] * self._sign
+            found, count = self._values_of_functions(engine, lane), len(self._places)
+            onwards = float(found[number + count]) * self._sign
             if onwards > 0 if holds else onwards < 0:
                 return False
-            lane_of(engine.pars, lane)[place] = self._holds_ahead(engine, lane, number, holds, abs(float(onwards)))
+            scaled = abs(onwards) * float(lane_of(engine.pars, lane)[self._scales[number]])
+            ahead = blind(engine, lane, scaled, self._pace(found[2 * count :], lane)) * self._sign
+            lane_of(engine.pars, lane)[place] = self._holds_ahead(engine, lane, number, holds, ahead)
             return True
 
         return crossed
 
-    def _holds_ahead(self, engine: Any, lane: int, number: int, holds: bool, rate: float) -> bool:
+    def _holds_ahead(self, engine: Any, lane: int, number: int, holds: bool, ahead: float) -> bool:
         """Return whether a condition holds behind a zero, and come back at the next one if the engine misses it."""
-        ahead = blind(engine, lane, rate * float(lane_of(engine.pars, lane)[self._scales[number]])) * self._sign
 
         def is_behind(time: Any) -> bool:
             return self._holds_at(engine, lane, number, time) == holds
@@ -237,13 +244,17 @@ class Switches:
         until = min(self._due[lane], self._ends[lane], key=lambda time: time * self._sign)
         set_alarm(engine, lane, self._stop, until)
 
+    def _pace(self, turning: NDArray[Any], lane: int) -> float:
+        """Return the time in which the attitude changes, or that of the run if that is less."""
+        return min(time_scale(turning), float(self.spans[lane]))
+
     def overlooked(self, engine: Any, lane: int) -> bool:
         """Return whether a condition is not as its function says: the engine has lost a zero."""
         pars, count = lane_of(engine.pars, lane), len(self._places)
         if not count:
             return False
         found = self._values_of_functions(engine, lane)
-        values, rates, pace = found[:count], found[count : 2 * count], time_scale(found[2 * count :])
+        values, rates, pace = found[:count], found[count : 2 * count], self._pace(found[2 * count :], lane)
         near = AT_ONCE * max(abs(float(np.ravel(engine.time)[lane])), pace) * np.abs(rates)
         return bool(np.any((np.abs(values) > near) & ((values < 0) != (pars[self._places] != 0))))
 
@@ -253,7 +264,7 @@ class Switches:
         time, count = abs(float(np.ravel(engine.time)[lane])), len(self._places)
         for i, place in enumerate(self._places):
             values = self._values_of_functions(engine, lane)
-            value, rate, pace = values[i], values[i + count] * self._sign, time_scale(values[2 * count :])
+            value, rate, pace = values[i], values[i + count] * self._sign, self._pace(values[2 * count :], lane)
             at_zero = abs(value) <= AT_ONCE * max(time, pace) * abs(rate)
             pars[place] = (rate if at_zero else value) < 0
             size = max(self._sizes[lane, i], abs(float(value)), abs(float(rate)) * (pace or 1.0))
@@ -296,14 +307,18 @@ def set_alarm(engine: Any, lane: int, place: int, time: float) -> None:
     lane_of(engine.pars, lane)[[place, place + 1]] = time, SMALL / (left or 1.0)
 
 
-def blind(engine: Any, lane: int, rate: float) -> Any:
-    """Return the time after a zero of a scaled function in which the engine may miss the next one."""
-    return min(BLIND / rate if rate else np.inf, abs(np.ravel(engine.last_h)[lane]) or np.inf)
+def blind(engine: Any, lane: int, rate: float, pace: float) -> Any:
+    """Return the time after a zero of a scaled function in which the engine may miss the next one.
+
+    It is more than rounding, and less than the time in which the motion changes.
+    """
+    near = AT_ONCE * max(abs(float(np.ravel(engine.time)[lane])), pace)
+    return max(min(BLIND / rate if rate else np.inf, SHORT * pace), 4 * near)
 
 
 def look_ahead(is_behind: Callable[[Any], bool], here: Any, ahead: Any) -> tuple[bool, float | None]:
     """Return whether a function has passed its zero here, and when it comes back if it does within a time ahead."""
-    if not np.isfinite(ahead) or is_behind(here + ahead):
+    if is_behind(here + ahead):
         return True, None
     first = last = ahead
     while not is_behind(here + first):
@@ -319,9 +334,9 @@ def look_ahead(is_behind: Callable[[Any], bool], here: Any, ahead: Any) -> tuple
 
 
 def time_scale(turning: NDArray[Any]) -> float:
-    """Return the time in which the attitude changes, from its derivatives; 0 where it rests."""
+    """Return the time in which the attitude changes, from its derivatives; infinite where it rests."""
     fastest = max((abs(float(rate)) for rate in turning), default=0.0)
-    return 1 / fastest if fastest > 0 else 0.0
+    return 1 / fastest if fastest > 0 else np.inf
 
 
 def event_class(lanes: int, kind: Any, terminal: bool = True) -> Any:

@@ -82,6 +82,8 @@ class Watch:
         The last one that an action raised.
     scales : Scales
         Those of the momenta, the borrower's.
+    spans : array (lanes,)
+        The times that the run takes.
     rehearsing, certain : bool
         Whether actions must wait, and whether steps begin with momenta in the band of their scale.
     """
@@ -107,7 +109,7 @@ class Watch:
         self._events, self._lanes, self._attitude = events, lanes, attitude
         self._scales = first + np.arange(len(events))
         self._sizes, self._last = np.zeros((2, lanes, len(events)))
-        self._paces = np.zeros(lanes)
+        self._paces, self.spans = np.zeros(lanes), np.zeros(lanes)
         self._since, self._longest = np.zeros((2, lanes, len(events)))
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
         self._follows = np.zeros(lanes, dtype=bool)
@@ -170,17 +172,23 @@ class Watch:
             self._sides[lane, i] = slopes[i] * self._way
         due = {i for i in due if counting[i] > 0}
         new = [i for i in sorted(due) if self._is_new(i, lane, time)]
-        row = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
-        self.records += [(i, lane, time, slopes[i], row) for i in new]
-        acting = [i for i in new if self._events[i].acts]
+        return self._let_happen(engine, lane, [(i, slopes[i]) for i in new], time)
+
+    def _let_happen(self, engine: Any, lane: int, new: list[tuple[int, int]], time: float) -> bool:
+        """Record events with their slopes, and act, in the order of the list; return whether the motion goes on."""
+        events = [self._events[i] for i, _ in new]
+        acting = any(event.acts for event in events)
         if acting and (self.rehearsing or not (self.certain or self.scales.fits(engine.state, lane))):
             self.stopped[lane] = "held"
             return False
-        for i in acting:
-            self._act(engine, lane, i, time)
+        for (i, slope), event in zip(new, events, strict=True):
+            row = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
+            self.records.append((i, lane, time, slope, row))
+            if event.acts:
+                self._act(engine, lane, i, time)
         if acting and not (self.stopped[lane] or self.scales.fits(engine.state, lane)):
             self.stopped[lane] = "act"
-        if any(self._events[i].terminal for i in new):
+        if any(event.terminal for event in events):
             self.stopped[lane] = self.stopped[lane] or "event"
         return not self.stopped[lane]
 
@@ -246,12 +254,13 @@ class Watch:
     def _due(self, engine: Any, lane: int, number: int, side: int) -> float | None:
         """Return when the next zero of an event comes if the engine may miss it, so soon after the one here."""
         _, rates, _ = self._evaluate(engine, lane)
-        rate = abs(float(rates[number])) * float(lane_of(engine.pars, lane)[self._scales[number]])
+        scaled = abs(float(rates[number])) * float(lane_of(engine.pars, lane)[self._scales[number]])
+        ahead = blind(engine, lane, scaled, float(self._paces[lane])) * self._way
 
         def is_behind(time: Any) -> bool:
             return bool(self._values_at(engine, lane, time)[0][number] * side > 0)
 
-        return look_ahead(is_behind, np.ravel(engine.time)[lane], blind(engine, lane, rate) * self._way)[1]
+        return look_ahead(is_behind, np.ravel(engine.time)[lane], ahead)[1]
 
     def _values_at(self, engine: Any, lane: int, time: Any) -> tuple[NDArray[Any], ...]:
         """Return values, rates and conditions at a time within the last step."""
@@ -345,7 +354,7 @@ class Watch:
             row, time = row + shift[:-1], time + shift[-1]
         *found, turning = self._evaluate_at(engine, lane, row, time)
         if not aside:
-            self._paces[lane] = time_scale(turning)
+            self._paces[lane] = min(time_scale(turning), self.spans[lane])
         return found[0], found[1], found[2]
 
     def _evaluate_at(self, engine: Any, lane: int, row: NDArray[Any], time: Any) -> tuple[NDArray[Any], ...]:
