@@ -232,6 +232,7 @@ def test_covariance_agrees_with_an_ensemble():
         assert np.max(np.abs(measured - predicted[n]) / scatter) < 4.5
 
 
+@pytest.mark.slow
 def test_thousand_revolutions_of_a_chaotic_body_do_not_overflow():
     body = pt.Body.from_ratios(beta=0.47, gamma=0.26)
     orbit = pt.KeplerOrbit(1.0, 1.0, 0.1, 0, 0, 0)
