@@ -361,7 +361,7 @@ def test_sections_are_those_of_members_alone():
 
 @pytest.mark.parametrize("switch", ["attitude", "rate", "members' times"])
 def test_a_run_depends_on_nothing_that_another_has_left(switch):
-    """Integrators are lent again, to the bit as they were made."""
+    """Integrators are lent again bit for bit as they were made."""
     given = system(switch, False, 3), state("apart", 3), TIMES["both ways"]
     first = pt.propagate(*given)
     for i in range(MOST):

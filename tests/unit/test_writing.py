@@ -1,4 +1,4 @@
-"""Every writer writes a file whole or not at all, and leaves nothing of itself beside it for ever."""
+"""Every writer writes a file whole or not at all, and leaves no part beside it for ever."""
 
 import os
 import resource
@@ -47,7 +47,7 @@ def test_the_list_has_every_writer():
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_disk_that_is_full_leaves_the_file_that_was_there(name, tmp_path):
-    """The system ends each file at some bytes; the old one, of a shorter motion, stays to the bit."""
+    """The system ends each file at some bytes; the old one, of a shorter motion, stays bit for bit."""
     path = tmp_path / name
     short = pt.free_motion(BODY, MOTION.initial, MOTION.times[:3])
     WRITERS[name](short, path)
