@@ -93,14 +93,14 @@ def _telling(margins, plain, name, default):
     def told(actual, desired, rtol=default, atol=0.0 if name == "assert_allclose" else 1e-8, *args, **kwargs):
         place = sys._getframe(1)
         try:
-            a, b = np.asarray(actual, dtype=float), np.asarray(desired, dtype=float)
+            a, b = (np.asarray(part) for part in (actual, desired))
             bound = np.broadcast_to(atol + rtol * np.abs(b), np.broadcast_shapes(a.shape, b.shape))
-            ratio = np.nan_to_num(np.abs(a - b) / np.where(bound > 0, bound, np.nan), nan=0.0, posinf=0.0)
+            ratio = np.nan_to_num(np.abs(a - b).astype(float) / np.where(bound > 0, bound, np.nan), nan=0.0, posinf=0.0)
             if ratio.size and "tests" in place.f_code.co_filename:
                 i = np.unravel_index(np.argmax(ratio), ratio.shape)
                 where = f"{Path(place.f_code.co_filename).name}:{place.f_lineno}"
                 margins.note(where, float(ratio[i] * bound[i]), float(bound[i]), f"{name} rtol={rtol} atol={atol}")
-        except (TypeError, ValueError):
+        except (TypeError, ValueError):  # quantities, objects, shapes that the comparison itself refuses
             pass
         return plain(actual, desired, rtol, atol, *args, **kwargs)
 

@@ -42,7 +42,7 @@ def test_rates_of_a_free_body_vanish_at_multiples_of_a_quarter_period():
     assert np.allclose(flip.times, k * half, rtol=2e-14, atol=0)
     assert np.allclose(first.times, (np.arange(len(first)) + 0.5) * half, rtol=2e-14, atol=0)
     assert len(oblique) > 10
-    assert np.max(np.abs(oblique.states.angular_momentum_body @ [1, 1, 0])) < 1e-14
+    assert np.max(np.abs(oblique.states.angular_momentum_body @ [1, 1, 0])) < 3e-14
 
 
 def test_the_pendulum_passes_its_lowest_point_twice_a_period():

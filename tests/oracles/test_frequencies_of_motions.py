@@ -140,7 +140,7 @@ LIBRATIONS = {
     # by tests/oracles/cassini_worlds.py; periods, samples once in how many, bound of the relative difference.
     "Io": ((0.027640325575385156, 0.03915490607719866, 0.47139459023390917), 1024, 1, 5e-11),
     "Europa": ((0.003543772854225643, 0.004777123593324879, 0.11944423275239119), 4096, 4, 1e-10),
-    "Moon": ((2.299056445954516e-4, 7.122533774344911e-4, 5.944449461198327e-3), 8192, 8, 1e-9),
+    "Moon": ((2.299056445954516e-4, 7.122533774344911e-4, 5.944449461198327e-3), 8192, 8, 2e-9),
     "Titan": ((5.6205457956291834e-5, 7.835745999933444e-5, 8.207665594609401e-3), 28672, 16, 3e-9),
     "Mercury": ((1.6143324852138236e-5, 2.9492603363605092e-5, 1.08546727364682e-3), 8192, 8, 6e-9),
 }
@@ -193,9 +193,9 @@ def test_librations_at_the_points_in_line(name):
     start = craft.state(turns, omega_space=(0, 0, 1.0))
     times = np.arange(1024) * 0.5
     signals = away_from(Rotation.identity(), pt.propagate(system, start, times, progress=False), point.frame)
-    np.testing.assert_allclose(vanishing(signals[..., 0], times, 2), across, rtol=1e-9)
+    np.testing.assert_allclose(vanishing(signals[..., 0], times, 2), across, rtol=3e-9)
     in_plane = np.sqrt(3 * c * (B - A) / C)
-    np.testing.assert_allclose(vanishing(signals[..., 2], times, 1), in_plane, rtol=1e-9)
+    np.testing.assert_allclose(vanishing(signals[..., 2], times, 1), in_plane, rtol=3e-9)
 
 
 ISLANDS = {"1:1": (0.0, 0.56, 1), "2:1": (0.0, 2.32, 1), "9:4": (0.0, 2.53225, 4), "1:2": (np.pi / 2, 0.8674, 2)}

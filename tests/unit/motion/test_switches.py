@@ -185,7 +185,7 @@ def test_the_unit_of_a_condition_costs_no_digit(unit):
     for size in (0.4, [0.4, 0.4]):
         motion = pt.propagate(pt.System(BODY, Shadow(orbit, 1.0, size, unit)), start, times)
         assert np.max(np.abs(motion.omega_body[..., 2] / (0.1 * 5 / 6 * times) - 1)) < 1e-13
-        assert np.max(np.abs(motion.norm_error)) < 1e-14
+        assert np.max(np.abs(motion.norm_error)) < 2.2e-14
 
 
 @pytest.mark.parametrize("on", [3.0, 1e4, [3.0, 1e4]], ids=str)
