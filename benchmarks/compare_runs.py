@@ -1,0 +1,243 @@
+"""Whether a change of the code leaves results the same bit for bit, on a fixed set of runs.
+
+    python -m benchmarks.compare_runs keep out/runs.npz       before the change
+    python -m benchmarks.compare_runs compare out/runs.npz    after it: lists each result that differs, and by how much
+
+The file belongs to one machine: processors differ in the last bits.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import poinsot as pt
+from poinsot import functions as f
+
+BODY = pt.Body((1.3, 1.0, 0.7))
+OBLIQUE = pt.Body.from_inertia([(1.2, 0.2, -0.1), (0.2, 1.0, 0.15), (-0.1, 0.15, 0.9)])
+Q = np.array([0.8, 0.36, -0.48, 0.0])
+RATES = (0.3, -0.5, 0.9)
+TIMES = np.linspace(-4, 20, 25)
+FEW = np.linspace(0, 12, 13)
+CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.4, 0.2, 0.0)
+ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
+FLYBY = pt.EscapeOrbit(1.0, 0.8, 1.5, 0.3, 0.2, 0.1, epoch=4.0)
+DRIFTING = pt.PrecessingOrbit(ELLIPSE, 0.01, -0.02)
+RESTING = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)
+TURNING = pt.RotatingPoint((0.8, -0.5, 0.7), 0.9, 0.3)
+HALO = pt.ThreeBodyOrbit(0.9878, 0.0122, 1.0, (0.8233, 0.0, 0.0223), (0.0, 0.1343, 0.0))
+TABLE = pt.Ephemeris.fit(1.1, lambda t: np.stack(ELLIPSE.position_at(t), axis=-1), -5.0, 25.0)
+FIELD = pt.GravityField(
+    3,
+    1.1,
+    0.3,
+    [(0, 0, 0, 0), (0, 0, 0, 0), (-0.3, 0.05, 0.1, 0), (0.2, 0.1, -0.05, 0.08)],
+    [(0, 0, 0, 0), (0, 0, 0, 0), (0, -0.1, 0.15, 0), (0, 0.3, 0.04, -0.06)],
+)
+
+
+class Burn(pt.Torque):
+    """A torque switched on by time, rate and attitude."""
+
+    size: float
+
+    def torque(self, body, attitude, omega_body, sky):
+        on_time = f.where(f.less(sky.time, 3.3), self.size, -self.size)
+        on_rate = f.where(f.less(omega_body[2], 0.7), 0.1, 0.05)
+        return on_time, 0.02 * omega_body[0], on_rate * attitude.to_body((0, 0, 1))[0]
+
+
+class Kick(pt.Event):
+    """A change of attitude momentum at zeros of a rate."""
+
+    def value(self, body, attitude, omega_body, sky):
+        return omega_body[0]
+
+    def act(self, body, state):
+        g = 1.01 * np.array(state.angular_momentum_body)
+        return body.state(state.quaternion, angular_momentum_body=g, time=state.time)
+
+
+class Bound(pt.Event):
+    """A rate that reaches a bound."""
+
+    bound: float
+
+    def value(self, body, attitude, omega_body, sky):
+        return omega_body[2] - self.bound
+
+
+def alone(force):
+    """Return the forces of a run, one or several."""
+    return force if isinstance(force, tuple) else (force,)
+
+
+def single(force=(), body=BODY, times=TIMES, **options):
+    """Return the rows of one motion."""
+    system = pt.System(body, *alone(force))
+    motion = pt.propagate(system, body.state(Q, omega_body=RATES), times, **options)
+    out = {"q": motion.quaternion, "Q": motion.conjugate_momenta, "energy": motion.energy, "omega": motion.omega_body}
+    if options.get("dense"):
+        at = motion(np.linspace(times[0], times[-1], 57))
+        out |= {"dense q": at.quaternion, "dense Q": at.conjugate_momenta}
+    for i, event in enumerate(motion.events):
+        out |= {f"event {i} t": event.times, f"event {i} q": event.states.quaternion}
+        out |= {f"event {i} Q": event.states.conjugate_momenta}
+    return out
+
+
+def several(force=(), members=11, body=BODY, times=FEW, **options):
+    """Return the rows of an ensemble whose members start at different rates and times."""
+    shares = np.linspace(0, 1, members)
+    state = body.state(
+        np.broadcast_to(Q, (members, 4)),
+        omega_body=np.outer(1 + 0.3 * shares, RATES),
+        time=0.5 * np.round(4 * shares),
+    )
+    motion = pt.propagate(pt.System(body, *alone(force)), state, times, threads=1, **options)
+    out = {"q": motion.quaternion, "Q": motion.conjugate_momenta}
+    for i, event in enumerate(motion.events):
+        out |= {f"event {i} t": event.times, f"event {i} q": event.states.quaternion}
+    return out
+
+
+def variations(*forces, order=1):
+    """Return the state transition of one motion."""
+    system, state = pt.System(BODY, *forces), BODY.state(Q, omega_body=RATES)
+    found = pt.state_transition(system, state, FEW, order=order)
+    return {name: np.asarray(value) for name, value in vars(found).items() if isinstance(value, np.ndarray)}
+
+
+def spectra(force):
+    """Return what grows beside a motion."""
+    system, state = pt.System(BODY, force), BODY.state(Q, omega_body=RATES)
+    chaos, spectrum = pt.chaos_indicators(system, state, TIMES[5:]), pt.lyapunov_spectrum(system, state, TIMES[5:])
+    parts = {"chaos": vars(chaos), "spectrum": vars(spectrum)}
+    return {
+        f"{part} {name}": np.asarray(value)
+        for part, values in parts.items()
+        for name, value in values.items()
+        if isinstance(value, np.ndarray | float)
+    }
+
+
+def planar(**options):
+    """Return a motion about one axis."""
+    state = BODY.state((np.cos(0.2), 0, 0, np.sin(0.2)), omega_body=(0, 0, 1.4))
+    motion = pt.propagate(
+        pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0))),
+        state,
+        FEW,
+        formulation="planar",
+        **options,
+    )
+    return {"q": motion.quaternion, "Q": motion.conjugate_momenta}
+
+
+def free():
+    """Return a motion in closed form."""
+    motion = pt.free_motion(BODY, BODY.state(Q, omega_body=RATES), TIMES)
+    return {"q": motion.quaternion, "Q": motion.conjugate_momenta}
+
+
+def events():
+    """Return one of each kind: recorded, acting, and one that ends the motion."""
+    return (pt.RateCrossing((1, 0, 0), rate=0.2), Kick(), Bound(1.5, terminal=True))
+
+
+FORCES = {
+    "no force": (),
+    "weight": pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
+    "damping": pt.LinearDamping(0.05),
+    "switched": Burn(0.1),
+    "circle": pt.GravityGradient(CIRCLE),
+    "ellipse": pt.GravityGradient(ELLIPSE),
+    "flyby": pt.GravityGradient(FLYBY),
+    "precessing": pt.GravityGradient(DRIFTING),
+    "resting": pt.GravityGradient(RESTING),
+    "turning": pt.GravityGradient(TURNING),
+    "table": pt.GravityGradient(TABLE),
+    "oblate": (pt.GravityGradient(ELLIPSE), pt.Oblateness(ELLIPSE, 0.3, 0.2, (0.4, -0.3, 0.8))),
+    "mascons": pt.MasconGravity(ELLIPSE, (0.6, 0.7), [(0.05, -0.03, 0.02), (-0.03, 0.04, -0.05)]),
+    "two orbits": (pt.GravityGradient(ELLIPSE), pt.GravityGradient(RESTING)),
+    "orbit and damping": (pt.GravityGradient(ELLIPSE), pt.LinearDamping(0.02)),
+    "orbit and weight": (pt.GravityGradient(ELLIPSE), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
+    "three bodies": (pt.GravityGradient(HALO.from_primary), pt.GravityGradient(HALO.from_secondary)),
+}
+
+
+def cases():
+    """Yield the name of each run, and what it returns."""
+    for name, force in FORCES.items():
+        yield f"{name}, lie_poisson", lambda force=force: single(force)
+        yield f"{name}, canonical", lambda force=force: single(force, formulation="canonical")
+        yield f"{name}, oblique", lambda force=force: single(force, OBLIQUE)
+        yield f"{name}, dense", lambda force=force: single(force, dense=True)
+        yield f"{name}, ensemble", lambda force=force: several(force)
+        yield f"{name}, events", lambda force=force: single(force, events=events())
+    for name in ("no force", "weight", "ellipse", "table", "switched"):
+        yield f"{name}, Euler angles", lambda name=name: single(FORCES[name], formulation="euler_angles", times=FEW)
+        yield f"{name}, extended", lambda name=name: single(FORCES[name], precision="extended", times=FEW)
+        yield f"{name}, loose", lambda name=name: single(FORCES[name], tolerance=1e-8)
+        yield f"{name}, down", lambda name=name: single(FORCES[name], times=TIMES[::-1])
+        yield f"{name}, ensemble with events", lambda name=name: several(FORCES[name], events=events())
+        yield f"{name}, canonical ensemble", lambda name=name: several(FORCES[name], formulation="canonical")
+    for name in ("no force", "weight", "damping", "circle", "ellipse", "orbit and weight", "three bodies"):
+        yield f"{name}, state transition", lambda name=name: variations(*alone(FORCES[name]))
+    for name in ("weight", "ellipse"):
+        yield f"{name}, second order", lambda name=name: variations(FORCES[name], order=2)
+        yield f"{name}, spectra", lambda name=name: spectra(FORCES[name])
+    yield "ellipse, field", lambda: single(pt.HarmonicGravity(pt.KeplerOrbit(1.1, 1.3, 0.0, 0.2, 0.0, 0.0), FIELD))
+    yield "ellipsoid", lambda: single(pt.EllipsoidGravity(RESTING, 1.1, (0.9, 0.6, 0.4)))
+    yield "planar", planar
+    yield "free motion", free
+
+
+def results():
+    """Return the results of all runs by name; of one that fails, its error sentence."""
+    out = {}
+    for force in (pt.GravityGradient, pt.HarmonicGravity, pt.MasconGravity, pt.EllipsoidGravity, pt.Oblateness):
+        force.check = lambda *_: None
+    for name, run in cases():
+        try:
+            found = run()
+        except Exception as error:
+            found = {"error": np.array(f"{type(error).__name__}: {error}")}
+        out |= {f"{name}: {part}": np.asarray(value) for part, value in found.items()}
+    return out
+
+
+def difference(a, b):
+    """Return how two results differ, in words; nothing where they are the same bit for bit."""
+    if a.shape != b.shape or a.dtype.kind != b.dtype.kind:
+        return f"{a.shape} {a} became {b.shape} {b}"[:300]
+    if a.dtype.kind == "U":
+        return "" if a == b else f"{a} became {b}"
+    if a.tobytes() == b.tobytes():
+        return ""
+    return f"differs by {np.nanmax(np.abs(a - b)):.2g}"
+
+
+def main(command, path):
+    """Keep the results in a file, or compare them with the file's."""
+    found = results()
+    if command == "keep":
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        np.savez(path, **found)
+        print(f"{len(found)} results, {sum(name.endswith(': error') for name in found)} of them errors: {path}")
+        return 0
+    with np.load(path) as before:
+        missing = sorted(set(before.files) ^ set(found))
+        lines = {name: difference(before[name], found[name]) for name in before.files if name in found}
+    changed = {name: line for name, line in lines.items() if line}
+    for name, line in changed.items():
+        print(f"{name} {line}")
+    for name in missing:
+        print(f"{name} is in one of the two only")
+    print(f"{len(lines) - len(changed)} of {len(lines)} results are the same bit for bit")
+    return 1 if changed or missing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
