@@ -9,9 +9,9 @@ from benchmarks import peers, problems
 from benchmarks.flops import flops_per_step, multiply_add_peak
 from benchmarks.measure import Contender, interleaved, pin
 from benchmarks.problems import ENSEMBLE_END, P3
+from poinsot.engine import kernels
+from poinsot.engine.ensemble import Ensemble, integrate_members
 from poinsot.mechanics.attitude import rotation_angle
-from poinsot.motion import kernels
-from poinsot.motion.ensemble import Ensemble, integrate_members
 
 LIMIT = 1e-9
 """The error that every member must stay below, rad."""

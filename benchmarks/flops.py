@@ -99,7 +99,7 @@ def multiply_add_peak():
         import llvmlite.binding as llvm
     except (ImportError, OSError):
         return None
-    from poinsot.motion.kernels import LANES
+    from poinsot.engine.kernels import LANES
 
     lanes = max(LANES, 2)
     llvm.initialize_native_target()

@@ -11,8 +11,8 @@ from benchmarks.ensembles import RIGHT
 from benchmarks.measure import Contender, interleaved
 from benchmarks.problems import P1, WIDE
 from poinsot.mechanics.attitude import rotation_angle
-from poinsot.motion.free.elements import elements_of
-from poinsot.motion.free.theta import is_near_separatrix
+from poinsot.propagation.free_motion.elements import elements_of
+from poinsot.propagation.free_motion.theta import is_near_separatrix
 
 BODY = P1.system.body
 EPOCHS = 1_000_000
@@ -134,7 +134,7 @@ def _reference(bodies, states, i):
     return problems.reference(system, problems.member(states, i), BODIES_TIME)
 
 
-def closed_form_accuracy(short):  # noqa: ARG001 - the same in both modes
+def closed_form_accuracy(short):
     """Return the errors beside the stored references, or why there are none."""
     try:
         oracle = _oracle()

@@ -9,9 +9,9 @@ import numpy as np
 
 import poinsot as pt
 from poinsot import paper
-from poinsot.mechanics import quaternion as quat
+from poinsot.algebra import quaternion as quat
+from poinsot.engine import kernels
 from poinsot.mechanics.attitude import rotation_angle
-from poinsot.motion import kernels
 
 PERIOD = float(paper.ORBIT.period)
 WIDE = "extended" if kernels.available("extended") else "quadruple"

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from poinsot.motion import coordinates, kernels
+from poinsot.engine import kernels
+from poinsot.engine import state_vector as coordinates
 
 NUMBER = r"(?:np\.(?:float64|longdouble)\(')?([-+]?\d[\d_.]*(?:e[-+]?\d+)?)'?\)?"
 BELOW = re.compile(rf"(?<![\w.]){NUMBER} <=? {NUMBER}(?![\w.])")

@@ -31,7 +31,13 @@ from .mechanics.andoyer import Andoyer
 from .mechanics.attitude import Attitude
 from .mechanics.body import Body
 from .mechanics.calendar import Calendar
-from .mechanics.crossings import (
+from .mechanics.environment import Orbit, Sky
+from .mechanics.event import Event
+from .mechanics.force import Potential, Torque
+from .mechanics.frame import Frame, RotatingFrame
+from .mechanics.gravity_field import GravityField
+from .mechanics.parameters import Vector
+from .mechanics.standard_events import (
     AndoyerCrossing,
     Apsis,
     AttractorCrossing,
@@ -40,18 +46,8 @@ from .mechanics.crossings import (
     RateCrossing,
     SpinFlip,
 )
-from .mechanics.event import Event
-from .mechanics.force import Potential, Torque
-from .mechanics.frame import Frame, RotatingFrame
-from .mechanics.gravity_field import GravityField
-from .mechanics.parameters import Vector
-from .mechanics.sky import Orbit, Sky
 from .mechanics.state import State, project_to_tangent
 from .mechanics.system import System
-from .motion.events import Crossings
-from .motion.free.motion import free_motion
-from .motion.propagate import propagate
-from .motion.trajectory import Trajectory
 from .orbits.ephemeris import Ephemeris
 from .orbits.escape import EscapeOrbit
 from .orbits.fixed import FixedPoint
@@ -59,12 +55,16 @@ from .orbits.kepler import KeplerOrbit
 from .orbits.lagrange import LagrangePoint, RotatingPoint
 from .orbits.planets import planet_orbit
 from .orbits.precessing import PrecessingOrbit
-from .orbits.restricted import ThreeBodyOrbit
+from .orbits.restricted_three_body import ThreeBodyOrbit
 from .orbits.sums import orbit_sum
 from .orbits.two_body import two_body_orbit
-from .pictures.continuation import plot_branch
-from .pictures.geometry import plot_herpolhode, plot_poinsot, plot_polhode
-from .pictures.histories import (
+from .plot.continuation import plot_branch
+from .plot.geometry import plot_herpolhode, plot_poinsot, plot_polhode
+from .plot.maps import plot_chaos, plot_map
+from .plot.momentum_sphere import plot_momentum_sphere
+from .plot.sections import plot_section
+from .plot.spectrum import plot_spectrum
+from .plot.time_series import (
     plot_angular_momentum,
     plot_difference,
     plot_drift,
@@ -73,12 +73,12 @@ from .pictures.histories import (
     plot_rates,
     plot_roll_pitch_yaw,
 )
-from .pictures.maps import plot_chaos, plot_map
-from .pictures.momentum_sphere import plot_momentum_sphere
-from .pictures.sections import plot_section
-from .pictures.spectrum import plot_spectrum
-from .pictures.uncertainty import plot_uncertainty
-from .pictures.view import view
+from .plot.uncertainty import plot_uncertainty
+from .plot.view import view
+from .propagation.event_record import Crossings
+from .propagation.free_motion.motion import free_motion
+from .propagation.propagate import propagate
+from .propagation.trajectory import Trajectory
 from .shapes.assembly import Assembly
 from .shapes.mascons import Mascons
 from .shapes.mesh import Mesh

@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import new_file
+from poinsot.engine import kernels
 from poinsot.errors import PropagationError
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
@@ -21,12 +23,10 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.motion import kernels
-from poinsot.motion.propagate import propagate
-from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.pictures.histories import plot_quaternions
-from poinsot.writing import new_file
+from poinsot.plot.time_series import plot_quaternions
+from poinsot.propagation.propagate import propagate
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["PERIGEE", "PROBLEMS", "Problem", "Row", "markdown_table", "solve", "write"]
 

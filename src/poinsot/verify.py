@@ -21,26 +21,26 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from poinsot import paper
+from poinsot.algebra import quaternion as quat
 from poinsot.analysis.equilibria import equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.periodic import CassiniState, cassini_state
+from poinsot.engine import kernels
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.sky import Orbit
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.motion import kernels
-from poinsot.motion.free.motion import free_motion
-from poinsot.motion.propagate import propagate
-from poinsot.motion.trajectory import Trajectory, versions
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.orbits.lagrange import POINTS, LagrangePoint
 from poinsot.orbits.precessing import PrecessingOrbit
-from poinsot.orbits.restricted import ThreeBodyOrbit
+from poinsot.orbits.restricted_three_body import ThreeBodyOrbit
+from poinsot.propagation.free_motion.motion import free_motion
+from poinsot.propagation.propagate import propagate
+from poinsot.propagation.trajectory import Trajectory, versions
 
 __all__ = ["CASES", "Case", "Row", "installation", "rows_of"]
 

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import poinsot as pt
 from poinsot.cli import app
-from poinsot.cli.pictures import KINDS
+from poinsot.cli.plots import KINDS
 from poinsot.files.scenarios import scenario as scenarios
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

@@ -5,8 +5,8 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
+from poinsot.engine import kernels
 from poinsot.mechanics.axes import SPACE_AXES
-from poinsot.motion import kernels
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 START = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))

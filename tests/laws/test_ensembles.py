@@ -11,7 +11,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.motion import ensemble, kernels
+from poinsot.engine import ensemble, kernels
 
 MOST = 17
 BODY = pt.Body((1.0, 1.3, 1.7))

@@ -10,10 +10,10 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.algebra.quaternion import product
+from poinsot.engine import kernels
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
-from poinsot.mechanics.quaternion import product
-from poinsot.motion import kernels
 
 ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
 AT_REST = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)

@@ -11,7 +11,7 @@ from scipy.special import ive
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.motion import kernels
+from poinsot.engine import kernels
 
 EPS = np.finfo(float).eps
 INERTIA, RATE = 2.0, 0.1

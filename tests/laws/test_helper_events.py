@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.mechanics import crossings
+from poinsot.mechanics import standard_events as crossings
 
 BODY = pt.Body((1.0, 1.3, 1.9))
 ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.3, 0.4, 0.5, 0.6, 0.7)

@@ -11,7 +11,7 @@ from mpmath import mp, mpf
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.mechanics import quaternion as quat
+from poinsot.algebra import quaternion as quat
 
 LAWS = settings(
     derandomize=True, max_examples=40, deadline=None, database=None, phases=(Phase.explicit, Phase.generate)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.algebra import quaternion as quat
 from poinsot.mechanics import euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation_angle, rotation_matrix, unit_quaternion
 
 EPS = np.finfo(float).eps

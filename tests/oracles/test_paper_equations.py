@@ -7,9 +7,9 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross, dot, norm
 from poinsot.mechanics import attitude, euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.state import computed_state
 
 

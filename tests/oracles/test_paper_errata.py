@@ -12,9 +12,9 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import poinsot as pt
+from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross, dot
 from poinsot.mechanics import attitude, euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.state import computed_state
 
 REFERENCE = json.loads((Path(__file__).parent / "paper_cases.json").read_text())

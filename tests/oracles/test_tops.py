@@ -11,7 +11,7 @@ from lagrange_top import LagrangeTop
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.mechanics import quaternion as quat
+from poinsot.algebra import quaternion as quat
 
 UNITS = {"lie_poisson": 10, "canonical": 25}
 FORMULATIONS = pytest.mark.parametrize("formulation", UNITS)

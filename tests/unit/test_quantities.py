@@ -5,7 +5,7 @@ import pytest
 from astropy import units as u
 
 import poinsot as pt
-from poinsot.motion.trajectory import Run
+from poinsot.propagation.trajectory import Run
 from poinsot.quantities import ANGLES
 from public_calls import ELLIPSE, START, TOP, public_calls
 

@@ -16,15 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.checked import checked
+from poinsot.engine.ensemble import Ensemble, Outcome
+from poinsot.engine.progress import bar
+from poinsot.engine.state_vector import Coordinates
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
-from poinsot.mechanics.samples import orbits_of, time_scale
+from poinsot.mechanics.probing import orbits_of, time_scale
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
-from poinsot.motion.coordinates import Coordinates
-from poinsot.motion.ensemble import Ensemble, Outcome
-from poinsot.motion.progress import bar
-from poinsot.motion.tangent import TangentRun, units
-from poinsot.motion.trajectory import Run
+from poinsot.propagation.trajectory import Run
+from poinsot.propagation.variational_run import TangentRun, units
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
 

@@ -27,7 +27,7 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.replaced import NamedNumber
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
-from poinsot.motion.arguments import check_kinds
+from poinsot.propagation.arguments import check_kinds
 
 __all__ = ["Bifurcation", "Branch", "continue_motion"]
 

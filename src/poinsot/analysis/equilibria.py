@@ -14,21 +14,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.dual import Dual, partial
 from poinsot.checked import checked
 from poinsot.functions import Vector
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.dual import Dual, partial
+from poinsot.mechanics.branch_exploration import Nested, opened
+from poinsot.mechanics.environment import Sky
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.parameters import listed
-from poinsot.mechanics.samples import time_scale
-from poinsot.mechanics.sky import Sky
+from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.mechanics.wrapped import Nested, opened
-from poinsot.motion.arguments import check_kinds, checked_time
+from poinsot.propagation.arguments import check_kinds, checked_time
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.period_map import FIRM, SETTLED, PeriodMap, Point, largest_part
 from poinsot.analysis.periodic import PeriodicMotion, recognised
 from poinsot.errors import real_array, refuse_nonpositive
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.parameter_names import named_numbers

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.double_double import DoubleDouble
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
-from poinsot.motion.arguments import broadcast_members, check_kinds, members_of
-from poinsot.motion.free.elements import Elements, elements_of
-from poinsot.motion.free.theta import is_near_separatrix, theta_functions
+from poinsot.propagation.arguments import broadcast_members, check_kinds, members_of
+from poinsot.propagation.free_motion.elements import Elements, elements_of
+from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 
 __all__ = ["FreeRotation"]
 

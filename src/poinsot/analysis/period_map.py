@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.analysis.state_transition import state_transition
 from poinsot.errors import PropagationError
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.state import State

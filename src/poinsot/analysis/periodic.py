@@ -24,10 +24,10 @@ from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.parameters import listed
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.motion.arguments import check_kinds, members_of
-from poinsot.motion.propagate import propagate
-from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.precessing import PrecessingOrbit
+from poinsot.propagation.arguments import check_kinds, members_of
+from poinsot.propagation.propagate import propagate
+from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -15,16 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics.andoyer import Andoyer
-from poinsot.mechanics.crossings import AndoyerCrossing, Instant
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.samples import orbits_of, same
+from poinsot.mechanics.probing import orbits_of, same
+from poinsot.mechanics.standard_events import AndoyerCrossing, Instant
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
-from poinsot.motion.events import Crossings
-from poinsot.motion.propagate import propagate
-from poinsot.motion.trajectory import Trajectory
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.propagation.event_record import Crossings
+from poinsot.propagation.propagate import propagate
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Section", "andoyer_section", "section", "spin_orbit_section"]
 

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
+from poinsot.engine.ensemble import Ensemble
+from poinsot.engine.state_vector import Coordinates
 from poinsot.errors import PropagationError, real_numbers
 from poinsot.mechanics.parameter_names import resolve
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.motion.coordinates import Coordinates
-from poinsot.motion.ensemble import Ensemble
-from poinsot.motion.tangent import TangentRun, units
-from poinsot.motion.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.variational_run import TangentRun, units
 
 __all__ = ["StateTransition", "state_transition"]
 

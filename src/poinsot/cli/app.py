@@ -9,7 +9,7 @@ import typer
 
 from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
-from poinsot.cli.pictures import plot, view
+from poinsot.cli.plots import plot, view
 from poinsot.cli.runs import new, run
 from poinsot.cli.terminal import Commands, answer, exit_statuses
 

@@ -34,7 +34,7 @@ def paper(
 
         mpl.use("Agg")
         from poinsot import paper as problems
-        from poinsot.writing import write_text
+        from poinsot.atomic_write import write_text
 
         console = Console()
         out.mkdir(parents=True, exist_ok=True)

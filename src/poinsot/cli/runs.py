@@ -51,12 +51,12 @@ def new(
         if schema:
             import json
 
-            from poinsot.files.scenarios.model import schema as of_scenarios
+            from poinsot.files.scenarios.schema import schema as of_scenarios
 
             answer(*json.dumps(of_scenarios(), indent=1).split("\n"))
             return
-        from poinsot.files.scenarios.start import START
-        from poinsot.writing import write_text
+        from poinsot.atomic_write import write_text
+        from poinsot.files.scenarios.template import START
 
         if file.suffix != ".toml":
             raise ValueError(f"{file} must end in .toml, but it does not.")
@@ -128,7 +128,7 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None) -> dic
 
 def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
     """Refuse before the run what would be refused after it."""
-    from poinsot.motion.arguments import members_of
+    from poinsot.propagation.arguments import members_of
 
     members = members_of(job.system, job.state)
     if "view" in names and members:
@@ -175,11 +175,11 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> None
         save(motion, names["result"], overwrite=overwrite)
     tell(names["result"])
     if "plot" in names:
-        from poinsot.cli.pictures import drawn
+        from poinsot.cli.plots import drawn
 
         tell(drawn(motion, "quaternions", names["plot"], overwrite))
     if "view" in names:
-        from poinsot.cli.pictures import viewed
+        from poinsot.cli.plots import viewed
 
         tell(viewed(motion, names["view"], overwrite))
 

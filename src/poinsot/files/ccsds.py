@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.files.strangers import local_name, parsed_xml
+from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import SCALES, Calendar
 
 __all__ = [

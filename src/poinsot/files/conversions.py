@@ -12,11 +12,11 @@ from poinsot.files.attitudes.ck import read_ck, write_ck
 from poinsot.files.attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
 from poinsot.files.attitudes.stk import read_stk_attitude, write_stk_attitude
 from poinsot.files.netcdf import SUFFIXES, load, save
+from poinsot.files.scenarios.builder import Parts
 from poinsot.files.scenarios.folder import Folder
-from poinsot.files.scenarios.parts import Parts
-from poinsot.files.strangers import read_text
+from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
-from poinsot.motion.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["convert"]
 

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import new_file, new_folder
 from poinsot.checked import checked
+from poinsot.engine import kernels
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.zarr_store import GROUP, read_store, write_store
@@ -23,11 +25,9 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
-from poinsot.motion import kernels
-from poinsot.motion.dataset import PROVENANCE, WITH_FILES
-from poinsot.motion.recorded import Record, RecordedMotion, RecordedSky, RecordedSystem
-from poinsot.motion.trajectory import Run, Trajectory
-from poinsot.writing import new_file, new_folder
+from poinsot.propagation.dataset import PROVENANCE, WITH_FILES
+from poinsot.propagation.stored_trajectory import Record, RecordedMotion, RecordedSky, RecordedSystem
+from poinsot.propagation.trajectory import Run, Trajectory
 
 if TYPE_CHECKING:
     import xarray

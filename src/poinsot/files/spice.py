@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from poinsot.errors import optional
 from poinsot.files.reader_process import Answer, ReaderProcess
-from poinsot.files.strangers import read_bytes
+from poinsot.files.untrusted import read_bytes
 from poinsot.mechanics.calendar import Calendar
 
 __all__ = ["ET", "Kernels", "loaded"]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.files.strangers import read_bytes, read_text
+from poinsot.files.untrusted import read_bytes, read_text
 
 if TYPE_CHECKING:
     import xarray

@@ -7,8 +7,8 @@ import numpy as np
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Sky
 from poinsot.mechanics.force import Torque
-from poinsot.mechanics.sky import Sky
 
 __all__ = ["LinearDamping"]
 

@@ -8,14 +8,14 @@ import numpy as np
 
 from poinsot import functions
 from poinsot.errors import refuse_nonpositive
-from poinsot.forces.inertia import refuse_other_inertia
+from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Orbit, Sky
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.parameters import Vector
-from poinsot.mechanics.sky import Orbit, Sky
-from poinsot.mechanics.surface import warn_below
+from poinsot.mechanics.periapsis_warning import warn_below
 
 __all__ = ["EllipsoidGravity"]
 

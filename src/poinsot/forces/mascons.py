@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.algebra.dual import composed
 from poinsot.errors import real_numbers
-from poinsot.forces.inertia import refuse_other_inertia
+from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.dual import composed
+from poinsot.mechanics.environment import Orbit, Sky
 from poinsot.mechanics.force import Potential
-from poinsot.mechanics.sky import Orbit, Sky
 
 __all__ = ["MasconGravity"]
 

@@ -1,1 +1,1 @@
-"""The paper's mechanics: quaternions, attitude, Euler variables, body, state, frame, forces' base, system."""
+"""Description without an integrator: body, state, attitude, frames, forces, events, the system and its environment."""

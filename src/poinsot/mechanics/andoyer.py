@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics import euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State, state_with
 

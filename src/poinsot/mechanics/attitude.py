@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.quaternion import Array, components
 from poinsot.errors import member_array, real_numbers
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics import quaternion as quat
-from poinsot.mechanics.quaternion import Array, components
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.environment import Orbit, Sky
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.sky import Orbit, Sky
 
 __all__ = ["SPACE_AXES", "Axes", "SpaceAxes", "TrackingAxes", "TrackingSky"]
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.quaternion import assemble
 from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpositive, scalar
 from poinsot.functions import Scalar
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
 from poinsot.mechanics.parameters import Parametric, Vector, came
-from poinsot.mechanics.quaternion import assemble
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.quaternion import Array, assemble, components
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import matrix_of
-from poinsot.mechanics.quaternion import Array, assemble, components
 
 SEQUENCES = tuple("".join(s) for s in itertools.product("123", repeat=3) if s[0] != s[1] and s[1] != s[2])
 

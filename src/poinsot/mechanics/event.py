@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.environment import Sky
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.parameters import kinds_of, listed
-from poinsot.mechanics.sky import Sky
 from poinsot.mechanics.state import State
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from poinsot import functions
+from poinsot.algebra.dual import partial, seeded
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.dual import partial, seeded
+from poinsot.mechanics.environment import Sky
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.sky import Sky
 
 if TYPE_CHECKING:
     from poinsot.mechanics.body import Body

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.dual import partial, seeded
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.dual import partial, seeded
 from poinsot.mechanics.kinetics import Kinetics
-from poinsot.mechanics.samples import time_scale
+from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State, computed_state
 
 __all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_array, real_numbers
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
 from poinsot.mechanics.parameters import came

@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.mechanics import quaternion as quat
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.dual import partial, seeded
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.dual import partial, seeded
+from poinsot.mechanics.branch_exploration import BRANCHES, ExploredSky, opened
+from poinsot.mechanics.environment import Sky
 from poinsot.mechanics.force import Torque
-from poinsot.mechanics.samples import orbits_of, samples, time_scale
-from poinsot.mechanics.sky import Sky
-from poinsot.mechanics.wrapped import BRANCHES, ExploredSky, opened
+from poinsot.mechanics.probing import orbits_of, samples, time_scale
 
 if TYPE_CHECKING:
     from poinsot.mechanics.state import State

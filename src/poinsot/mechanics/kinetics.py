@@ -7,10 +7,10 @@ from typing import Annotated, Any
 from numpy.typing import ArrayLike
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.quaternion import Array, assemble, components
 from poinsot.functions import Scalar
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.parameters import Parametric, Vector
-from poinsot.mechanics.quaternion import Array, assemble, components
 
 __all__ = ["Kinetics", "ObliqueKinetics"]
 

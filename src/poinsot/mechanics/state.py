@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics import euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.parameters import listed
 

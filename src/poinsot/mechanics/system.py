@@ -15,16 +15,16 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.axes import SPACE_AXES, Axes
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.branch_exploration import BRANCHES, ExploredSky, opened
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Sky, frames_of
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
+from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import came, union_of_knots
-from poinsot.mechanics.refusals import use_functions
-from poinsot.mechanics.samples import common_axes, orbits_of, sample_time, samples, space_axes, span
-from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Sky, frames_of
+from poinsot.mechanics.probing import common_axes, orbits_of, sample_time, samples, space_axes, span
 from poinsot.mechanics.state import State
-from poinsot.mechanics.wrapped import BRANCHES, ExploredSky, opened
 
 __all__ = ["System"]
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.algebra.quaternion import assemble
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
 from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.quaternion import assemble
-from poinsot.mechanics.sky import Orbit, Sky
-from poinsot.mechanics.surface import warn_below
+from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 
 __all__ = ["ConicAxes", "ConicOrbit", "check_surface", "plane_of"]

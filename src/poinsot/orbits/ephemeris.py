@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.dual import partial, seeded
 from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.dual import partial, seeded
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.parameters import Table, came, listed
-from poinsot.mechanics.sky import Orbit
-from poinsot.orbits import pieces
+from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import check_surface
 
 __all__ = ["Ephemeris", "EphemerisFrame", "PolynomialArc"]

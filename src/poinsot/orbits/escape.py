@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.orbits.angle_reduction import elapsed
 from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
-from poinsot.orbits.phase import elapsed
+from poinsot.orbits.from_cartesian import exactly_one, passage
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
-from poinsot.orbits.vectors import exactly_one, passage
 
 __all__ = ["EscapeAxes", "EscapeOrbit"]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Vector
-from poinsot.mechanics.sky import Orbit
 
 __all__ = ["FixedPoint"]
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_numbers
-from poinsot.mechanics import quaternion as quat
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.sky import Orbit
 
 __all__ = ["OrbitFrame"]
 

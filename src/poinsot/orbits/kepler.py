@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.orbits.angle_reduction import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
-from poinsot.orbits.phase import angle_at, angle_nearby, mean_motion_of
-from poinsot.orbits.vectors import exactly_one, passage
+from poinsot.orbits.from_cartesian import exactly_one, passage
 
 __all__ = ["EccentricAxes", "EllipticAxes", "KeplerAxes", "KeplerOrbit", "LongEllipticAxes"]
 

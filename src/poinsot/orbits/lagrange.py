@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.errors import member_array, real_array, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Vector
-from poinsot.mechanics.sky import Orbit
-from poinsot.orbits.restricted import CirclingPair, ThreeBodyOrbit
+from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyOrbit
 
 __all__ = ["LagrangePoint", "RotatingPoint"]
 

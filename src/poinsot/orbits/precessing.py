@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.mechanics.sky import Orbit
+from poinsot.mechanics.environment import Orbit
+from poinsot.orbits.angle_reduction import angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicAxes, plane_of
 from poinsot.orbits.frame import OrbitFrame
 from poinsot.orbits.kepler import EllipticAxes, KeplerOrbit, LongEllipticAxes, is_circle
-from poinsot.orbits.phase import angle_at, mean_motion_of
 
 __all__ = ["LongPrecessingAxes", "PrecessingAxes", "PrecessingOrbit"]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.sky import SPACE_AXES_UNNAMED, Orbit, frames_of
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["orbit_sum"]

@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 
 from poinsot.checked import checked
 from poinsot.orbits.escape import EscapeOrbit
+from poinsot.orbits.from_cartesian import passage
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.orbits.vectors import passage
 
 __all__ = ["two_body_orbit"]
 

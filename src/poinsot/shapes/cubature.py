@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.mechanics.harmonics import SolidHarmonics
+from poinsot.algebra.solid_harmonics import SolidHarmonics
 
 __all__ = ["BLOCK", "ball", "cylinder", "gravity_of_points", "multipoles", "triangle"]
 

@@ -120,7 +120,7 @@ def measure(folder):
     import trimesh.exchange.obj  # noqa: F401
     import xarray
 
-    from poinsot.files.scenarios.model import scenario_model
+    from poinsot.files.scenarios.schema import scenario_model
 
     assert astropy.time
     assert netCDF4

@@ -16,7 +16,7 @@ from tumbling import MOTION, NAMED
 
 import poinsot as pt
 from poinsot.files.attitudes import ck
-from poinsot.files.scenarios.start import START
+from poinsot.files.scenarios.template import START
 
 SECONDS, BYTES = 1.0, 200e6
 """Of this process for each file; readers in processes of their own have limits there."""

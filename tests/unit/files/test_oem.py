@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import poinsot as pt
-from poinsot.files import strangers
+from poinsot.files import untrusted as strangers
 
 MU, AXIS, ECCENTRICITY = 398600.4418, 9000.0, 0.2
 BEGIN = dt.datetime(2026, 11, 21)

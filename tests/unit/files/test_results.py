@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
-from poinsot.motion.scenario_text import text_of
+from poinsot.propagation.scenario_text import text_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
 OBLIQUE = pt.Body.from_inertia([[3, 0.1, 0], [0.1, 4, 0.2], [0, 0.2, 5]])

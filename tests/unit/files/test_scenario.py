@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.files.scenarios.makers import FUNCTIONS, makers
-from poinsot.files.scenarios.model import schema
 from poinsot.files.scenarios.quantities import quantity
+from poinsot.files.scenarios.registry import FUNCTIONS, makers
 from poinsot.files.scenarios.scenario import parsed_scenario, rebuilt_system
+from poinsot.files.scenarios.schema import schema
 
 ROOT = Path(__file__).parents[3]
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot import functions
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.sky import Sky
+from poinsot.mechanics.environment import Sky
 
 TURN = Rotation.from_rotvec([0.7, -0.2, 1.1])
 BODY = pt.Body((1.25, 1.0, 0.75))

@@ -8,8 +8,8 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
 from poinsot.mechanics import euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import rotation_matrix
 
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]

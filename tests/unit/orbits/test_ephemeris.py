@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.motion import kernels
+from poinsot.engine import kernels
 
 KEPLER = pt.KeplerOrbit(398600.4418, 7000.0, 0.1, 0.9, 0.3, 0.5, 0.2)
 T = KEPLER.period

@@ -7,8 +7,8 @@ import sympy
 from scipy.integrate import solve_ivp
 
 import poinsot as pt
+from poinsot.algebra.dual import partial, seeded
 from poinsot.mechanics.attitude import rotation_matrix
-from poinsot.mechanics.dual import partial, seeded
 from poinsot.orbits.escape import EscapeOrbit
 
 EPS = np.finfo(float).eps
@@ -220,7 +220,7 @@ def test_members_along_hyperbolas_of_their_own():
 
 
 def test_other_numbers_use_the_same_kernel_also_across_the_parabola(monkeypatch):
-    from poinsot.motion import kernels
+    from poinsot.engine import kernels
 
     monkeypatch.setattr(kernels, "_pool", kernels._Pool())
     motions = [pt.propagate(systems(name)["space"], START, RUN).quaternion for name in ("parabola", "nearly", "bent")]

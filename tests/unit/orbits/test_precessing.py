@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot.algebra.dual import partial, seeded
+from poinsot.engine import kernels
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.mechanics.axes import SPACE_AXES
-from poinsot.mechanics.dual import partial, seeded
-from poinsot.motion import kernels
 from poinsot.orbits.precessing import PrecessingOrbit
 
 EPS = np.finfo(float).eps

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.orbits.angle_reduction import angle_at
 from poinsot.orbits.escape import EscapeOrbit
-from poinsot.orbits.phase import angle_at
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.orbits.two_body import two_body_orbit
 

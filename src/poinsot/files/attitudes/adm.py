@@ -12,8 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.mechanics import euler
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import omega_body
 
 __all__ = ["COLUMNS", "QUATERNION", "attitude_of", "checked_period", "kvn_columns", "sequence_of"]

@@ -11,15 +11,15 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from poinsot.algebra import quaternion as quat
+from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
-from poinsot.files.strangers import local_name, read_text
-from poinsot.mechanics import quaternion as quat
+from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
-from poinsot.motion.trajectory import Trajectory
-from poinsot.writing import write_text
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_aem", "write_aem"]
 

@@ -10,18 +10,18 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from poinsot.algebra import quaternion as quat
+from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, rates_per_second, table_of
 from poinsot.files.ccsds import Entry
-from poinsot.files.strangers import local_name, read_text
-from poinsot.mechanics import quaternion as quat
+from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.parameters import came
 from poinsot.mechanics.state import State
-from poinsot.writing import write_text
 
 __all__ = ["read_apm", "write_apm"]
 

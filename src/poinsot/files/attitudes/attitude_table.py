@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.parameters import came
-from poinsot.mechanics.samples import orbits_of
-from poinsot.mechanics.sky import SPACE_AXES_UNNAMED
+from poinsot.mechanics.probing import orbits_of
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
-from poinsot.motion.dataset import calendar_of as dates_of_motion
-from poinsot.motion.dataset import space_axes_of
-from poinsot.motion.trajectory import Run, Trajectory, versions
+from poinsot.propagation.dataset import calendar_of as dates_of_motion
+from poinsot.propagation.dataset import space_axes_of
+from poinsot.propagation.trajectory import Run, Trajectory, versions
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.algebra import quaternion as quat
+from poinsot.atomic_write import new_file
 from poinsot.checked import checked
 from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
 from poinsot.files.spice import ET, loaded
-from poinsot.mechanics import quaternion as quat
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import SECONDS, Calendar
-from poinsot.motion.trajectory import Trajectory
-from poinsot.writing import new_file
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_ck", "spice_attitude", "write_ck"]
 

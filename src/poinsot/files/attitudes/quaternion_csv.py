@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, check_rising, table_of
-from poinsot.files.strangers import read_text
+from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
-from poinsot.mechanics.sky import SPACE_AXES_UNNAMED
-from poinsot.motion.trajectory import Trajectory
-from poinsot.writing import write_text
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_quaternion_csv", "write_quaternion_csv"]
 

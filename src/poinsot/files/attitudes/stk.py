@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
-from poinsot.files.strangers import read_text
+from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
-from poinsot.motion.trajectory import Trajectory
-from poinsot.writing import write_text
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_stk_attitude", "write_stk_attitude"]
 

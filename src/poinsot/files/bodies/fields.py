@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
-from poinsot.files.strangers import MOST_BYTES, lazy_lines, read_text
+from poinsot.files.untrusted import MOST_BYTES, lazy_lines, read_text
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
 from poinsot.shapes.shape import HIGHEST_DEGREE
 

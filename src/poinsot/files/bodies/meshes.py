@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
-from poinsot.files.strangers import read_bytes
+from poinsot.files.untrusted import read_bytes
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["read_mesh"]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.ccsds import FRAMES, ROTATING
-from poinsot.files.strangers import local_name, read_text
+from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.calendar import SCALES, Calendar, checked_calendar
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris

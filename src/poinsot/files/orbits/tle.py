@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import optional, real_array
-from poinsot.files.strangers import local_name, parsed_xml
+from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.mechanics.parameters import came
 from poinsot.orbits.attractors import attractor_radius

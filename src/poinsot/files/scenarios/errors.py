@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from poinsot.files.scenarios.makers import Maker, makers
-from poinsot.files.scenarios.model import scenario_model, short
+from poinsot.files.scenarios.registry import Maker, makers
+from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
 
 __all__ = ["Errors", "has", "nearest"]

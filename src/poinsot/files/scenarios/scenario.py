@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
-from poinsot.files.strangers import read_bytes
+from poinsot.files.untrusted import read_bytes
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.motion.dataset import WHOLE, WITH_FILES
-from poinsot.motion.free.motion import free_motion
-from poinsot.motion.propagate import propagate
-from poinsot.motion.scenario_text import MOST_CHARACTERS, text_of
-from poinsot.motion.trajectory import Trajectory
+from poinsot.propagation.dataset import WHOLE, WITH_FILES
+from poinsot.propagation.free_motion.motion import free_motion
+from poinsot.propagation.propagate import propagate
+from poinsot.propagation.scenario_text import MOST_CHARACTERS, text_of
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "repetition"]
 
@@ -106,8 +106,8 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
 
     Without a folder it can name no file.
     """
+    from poinsot.files.scenarios.builder import Parts
     from poinsot.files.scenarios.folder import Folder
-    from poinsot.files.scenarios.parts import Parts
 
     files = Folder(folder)
     parts = Parts(text, name, folder=files)
@@ -133,8 +133,8 @@ def rebuilt_system(
 
     The files that it names are in the folder, and the arrays in the data.
     """
+    from poinsot.files.scenarios.builder import Parts
     from poinsot.files.scenarios.folder import Folder
-    from poinsot.files.scenarios.parts import Parts
 
     return Parts(text, name, whole=False, folder=Folder(folder), data=data).system()
 

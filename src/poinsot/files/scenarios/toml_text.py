@@ -6,7 +6,7 @@ import re
 import tomllib
 from typing import Any
 
-from poinsot.motion.scenario_text import MOST_CHARACTERS, MOST_NUMBERS
+from poinsot.propagation.scenario_text import MOST_CHARACTERS, MOST_NUMBERS
 
 __all__ = ["Path", "lines_of", "parsed_toml"]
 

@@ -1,0 +1,100 @@
+"""Solid harmonics: the polynomials in which gravity fields are expanded, and their derivatives.
+
+Z_nm = r^n P_nm(sin latitude) exp(i m longitude), not normalised, without the sign (-1)^m. A derivative of a sum of
+degree n is a sum of degree n - 1, which is what makes a torque as cheap as an energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from poinsot.algebra.dual import Dual
+from poinsot.functions import Scalar
+
+__all__ = ["SolidHarmonics"]
+
+Coefficients = Sequence[tuple[Scalar, Scalar]]
+"""(C_n0, S_n0), ..., (C_nn, S_nn) of one degree n, scalars of any kind."""
+
+
+class SolidHarmonics:
+    """The solid harmonics of a vector, each computed once, when it is asked for.
+
+    Parameters
+    ----------
+    vector : three scalars
+        Of any kind, also with derivatives.
+    squared : scalar, optional
+        The square of its length, where it is known: 1 for a direction. Derivatives are those of the polynomials
+        all the same, so they hold along a sphere.
+    """
+
+    def __init__(self, vector: Sequence[Scalar], squared: Scalar | None = None) -> None:
+        self.vector = tuple(vector)
+        x, y, z = values = tuple(getattr(component, "value", component) for component in self.vector)
+        self._x, self._y, self._z = values
+        self._squared = x * x + y * y + z * z if squared is None else squared
+        self._known: dict[tuple[int, int], tuple[Scalar, Scalar]] = {(0, 0): (1.0, 0.0)}
+
+    def pair(self, n: int, m: int) -> tuple[Scalar, Scalar]:
+        """Return the real and the imaginary part of Z_nm of the values of the vector, 0 <= m <= n."""
+        if (n, m) not in self._known:
+            self._known[n, m] = self._next_of_diagonal(n) if n == m else self._next_of_column(n, m)
+        return self._known[n, m]
+
+    def _next_of_diagonal(self, n: int) -> tuple[Scalar, Scalar]:
+        (a, b), k = self.pair(n - 1, n - 1), 2 * n - 1
+        if n == 1:
+            return self._x, self._y
+        return k * (self._x * a - self._y * b), k * (self._x * b + self._y * a)
+
+    def _next_of_column(self, n: int, m: int) -> tuple[Scalar, Scalar]:
+        rise, fall = (2 * n - 1) / (n - m), (n + m - 1) / (n - m)
+        before = [rise * (self._z * part) for part in self.pair(n - 1, m)]
+        if n - 2 < m:
+            return before[0], before[1]
+        further = [fall * (self._squared * part) for part in self.pair(n - 2, m)]
+        return before[0] - further[0], before[1] - further[1]
+
+    def sum(self, coefficients: Coefficients) -> Scalar:
+        """Return the sum over m of C_m Re Z_nm + S_m Im Z_nm, n the degree of the coefficients."""
+        value = self._value(coefficients)
+        duals = [(k, component) for k, component in enumerate(self.vector) if isinstance(component, Dual)]
+        total = Dual(value, {})
+        for k, component in duals:
+            slope = self._value(derivative(coefficients, k)) if len(coefficients) > 1 else 0.0
+            total = total + component.chain(0.0, slope)
+        return total if duals else value
+
+    def _value(self, coefficients: Coefficients) -> Scalar:
+        n, total = len(coefficients) - 1, 0.0
+        for m, weights in enumerate(coefficients):
+            for weight, part in zip(weights[: m + 1], self.pair(n, m), strict=False):
+                total = total + weight * part
+        return total
+
+
+def derivative(coefficients: Coefficients, component: int) -> Coefficients:
+    """Return the coefficients, of degree n - 1, of the derivative of a sum along x, y or z (0, 1, 2).
+
+    With D = d/dx + i d/dy: D Z_nm = -Z_(n-1)(m+1), D* Z_nm = (n + m)(n + m - 1) Z_(n-1)(m-1) and
+    d/dz Z_nm = (n + m) Z_(n-1)m, where Z_(n-1)(-1) = -Z*_(n-1)1 / (n (n - 1)).
+    """
+    n = len(coefficients) - 1
+    found: list[tuple[Scalar, Scalar]] = [(0.0, 0.0)] * n
+    for m, (c, s) in enumerate(coefficients):
+        for order, more_c, more_s in _parts(n, m, c, s if m else 0.0, component):
+            if 0 <= order < n:
+                here_c, here_s = found[order]
+                found[order] = here_c + more_c, here_s + more_s if order else 0.0
+    return found
+
+
+def _parts(n: int, m: int, c: Scalar, s: Scalar, component: int) -> Sequence[tuple[int, Scalar, Scalar]]:
+    """Return what the derivative of c Re Z_nm + s Im Z_nm is made of: orders and their coefficients."""
+    if component == 2:
+        return [(m, (n + m) * c, (n + m) * s)]
+    down, up = 0.5 * (n + m) * (n + m - 1), -0.5 if m else -1.0
+    if component == 0:
+        return [(m + 1, up * c, up * s), (m - 1, down * c, down * s)]
+    return [(m + 1, -up * s, up * c), (m - 1, down * s, -down * c)]

@@ -1,0 +1,184 @@
+"""What is looked at: `poinsot plot`, `poinsot view`."""
+
+from __future__ import annotations
+
+import inspect
+import io
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import poinsot
+from poinsot.cli.terminal import Overwrite, busy, check_new, checked_result, sentences, tell, writing
+
+__all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
+
+KINDS = (
+    "angular_momentum",
+    "difference",
+    "drift",
+    "euler_angles",
+    "herpolhode",
+    "momentum_sphere",
+    "poinsot",
+    "polhode",
+    "quaternions",
+    "rates",
+    "roll_pitch_yaw",
+)
+"""What can be drawn of a result: the functions `plot_...` of the package that need no more than a motion."""
+
+OPTIONS = {"other": "--with", "orbit": "--orbit", "degrees": "--degrees"}
+"""Of the command, by the arguments that they are."""
+
+PICTURES = (".png", ".pdf", ".svg")
+
+
+def _known(kind: str) -> str:
+    if kind not in KINDS:
+        raise typer.BadParameter(f"it must be one of {', '.join(KINDS)}, but {kind!r} came.")
+    return kind
+
+
+def plot(
+    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
+    picture: Annotated[
+        Path | None, typer.Argument(help="Ends in .png, .pdf or .svg; default: FILE-KIND.png beside the result.")
+    ] = None,
+    kind: Annotated[str, typer.Option(callback=_known, help=f"What to draw: {', '.join(KINDS)}.")] = "quaternions",
+    other: Annotated[
+        Path | None, typer.Option("--with", help="Another result, at the same times, for --kind difference.")
+    ] = None,
+    orbit: Annotated[
+        int | None, typer.Option(min=1, help="Which orbit, for --kind roll_pitch_yaw, if there are several: 1, 2, ...")
+    ] = None,
+    degrees: Annotated[bool, typer.Option("--degrees", help="Angles in degrees instead of radians.")] = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Draw a result, as the functions `plot_...` of the package do.
+
+    For example:
+
+    - `poinsot plot top.nc`: q and Q, in top-quaternions.png
+    - `poinsot plot top.nc top.pdf --kind polhode`
+    - `poinsot plot top.nc --kind difference --with top-again.nc`
+    """
+    with sentences():
+        checked_result(file)
+        path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
+        check_new(path, overwrite)
+        _check_options(kind, {"other": other, "orbit": orbit, "degrees": degrees})
+        with busy(f"Reading {file}"):
+            motion = _loaded(file)
+        tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, degrees=degrees))
+
+
+def view(
+    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr) of one body.")],
+    page: Annotated[Path | None, typer.Argument(help="Ends in .html; default: beside the result.")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a page that plays a result in three dimensions, in any browser, without a network.
+
+    For example:
+
+    - `poinsot view top.nc`
+    - `poinsot view top.nc talk/top.html`
+    """
+    with sentences():
+        checked_result(file)
+        path = page or file.with_suffix(".html")
+        check_new(path, overwrite)
+        if path.suffix != ".html":
+            raise ValueError(f"{path} must end in .html, but it does not.")
+        with busy(f"Reading {file}"):
+            motion = _loaded(file)
+        tell(viewed(motion, path, overwrite))
+
+
+def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> Path:
+    """Draw a motion into a file, whole or not at all, and return its path; `said` are options of the command."""
+    if path.suffix not in PICTURES:
+        raise ValueError(f"{path} must end in {', '.join(PICTURES)}, but it does not.")
+    check_new(path, overwrite)
+    import matplotlib as mpl
+    import numpy as np
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    from poinsot.atomic_write import new_file
+
+    draw = getattr(poinsot, f"plot_{kind}")
+    with writing(path):
+        figure = np.ravel(draw(**_arguments(kind, motion, **said)))[0].figure
+        content = io.BytesIO()
+        figure.savefig(content, format=path.suffix[1:], **({"dpi": 150} if path.suffix == ".png" else {}))
+        plt.close(figure)
+        with new_file(path, overwrite) as part:
+            part.write_bytes(content.getvalue())
+    return path
+
+
+def viewed(motion: Any, path: Path, overwrite: bool) -> Path:
+    """Write the page of a motion, and return its path."""
+    from poinsot.plot.view import view as page_of
+
+    with writing(path):
+        return page_of(motion, path, overwrite=overwrite)
+
+
+def _check_options(kind: str, given: dict[str, Any]) -> None:
+    """Refuse options that are of no use for a picture, and a comparison with nothing."""
+    for name, value in given.items():
+        if value and name not in _wanted(kind):
+            kinds = " or ".join(known for known in KINDS if name in _wanted(known))
+            raise ValueError(f"{OPTIONS[name]} must go with --kind {kinds}, but --kind {kind} came.")
+    if "other" in _wanted(kind):
+        if given["other"] is None:
+            raise ValueError("--with must be another result, such as --with other.nc, but none came.")
+        checked_result(given["other"])
+
+
+def _wanted(kind: str) -> Iterable[str]:
+    """Return the names of the arguments of a function of the package."""
+    return inspect.signature(getattr(poinsot, f"plot_{kind}")).parameters
+
+
+def _arguments(
+    kind: str, motion: Any, other: Path | None = None, orbit: int | None = None, degrees: bool = False
+) -> dict[str, Any]:
+    """Return the arguments of a function of the package, by their names, from a motion and the options."""
+    made: dict[str, Callable[[], Any]] = {
+        "motion": lambda: motion,
+        "body": lambda: motion.system.body,
+        "state": lambda: motion,
+        "other": lambda: _loaded(other),
+        "orbit": lambda: _orbit(motion, orbit),
+        "title": lambda: motion.provenance.get("title") or "",
+    }
+    given = {name: made[name]() for name in _wanted(kind) if name in made}
+    return given | ({"degrees": True} if degrees else {})
+
+
+def _orbit(motion: Any, number: int | None) -> Any:
+    """Return the orbit of a motion, or the one of a number if there are several."""
+    from poinsot.plot.time_series import different_orbits
+
+    found = different_orbits(motion)
+    if not found:
+        raise ValueError("the result must have an orbit from which to see the body, but it has none.")
+    if number is None and len(found) == 1:
+        return found[0]
+    if number is None or number > len(found):
+        listed = "; ".join(f"{i}: {type(orbit).__name__}" for i, orbit in enumerate(found, 1))
+        raise ValueError(f"--orbit must say which orbit, but {number or 'none'} came. There are {listed}.")
+    return found[number - 1]
+
+
+def _loaded(file: Any) -> Any:
+    from poinsot.files.netcdf import load
+
+    return load(checked_result(file))

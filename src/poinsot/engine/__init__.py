@@ -1,0 +1,1 @@
+"""The integrator: variables, compiled kernels, event detection, variational equations and the runs."""

@@ -1,0 +1,445 @@
+"""Compiled kernels: the only place that builds an integrator.
+
+A kernel belongs to the structure of a system; every real number is a runtime parameter, so that new values
+compile nothing. Idle integrators wait in one bounded, thread-safe pool, the package's only global state.
+"""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.engine.discontinuities import Pieces, Switches, event_class, lane_of
+from poinsot.engine.event_detection import Watch, event_functions
+from poinsot.engine.linear import NONE, Linearization
+from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.roots import Roots
+from poinsot.engine.scales import Scales
+from poinsot.engine.state_vector import SMALL, Coordinates
+from poinsot.engine.termination import LONGEST
+from poinsot.engine.variational import STEPS_AT_A_TIME, Neighbours
+from poinsot.mechanics.axes import Axes, TrackingAxes
+from poinsot.mechanics.euler import SINGULAR_SINE
+from poinsot.mechanics.formula_errors import use_functions
+from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
+from poinsot.mechanics.probing import orbits_of
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+
+PRECISIONS: dict[str, Any] = {
+    "double": np.float64,
+    "extended": np.longdouble,
+    "quadruple": getattr(hy, "real128", None),
+}
+LANES = max(2, hy.recommended_simd_size())  # the engine has no batches of one
+IDLE_INTEGRATORS = 64
+DECISIONS = 1024
+LARGE = {"double": 350, "extended": 80, "quadruple": 80}
+"""Operations of a step above which the compiler would take many seconds: a system this large runs in the
+engine's compact mode, which compiles in one or two and takes two or three times as long a step; with many neighbours
+it takes a quarter longer."""
+
+SHARE, SHORTER = 0.0437, 0.618
+"""The longest step over the time of a run with events, and what it is times that where a zero was lost.
+
+Where a zero lies on a point of bisection of a step, the engine loses others. Shares that are no round numbers keep
+round times off these points.
+"""
+
+MANY_TERMS = 5000
+"""Terms in the equations, repeated ones counted again, below which a system in double precision is not large."""
+
+SAMPLES = 32
+"""How many rows of a chunk of steps are looked at."""
+
+FIRST = np.zeros(1, dtype=int)
+
+hy.set_logger_level_error()  # it warns of each event at each step of each member that fails; `failures` says it once
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """What an integrator is built for: hashable, without any real number of the system but the tolerance."""
+
+    structure: tuple[Any, ...]
+    formulation: str
+    precision: str
+    tolerance: float
+    lanes: int
+
+
+@dataclass(frozen=True)
+class _Built:
+    """An integrator, the arithmetic of its parameters, and what changes them on the way, if anything does."""
+
+    engine: Any
+    constants: Constants
+    roots: Roots
+    switches: Switches | None
+    watch: Watch | None
+
+
+class _Pool:
+    """Idle integrators by kernel, the least recently used dropped first."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._idle: OrderedDict[Kernel, list[_Built]] = OrderedDict()
+        self._decided: OrderedDict[Any, bool] = OrderedDict()
+
+    def take(self, kernel: Kernel) -> _Built | None:
+        with self._lock:
+            idle = self._idle.get(kernel)
+            return idle.pop() if idle else None
+
+    def give(self, kernel: Kernel, built: _Built) -> None:
+        with self._lock:
+            self._idle.setdefault(kernel, []).append(built)
+            self._idle.move_to_end(kernel)
+            while sum(map(len, self._idle.values())) > IDLE_INTEGRATORS:
+                oldest = next(iter(self._idle))
+                self._idle[oldest].pop()
+                if not self._idle[oldest]:
+                    del self._idle[oldest]
+
+    def decide(self, key: Any, question: Callable[[], bool]) -> bool:
+        """Return the answer to a question about equations, asked once."""
+        with self._lock:
+            known = self._decided.get(key)
+        if known is None:
+            known = question()
+            with self._lock:
+                self._decided[key] = known
+                while len(self._decided) > DECISIONS:
+                    self._decided.popitem(last=False)
+        return known
+
+
+_pool = _Pool()
+
+
+def coordinates(system: System, state: State, formulation: str, precision: str) -> Coordinates:
+    """Return the variables in which a system is integrated: carried by its orbit where all its forces allow.
+
+    Wide precision stays in the space axes, so that it judges the carried ones.
+    """
+    chosen, smooth = FORMULATIONS[formulation], system.between_knots()
+    chosen.check(system, state)
+    axes: Axes = smooth.space_axes
+    carried = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
+    if carried is not None and _pool.decide(smooth.structure, lambda: _can_be_carried(smooth, carried)):
+        axes = carried
+    # A power of two scales without rounding.
+    return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state)))))
+
+
+class Borrowed:
+    """An integrator on loan, and its parameters for a system and variables.
+
+    Attributes
+    ----------
+    engine : the engine's integrator
+        Its state and its time are the borrower's to set.
+    watch : Watch or None
+        The user's events.
+    variables : Coordinates
+    scales : Scales
+        Those of the momenta: what the engine's state is in.
+    limits : dict
+        Arguments for the engine.
+    """
+
+    def __init__(self, built: _Built, system: System, variables: Coordinates, precision: str, lanes: int) -> None:
+        self.engine, self._switches, self.watch = built.engine, built.switches, built.watch
+        self._roots = built.roots
+        self._companion, self._first = variables.companion, variables.companions.start
+        kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
+        typed = kind if lanes == 1 and not system.knots.size else functools.partial(np.asarray, dtype=kind)
+        if precision == "quadruple" and system.knots.size:  # no array of these takes part in sums with other numbers
+            typed = np.frompyfunc(kind, 1, 1)
+
+        def values(smooth: System) -> list[Any]:
+            numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)
+            return built.constants.values(tuple(map(typed, numbers)))
+
+        self._values, self._system, self.variables = values, system, variables
+        self.scales = Scales(system, variables, built.constants.powers, lanes, self.engine.order)
+        for part in (self._switches, self.watch):
+            if part is not None:
+                part.scales = self.scales
+        self.limits: dict[str, Any] = {}
+        self._limited, self._kind = precision == "double" or self._looks, PRECISIONS[precision]
+        self.limit_steps(np.full(lanes, LONGEST))
+
+    def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
+        """Set the parameters for the time and the state that the engine has, and for members in its lanes.
+
+        The state is in the scale of the variables.
+        """
+        pars, self._members = self.engine.pars, np.array(members)  # the only record of who is in which lane
+        self.scales.begin(self.engine.state, self._members)
+        if self._switches is not None:
+            self._switches.begin(self.engine, self._pieces, forwards, self._members)
+        else:
+            table = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
+            pars[: len(table)] = table
+            for lane in map(int, np.flatnonzero(self.scales.bits)):
+                own = lane_of(pars, lane)[: len(table)]
+                own[:] = self.scales.parameters(own, lane)
+        self._roots.begin(self.engine)
+        if self.watch is not None:
+            self.watch.begin(self.engine, self._system, self.variables, forwards, self._members)
+        if self.engine.with_events:
+            self.engine.reset_cooldowns()
+
+    @functools.cached_property
+    def _table(self) -> NDArray[np.float64]:
+        """The values of the parameters of all members, one column each."""
+        values = self._values(self._system)[: len(self.engine.pars)]
+        members = np.broadcast_shapes(self._system.members, np.shape(self.variables.scale))
+        return np.reshape([np.broadcast_to(value, members) for value in values], (len(values), *members))
+
+    @functools.cached_property
+    def _pieces(self) -> Pieces:
+        return Pieces(self._system, self._values)
+
+    @property
+    def _looks(self) -> bool:
+        return self._switches is not None or self.watch is not None
+
+    def limit_steps(self, spans: NDArray[Any], tries: int = 0) -> None:
+        """Let no step be too long for the time that a run takes in each lane, the shorter the more tries there were."""
+        for part in (self._switches, self.watch):
+            if part is not None:
+                part.spans = spans
+        self._longest = np.full(spans.size, LONGEST)
+        if self._looks:
+            share = np.where(spans > 0, SHARE * SHORTER**tries * spans, LONGEST)
+            self._longest = np.minimum(self._longest, share)
+        if self._limited:
+            longest = list(self._longest)
+            self.limits["max_delta_t"] = longest if len(longest) > 1 else self._kind(longest[0])
+
+    def overlooked(self, lane: int = 0) -> bool:
+        """Return whether a zero of an event or of a condition was lost since this was asked last."""
+        lost = self.watch is not None and self.watch.overlooked(self.engine, lane)
+        return lost or (self._switches is not None and self._switches.overlooked(self.engine, lane))
+
+    def settle(self, lane: int = 0) -> None:
+        """Set the conditions as their functions say: one of them jumped over zero."""
+        if self._switches is not None:
+            self._switches.settle(self.engine, lane)
+
+    def outcome(self, engines: Any, lane: int = 0) -> str:
+        """Return how steps ended: the engine's name for it, what the watch says, "switch" or "angles"."""
+        if engines.name == "step_limit" and self.watch is not None and self.watch.stopped[lane]:
+            return self.watch.stopped[lane]  # in the last step the engine says nothing of an event
+        if engines.name in ("time_limit", "step_limit", "err_nf_state", "success"):
+            return str(engines.name)
+        if int(engines) >= 0:  # an event after which the lane goes on, in the step in which another lane stopped
+            return "success"
+        if self.watch is not None and self.watch.stopped[lane]:
+            return self.watch.stopped[lane]
+        switches = len(self._switches.events) if self._switches else 0
+        return "switch" if -int(engines) <= switches else "angles"
+
+    def steps_at_a_time(self, most: int, first: bool = False) -> int:
+        """Return after how many steps the borrower shall come back, to `rescale`."""
+        if self._companion is None:
+            return most
+        return STEPS_AT_A_TIME[self._companion.order] // (10 if first else 1)
+
+    def doubtful(self, lane: int, result: Any, rows: NDArray[Any]) -> bool:
+        """Whether a chunk of steps may have begun one with momenta out of the band of their scale.
+
+        `result` is the engine's: how it ended, its shortest and its longest step; `rows` are variables on the way.
+        """
+        if self.watch is not None and self.watch.stopped[lane] == "act":  # they were within before
+            return False
+        looked_at = rows[: -1 : max(len(rows) // SAMPLES, 1)]
+        return (
+            not self.scales.fits(self.engine.state, lane)
+            or (len(looked_at) > 0 and not self.scales.fit(looked_at, lane))
+            or self.scales.doubtful(lane, float(result[1]), float(result[2]))
+        )
+
+    def sound_steps(self, ends: NDArray[Any], most: int) -> int:
+        """Take steps, up to the one in which momenta leave the band of their scale, and return how many.
+
+        Actions are not taken. The engine is to be brought back by `begin`.
+        """
+        if self.watch is not None:
+            self.watch.rehearsing = True
+        count = 0
+        while count < most and np.any(ends != self.engine.time):
+            outcomes = self._step_towards(ends)
+            if any(outcome.name == "err_nf_state" for outcome in outcomes):
+                return max(count, 1)
+            count += 1
+            if any(map(_stops, outcomes)):
+                return count + 1  # at the limit of steps the engine says nothing of an event
+            if not all(self.scales.fits(self.engine.state, lane) for lane in range(len(outcomes))):
+                return count
+        return most
+
+    def _step_towards(self, ends: NDArray[Any]) -> list[Any]:
+        """Take one step in each lane, and return how they ended."""
+        ahead = ends - self.engine.time
+        if self._limited:
+            longest = self._longest if np.ndim(ahead) else self.limits["max_delta_t"]
+            ahead = np.clip(ahead, -longest, longest)
+        if np.ndim(ahead):
+            self.engine.step(list(ahead))
+            return [result[0] for result in self.engine.step_res]
+        return [self.engine.step(ahead)[0]]
+
+    def certain(self, certain: bool) -> None:
+        """Say whether the steps to come begin with momenta in the band of their scale: actions wait for that."""
+        if self.watch is not None:
+            self.watch.certain = certain
+
+    def rescale(self) -> None:
+        """Choose the scales anew of momenta that left their band; look after the vectors of the companion."""
+        self.scales.rescale(self.engine.state, self.engine.pars)
+        if self.watch is not None:
+            self.watch.go_on()
+        if self._companion is not None:
+            self._companion.rescale(self.engine.state[self._first :].T)
+
+    def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
+        """Let lanes follow another one."""
+        self.engine.pars[:, idle] = self.engine.pars[:, [busy]]
+        self._members[idle] = self._members[busy]
+        if self._limited:
+            self._longest[idle] = self._longest[busy]
+            self.limits["max_delta_t"] = list(self._longest)
+        self.scales.bits[idle] = self.scales.bits[busy]
+        if self._switches is not None:
+            self._switches.repeat(busy, idle)
+        if self.watch is not None:
+            self.watch.repeat(busy, idle)
+
+
+@contextmanager
+def integrator(
+    system: System, variables: Coordinates, precision: str, tolerance: float, lanes: int = 1
+) -> Iterator[Borrowed]:
+    """Lend an integrator for a system."""
+    smooth = system.between_knots()
+    structure = (*smooth.structure, smooth is not system, *variables.structure)
+    kernel = Kernel(structure, variables.formulation.name, precision, tolerance, lanes)
+    built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not system)
+    yield Borrowed(built, system, variables, precision, lanes)
+    _pool.give(kernel, built)
+
+
+def _can_be_carried(system: System, axes: Axes) -> bool:
+    """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
+    variables = Coordinates(FORMULATIONS["lie_poisson"], axes, 1.0)
+    try:
+        _equations(system, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
+    except functions.NotCarried:
+        return False
+    return True
+
+
+def _equations(
+    system: System, variables: Coordinates, symbols: list[Any], constants: Constants
+) -> tuple[list[Any], tuple[list[Any], list[Any]]]:
+    """Return the rates of the variables, and the values and conditions of the events."""
+    inputs = constants.inputs()
+    scale, axes = next(inputs), variables.axes.with_numbers(inputs)
+    companion = variables.companion
+    twin = system.with_numbers(inputs)
+    if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
+        axes = axes.along(list(orbits_of(twin)))
+    own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
+    motion, companions = own[: variables.companions.start], symbols[variables.companions]
+    try:
+        rates = twin.derivatives(variables.formulation.name, motion, time, scale=scale, axes=axes)
+        equations = [NONE + constants.expression(rate) for rate in rates]
+        values = event_functions(twin, variables.formulation, motion, axes, scale, constants)
+        if companion is None:
+            return equations, values
+        carried = motion[variables.carried]
+        sky, turns = axes.sky(time, carried), axes.omega(time, carried) is not None
+        linear = Linearization(twin, variables.formulation, motion, sky, scale, turns, constants)
+        _refuse_jumps(constants, symbols[: variables.formulation.size], companion)
+        return [*equations, *(NONE + rate for rate in companion.equations(companions, linear))], values
+    except TypeError as error:
+        raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
+
+
+def _refuse_jumps(constants: Constants, symbols: list[Any], neighbours: Neighbours) -> None:
+    """Refuse conditions at which neighbours cross the switch at another time than the motion itself."""
+    names = {str(symbol) for symbol in symbols}
+    for function, _ in constants.conditions:
+        if neighbours.inputs or names & set(hy.get_variables(function)):
+            raise ValueError(
+                "system must have no `where` on the attitude or the rates for neighbours of a motion, nor any for "
+                "derivatives by parameters, but it has one. Write a smooth formula."
+            )
+
+
+def _stops(outcome: Any) -> bool:
+    """Whether a step ended at an event that stops the engine."""
+    return outcome.name not in ("success", "time_limit") and int(outcome) < 0
+
+
+def available(precision: str) -> bool:
+    """Whether this machine's engine has that precision, wider than double unless it is double."""
+    kind = PRECISIONS[precision]
+    if precision == "extended":
+        return bool(np.finfo(np.longdouble).eps < np.finfo(np.float64).eps)
+    return kind is not None
+
+
+def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: bool) -> _Built:
+    symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
+    constants = Constants()
+    equations, (values, conditions) = _equations(system, variables, symbols, constants)
+    kind: Any = PRECISIONS[kernel.precision]
+    attitude = next(iter(variables.formulation.blocks.values()))
+    switches, watch, stops = None, None, {}
+    if with_knots or constants.conditions:
+        switches = Switches(symbols, equations, constants, attitude, kernel.lanes, kind)
+        stops["t_events"] = switches.events
+    if values:
+        first = switches.parameters if switches else constants.next_parameter()
+        watch = Watch(system.events, values, conditions, symbols, equations, first, attitude, kernel.lanes, kind)
+        stops = {"t_events": [*stops.get("t_events", []), *watch.stops], "nt_events": watch.passed}
+        if switches:
+            switches.watch, watch.settle = watch, switches.settle
+    if kernel.formulation == "euler_angles":
+        nearness = hy.sin(symbols[1]) ** 2 - SINGULAR_SINE**2
+        stops["t_events"] = [*stops.get("t_events", []), event_class(kernel.lanes, kind)(nearness)]
+    roots = Roots(constants, symbols, variables.formulation.momenta, kind)
+    build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch
+    zeros = np.full((variables.size, *(kernel.lanes,) * (kernel.lanes > 1)), kind(0.0))
+
+    def compiled(compact: bool) -> Any:
+        return build(
+            list(zip(symbols, equations, strict=True)),
+            zeros,
+            tol=kind(kernel.tolerance),
+            fp_type=kind,
+            compact_mode=compact,
+            **stops,
+        )
+
+    many_neighbours = variables.companion is not None and variables.companion.total > 1
+    if many_neighbours or kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
+        built = compiled(compact=True)
+        if many_neighbours or len(built.decomposition) > LARGE[kernel.precision]:
+            return _Built(built, constants, roots, switches, watch)
+    return _Built(compiled(compact=False), constants, roots, switches, watch)

@@ -1,0 +1,57 @@
+"""Square roots of what is zero at the start, such as the length of the rate of a body at rest.
+
+A series of sqrt(s) about s = 0 does not exist. There the kernel takes sqrt(s + e^2), e a billionth of the size of the
+root: what a motion from rest makes of the difference is of the size e^2, below rounding.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from poinsot.engine.discontinuities import lane_of
+from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.state_vector import SMALL
+
+__all__ = ["Roots"]
+
+NEGLIGIBLE = 1e-9
+"""The part of the size of a root that counts for nothing when squared."""
+
+
+class Roots:
+    """The square roots in the equations of one integrator.
+
+    Parameters
+    ----------
+    constants : Constants
+        Of the equations.
+    symbols : list of expressions
+        The variables of the integrator.
+    momenta : slice
+        Where the momenta are among them.
+    kind : type
+        Of the numbers.
+    """
+
+    def __init__(self, constants: Constants, symbols: list[Any], momenta: slice, kind: Any) -> None:
+        self._places = [place for _, place in constants.roots]
+        self._momenta = momenta
+        time = hy.expression("time")
+        arguments = [hy.subs(argument + 0.0 * time, {hy.time: time}) for argument, _ in constants.roots]
+        self._look = hy.cfunc(arguments, vars=[*symbols, time], fp_type=kind) if arguments else None
+
+    def begin(self, engine: Any) -> None:
+        """Set the parameters for the time and the state of an integrator, of all its lanes."""
+        if self._look is None:
+            return
+        for lane, time in enumerate(np.ravel(engine.time)):
+            state, pars = np.array(lane_of(engine.state, lane)), lane_of(engine.pars, lane)
+            known = np.ascontiguousarray(pars[: self._look.nparams])
+            moving = state.copy()
+            kind = state.dtype.type
+            moving[self._momenta] += kind(SMALL)
+            here, there = (self._look(np.append(x, time), pars=known) for x in (state, moving))
+            pars[self._places] = np.where((here == kind(0)) & (there > kind(0)), kind(NEGLIGIBLE**2) * there, kind(0))

@@ -1,0 +1,158 @@
+"""The variables of an integration: a formulation, the axes it refers to, and the scale of its momenta."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra import quaternion as quat
+from poinsot.mechanics.axes import Axes, SpaceAxes, TrackingSky
+from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.probing import same, tracked_orbits
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+
+if TYPE_CHECKING:
+    from poinsot.engine.variational import Neighbours
+
+__all__ = ["SMALL", "Coordinates", "IntegratedSky"]
+
+Array = NDArray[np.float64]
+
+SMALL = 0.1
+"""The size given to the momenta: below that of q, so that the engine's step control, which looks at the
+largest variable, keeps its grip on the attitude."""
+
+BLOCK = 8192
+"""Rows converted together: their intermediate results stay in the processor's cache."""
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Variables of a kernel: those of the formulation, then those of the axes, then those of a companion."""
+
+    formulation: Formulation
+    axes: Axes
+    scale: Any
+    companion: Neighbours | None = None
+
+    @property
+    def size(self) -> int:
+        """The number of variables."""
+        return self.formulation.size + self.axes.size + (self.companion.size if self.companion else 0)
+
+    @property
+    def carried(self) -> slice:
+        """Where the variables of the axes are."""
+        return slice(self.formulation.size, self.formulation.size + self.axes.size)
+
+    @property
+    def companions(self) -> slice:
+        """Where the variables of the companion are."""
+        return slice(self.carried.stop, None)
+
+    @property
+    def structure(self) -> tuple[Any, ...]:
+        """What selects the equations of axes and companion."""
+        return (*self.axes.structure, self.companion and replace(self.companion, vectors=None))
+
+    @functools.cached_property
+    def _momenta(self) -> list[int]:
+        """Where momenta are, and changes of momenta of neighbours."""
+        own = self.formulation.momenta
+        changes = self.companion.momenta if self.companion else []
+        return [*range(own.start, own.stop), *(self.companions.start + place for place in changes)]
+
+    def rescaled(self, rows: Array, bits: int) -> Array:
+        """Return rows of variables with the scale of their momenta multiplied by 2^bits; shape (..., size)."""
+        if not bits:
+            return rows
+        rows = rows.copy()
+        rows[..., [place for place in self._momenta if place < rows.shape[-1]]] *= rows.dtype.type(2.0) ** bits
+        return rows
+
+    def of_members(self, members: NDArray[np.int_]) -> Coordinates:
+        """Return the variables of some members of an ensemble."""
+
+        def chosen(number: Any) -> Any:
+            return number[members] if np.ndim(number) else number
+
+        axes = self.axes.with_numbers(map(chosen, self.axes.numbers))
+        return Coordinates(self.formulation, axes, chosen(self.scale), self.companion)
+
+    def from_state(self, state: State) -> Array:
+        """Return the variables of a state; shape (..., size)."""
+        own = self._from_state(state)
+        self.formulation.check_variables(own)
+        if self.companion is None:
+            return own
+        start = self.companion.start()
+        return np.concatenate([own, np.broadcast_to(start, (*own.shape[:-1], start.shape[-1]))], axis=-1)
+
+    def _from_state(self, state: State) -> Array:
+        own = self.formulation.from_state(state)
+        own[..., self.formulation.momenta] *= np.expand_dims(np.array(self.scale, dtype=own.dtype), -1)
+        if not self.axes.size:
+            return own
+        axes = self.axes.with_numbers(map(np.longdouble, self.axes.numbers))  # to round once, at the end
+        carried = axes.start(state.time)
+        self._turn(own, quat.conjugate(axes.quaternion(state.time, carried)))
+        high = np.asarray(carried, dtype=np.float64)
+        low = np.asarray(carried - high, dtype=np.float64)
+        carried = high.astype(own.dtype) + low.astype(own.dtype)
+        return np.concatenate([own, np.broadcast_to(carried, (*own.shape[:-1], axes.size))], axis=-1)
+
+    def _turn(self, own: Array, turn: Array) -> None:
+        for block in self.formulation.quaternions:
+            own[..., block] = quat.product(turn, own[..., block])
+
+    def to_canonical(self, times: Array, variables: Array) -> tuple[Array, Array]:
+        """Return q and Q of the variables along the times; shapes (..., n, 4)."""
+        if variables.ndim == 3 or len(times) <= BLOCK:
+            return self._converted(times, variables)
+        q, Q = np.empty((len(times), 4)), np.empty((len(times), 4))
+        for i in range(0, len(times), BLOCK):
+            block = slice(i, i + BLOCK)
+            q[block], Q[block] = self._converted(times[block], variables[block])
+        return q, Q
+
+    def _converted(self, times: Array, variables: Array) -> tuple[Array, Array]:
+        own, carried = variables[..., : self.formulation.size].copy(), variables[..., self.carried]
+        own[..., self.formulation.momenta] /= np.expand_dims(self.scale, (-1, -2))
+        if self.axes.size:
+            axes = self.axes
+            if variables.ndim == 3:  # members first: their numbers go beside the times
+                axes = axes.with_numbers(number[..., None] for number in axes.numbers)
+            self._turn(own, axes.quaternion(times, carried))
+        return self.formulation.to_canonical(own)
+
+    def sky(self, system: System, times: Array, carried: Array) -> Sky:
+        """Return the world at the times, with the variables of the axes there, shape (..., n, axes.size)."""
+        return IntegratedSky(times, system.beside(carried.shape[:-1]), self.axes, np.moveaxis(carried, -1, 0))
+
+
+class IntegratedSky(TrackingSky):
+    """The world at the times of a motion, along the space axes: orbits that were integrated along as they came out.
+
+    `carried` are the variables of the axes, shape (..., n, size).
+    """
+
+    def __init__(self, times: Array, system: System, axes: Axes, carried: Array) -> None:
+        own: Any = system.space_axes if isinstance(axes, SpaceAxes) else system.common_axes
+        super().__init__(times, own, carried)
+        self._orbits = tracked_orbits(system)
+        self.carried = np.moveaxis(carried, 0, -1)
+
+    def _of(self, orbit: Orbit) -> Sky:
+        if not orbit.tracked:
+            return Sky(self.time)
+        path: Any = orbit.axes
+        paths: Iterator[tuple[Orbit, Any]] = ((own, own.axes) for own in self._orbits)
+        integrated = next((own for own, axes in paths if same(axes, path)), None)
+        return Sky(self.time) if integrated is None else super()._of(integrated)

@@ -1,0 +1,489 @@
+"""The parts of a scenario, made from its text; every error names the file, the line and the key."""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
+
+from poinsot.algebra import quaternion as quat
+from poinsot.errors import member_array, real_numbers
+from poinsot.files.scenarios.errors import Errors, has, nearest
+from poinsot.files.scenarios.folder import Folder
+from poinsot.files.scenarios.registry import Key, kind_of, makers
+from poinsot.files.scenarios.schema import converted, scenario_model, short
+from poinsot.files.scenarios.toml_text import Path, parsed_toml
+from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.mechanics.euler import quaternion_from_angles
+from poinsot.mechanics.frame import Frame, from_roll_pitch_yaw
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+from poinsot.propagation.arguments import check_span, checked_times, checked_tolerance, members_of
+
+__all__ = ["Parts"]
+
+Array = NDArray[np.float64]
+FROM = ("from_primary", "from_secondary")
+"""What may follow the name of a path beside two attractors."""
+
+RATES = ("omega_body", "omega_space", "angular_momentum_body", "angular_momentum_space")
+ATTITUDES = ("quaternion", "matrix", "euler_angles", "roll_pitch_yaw")
+
+MOST_TIMES = 10_000_000
+MOST_ROWS = 100_000_000
+"""Times of all members together."""
+
+MOST_DRAWN = 10_000_000
+"""Numbers in the place of one."""
+
+ENDINGS = {"result": (".nc", ".zarr"), "plot": (".png", ".pdf", ".svg"), "view": (".html",)}
+
+VARIED = ("body", "state", "forces", "orbits")
+"""Tables whose numbers an ensemble can vary."""
+
+ONCE = ("body", "state", "times")
+
+STAND_IN: dict[str, Any] = {"state": {}, "times": {}}
+
+
+class Parts:
+    """What the text of a scenario says, checked, and the parts of a propagation made from it.
+
+    Parameters
+    ----------
+    text, name : str
+        The name is that of the file, for errors.
+    whole : bool
+        Whether state and times must be there.
+    folder : Folder, optional
+        With the files that it names.
+    data : mapping, optional
+        The arrays that it names, by name.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        name: str,
+        whole: bool = True,
+        *,
+        folder: Folder | None = None,
+        data: Mapping[str, Any] | None = None,
+    ) -> None:
+        self._errors, self._folder = Errors(name, text), folder or Folder(None)
+        read = parsed_toml(text, name)
+        self._check_once(read)
+        self._calendar_of(read)
+        try:
+            model = scenario_model().model_validate(
+                read if whole else {**STAND_IN, **read}, context={"time_unit": self.time_unit, "data": data}
+            )
+        except ValidationError as error:
+            raise self._errors.told(error, read) from None
+        self.values: dict[str, Any] = model.model_dump(exclude_unset=True)
+        self._made: dict[str, Any] = {}
+        self._making: list[str] = []
+        self._turn: Array | None = None
+        self._spread()
+
+    # ------------------------------------------------------------------ what holds for the whole file
+
+    def _check_once(self, data: dict[str, Any]) -> None:
+        for name in ONCE:
+            if isinstance(data.get(name), list):
+                raise self._errors.at((name,), f"must be one table, but a list came. A scenario has one: [{name}].")
+
+    def _calendar_of(self, data: dict[str, Any]) -> None:
+        """Find the unit of time, and what the times are as dates."""
+        said, told = data.get("units"), data.get("calendar")
+        unit = said.get("time") if isinstance(said, dict) else None
+        self.calendar: Calendar | None = None
+        if isinstance(told, dict) and {"zero", "scale"} <= set(told) <= {"zero", "scale", "unit"}:
+            self.calendar = self._errors.called(("calendar",), _calendar, **told)
+            if unit not in (None, self.calendar.unit):
+                raise self._errors.at(
+                    ("units", "time"), f"must be that of the calendar, {self.calendar.unit}, but {short(unit)} came."
+                )
+            unit = self.calendar.unit
+        self.time_unit = unit if isinstance(unit, str) and unit in SECONDS else None
+
+    def _spread(self) -> None:
+        """Draw the members of the ensemble, and put them in the places of the numbers that vary."""
+        ensemble = self.values.get("ensemble")
+        if not ensemble:
+            return
+        random, members = np.random.default_rng(ensemble["seed"]), ensemble["members"]
+        for i, spread in enumerate(ensemble["spread"]):
+            place: Path = ("ensemble", "spread", i)
+            table, key = self._target(spread["of"], place)
+            value = np.zeros(3) if key == "turn" else np.asarray(table[key], dtype=float)
+            if members * value.size > MOST_DRAWN:
+                raise self._errors.at(
+                    ("ensemble", "members"), f"must make at most {MOST_DRAWN} numbers of one, but {members} make more."
+                )
+            drawn = self._drawn(random, spread, value, members, place)
+            if key == "turn":
+                self._turn = drawn
+            else:
+                table[key] = drawn
+
+    def _drawn(self, random: Any, spread: dict[str, Any], value: Array, members: int, place: Path) -> Array:
+        """Return members of a number or of several, by the distribution of one spread."""
+        distribution, shape = spread.get("distribution"), (members, *value.shape)
+        if distribution == "isotropic":
+            return self._any_turn(random, spread, members, place)
+        if spread.get("size") is None:
+            raise self._errors.at((*place, "size"), "must be there, but it is not.")
+        try:
+            kind = kind_of(spread["of"].rpartition(".")[2])
+            size = real_numbers("size", converted(spread["size"], kind, self.time_unit, "size"))
+            size = np.broadcast_to(size, value.shape)
+        except (TypeError, ValueError) as error:
+            raise self._errors.prefixed((*place, "size"), _about_size(str(error))) from None
+        if np.any(size < 0):
+            raise self._errors.at((*place, "size"), f"must not be negative, but {np.min(size):g} came.")
+        uniform = distribution == "uniform"
+        return np.asarray(value + size * (random.uniform(-1, 1, shape) if uniform else random.standard_normal(shape)))
+
+    def _any_turn(self, random: Any, spread: dict[str, Any], members: int, place: Path) -> Array:
+        """Return rotation vectors of turns in any direction by any angle, each attitude as likely as another."""
+        if spread["of"] != "state.turn":
+            raise self._errors.at((*place, "of"), f"must be state.turn if it is isotropic, but {spread['of']!r} came.")
+        if spread.get("size") is not None:
+            raise self._errors.at((*place, "size"), "must not be beside isotropic, but it is.")
+        return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
+
+    def _target(self, path: str, place: Path) -> tuple[Any, Any]:
+        """Return the table and the key of the number at a path such as state.omega_body."""
+        if path == "state.turn":
+            return self.values["state"], "turn"
+        parts = [
+            int(part) if part.isdecimal() and len(part) < 6 else part
+            for part in path.replace("[", ".").replace("]", "").split(".")
+        ]
+        node: Any = self.values if parts[0] in VARIED else {}
+        for part in parts[:-1]:
+            node = node[part] if has(node, part) else {}
+        if not has(node, parts[-1]) or not isinstance(node[parts[-1]], np.ndarray):
+            near = nearest(path, _places(self.values))
+            raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is none.{near}")
+        if node[parts[-1]].dtype.kind != "f":
+            raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is a date.")
+        return node, parts[-1]
+
+    # ------------------------------------------------------------------ parts
+
+    def system(self) -> System:
+        """Return the body and the forces on it."""
+        body = self._part("body", self.values["body"], ("body",))
+        forces = [self._part("force", table, ("forces", i)) for i, table in enumerate(self.values.get("forces", []))]
+        for name in self.values.get("orbits", {}):
+            self._orbit(name, ("orbits", name))
+        units = self.values.get("units")
+        if self.calendar is not None:
+            units = {"time": self.calendar.unit, **(units or {})}
+        system: System = self._errors.called(
+            ("forces",) if forces else ("body",), lambda: System(body, *forces, units=units)
+        )
+        return system
+
+    def _part(self, group: str, table: dict[str, Any], place: Path) -> Any:
+        """Return what a table describes."""
+        kinds = makers(group)
+        maker = kinds[table.get("type", next(iter(kinds)))]
+        arguments = [
+            self._orbit(name, (*place, key.name))
+            for key in maker.keys
+            if key.kind == "orbits"
+            for name in table[key.name]
+        ]
+        given = {
+            key.name: self._value(key, table[key.name], (*place, key.name))
+            for key in maker.keys
+            if key.name in table and key.kind != "orbits"
+        }
+        if maker.takes_calendar and self.calendar is not None:
+            given["calendar"] = self.calendar
+        return self._errors.called(place, maker.call, *arguments, **given)
+
+    def _value(self, key: Key, value: Any, place: Path) -> Any:
+        if key.kind == "orbit":
+            return self._orbit(value, place)
+        if key.kind in ("field", "shape"):
+            return self._part(key.kind, value, place)
+        if key.kind == "shapes":
+            return [self._part("part", table, (*place, i)) for i, table in enumerate(value)]
+        if key.kind == "file":
+            return self._file(self._folder.file, value, place)
+        if key.kind == "files":
+            return [self._file(self._folder.file, name, place) for name in value]
+        if key.kind == "time" and _says_dates(value) and self.calendar is not None:
+            return self._errors.called(place[:-1], self.calendar.time, value)
+        return value
+
+    def _file(self, find: Callable[[str], Any], name: str, place: Path) -> Any:
+        """Return the path of a file beside the scenario."""
+        try:
+            return find(name)
+        except ValueError as error:
+            raise self._errors.at(place, str(error)) from None
+
+    def _orbit(self, reference: str, place: Path) -> Any:
+        """Return the orbit of a name, or the orbit about one attractor of a path beside two."""
+        name, _, side = reference.partition(".")
+        tables = self.values.get("orbits", {})
+        if name not in tables:
+            known = nearest(name, tables) or (f" There is {', '.join(tables)}." if tables else " There is none.")
+            raise self._errors.at(
+                place, f"must be the name of a table under orbits, but {short(reference)} came.{known}"
+            )
+        if name in self._making:
+            raise self._errors.at(place, f"must be an orbit that needs not this one, but {short(name)} does.")
+        if name not in self._made:
+            self._making.append(name)
+            self._made[name] = self._part("orbit", tables[name], ("orbits", name))
+            self._making.pop()
+        orbit = self._made[name]
+        if not side:
+            return orbit
+        if side not in FROM or not hasattr(orbit, side):
+            raise self._errors.at(
+                place,
+                f"must be an orbit, or {' or '.join(FROM)} of a path beside two attractors, "
+                f"but {short(reference)} came.",
+            )
+        return getattr(orbit, side)
+
+    # ------------------------------------------------------------------ the state
+
+    def state(self, body: Body) -> State:
+        """Return the state from which the motion starts."""
+        table, place = self.values["state"], ("state",)
+        time = self._time(table.get("time", 0.0), ("state", "time"))
+        if "conjugate_momenta" in table:
+            self._only(table, ("quaternion", "conjugate_momenta"))
+            given = {name: table.get(name) for name in ("quaternion", "conjugate_momenta")}
+            self._refuse_turn()
+            pair: State = self._errors.called(place, State, **given, time=time)
+            return pair
+        if "euler_momenta" in table:
+            self._only(table, ("euler_angles", "euler_momenta", "sequence"))
+            self._refuse_turn()
+            angles, momenta = self._needed("euler_angles"), table["euler_momenta"]
+            sequence = table.get("sequence", "313")
+            canonical: State = self._errors.called(place, State.from_euler, angles, momenta, sequence, time)
+            return canonical
+        rates = {name: table[name] for name in RATES if name in table}
+        frame = self._frame(table["frame"]) if "frame" in table else None
+        state: State = self._errors.called(place, body.state, self._attitude(table), **rates, time=time, frame=frame)
+        return state
+
+    def _refuse_turn(self) -> None:
+        """Refuse to turn a canonical pair, whose momenta would have to turn too."""
+        if self._turn is not None:
+            raise self._errors.at(("state",), "must have a rate or an angular momentum where its attitude is spread.")
+
+    def _only(self, table: dict[str, Any], names: tuple[str, ...]) -> None:
+        """Refuse what does not go with momenta, and miss what they need."""
+        self._needed(names[0])
+        for name in table:
+            if name not in (*names, "time"):
+                raise self._errors.at(("state", name), f"must not be beside {names[1]}, but it is.")
+
+    def _needed(self, name: str) -> Any:
+        if name not in self.values["state"]:
+            raise self._errors.at(("state", name), "must be there, but it is not.")
+        return self.values["state"][name]
+
+    def _attitude(self, table: dict[str, Any]) -> Array:
+        given = [name for name in ATTITUDES if name in table]
+        if len(given) != 1:
+            raise self._errors.at(
+                ("state",),
+                f"must have exactly one of {', '.join(ATTITUDES)}, but {' and '.join(given) or 'none'} came.",
+            )
+        (name,) = given
+        if "sequence" in table and name != "euler_angles":
+            raise self._errors.at(("state", "sequence"), "must be beside euler_angles, but it is not.")
+        if name == "roll_pitch_yaw" and table.get("frame", "").partition(".")[0] not in self.values.get("orbits", {}):
+            raise self._errors.at(("state", "frame"), "must be an orbit beside roll_pitch_yaw, but it is not.")
+        ways: dict[str, Callable[..., Any]] = {
+            "quaternion": lambda quaternion: unit_quaternion(quaternion, "quaternion"),
+            "matrix": lambda matrix: quaternion_from_matrix(matrix),
+            "euler_angles": lambda euler_angles: quaternion_from_angles(
+                _triple("euler_angles", euler_angles), table.get("sequence", "313")
+            ),
+            "roll_pitch_yaw": lambda roll_pitch_yaw: from_roll_pitch_yaw(_triple("roll_pitch_yaw", roll_pitch_yaw)),
+        }
+        return self._turned(self._errors.called(("state",), ways[name], **{name: table[name]}))
+
+    def _turned(self, q: Array) -> Array:
+        """Return attitudes turned about their body axes by what the ensemble draws."""
+        if self._turn is None:
+            return q
+        return quat.product(q, np.asarray(Rotation.from_rotvec(self._turn).as_quat(scalar_first=True)))
+
+    def _frame(self, reference: str) -> Frame:
+        frames, place = self.values.get("frames", {}), ("state", "frame")
+        if reference in frames:
+            frame: Frame = self._part("frame", frames[reference], ("frames", reference))
+            return frame
+        if frames and reference.partition(".")[0] not in self.values.get("orbits", {}):
+            known = nearest(reference, [*frames, *self.values.get("orbits", {})])
+            raise self._errors.at(
+                place, f"must be the name of a table under frames or orbits, but {short(reference)} came.{known}"
+            )
+        orbit = self._orbit(reference, place)
+        found: Frame = self._errors.called(place, lambda: orbit.frame)
+        return found
+
+    # ------------------------------------------------------------------ times, run, outputs
+
+    def _time(self, value: Any, place: Path, calendar: Calendar | None = None) -> Any:
+        """Return a time, or times, from dates too."""
+        if not _says_dates(value):
+            return value
+        calendar = calendar or self.calendar
+        if calendar is None:
+            raise self._errors.at(place, f"must be a number where there is no calendar, but {short(value)} came.")
+        return self._errors.called(place[:-1], calendar.time, value)
+
+    def times(self, system: System, state: State) -> Array:
+        """Return the times at which the motion is wanted."""
+        table, calendar = self.values["times"], system.calendar
+        named = [name for name in ("start", "stop", "step", "periods", "values") if name in table]
+        read = {name: self._time(table[name], ("times", name), calendar) for name in named}
+        for name in named:
+            if np.ndim(read[name]) != (name == "values"):
+                rule = "a list of times" if name == "values" else "one number"
+                raise self._errors.at(("times", name), f"must be {rule}, but shape {np.shape(read[name])} came.")
+        if "values" in read:
+            self._alone("values", table)
+            times = self._errors.called(("times", "values"), checked_times, np.asarray(read["values"], dtype=float))
+        else:
+            start = read.get("start", np.ravel(state.time)[0])
+            times = self._grid(float(start), self._stop(float(start), read, table), table)
+        self._errors.called(("times",), check_span, system, state, times)
+        members = (self._errors.called(("state",), members_of, system, state) or (1,))[0]
+        if times.size * members > MOST_ROWS:
+            raise self._errors.at(
+                ("times",), f"must be at most {MOST_ROWS} with all members, but {times.size * members} came."
+            )
+        return np.asarray(times)
+
+    def _alone(self, name: str, table: dict[str, Any]) -> None:
+        for other in table:
+            if other != name:
+                raise self._errors.at(("times", other), f"must not be beside {name}, but it is.")
+
+    def _stop(self, start: float, read: dict[str, Any], table: dict[str, Any]) -> float:
+        if ("stop" in table) == ("periods" in table):
+            raise self._errors.at(("times",), "must have one of stop and periods, or values.")
+        if "stop" in table:
+            return float(read["stop"])
+        if "orbit" not in table:
+            raise self._errors.at(("times", "orbit"), "must be there beside periods, but it is not.")
+        orbit = self._orbit(table["orbit"], ("times", "orbit"))
+        period = np.ravel(getattr(orbit, "period", math.nan))
+        if not np.isfinite(period[0]) or period.size > 1:
+            raise self._errors.at(("times", "orbit"), f"must have one period, but {short(table['orbit'])} has not.")
+        return start + float(table["periods"]) * float(period[0])
+
+    def _grid(self, start: float, stop: float, table: dict[str, Any]) -> Array:
+        if ("count" in table) == ("step" in table):
+            raise self._errors.at(("times",), "must have one of count and step, or values.")
+        if "count" in table:
+            count = table["count"]
+            if not 1 <= count <= MOST_TIMES:
+                raise self._errors.at(("times", "count"), f"must be from 1 to {MOST_TIMES}, but {short(count)} came.")
+            return np.linspace(start, stop, count)
+        step = float(table["step"])
+        if not (step and (stop - start) / step >= 0):
+            raise self._errors.at(("times", "step"), f"must lead from start to stop, but {step} does not.")
+        steps = (stop - start) / step * (1 + 1e-12)
+        if steps > MOST_TIMES:
+            raise self._errors.at(("times", "step"), f"must make at most {MOST_TIMES} times, but {step} makes more.")
+        return np.asarray(start + step * np.arange(math.floor(steps) + 1))
+
+    def run(self, system: System) -> dict[str, Any]:
+        """Return how to compute, by the names of the arguments of `propagate`."""
+        run = dict(self.values.get("run", {}))
+        if run.get("method") == "closed form":
+            if system.forces:
+                raise self._errors.at(("run", "method"), "must be integration where there are forces, but it is not.")
+            for name in run:
+                if name != "method":
+                    raise self._errors.at(("run", name), "must not be beside the closed form, but it is.")
+        if isinstance(run.get("tolerance"), np.ndarray):
+            precision = run.get("precision", "double")
+            run["tolerance"] = self._errors.called(("run",), _one, tolerance=run["tolerance"], precision=precision)
+        return run
+
+    def outputs(self) -> dict[str, str]:
+        """Return the names of the files to write, none of which leads out of its folder."""
+        found = self.values.get("outputs", {})
+        for kind, name in found.items():
+            if re.fullmatch(r"\w[\w .+-]*", name) is None or len(name) > 200:
+                raise self._errors.at(
+                    ("outputs", kind), f"must be the name of a file, without a folder, but {short(name)} came."
+                )
+            if not name.endswith(ENDINGS[kind]):
+                raise self._errors.at(
+                    ("outputs", kind), f"must end in {' or '.join(ENDINGS[kind])}, but {short(name)} came."
+                )
+        return dict(found)
+
+
+def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
+    """Return a calendar whose date exists."""
+    calendar = Calendar(zero, scale, unit)
+    try:
+        dt.datetime.fromisoformat(re.sub(r":60(\..*)?$", ":59", calendar.zero))
+    except ValueError:
+        raise ValueError(f"zero must be a date that exists, but {zero!r} came.") from None
+    return calendar
+
+
+def _says_dates(value: Any) -> bool:
+    return isinstance(value, str) or (isinstance(value, list) and any(isinstance(x, str) for x in value))
+
+
+def _places(node: Any, path: str = "") -> Iterator[str]:
+    """Yield the places of the numbers in the tables that an ensemble can vary."""
+    if isinstance(node, np.ndarray):
+        yield path
+    elif isinstance(node, dict):
+        for key, value in node.items():
+            if path or key in VARIED:
+                yield from _places(value, f"{path}.{key}".lstrip("."))
+    elif isinstance(node, list):
+        for i, value in enumerate(node):
+            yield from _places(value, f"{path}[{i}]")
+
+
+def _triple(name: str, angles: Array) -> Array:
+    return member_array(name, angles, (3,))
+
+
+def _one(tolerance: Any, precision: str) -> float:
+    if np.ndim(tolerance):
+        raise ValueError(f"tolerance must be one number, but shape {np.shape(tolerance)} came.")
+    checked_tolerance(float(tolerance), precision)
+    return float(tolerance)
+
+
+def _about_size(sentence: str) -> str:
+    return (
+        sentence
+        if sentence.startswith("size")
+        else f"size must be one number, or one for each component, but {sentence}"
+    )

@@ -1,0 +1,157 @@
+"""Scalars that stand for others in formulas: duals of duals, and samples that take every branch."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from poinsot import functions
+from poinsot.algebra.dual import Dual
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.environment import Orbit, Sky
+
+__all__ = ["BRANCHES", "ExploredSky", "Nested", "opened"]
+
+BRANCHES = 16
+"""Samples that take all ways of four conditions."""
+
+
+class Wrapped:
+    """A scalar that duals take for a plain one; what is computed from it is wrapped again."""
+
+    __array_ufunc__ = None
+
+    def __init__(self, inner: Any) -> None:
+        self.inner = inner
+
+    def wrapped(self, value: Any) -> Any:
+        """Return the result of an operation as a scalar of this kind."""
+        return type(self)(value)
+
+    def _of(self, operation: Callable[..., Any], *arguments: Any) -> Any:
+        if any(isinstance(argument, Dual | Vector) for argument in arguments):
+            return NotImplemented
+        return self.wrapped(operation(*map(opened, arguments)))
+
+    def __add__(self, other: Any) -> Any:
+        return self._of(operator.add, self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return self._of(operator.add, other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._of(operator.sub, self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._of(operator.sub, other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self._of(operator.mul, self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self._of(operator.mul, other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        return self._of(operator.truediv, self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._of(operator.truediv, other, self)
+
+    def __pow__(self, other: Any) -> Any:
+        return self._of(operator.pow, self, other)
+
+    def __rpow__(self, other: Any) -> Any:
+        return self._of(operator.pow, other, self)
+
+    def __neg__(self) -> Any:
+        return self.wrapped(-self.inner)
+
+    def __abs__(self) -> Any:
+        return functions.abs(self)
+
+    def __bool__(self) -> bool:
+        return bool(self.inner)
+
+    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        """Return an elementary function of scalars, this one among them."""
+        return self._of(getattr(functions, name), *arguments)
+
+
+class Nested(Wrapped):
+    """A dual that other duals take for a plain scalar, so that a torque derived from an energy is derived again."""
+
+    def wrapped(self, value: Any) -> Any:  # noqa: D102
+        return Nested(value) if isinstance(value, Dual) else value
+
+
+class Explored(Wrapped):
+    """Values at samples that take every branch: sixteen of them go all ways of four conditions.
+
+    Parameters
+    ----------
+    inner : array (..., 16)
+    asked : list
+        The conditions so far, which all scalars of one evaluation share.
+    other : bool
+        Whether each sample goes the other way at every condition.
+    """
+
+    def __init__(self, inner: Any, asked: list[str], other: bool) -> None:
+        super().__init__(inner)
+        self._asked, self._other = asked, other
+
+    def wrapped(self, value: Any) -> Any:
+        return Explored(value, self._asked, self._other)
+
+    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        """Return an elementary function; of `less` the next pattern of true and false."""
+        if name != "less":
+            return super().apply(name, arguments)
+        if any(isinstance(argument, Dual) for argument in arguments):
+            return NotImplemented
+        self._asked.append(name)
+        bit = (len(self._asked) - 1) % 4
+        return (np.arange(BRANCHES) >> bit & 1).astype(bool) != self._other
+
+
+class ExploredSky(Sky):
+    """The world at sample times, where conditions on time and orbits go every way, whatever the times are.
+
+    Parameters
+    ----------
+    time : array (16,) or Dual of one
+    other : bool
+        As of `Explored`.
+
+    Attributes
+    ----------
+    asked : list
+        The conditions that formulas have asked.
+    """
+
+    def __init__(self, time: Any, other: bool = False) -> None:
+        self.asked: list[str] = []
+        self._plain, self._other = Sky(time), other
+        super().__init__(self._explored(time))
+
+    def position(self, orbit: Orbit) -> Vector:  # noqa: D102
+        return Vector(map(self._explored, self._plain.position(orbit)))
+
+    def velocity(self, orbit: Orbit) -> Vector:  # noqa: D102
+        return Vector(map(self._explored, self._plain.velocity(orbit)))
+
+    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: D102
+        return self._explored(self._plain.inverse_distance(orbit))
+
+    def _explored(self, scalar: Any) -> Any:
+        if isinstance(scalar, Dual):
+            return Dual(self._explored(scalar.value), {k: self._explored(p) for k, p in scalar.partials.items()})
+        return Explored(scalar, self.asked, self._other)
+
+
+def opened(scalar: Any) -> Any:
+    """Return what a wrapped scalar stands for, or any other scalar as it is."""
+    return scalar.inner if isinstance(scalar, Wrapped) else scalar

@@ -1,0 +1,217 @@
+"""The events that people ask for: axes, rates, momenta, orbits and the time pass a value."""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+import numpy as np
+
+from poinsot import functions
+from poinsot.functions import Scalar
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.parameters import Vector
+
+__all__ = ["AndoyerCrossing", "Apsis", "AttractorCrossing", "AxisCrossing", "Instant", "RateCrossing", "SpinFlip"]
+
+
+class AxisCrossing(Event):
+    """A body axis crosses a cone about a direction in space, or the plane across it.
+
+    Parameters
+    ----------
+    axis : array (3,)
+        Along body axes, any length but zero.
+    direction : array (3,)
+        Along space axes, any length but zero.
+    angle : float
+        Half the opening of the cone, radians, in (0, pi). Default: the plane. The value rises where axis and
+        direction close up.
+
+    Raises
+    ------
+    ValueError
+        If a vector is zero or the angle is not in (0, pi).
+    """
+
+    axis: Vector
+    direction: Vector
+    angle: float = field(default=np.pi / 2, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _refuse_zero("axis", self.axis)
+        _refuse_zero("direction", self.direction)
+        _refuse_other_angle(self.angle)
+
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        axis, direction = functions.Vector(self.axis), functions.Vector(self.direction)
+        size = functions.norm(axis) * functions.norm(direction)
+        return functions.dot(axis, attitude.to_body(direction)) - size * functions.cos(self.angle)
+
+
+class AttractorCrossing(Event):
+    """A body axis crosses a cone about the direction to the attractor of an orbit, or the plane across it.
+
+    Parameters
+    ----------
+    axis : array (3,)
+        Along body axes, any length but zero.
+    orbit : Orbit
+    angle : float
+        As of `AxisCrossing`.
+
+    Raises
+    ------
+    ValueError
+        If the axis is zero or the angle is not in (0, pi).
+    """
+
+    axis: Vector
+    orbit: Orbit
+    angle: float = field(default=np.pi / 2, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _refuse_zero("axis", self.axis)
+        _refuse_other_angle(self.angle)
+
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        axis, outwards = functions.Vector(self.axis), attitude.to_body(sky.direction(self.orbit))
+        return -functions.dot(axis, outwards) - functions.norm(axis) * functions.cos(self.angle)
+
+
+class RateCrossing(Event):
+    """The inertial angular velocity along a body axis passes a value.
+
+    Parameters
+    ----------
+    axis : array (3,)
+        Along body axes, any length but zero.
+    rate : float
+        Radians per unit of time.
+
+    Raises
+    ------
+    ValueError
+        If the axis is zero.
+    """
+
+    axis: Vector
+    rate: float = field(default=0.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _refuse_zero("axis", self.axis)
+
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        axis = functions.Vector(self.axis)
+        return functions.dot(axis, omega_body) - functions.norm(axis) * self.rate
+
+
+class SpinFlip(Event):
+    """The angular momentum along a body axis changes its sign.
+
+    Parameters
+    ----------
+    axis : array (3,)
+        Along body axes, any length but zero.
+
+    Raises
+    ------
+    ValueError
+        If the axis is zero.
+    """
+
+    axis: Vector
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _refuse_zero("axis", self.axis)
+
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        return functions.dot(functions.Vector(self.axis), body.angular_momentum(omega_body))
+
+
+class AndoyerCrossing(Event):
+    """Andoyer's angle g passes a value: a section of a motion that leaves the plane (l, L).
+
+    With G the angular momentum, s the third body axis and k the pole, sin g and cos g are in the ratio of
+    k . (G x s) |G| and (k . G)(G . s) - (k . s) G^2; the value is the sine of g - angle times a number of the size G^2,
+    and counts where its cosine is positive. Rising: g grows.
+
+    Parameters
+    ----------
+    angle : float
+        Radians.
+    pole : array (3,)
+        The axis from which the angles g and h are counted, space axes; `Andoyer` has the third one.
+
+    Raises
+    ------
+    ValueError
+        If the pole is zero.
+    """
+
+    angle: float = field(default=0.0, kw_only=True)
+    pole: Vector = field(default=(0.0, 0.0, 1.0), kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _refuse_zero("pole", self.pole)
+
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        return self._sine_and_cosine(body, attitude, omega_body)[0]
+
+    def condition(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        return self._sine_and_cosine(body, attitude, omega_body)[1]
+
+    def _sine_and_cosine(self, body: Body, attitude: Attitude, omega_body: functions.Vector) -> tuple[Scalar, Scalar]:
+        G = functions.Vector(body.angular_momentum(omega_body))
+        k, axis = attitude.to_body(self.pole), functions.Vector((0.0, 0.0, 1.0))
+        sine = functions.dot(k, functions.cross(G, axis)) * functions.norm(G)
+        cosine = functions.dot(k, G) * G[2] - k[2] * functions.dot(G, G)
+        c, s = functions.cos(self.angle), functions.sin(self.angle)
+        return sine * c - cosine * s, cosine * c + sine * s
+
+
+class Apsis(Event):
+    """The distance from the attractor of an orbit is stationary: rising, the periapsis; falling, the apoapsis.
+
+    Parameters
+    ----------
+    orbit : Orbit
+    """
+
+    orbit: Orbit
+
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        return functions.dot(sky.position(self.orbit), sky.velocity(self.orbit))
+
+
+class Instant(Event):
+    """The time is reached: for what acts then.
+
+    Parameters
+    ----------
+    time : float
+    """
+
+    time: float
+
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+        return sky.time - self.time
+
+
+def _refuse_zero(name: str, vector: object) -> None:
+    if np.any(np.all(np.asarray(vector) == 0, axis=-1)):
+        raise ValueError(f"{name} must not be zero, but it is. It is a direction.")
+
+
+def _refuse_other_angle(angle: object) -> None:
+    wrong = np.atleast_1d(np.asarray(angle, dtype=float))
+    wrong = wrong[(wrong <= 0) | (wrong >= np.pi)]
+    if wrong.size:
+        raise ValueError(f"angle must be in (0, pi), but {wrong[0]} came. Along the direction itself nothing crosses.")

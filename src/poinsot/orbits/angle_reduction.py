@@ -1,0 +1,85 @@
+"""Angles that grow in proportion to time, of which no digit is lost after many revolutions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from poinsot import functions
+from poinsot.algebra.double_double import PI, DoubleDouble
+from poinsot.functions import Scalar
+
+__all__ = ["angle_at", "angle_nearby", "elapsed", "mean_motion_of"]
+
+FULL = PI.scaled(4.0)
+"""Two turns, which leave the half angles of a quaternion, and so its sign, as they are."""
+
+LONG = np.longdouble
+LONG_FULL = LONG(FULL.hi) + LONG(FULL.lo)
+LONG_ENOUGH = 1e-18
+FEW_RADIANS = 1e3
+"""An angle that long doubles of 64 bits hold to 1e-16."""
+
+
+def mean_motion_of(mu: Scalar, semimajor_axis: Scalar, beyond: Scalar = 0.0) -> Any:
+    """Return sqrt(mu / a^3) + beyond; of floats as a DoubleDouble."""
+    if _plain(mu, semimajor_axis, beyond):
+        a = _wide(semimajor_axis)
+        return (_wide(mu) / (a * a * a)).sqrt() + _wide(beyond)
+    return functions.sqrt(mu / semimajor_axis**3) + beyond
+
+
+def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool = False) -> Scalar:
+    """Return start + rate (time - epoch), radians.
+
+    Of floats it is reduced to [-2 pi, 2 pi] unless it is asked for as a whole, from a sum of some 32 digits:
+    its error is the rounding of the result and of `start`, at any time.
+    """
+    here = getattr(time, "value", time)  # of a time with derivatives
+    if not _plain(start, here, epoch) or not (isinstance(rate, DoubleDouble) or _plain(rate)):
+        return start + getattr(rate, "hi", rate) * (time - epoch)
+    rate = rate if isinstance(rate, DoubleDouble) else _wide(rate)
+    total = rate * (_wide(here) - _wide(epoch)) + _wide(start)
+    if not whole:
+        total = total - FULL * np.floor(total.hi / FULL.hi + 0.5)
+    angle = _narrow(total, start, here)
+    return angle if here is time else angle + rate.hi * (time - here)
+
+
+def angle_nearby(start: Scalar, squared_rate: Callable[[Any], Any], time: Scalar, epoch: Scalar) -> Any:
+    """Return the same from long doubles, which is faster, where these leave no more than rounding; else None.
+
+    The rate is the square root of a function of the kind of number to compute it in.
+    """
+    if np.finfo(LONG).eps > LONG_ENOUGH or not _plain(start, time, epoch):
+        return None
+    angle = start + np.sqrt(squared_rate(LONG)) * (np.asarray(time, dtype=LONG) - epoch)
+    largest = np.max(np.abs(angle), initial=0.0)
+    if not largest < FEW_RADIANS:
+        return None
+    if largest > np.pi:
+        angle = angle - LONG_FULL * np.rint(angle / LONG_FULL)
+    return np.asarray(angle, dtype=np.result_type(np.float64, start, time))[()]
+
+
+def elapsed(start: Scalar, time: Scalar, epoch: Scalar) -> Scalar:
+    """Return start + (time - epoch), of floats rounded once."""
+    return angle_at(start, 1.0, time, epoch, whole=True)
+
+
+def _plain(*scalars: Scalar) -> bool:
+    """Whether all are floats or arrays of floats: no symbols, no numbers with digits of their own."""
+    return all(isinstance(x, int | float | np.ndarray | np.generic) and np.asarray(x).dtype != object for x in scalars)
+
+
+def _wide(number: Any) -> DoubleDouble:
+    """Return a float or a long double without rounding."""
+    high = np.asarray(number, dtype=np.float64)[()]
+    return DoubleDouble(high, np.asarray(number - high, dtype=np.float64)[()])
+
+
+def _narrow(number: DoubleDouble, *like: Any) -> Any:
+    kind = np.result_type(np.float64, *like)
+    return np.asarray(number.hi, dtype=kind)[()] + number.lo

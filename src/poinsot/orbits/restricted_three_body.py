@@ -1,0 +1,289 @@
+"""The orbit of a small body beside two attractors that circle each other: the restricted three-body problem."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.algebra.quaternion import assemble
+from poinsot.errors import refuse_nonpositive, scalar
+from poinsot.functions import Scalar
+from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.frame import RotatingFrame
+from poinsot.mechanics.parameters import Parametric, Vector
+from poinsot.orbits.three_body_path import ThreeBodyPath
+from poinsot.orbits.universal import refuse_symbols
+
+__all__ = ["CirclingPair", "SynodicAxes", "ThreeBodyOrbit", "ThreeBodyView"]
+
+
+class CirclingPair:
+    """Two attractors on circles about each other, the primary the heavier one."""
+
+    if TYPE_CHECKING:
+        mu_primary: Any
+        mu_secondary: Any
+        separation: Any
+
+    @property
+    def mass_ratio(self) -> Any:
+        """mu, the part of the secondary in the mass of both."""
+        return self.mu_secondary / (self.mu_primary + self.mu_secondary)
+
+    @property
+    def mean_motion(self) -> Any:
+        """The rate of the attractors, sqrt((mu1 + mu2)/separation^3), radians per unit of time."""
+        return functions.sqrt((self.mu_primary + self.mu_secondary) / self.separation**3)
+
+    def _check_pair(self) -> None:
+        for name in ("mu_primary", "mu_secondary", "separation"):
+            refuse_nonpositive(name, getattr(self, name))
+        secondary, primary = np.broadcast_arrays(self.mu_secondary, self.mu_primary)
+        if np.any(secondary > primary):
+            wrong = np.argmax(secondary > primary)
+            raise ValueError(
+                f"mu_secondary must not exceed mu_primary, but {secondary.flat[wrong]} and {primary.flat[wrong]} came. "
+                "The primary is the heavier one."
+            )
+
+
+class ThreeBodyOrbit(CirclingPair, Parametric):
+    """The path of a body that two attractors on circles pull: a halo, a Lyapunov orbit, any.
+
+    At the epoch the secondary is in the direction of the first space axis from the primary; the motion is about the
+    third, as with `LagrangePoint`. The body feels both: `GravityGradient(path.from_primary)` and
+    `GravityGradient(path.from_secondary)`. A kernel integrates position and velocity along with the attitude, once
+    for both. For numbers they come from Taylor series, over a period of published orbits within 2e-13 separations of
+    what a kernel integrates; NaN beyond a collision.
+
+    Parameters
+    ----------
+    mu_primary, mu_secondary : float
+        Gravitational parameters, length cubed over time squared.
+    separation : float
+        The distance of the attractors.
+    position, velocity : array (3,)
+        Of the body at the epoch, from the barycentre, along the axes from the primary to the secondary, along the
+        secondary's velocity, and normal; the velocity relative to these turning axes.
+    epoch : float
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not positive, the secondary is the heavier one, or the body is at an attractor.
+
+    Notes
+    -----
+    Attractors are points. Szebehely, Theory of Orbits (1967), Sec. 1.5.
+    """
+
+    mu_primary: float
+    mu_secondary: float
+    separation: float
+    position: Vector
+    velocity: Vector
+    epoch: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_pair()
+        x, y, z, *_ = self._start
+        for name, along in (("secondary", x), ("primary", x + 1)):
+            if np.any(np.abs(along) + np.abs(y) + np.abs(z) < 4 * np.finfo(float).eps):
+                raise ValueError(f"position must be apart from both attractors, but the body is at the {name}.")
+
+    @property
+    def from_primary(self) -> ThreeBodyView:
+        """The orbit of the body about the primary."""
+        return ThreeBodyView(self, "primary")
+
+    @property
+    def from_secondary(self) -> ThreeBodyView:
+        """The orbit of the body about the secondary."""
+        return ThreeBodyView(self, "secondary")
+
+    @property
+    def frame(self) -> RotatingFrame:
+        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
+        return RotatingFrame((1, 0, 0, 0), np.multiply.outer(self.mean_motion, (0.0, 0.0, 1.0)), self.epoch)
+
+    @property
+    def jacobi_constant(self) -> Any:
+        """C = x^2 + y^2 + 2 (1 - mu)/d1 + 2 mu/d2 - v^2, in units of the separation and the mean motion."""
+        x, y, _, *velocity = start = self._start
+        x, mu, inverse = x + (1 - self.mass_ratio), self.mass_ratio, _inverse_distances(start)
+        potential = 0.5 * (x * x + y * y) + (1 - mu) * inverse["primary"] + mu * inverse["secondary"]
+        return 2 * potential - functions.dot(velocity, velocity)
+
+    def variables_at(self, time: Scalar) -> functions.Vector:
+        """Return position and velocity from the secondary, synodic axes, units of separation and mean motion."""
+        time = scalar("time", time)
+        here: Any = getattr(time, "value", time)  # of a time with derivatives
+        refuse_symbols(type(self).__name__, here, self.epoch, *self._start, variable="path")
+        now = functions.Vector(self._path.at(self.mean_motion * (here - self.epoch)))
+        if here is time:
+            return now
+        rates = SynodicAxes(self).rates(here, now)
+        return functions.Vector(time.chain(x, rate) for x, rate in zip(now, rates, strict=True))
+
+    @functools.cached_property
+    def _path(self) -> ThreeBodyPath:
+        return ThreeBodyPath(self.mass_ratio, self._start)
+
+    @property
+    def _start(self) -> tuple[Scalar, ...]:
+        x, y, z = (x / self.separation for x in _components(self.position))
+        velocity = (v / (self.separation * self.mean_motion) for v in _components(self.velocity))
+        return x - (1 - self.mass_ratio), y, z, *velocity
+
+
+class ThreeBodyView(Orbit):
+    """The path of a body beside two attractors as seen from one of them.
+
+    Its formulas run on numbers alone; a kernel integrates the path along.
+
+    Parameters
+    ----------
+    path : ThreeBodyOrbit
+    attractor : {"primary", "secondary"}
+    """
+
+    path: ThreeBodyOrbit
+    attractor: str
+
+    @property
+    def mu(self) -> Any:
+        """Gravitational parameter of the attractor."""
+        return getattr(self.path, f"mu_{self.attractor}")
+
+    @property
+    def frame(self) -> RotatingFrame:
+        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
+        return self.path.frame
+
+    @property
+    def axes(self) -> SynodicAxes:
+        """The synodic axes, with the path integrated along."""
+        return SynodicAxes(self.path)
+
+    @property
+    def closed_form(self) -> bool:  # noqa: D102
+        return False
+
+    @property
+    def sample_time(self) -> Any:  # noqa: D102
+        return self.path.epoch
+
+    @property
+    def sample_reach(self) -> Any:
+        """Half a revolution of the attractors, in which no path becomes chaotic."""
+        return np.pi / self.path.mean_motion
+
+    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        return self._sky(time).position(self)
+
+    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+        return self._sky(time).velocity(self)
+
+    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+        return self._sky(time).inverse_distance(self)
+
+    def _sky(self, time: Scalar) -> Sky:
+        return _SynodicSkyInSpace(time, self.axes, self.path.variables_at(time))
+
+
+class SynodicAxes(Axes):
+    """The axes that turn with the attractors; their variables are the path of the body.
+
+    Position and velocity from the secondary, units of the separation and the mean motion: of the size of a
+    quaternion or below, for the engine's step control looks at the largest variable.
+    """
+
+    path: ThreeBodyOrbit
+    size = 6
+
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+        return np.stack(np.broadcast_arrays(*self.path.variables_at(time)), axis=-1)
+
+    def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
+        return _SynodicSky(time, self, variables)
+
+    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky:  # noqa: ARG002, D102
+        return _SynodicSkyInSpace(time, self, variables)
+
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: ARG002, D102
+        x, y, z, u, v, w = variables
+        mu, n = self.path.mass_ratio, self.path.mean_motion
+        far, near = (inverse * inverse * inverse for inverse in _inverse_distances(variables).values())
+        pull = (1 - mu) * far
+        both = pull + mu * near
+        ahead = x - both * x + (1 - mu) - pull + 2 * v
+        return [n * u, n * v, n * w, n * ahead, n * (y - both * y - 2 * u), -(n * (both * z))]
+
+    def omega(self, time: Scalar, variables: Any) -> functions.Vector:  # noqa: ARG002, D102
+        return functions.Vector((0.0, 0.0, self.path.mean_motion))
+
+    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ARG002, D102
+        half = 0.5 * self.phase(time)
+        return assemble((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)))
+
+    def phase(self, time: Scalar) -> Scalar:
+        """Return the angle of the axes, radians."""
+        return self.path.mean_motion * (time - self.path.epoch)
+
+
+class _SynodicSky(Sky):
+    """The world along the axes that turn with the attractors."""
+
+    def __init__(self, time: Scalar, axes: SynodicAxes, variables: Any) -> None:
+        super().__init__(time)
+        self._axes, self._variables = axes, variables
+
+    def inverse_distance(self, orbit: Any) -> Scalar:
+        return self._inverse(orbit) / self._axes.path.separation
+
+    def direction(self, orbit: Any) -> functions.Vector:
+        return self._vector(*(x * self._inverse(orbit) for x in self._place(orbit)))
+
+    def position(self, orbit: Any) -> functions.Vector:
+        return self._vector(*(x * self._axes.path.separation for x in self._place(orbit)))
+
+    def velocity(self, orbit: Any) -> functions.Vector:
+        (x, y, _), (u, v, w) = self._place(orbit), self._variables[3:]
+        speed = self._axes.path.separation * self._axes.path.mean_motion
+        return self._vector(speed * (u - y), speed * (v + x), speed * w)
+
+    def _inverse(self, orbit: Any) -> Scalar:
+        return _inverse_distances(self._variables)[orbit.attractor]
+
+    def _place(self, orbit: Any) -> tuple[Scalar, ...]:
+        x, y, z = self._variables[:3]
+        return (x + 1 if orbit.attractor == "primary" else x), y, z
+
+    def _vector(self, x: Scalar, y: Scalar, z: Scalar) -> functions.Vector:
+        return functions.CarriedVector((x, y, z))
+
+
+class _SynodicSkyInSpace(_SynodicSky):
+    """The same along the space axes."""
+
+    def _vector(self, x: Scalar, y: Scalar, z: Scalar) -> functions.Vector:
+        phase = self._axes.phase(self.time)
+        c, s = functions.cos(phase), functions.sin(phase)
+        return functions.Vector((c * x - s * y, s * x + c * y, z))
+
+
+def _inverse_distances(variables: Any) -> dict[str, Scalar]:
+    """Return one over the distances from the attractors."""
+    x, y, z = variables[:3]
+    across = y * y + z * z
+    return {"primary": ((x + 1) * (x + 1) + across) ** -0.5, "secondary": (x * x + across) ** -0.5}
+
+
+def _components(vector: Any) -> Any:
+    return vector if isinstance(vector, functions.Vector) else np.moveaxis(np.asarray(vector), -1, 0)

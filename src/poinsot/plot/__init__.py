@@ -1,0 +1,1 @@
+"""Figures of a trajectory, and the page that shows it in three dimensions."""

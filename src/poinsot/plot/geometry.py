@@ -1,0 +1,301 @@
+"""Poinsot's geometry of free rotation: the rolling ellipsoid, the polhode and the herpolhode."""
+
+from __future__ import annotations
+
+import operator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.checked import checked
+from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.mechanics.parameters import came
+from poinsot.plot.energy_curves import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
+from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, checked_motion, instant, rate_label
+from poinsot.plot.solids import (
+    Ellipsoid,
+    Solid,
+    draw_arrow,
+    draw_path,
+    draw_point,
+    fit,
+    label_axes,
+    legend,
+    right_and_up,
+    solid_axes,
+    view_direction,
+    zoom_of,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from poinsot.propagation.trajectory import Trajectory
+
+__all__ = ["plot_herpolhode", "plot_poinsot", "plot_polhode"]
+
+Array = NDArray[np.float64]
+
+CONSTANT = 1e-6
+"""How much the angular momentum in space or the kinetic energy may vary, relative, and still be called constant."""
+
+VIEW = (20.0, -60.0)
+
+YELLOW = "#F0E442"
+
+
+@checked
+def plot_poinsot(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | None = None) -> Axes:
+    """Draw Poinsot's construction at one instant: the inertia ellipsoid rolling on the invariable plane.
+
+    The ellipsoid omega . I omega = 2T, fixed in the body, touches the plane omega . G = 2T, fixed in space, at
+    the tip of omega, which draws the polhode on the one (in closed form) and the herpolhode on the other (the
+    line through the samples). Poinsot, Théorie nouvelle de la rotation des corps (1834).
+
+    Parameters
+    ----------
+    motion : Trajectory
+        Free of torques. Units on the axes are those of its system; G is not to scale.
+    time_index : int
+        Which of its times; the last by default.
+    view : array (2,), optional
+        Elevation and azimuth of the eye in degrees; (20, -60) by default.
+
+    Returns
+    -------
+    matplotlib Axes
+        3D, with G upwards: space after the shortest rotation that takes G to the third axis.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no trajectory of one body, G is zero or not constant to 1e-6, or there is no such time.
+    """
+    motion = _torque_free(motion)
+    index = _checked_index(time_index, motion.times.size)
+    upright, (moments, axes) = _upright(motion), principal(motion.system.body)
+    omega, g = motion.omega_space @ upright.T, motion.angular_momentum_body[index] @ axes
+    turned = upright @ rotation_matrix(motion.quaternion[index]) @ axes
+    eye = view_direction(VIEW if view is None else view)
+    panel: Axes = solid_axes(eye, f"Poinsot's construction at {instant(motion, index)}")
+    solid = Solid(panel, Ellipsoid(turned, np.sqrt(2 * motion.kinetic_energy[index] / moments)), eye)
+    for pole in np.eye(3):
+        solid.curve(solid.ellipsoid.section(pole), GREY, 0.6)
+    solid.curve(_polhode(moments, g) @ turned.T, BLUE, 1.8, "polhode, on the inertia ellipsoid")
+    _draw_invariable_plane(solid, omega, index, herpolhode_radii(moments, g))
+    label_axes(panel, _upright_labels(motion))
+    legend(panel)
+    return panel
+
+
+@checked
+def plot_polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
+    """Draw the path of omega along the body axes, on the ellipsoid omega . I omega = 2T.
+
+    Thin lines are other polhodes of the same energy, the black ones the separatrices. Where forces change
+    the kinetic energy by more than 1e-6 there is no such ellipsoid, and the path is drawn alone. Goldstein,
+    Classical Mechanics, Sec. 5.6.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        The path is the line through its samples, the dot the last of them. Units are those of its system.
+    view : array (2,), optional
+        Elevation and azimuth of the eye in degrees; by default the last sample is in front.
+
+    Returns
+    -------
+    matplotlib Axes
+        3D, along the body axes as they were given, principal or not.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no trajectory of one body, or has no samples, or is at rest.
+    """
+    motion = _turning(motion)
+    omega, energy = motion.omega_body, motion.kinetic_energy
+    moments, axes = principal(motion.system.body)
+    eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
+    panel: Axes = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes")
+    path, last = r"path of $\omega$", f"at {instant(motion, -1)}"
+    if np.ptp(energy) <= CONSTANT * np.max(energy):
+        solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy[-1] / moments)), eye)
+        _draw_polhodes(solid, moments, energy[-1])
+        solid.curve(omega, BLUE, 2, path)
+        solid.mark(omega[-1], GREEN, last)
+        high = np.array([solid.ellipsoid.reach(axis) for axis in np.eye(3)])
+        low = -high
+    else:
+        draw_path(panel, omega, color=BLUE, linewidth=1.5, label=path)
+        draw_point(panel, omega[-1], GREEN, last)
+        low, high = np.min(omega, axis=0), np.max(omega, axis=0)
+        margin = np.maximum(0.05 * (high - low), 0.1 * np.max(high - low) or 0.1 * np.max(np.abs(omega)))
+        low, high = low - margin, high + margin
+    fit(panel, low, high, zoom_of(eye, high - low))
+    label_axes(panel, [rf"$\omega_{i}${rate_label(motion.system.units)}" for i in (1, 2, 3)])
+    legend(panel)
+    return panel
+
+
+@checked
+def plot_herpolhode(motion: Trajectory) -> Axes:
+    """Draw the path of omega in the invariable plane, between the two circles that bound it.
+
+    With k the axis that the polhode encircles and D = 2T/G^2, the circles about the line of G have the radii
+    G sqrt((D - 1/I_k) (1/I_i - D)) of the other two axes i; on a separatrix the smaller is zero. Poinsot
+    (1834); Goldstein, Classical Mechanics, Sec. 5.6.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        Free of torques. The path is the line through its samples, the dot the last of them.
+
+    Returns
+    -------
+    matplotlib Axes
+        Seen from the tip of G, one unit as long on both axes, which are the first two of `plot_poinsot`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no trajectory of one body, or G is zero or not constant to 1e-6.
+    """
+    import matplotlib.pyplot as plt
+
+    from poinsot.plot.figure import TextFigure
+
+    motion = _torque_free(motion)
+    omega = motion.omega_space @ _upright(motion).T
+    moments, axes = principal(motion.system.body)
+    radii = herpolhode_radii(moments, motion.angular_momentum_body[-1] @ axes)
+    _, panel = plt.subplots(figsize=(5.6, 5.8), layout="constrained", FigureClass=TextFigure)
+    for radius in radii:
+        panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
+    draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")
+    panel.plot(*omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, -1)}")
+    panel.plot(0, 0, "+", color=BLACK, markersize=9, label=r"$\mathbf{G}$, towards the eye")
+    room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))
+    panel.set(xlim=(-room, room), ylim=(-room, room), aspect="equal")
+    across_x, across_y, _ = _upright_labels(motion)
+    panel.set(xlabel=across_x, ylabel=across_y)
+    panel.locator_params(nbins=7)
+    panel.grid(alpha=0.25)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
+    return panel
+
+
+# ---------------------------------------------------------------------- parts of the pictures
+
+
+def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[float, float]) -> None:
+    """Draw the plane at the tip of omega with the herpolhode on it, and the vectors omega and G."""
+    panel, tip, height = solid.axes, omega[index], omega[index, 2]
+    above = solid.eye[2] > 0
+    plane = 5 if above else -5  # in the order of painting
+    reach = np.array([solid.ellipsoid.reach(axis) for axis in np.eye(3)[:2]])
+    half = np.maximum(1.15 * radii[1], 0.85 * reach)
+    x, y = np.meshgrid(*np.outer(half, [-1, 1]))
+    panel.plot_surface(x, y, np.full_like(x, height), color=YELLOW, alpha=0.3, edgecolor=GREY, zorder=plane)
+    for radius in radii:
+        panel.plot(*_circle(radius), height, color=GREY, linewidth=0.8, zorder=plane + 1)
+    name = "herpolhode, on the invariable plane"
+    trace = np.column_stack([omega[:, :2], np.full(len(omega), height)])
+    draw_path(panel, trace, color=VERMILION, linewidth=1.2, zorder=plane + 1, label=name)
+    up, head = np.array([0, 0, height]), 0.12 * height
+    panel.plot(*np.outer([0, 1], up).T, color=BLACK, linewidth=1, zorder=4)
+    draw_arrow(panel, up, 1.5 * up, BLACK, head, plane + 2 if above else plane - 1)
+    draw_arrow(panel, 0 * tip, tip, GREEN, head, 4)
+    draw_point(panel, tip, GREEN)
+    panel.text(*(1.56 * up), r"$\mathbf{G}$", ha="center", fontsize=13, zorder=9)
+    side = "left" if right_and_up(solid.eye)[0] @ tip >= 0 else "right"
+    panel.text(*(0.6 * tip), r" $\omega$ ", color=GREEN, ha=side, va="top", fontsize=15, zorder=9)
+    low, high = np.append(-np.maximum(half, reach), -height), np.append(np.maximum(half, reach), 1.5 * height)
+    fit(panel, low, high, zoom_of(solid.eye, high - low))
+
+
+def _draw_polhodes(solid: Solid, moments: Array, energy: float) -> None:
+    """Draw the polhodes of an energy: omega_i = sqrt(2T/D) n_i / I_i along the principal axes."""
+    long, _, short = np.argsort(moments)
+    others = [*energy_curves(moments, short), *energy_curves(moments, long)]
+    for curves, colour, width, name in (
+        (others, GREY, 0.6, "other polhodes"),
+        (separatrices(moments), BLACK, 1.0, "separatrices"),
+    ):
+        for i, n in enumerate(curves):
+            D = n**2 @ (1 / moments)
+            omega = np.sqrt(2 * energy / D)[:, None] * n / moments
+            solid.curve(omega @ solid.ellipsoid.axes.T, colour, width, None if i else name)
+
+
+def _circle(radius: float) -> tuple[Array, Array]:
+    angle = np.linspace(0, 2 * np.pi, 361)
+    return radius * np.cos(angle), radius * np.sin(angle)
+
+
+def _upright_labels(motion: Trajectory) -> list[str]:
+    unit = rate_label(motion.system.units)
+    return [
+        rf"$\omega_x \perp \mathbf{{G}}${unit}",
+        rf"$\omega_y \perp \mathbf{{G}}${unit}",
+        rf"$\omega_z \parallel \mathbf{{G}}${unit}",
+    ]
+
+
+# ---------------------------------------------------------------------- what is drawn
+
+
+def _upright(motion: Trajectory) -> Array:
+    """Return the matrix of the shortest rotation of space that takes G to the third axis."""
+    from scipy.spatial.transform import Rotation
+
+    turn, _ = Rotation.align_vectors([[0, 0, 1]], motion.initial.angular_momentum_space[None])
+    return np.asarray(turn.as_matrix())
+
+
+def _polhode(moments: Array, g: Array) -> Array:
+    """Return the polhode omega_i = G n_i / I_i of an angular momentum, along the principal axes; shape (m, 3)."""
+    G = np.linalg.norm(g)
+    return np.asarray(G * energy_curve(moments, g / G) / moments)
+
+
+def _facing(omega: Array, moments: Array) -> Array:
+    """Return a direction, along the principal axes, from which the polhode of omega is in front."""
+    nearest = np.argmax(np.abs(omega) * np.sqrt(moments))
+    eye = np.full(3, 0.45)
+    eye[nearest] = 0.75
+    return np.asarray(np.where(omega >= 0, eye, -eye) / np.linalg.norm(eye))
+
+
+# ---------------------------------------------------------------------- checks
+
+
+def _turning(motion: Trajectory) -> Trajectory:
+    motion = checked_motion(motion)
+    if not motion.times.size:
+        raise ValueError("motion must have times to draw, but it has none.")
+    if not np.any(motion.angular_momentum_body):
+        raise ValueError("motion must have an angular momentum, but g = 0. A body at rest has no axis of rotation.")
+    return motion
+
+
+def _torque_free(motion: Trajectory) -> Trajectory:
+    motion = _turning(motion)
+    G, G0 = motion.angular_momentum_space, motion.initial.angular_momentum_space
+    change = np.max(np.linalg.norm(G - G0, axis=-1)) / np.max(np.linalg.norm(G, axis=-1))
+    if change > CONSTANT:
+        raise ValueError(
+            f"motion must have a constant angular momentum in space, but it changes by {change:.2g} of its size. "
+            "Propagate System(body) without forces: only free motion has an invariable plane."
+        )
+    return motion
+
+
+def _checked_index(index: Any, count: int) -> int:
+    if isinstance(index, bool) or not hasattr(index, "__index__"):
+        raise TypeError(f"time_index must be an int, but {came(index)} came.")
+    i = operator.index(index)
+    if not -count <= i < count:
+        raise ValueError(f"time_index must lie within [{-count}, {count - 1}], but {i} came.")
+    return i

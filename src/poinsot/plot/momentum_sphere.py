@@ -1,0 +1,188 @@
+"""The sphere of directions of the angular momentum in the body, with the curves of equal energy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.checked import checked
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.state import State
+from poinsot.plot.energy_curves import energy_curve, energy_curves, principal, separatrices, spherical
+from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, checked_motion, instant
+from poinsot.plot.solids import Ellipsoid, Solid, fit, legend, solid_axes, view_direction
+from poinsot.propagation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["plot_momentum_sphere"]
+
+Array = NDArray[np.float64]
+
+UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
+
+
+@checked
+def plot_momentum_sphere(
+    body: Body | Trajectory, state: State | Trajectory | None = None, *, view: ArrayLike | None = None
+) -> Axes:
+    """Draw the unit sphere of directions g/G of the angular momentum, with the curves of equal energy.
+
+    A free body moves along one of them: round the short axis (of the largest moment of inertia) where
+    2T < G^2 / I_middle, round the long axis (of the smallest) where 2T is larger. Between the two modes lie
+    the separatrices. Landau and Lifshitz, Mechanics, Sec. 37, draw them on the ellipsoid of energy.
+
+    Parameters
+    ----------
+    body : Body or Trajectory
+        The sphere is drawn in its principal axes, numbered as its moments are. A trajectory alone is its body with
+        its path.
+    state : State or Trajectory, optional
+        A state is marked with its curve, and so is each of an array of states; a trajectory by its path and
+        its last sample. With forces the path crosses the curves.
+    view : array (2,), optional
+        Elevation and azimuth of the eye in degrees; by default towards the separatrices, the state in front.
+
+    Returns
+    -------
+    matplotlib Axes
+        3D, without units.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not of its kind, is an ensemble, is at rest, or a trajectory is of another body.
+    """
+    if isinstance(body, Trajectory) and state is None:
+        state = checked_motion(body)
+    turning = _one_body(body.system.body if isinstance(body, Trajectory) else body)
+    moments, axes = principal(turning)
+    n = _directions(turning, state) @ axes
+    eye = _facing(moments, n[-1] if len(n) else np.ones(3)) if view is None else view_direction(view)
+    panel: Axes = solid_axes(eye, _title(moments))
+    solid = Solid(panel, UNIT_SPHERE, eye)
+    _draw_modes(solid, moments)
+    if isinstance(state, Trajectory):
+        solid.curve(n, GREEN, 2.2, "motion")
+        solid.mark(n[-1], GREEN, f"at {instant(state, -1)}")
+    else:
+        _draw_states(solid, moments, n)
+    _draw_axes(panel, moments, eye)
+    fit(panel, np.full(3, -1.0), np.full(3, 1.0), zoom=1.2)
+    panel.set_axis_off()
+    legend(panel)
+    return panel
+
+
+# ---------------------------------------------------------------------- parts of the picture
+
+
+def _draw_modes(solid: Solid, moments: Array) -> None:
+    """Draw the curves of both modes, and what lies between them."""
+    long, middle, short = np.argsort(moments)
+    for curves, colour, width, name in (
+        (energy_curves(moments, short), BLUE, 1.0, "short-axis mode"),
+        (energy_curves(moments, long), VERMILION, 1.0, "long-axis mode"),
+        (separatrices(moments), BLACK, 1.8, "separatrices"),
+    ):
+        for i, n in enumerate(curves):
+            solid.curve(n, colour, width, None if i else name)
+    if (moments[long] == moments[middle]) != (moments[middle] == moments[short]):
+        symmetry = np.eye(3)[short if moments[long] == moments[middle] else long]
+        solid.curve(UNIT_SPHERE.section(symmetry), BLACK, 1.4, "fixed directions", linestyle=":")
+
+
+def _draw_states(solid: Solid, moments: Array, n: Array) -> None:
+    for i, direction in enumerate(n):
+        if not spherical(moments):
+            solid.curve(energy_curve(moments, direction), GREEN, 2.2)
+        solid.mark(direction, GREEN, None if i else "state")
+
+
+def _draw_axes(panel: Any, moments: Array, eye: Array) -> None:
+    """Draw both ends of each principal axis, and name the near one."""
+    from matplotlib.patheffects import withStroke
+
+    for i, name in enumerate(_names(moments)):
+        sign = 1 if eye[i] >= 0 else -1
+        near = sign * np.eye(3)[i]
+        out = 1.1 / max(np.sqrt(1 - eye[i] ** 2), 0.5)  # beyond the outline
+        panel.plot(*np.outer([1, out], near).T, color=BLACK, linewidth=1, zorder=7)
+        panel.plot(*np.outer([-out, -1], near).T, color=BLACK, linewidth=1, zorder=0)
+        label = f"{name}\n${'' if sign > 0 else '-'}\\mathbf{{e}}_{i + 1}$"
+        halo = [withStroke(linewidth=3, foreground="white")]
+        panel.text(*(1.1 * out * near), label, ha="center", va="center", path_effects=halo, zorder=9)
+
+
+# ---------------------------------------------------------------------- what is drawn
+
+
+def _directions(body: Body, state: Any) -> Array:
+    """Return the directions of g that a state or a trajectory has, along the body axes; shape (n, 3)."""
+    if state is None:
+        return np.empty((0, 3))
+    g = np.atleast_2d(_checked_state(body, state).angular_momentum_body)
+    if not g.size:
+        raise ValueError("state must have times to draw, but it has none.")
+    G = np.linalg.norm(g, axis=-1, keepdims=True)
+    if not np.all(G):
+        raise ValueError("state must have an angular momentum, but g = 0. A body at rest has no direction to draw.")
+    return np.asarray(g / G)
+
+
+def _facing(moments: Array, n: Array) -> Array:
+    """Return a direction in the octant of n, nearest to the intermediate axis, then to the short one."""
+    eye = np.empty(3)
+    eye[np.argsort(moments)] = 0.43, 0.75, 0.5
+    return np.asarray(np.where(n >= 0, eye, -eye) / np.linalg.norm(eye))
+
+
+# ---------------------------------------------------------------------- checks
+
+
+def _one_body(body: Any) -> Body:
+    if not isinstance(body, Body):
+        raise TypeError(f"body must be a Body, but {came(body)} came. The order is plot_momentum_sphere(body, state).")
+    if np.ndim(body.moments) != 1:
+        raise ValueError(f"body must be one body, but an ensemble of {len(body.moments)} members came.")
+    return body
+
+
+def _checked_state(body: Body, state: Any) -> State | Trajectory:
+    if isinstance(state, State):
+        return state
+    if not isinstance(state, Trajectory):
+        raise TypeError(f"state must be a State or a Trajectory, but {came(state)} came.")
+    other = checked_motion(state, "state").system.body
+    if not np.allclose(body.inertia, other.inertia, rtol=0, atol=1e-12 * np.max(body.inertia)):
+        raise ValueError(f"state must be a motion of {body!r}, but one of {other!r} came. Pass motion.system.body.")
+    return state
+
+
+# ---------------------------------------------------------------------- words
+
+
+def _names(moments: Array) -> list[str]:
+    """Return what the principal axes are called."""
+    if spherical(moments):
+        return ["axis"] * 3
+    long, middle, short = np.argsort(moments)
+    names = ["equatorial axis"] * 3
+    if moments[long] < moments[middle] < moments[short]:
+        names[middle] = "intermediate axis"
+    if moments[long] < moments[middle]:
+        names[long] = "long axis"
+    if moments[middle] < moments[short]:
+        names[short] = "short axis"
+    return names
+
+
+def _title(moments: Array) -> str:
+    listed = "$I$ = (" + ", ".join(f"{moment:.4g}" for moment in moments) + ")"
+    if spherical(moments):
+        return f"Spherical body: every direction of the angular momentum is fixed\n{listed}"
+    return f"Directions of the angular momentum in the principal axes\n{listed}"

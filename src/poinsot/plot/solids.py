@@ -1,0 +1,225 @@
+"""Ellipsoids and what lies on them, drawn as solid bodies: the far side is faded.
+
+The pictures are in parallel projection from one direction, `eye`. matplotlib sorts whole artists by depth,
+not their parts, so every curve is cut here into its near and its far parts, and the order of painting is set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import real_array
+from poinsot.plot.energy_curves import TURN
+from poinsot.plot.labels import GREY
+
+__all__ = [
+    "Ellipsoid",
+    "Solid",
+    "draw_arrow",
+    "draw_path",
+    "draw_point",
+    "fit",
+    "label_axes",
+    "legend",
+    "right_and_up",
+    "solid_axes",
+    "view_direction",
+    "zoom_of",
+]
+
+Array = NDArray[np.float64]
+
+FADED = 0.3
+"""The opacity of what lies on the far side."""
+
+MOST_POINTS = 20_000
+"""Of a line that a vector file has as a line."""
+
+LAYERS = 24
+"""Of light on a solid."""
+
+PER_CHARACTER = 4
+"""Points by which the name of an axis goes away from it for each character of its ticks after the fifth."""
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid about the origin.
+
+    Attributes
+    ----------
+    axes : array (3, 3)
+        The directions of its axes, as columns.
+    semiaxes : array (3,)
+    """
+
+    axes: Array
+    semiaxes: Array
+
+    def normals(self, points: Array) -> Array:
+        """Return the outward normals at points of the surface, of any length; shape (..., 3)."""
+        return np.asarray(points @ self.axes / self.semiaxes**2 @ self.axes.T)
+
+    def section(self, pole: Array) -> Array:
+        """Return the image of the great circle with a pole on the unit sphere; shape (m, 3)."""
+        return _circle(pole) * self.semiaxes @ self.axes.T
+
+    def outline(self, eye: Array) -> Array:
+        """Return the closed curve that bounds the ellipsoid as seen from a direction; shape (m, 3)."""
+        return self.section(eye @ self.axes / self.semiaxes)
+
+    def reach(self, direction: Array) -> float:
+        """Return how far the ellipsoid extends along a unit vector."""
+        return float(np.linalg.norm(direction @ self.axes * self.semiaxes))
+
+
+class Solid:
+    """An ellipsoid drawn as seen from one direction.
+
+    Painted in this order: 1 the solid, 2 the curves on its far side, 3 those on its near side, 8 points.
+    """
+
+    def __init__(self, axes: Any, ellipsoid: Ellipsoid, eye: Array) -> None:
+        self.axes = axes
+        self.ellipsoid = ellipsoid
+        self.eye = eye
+        self._shade()
+
+    def _shade(self) -> None:
+        """Fill the outline, lighter towards the upper left."""
+        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+        outline = self.ellipsoid.outline(self.eye)
+        flat = outline - np.outer(outline @ self.eye, self.eye)
+        right, up = right_and_up(self.eye)
+        light = 0.45 * flat[np.argmax(flat @ (up - 0.7 * right))]
+        light += 0.1 * np.min(self.ellipsoid.semiaxes) * self.eye  # so that the smaller layers lie in front
+        layers = [light + size * (flat - light) for size in np.linspace(1, 0, LAYERS, endpoint=False)]
+        colours = ["#C9D8E4", *[(1, 1, 1, 2 / LAYERS)] * (LAYERS - 1)]
+        self.axes.add_collection3d(Poly3DCollection(layers, facecolors=colours, edgecolors="none", zorder=1))
+        self.axes.plot(*outline.T, color="#6E6E6E", linewidth=0.8, zorder=1)
+
+    def curve(self, points: Array, colour: str, width: float, label: str | None = None, **style: Any) -> None:
+        """Draw a curve on the surface, shape (m, 3)."""
+        near = self._near(points)
+        for side, order, opacity, name in ((~near, 2, FADED, None), (near, 3, 1.0, label)):
+            part = np.where(_widened(side)[:, None], points, np.nan)
+            draw_path(self.axes, part, color=colour, linewidth=width, alpha=opacity, zorder=order, label=name, **style)
+
+    def mark(self, point: Array, colour: str, label: str | None = None) -> None:
+        """Draw a point of the surface, shape (3,)."""
+        draw_point(self.axes, point, colour, label, opacity=1.0 if self._near(point) else FADED)
+
+    def _near(self, points: Array) -> Any:
+        return self.ellipsoid.normals(points) @ self.eye >= 0
+
+
+# ---------------------------------------------------------------------- axes
+
+
+def view_direction(view: ArrayLike) -> Array:
+    """Return the unit vector towards the eye, from elevation and azimuth in degrees."""
+    elevation, azimuth = np.radians(real_array("view", view, (2,)))
+    across = np.cos(elevation)
+    return np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
+
+
+def right_and_up(eye: Array) -> tuple[Array, Array]:
+    """Return the directions of space that are rightwards and upwards as seen from another."""
+    azimuth = np.arctan2(eye[1], eye[0])
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0])
+    return right, np.cross(eye, right)
+
+
+def solid_axes(eye: Array, title: str) -> Any:
+    """Return 3D axes seen from a direction, in which artists are painted in their given order."""
+    import matplotlib.pyplot as plt
+
+    from poinsot.plot.figure import TextFigure
+
+    figure = plt.figure(figsize=(6.4, 6.8), FigureClass=TextFigure)
+    axes: Any = figure.add_axes((0, 0.07, 1, 0.84), projection="3d", computed_zorder=False, proj_type="ortho")
+    axes.view_init(np.degrees(np.arcsin(eye[2])), np.degrees(np.arctan2(eye[1], eye[0])))
+    axes.disable_mouse_rotation()
+    figure.suptitle(title, y=0.98, fontsize=11)
+    return axes
+
+
+def fit(axes: Any, low: Array, high: Array, zoom: float) -> None:
+    """Set the limits, one unit as long on all three axes."""
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(high - low, zoom=zoom)
+
+
+def zoom_of(eye: Array, sides: Array) -> float:
+    """Return the zoom with which a box of given sides, seen from a direction, leaves room for labels around it."""
+    width, height = (np.abs(across) @ sides for across in right_and_up(eye))
+    return float(np.linalg.norm(sides) * min(0.76 / width, 0.82 / height))
+
+
+def label_axes(axes: Any, labels: Sequence[str]) -> None:
+    """Name the three axes, with few ticks and without walls."""
+    from matplotlib.ticker import MaxNLocator
+
+    lengths = np.ptp([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()], axis=-1)
+    few = np.where(lengths > 0.3 * np.max(lengths), 4, 2)
+    for axis, label, ticks in zip((axes.xaxis, axes.yaxis, axes.zaxis), labels, few, strict=True):
+        axis.set_label_text(label)
+        axis.set_pane_color((1, 1, 1, 0))
+        axis.line.set_color(GREY)
+        axis.set_major_locator(MaxNLocator(ticks))
+        longest = max(map(len, axis.get_major_formatter().format_ticks(axis.get_majorticklocs())), default=0)
+        axis.labelpad = 4 + PER_CHARACTER * max(longest - 5, 0)
+    axes.tick_params(labelsize=8, colors="#404040")
+    axes.grid(visible=False)
+
+
+def legend(axes: Any) -> None:
+    """Put the legend below the picture."""
+    if axes.get_legend_handles_labels()[0]:
+        style = {"fontsize": 9, "columnspacing": 1.2, "handlelength": 1.5, "handletextpad": 0.5}
+        axes.figure.legend(loc="lower center", ncols=5, frameon=False, **style)
+
+
+# ---------------------------------------------------------------------- parts
+
+
+def draw_path(axes: Any, points: Array, **style: Any) -> None:
+    """Draw the line through points, shape (n, 2) or (n, 3): of very many as dots, also in a vector file."""
+    axes.plot(*points.T, rasterized=len(points) > MOST_POINTS, **style)
+
+
+def draw_point(axes: Any, point: Array, colour: str, label: str | None = None, opacity: float = 1.0) -> None:
+    """Draw a dot, in front of all else."""
+    axes.plot(
+        *point[:, None], "o", color=colour, markeredgecolor="white", markersize=8, alpha=opacity, zorder=8, label=label
+    )
+
+
+def draw_arrow(axes: Any, start: Array, tip: Array, colour: str, head: float, zorder: float) -> None:
+    """Draw an arrow with a cone of the given length as its head."""
+    along = (tip - start) / np.linalg.norm(tip - start)
+    foot = tip - head * along
+    rim = foot + 0.3 * head * _circle(along)[::30]
+    cone = np.stack([rim, np.broadcast_to(tip, rim.shape)])
+    axes.plot(*np.stack([start, foot]).T, color=colour, linewidth=2, zorder=zorder)
+    axes.plot_surface(*np.moveaxis(cone, -1, 0), color=colour, shade=False, linewidth=0, zorder=zorder)
+
+
+def _circle(pole: Array) -> Array:
+    """Return the unit circle across a vector; shape (m, 3)."""
+    first, second = np.linalg.svd(pole[None])[2][1:]
+    return np.outer(np.cos(TURN), first) + np.outer(np.sin(TURN), second)
+
+
+def _widened(chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the choice with one neighbour more at each end, so that the parts of a curve meet."""
+    wider = chosen.copy()
+    wider[1:] |= chosen[:-1]
+    wider[:-1] |= chosen[1:]
+    return wider

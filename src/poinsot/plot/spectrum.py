@@ -1,0 +1,95 @@
+"""The lines of a signal as stems over their frequencies, and what is left of it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from poinsot.analysis.frequencies import LineSpectrum
+from poinsot.checked import checked
+from poinsot.mechanics.parameters import came
+from poinsot.plot.labels import BLUE, VERMILION, bracketed, rate_label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["plot_spectrum"]
+
+NAMED = 5
+"""Lines with their frequency written above them, the strongest."""
+DIGITS = 10
+"""Of a frequency, at most."""
+
+
+@checked
+def plot_spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title: str = "") -> Axes:
+    """Draw the amplitudes of the lines of one signal against their frequencies, and the level of what is left.
+
+    The strongest five have their frequency above them, the error of the last digit in brackets: 0.4713945(2) stands
+    for 0.4713945 +- 0.0000002; without brackets all ten digits are certain. Bars are as wide as the errors.
+
+    Parameters
+    ----------
+    spectrum : LineSpectrum
+        Of one signal, from `frequencies`.
+    time, unit : str
+        CF units of the time and of the signal, such as "s" and "rad".
+    title : str
+
+    Returns
+    -------
+    matplotlib Axes
+        Its figure is `axes.figure`, for `savefig`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no spectrum, or one of several signals.
+    """
+    import matplotlib.pyplot as plt
+
+    from poinsot.plot.figure import TextFigure
+
+    if not isinstance(spectrum, LineSpectrum):
+        raise TypeError(f"spectrum must be a LineSpectrum, but {came(spectrum)} came.")
+    if spectrum.frequencies.ndim != 1:
+        raise ValueError(
+            f"spectrum must be of one signal, but frequencies of shape {spectrum.frequencies.shape} came. "
+            "Take the signal to draw apart alone."
+        )
+    shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}
+    axes: Axes = plt.subplots(**shape)[1]
+    nu, size, residual = spectrum.frequencies, np.abs(spectrum.amplitudes), float(spectrum.residual)
+    heights = np.append(size, residual)
+    floor = np.min(heights[heights > 0], initial=1.0) / 10
+    axes.vlines(nu, floor, size, color=BLUE, linewidth=1)
+    axes.errorbar(nu, size, xerr=spectrum.errors, fmt="o", color=BLUE, markersize=4, label="lines")
+    if residual > 0:
+        axes.axhline(residual, color=VERMILION, linestyle="--", label="root mean square of what is left")
+    beside: Any = {"textcoords": "offset points", "ha": "center", "fontsize": "small"}
+    for line in range(min(NAMED, nu.size)):
+        words = _written(float(nu[line]), float(spectrum.errors[line]))
+        axes.annotate(words, (nu[line], size[line]), (0, 5), **beside)
+    axes.set_yscale("log")
+    axes.set_ylim(floor, 10 * np.max(size, initial=10 * floor))
+    axes.margins(x=0.15)
+    axes.set_xlabel(f"frequency{rate_label({'time': time})}")
+    axes.set_ylabel(f"amplitude{bracketed(unit)}")
+    axes.set_title(title, pad=28)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+    axes.grid(alpha=0.25)
+    return axes
+
+
+def _written(value: float, error: float) -> str:
+    """Return a number to the first digit of its error, that in brackets: 0.47139(2)."""
+    smallest = abs(value) / 10.0 ** (DIGITS - 1)
+    if error < smallest or value == 0:
+        return f"{value:.{DIGITS}g}"
+    last = math.floor(math.log10(error))
+    digit = math.ceil(error / 10.0**last)
+    if digit == 10:
+        last, digit = last + 1, 1
+    return f"{round(value, -last):.{max(-last, 0)}f}({digit * 10 ** max(last, 0)})"

@@ -1,0 +1,531 @@
+"""What is read from a motion, against time; of an ensemble the median, and bands that hold most of the members."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra import quaternion as quat
+from poinsot.checked import checked
+from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
+from poinsot.mechanics.calendar import SECONDS
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
+from poinsot.mechanics.frame import LEVEL, roll_pitch_yaw
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.probing import orbits_of, same
+from poinsot.plot.labels import (
+    BLACK,
+    BLUE,
+    GREEN,
+    VERMILION,
+    bracketed,
+    energy_unit,
+    momentum_unit,
+    rate_label,
+    time_label,
+)
+from poinsot.propagation.dataset import calendar_of
+from poinsot.propagation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "different_orbits",
+    "plot_angular_momentum",
+    "plot_difference",
+    "plot_drift",
+    "plot_euler_angles",
+    "plot_quaternions",
+    "plot_rates",
+    "plot_roll_pitch_yaw",
+]
+
+Array = NDArray[np.float64]
+
+COLOURS = (BLACK, BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
+STYLES = ("-", "--", "-.", ":")
+BANDS = ((5, 95, 0.15), (25, 75, 0.25))
+"""Percentiles between which a band lies, and its opacity."""
+FLOOR = 0.5 * np.finfo(float).eps
+"""The smallest value on the log axis of relative drifts: the rounding of a float."""
+PLAIN = (-4, 5)
+"""Powers of ten between which numbers on the axes are written without one."""
+COLUMNS = 1500
+"""Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
+SAME_INSTANT = 5e-7
+"""Seconds: times in files of dates are rounded by less, to a nanosecond or to what SPICE counts."""
+TURN = 2 * np.pi
+LOCKED = np.radians(85)
+"""Of pitch, from which on roll and yaw tell little."""
+EDGE = 1e-6
+"""Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
+BROKEN = 0.4
+"""Of a turn: by more an angle jumps from one sample to the next where it begins anew."""
+
+
+@checked
+def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
+    """Draw the four components of q (left) and of Q (right) against time, as in the paper's figures.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        Units on the axes are those of its system. Of an ensemble the median of the members is drawn, with bands
+        between the quartiles and between the 5th and the 95th percentile, as in all pictures against time.
+    title : str
+        Above both panels.
+
+    Returns
+    -------
+    array (2,) of matplotlib Axes
+        Their figure is `axes[0].figure`, for `savefig`.
+
+    Raises
+    ------
+    TypeError
+        If it is no trajectory.
+    """
+    motion = _checked(motion)
+    momenta = f"conjugate momenta $Q${bracketed(momentum_unit(motion.system.units))}"
+    return _panels(
+        motion,
+        {
+            "Euler parameters $q$": _named("$q_{}$", motion.quaternion, 0),
+            momenta: _named("$Q_{}$", motion.conjugate_momenta, 0),
+        },
+        title,
+    )
+
+
+@checked
+def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: bool = False, title: str = "") -> Axes:
+    """Draw Euler angles, without jumps by whole turns.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble, whose members start within half a turn of each other.
+    sequence : str
+        Any of the 12, as `State.euler` takes it.
+    degrees : bool
+        On the axis; radians otherwise.
+    title : str
+
+    Returns
+    -------
+    matplotlib Axes
+        With gaps where the angles are not defined, within 1e-6 of their singularity.
+
+    Raises
+    ------
+    ValueError
+        If they are defined nowhere.
+    """
+    motion = _checked(motion)
+    angles = _euler_angles(motion.quaternion, sequence)
+    names = [f"$\\alpha_{i + 1}$ about axis {axis}" for i, axis in enumerate(sequence)]
+    return _single(motion, f"Euler angles {'-'.join(sequence)}", _angles(names, angles, degrees), title, degrees)
+
+
+@checked
+def plot_roll_pitch_yaw(
+    motion: Trajectory, orbit: Orbit | None = None, *, degrees: bool = True, title: str = ""
+) -> Axes:
+    """Draw roll, pitch and yaw from the axes of an orbit, of one motion within half a turn.
+
+    They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
+    about the third, then pitch about the second, then roll about the first. Near a pitch of 90 degrees (gimbal lock,
+    shaded beyond 85) roll and yaw turn fast against each other; at it only pitch is drawn.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble, whose members start within half a turn of each other.
+    orbit : Orbit, optional
+        With a frame: radial, transverse, normal. By default the orbit of the system, if there is one and no other.
+    degrees : bool
+        On the axis; radians otherwise.
+    title : str
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no orbit, has no frame, or the system has none or several and none is named.
+    """
+    motion = _checked(motion)
+    if not isinstance(orbit, Orbit | None):
+        raise TypeError(f"orbit must be an Orbit, but {came(orbit)} came.")
+    frame = (_only_orbit(motion) if orbit is None else orbit).frame
+    angles = _roll_pitch_yaw(motion.relative_to(frame).quaternion)
+    names = ("roll", "pitch", "yaw")
+    if angles.ndim > 2:
+        return _single(motion, "attitude from the orbit frame", _angles(names, angles, degrees), title, degrees)
+    angles = np.pi + EDGE - np.mod(np.pi + EDGE - angles, TURN)
+    curves = dict(zip(names, (np.degrees(angles) if degrees else angles).T, strict=True))
+    panel = _single(motion, "attitude from the orbit frame", curves, title, degrees)
+    _break(panel, BROKEN * (360 if degrees else TURN))
+    _shade(panel, motion.times, np.abs(angles[:, 1]) > LOCKED, "near gimbal lock")
+    return panel
+
+
+@checked
+def plot_rates(motion: Trajectory, title: str = "") -> NDArray[Any]:
+    """Draw the inertial angular velocity along the body axes (left) and along the space axes (right).
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble.
+    title : str
+
+    Returns
+    -------
+    array (2,) of matplotlib Axes
+    """
+    motion = _checked(motion)
+    unit = rate_label(motion.system.units)
+    return _panels(
+        motion,
+        {
+            f"rate along the body axes{unit}": _named(r"$\omega_{}$", motion.omega_body, 1),
+            f"rate along the space axes{unit}": _named(r"$\omega_{{s{}}}$", motion.omega_space, 1),
+        },
+        title,
+    )
+
+
+@checked
+def plot_angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
+    """Draw the angular momentum along the body axes (left) and along the space axes (right).
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble.
+    title : str
+
+    Returns
+    -------
+    array (2,) of matplotlib Axes
+    """
+    motion = _checked(motion)
+    unit = bracketed(momentum_unit(motion.system.units))
+    return _panels(
+        motion,
+        {
+            f"momentum along the body axes{unit}": _named("$g_{}$", motion.angular_momentum_body, 1),
+            f"momentum along the space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
+        },
+        title,
+    )
+
+
+@checked
+def plot_drift(motion: Trajectory, title: str = "") -> Axes:
+    """Draw how far the conserved quantities are from where they started, on a log axis.
+
+    They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble.
+    title : str
+
+    Returns
+    -------
+    matplotlib Axes
+        Values below half the rounding of a float, 1.1e-16, are drawn there.
+    """
+    motion = _checked(motion)
+    size = np.nanmax(np.linalg.norm(motion.conjugate_momenta, axis=-1), initial=0.0) or 1.0
+    drifts = {"$|q| - 1$": motion.norm_error, r"$q \cdot Q\,/\,|Q|$": motion.tangency_error / size}
+    names = _names_of_integrals(motion)
+    drifts |= {names[key]: drift for key, drift in motion.drift.items()}
+    curves = {
+        name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), FLOOR)) for name, drift in drifts.items()
+    }
+    panel = _single(motion, "relative drift", curves, title)
+    panel.set_yscale("log")
+    panel.set_ylim(bottom=0.8 * FLOOR)
+    return panel
+
+
+@checked
+def plot_difference(motion: Trajectory, other: Trajectory, *, degrees: bool = False, title: str = "") -> Axes:
+    """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
+
+    Parameters
+    ----------
+    motion, other : Trajectory
+        Each one or an ensemble, at equal times (in files of dates they are rounded: half a microsecond apart is equal);
+        or `motion` has dense output over the times of `other`.
+    degrees : bool
+        On the axis; radians otherwise.
+    title : str
+
+    Returns
+    -------
+    matplotlib Axes
+        No angle at all is drawn as the smallest one.
+
+    Raises
+    ------
+    ValueError
+        If their times differ, and there is no dense output.
+    """
+    motion, other = _checked(motion), _checked(other, "other")
+    angle = np.asarray(rotation_angle(_attitudes_at(motion, other), other.quaternion))
+    angle = np.degrees(angle) if degrees else angle
+    smallest = np.min(angle, where=angle > 0, initial=np.inf)
+    angle = np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
+    panel = _single(other, f"difference of attitude{_angle_unit(degrees)}", {"": angle}, title)
+    panel.set_yscale("log")
+    return panel
+
+
+# ---------------------------------------------------------------------- what is drawn
+
+
+def _checked(motion: Any, name: str = "motion") -> Trajectory:
+    if not isinstance(motion, Trajectory):
+        raise TypeError(f"{name} must be a Trajectory, but {came(motion)} came.")
+    if not motion.times.size:
+        raise ValueError(f"{name} must have times to draw, but it has none.")
+    if np.all(np.any(np.isnan(motion.quaternion), axis=(-2, -1))):
+        raise ValueError(f"{name} must have a member that reached its last time, but none did.")
+    return motion
+
+
+def _span(motion: Trajectory) -> str:
+    return f"{motion.times.size} times from {motion.times[0]:.6g} to {motion.times[-1]:.6g}"
+
+
+def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
+    """Return the quaternions of a motion at the times of another one."""
+    slack = SAME_INSTANT / SECONDS.get(motion.system.units["time"], np.inf)
+    if motion.times.shape == other.times.shape and np.all(np.abs(motion.times - other.times) <= slack):
+        return motion.quaternion
+    if not motion.has_dense_output:
+        raise ValueError(
+            f"other must have the times of motion, but {_span(other)} and {_span(motion)} came. "
+            "Propagate to the same times, or motion with dense=True."
+        )
+    return np.asarray(motion(other.times).quaternion)
+
+
+def different_orbits(motion: Trajectory) -> list[Orbit]:
+    """Return the orbits of a system, each once, in the order of its forces."""
+    orbits: list[Orbit] = []
+    for orbit in orbits_of(motion.system):
+        if not any(same(orbit, known) for known in orbits):
+            orbits.append(orbit)
+    return orbits
+
+
+def _only_orbit(motion: Trajectory) -> Orbit:
+    """Return the orbit of a system."""
+    orbits = different_orbits(motion)
+    if len(orbits) != 1:
+        raise ValueError(
+            f"orbit must be named where the system has not exactly one, but it has {len(orbits) or 'none'}. "
+            "Pass plot_roll_pitch_yaw(motion, orbit)."
+        )
+    return orbits[0]
+
+
+def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
+    """Return what the integrals are called in a legend, of one body with their value at the start."""
+    names, units, values = {}, motion.system.units, motion.integrals
+    for integral in motion.system.integrals:
+        letter, index = integral.symbol[0], integral.symbol[1:]
+        symbol = f"{letter}_{{{index}}}" if index.isalnum() else integral.symbol.replace(".", r" \cdot ")
+        value = ""
+        if motion.quaternion.ndim == 2:
+            unit = energy_unit(units) if integral.is_energy else momentum_unit(units)
+            value = f" = {values[integral.name][0]:.5g}" + ("" if unit == "1" else bracketed(unit))
+        names[integral.name] = f"${symbol}${value}"
+    return names
+
+
+def _named(pattern: str, values: Array, first: int) -> dict[str, Array]:
+    """Return the components of vectors by name."""
+    return {pattern.format(i + first): values[..., i] for i in range(values.shape[-1])}
+
+
+def _euler_angles(q: Array, sequence: str) -> Array:
+    """Return the angles of unit quaternions, NaN where they are not defined; shape (..., 3)."""
+    first, _, third = axes_of(sequence)
+    across = np.delete(rotation_matrix(q)[..., first, :], third, axis=-1)  # of the third axis from the first
+    defined = np.linalg.norm(across, axis=-1) > 2 * SINGULAR_SINE
+    if not np.any(defined):
+        angles_from_quaternion(q, sequence)
+    angles = np.full((*q.shape[:-1], 3), np.nan)
+    angles[defined] = angles_from_quaternion(q[defined], sequence)
+    return angles
+
+
+def _roll_pitch_yaw(q: Array) -> Array:
+    """Return the angles of attitudes in the axes of an orbit; roll and yaw are NaN where they are not defined."""
+    down = rotation_matrix(quat.product(quat.conjugate(LEVEL), q))
+    defined = np.hypot(down[..., 0, 0], down[..., 1, 0]) > 2 * SINGULAR_SINE
+    angles = np.full((*q.shape[:-1], 3), np.nan)
+    angles[..., 1] = np.arcsin(np.clip(-down[..., 2, 0], -1, 1))
+    if np.any(defined):
+        angles[defined] = roll_pitch_yaw(q[defined])
+    return angles
+
+
+def _angles(names: Sequence[str], angles: Array, degrees: bool) -> dict[str, Array]:
+    unwrapped = _unwrapped(np.moveaxis(angles, -1, 0))
+    return dict(zip(names, np.degrees(unwrapped) if degrees else unwrapped, strict=True))
+
+
+def _unwrapped(angles: Array) -> Array:
+    """Return angles (..., n) without jumps by whole turns, also across gaps, from starts near those of the first."""
+    known = ~np.isnan(angles)
+    begin = np.argmax(known, axis=-1)[..., None]
+    latest = np.maximum(np.maximum.accumulate(np.where(known, np.arange(angles.shape[-1]), 0), axis=-1), begin)
+    smooth = np.unwrap(np.take_along_axis(angles, latest, axis=-1), axis=-1)
+    start = smooth[..., :1]
+    start = start - TURN * np.trunc(start / TURN)
+    if angles.ndim == 3:
+        reference = np.nan_to_num(start[:, np.argmax(np.all(known, axis=(0, 2)))])[:, None]
+        start = start - TURN * np.round((start - reference) / TURN)
+    return np.asarray(np.where(known, smooth - smooth[..., :1] + start, np.nan))
+
+
+def _angle_unit(degrees: bool) -> str:
+    return " [deg]" if degrees else " [rad]"
+
+
+# ---------------------------------------------------------------------- how it is drawn
+
+
+def _single(
+    motion: Trajectory, label: str, curves: Mapping[str, Array], title: str, degrees: bool | None = None
+) -> Axes:
+    unit = "" if degrees is None else _angle_unit(degrees)
+    panel: Axes = _panels(motion, {label + unit: curves}, title)[0]
+    return panel
+
+
+def _panels(motion: Trajectory, panels: Mapping[str, Mapping[str, Array]], title: str) -> NDArray[Any]:
+    """Draw panels side by side, each with its label and its named curves."""
+    import matplotlib.pyplot as plt
+
+    from poinsot.plot.figure import TextFigure
+
+    size: Any = {"figsize": (11 if len(panels) > 1 else 8, 4), "layout": "constrained"}
+    figure, axes = plt.subplots(1, len(panels), sharex=True, squeeze=False, FigureClass=TextFigure, **size)
+    for panel, (label, curves) in zip(axes[0], panels.items(), strict=True):
+        for number, (name, values) in enumerate(curves.items()):
+            style = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
+            _draw(panel, motion.times, values, label=name, **style)
+        _dress(panel, motion, label, len([name for name in curves if name]))
+    members = [values for curves in panels.values() for values in curves.values() if values.ndim > 1]
+    if members:
+        figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
+    if title:
+        figure.suptitle(title)
+    return np.asarray(axes[0])
+
+
+def _draw(panel: Axes, times: Array, values: Array, **style: Any) -> None:
+    style |= {"linewidth": 1.1, "marker": "o" if times.size == 1 else None}
+    if values.ndim == 1:
+        panel.plot(*_seen(times, values), **style)
+        return
+    known = _complete(values)
+    for low, high, opacity in BANDS:
+        _draw_band(panel, times, np.percentile(known, [low, high], axis=0), color=style["color"], alpha=opacity)
+    panel.plot(*_seen(times, np.median(known, axis=0)), **style)
+
+
+def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
+    """Fill what lies between two edges, shape (2, n)."""
+    starts = _columns(times)
+    if starts.size < times.size:
+        edges = np.stack([np.minimum.reduceat(edges[0], starts), np.maximum.reduceat(edges[1], starts)])
+    if times.size == 1:
+        panel.vlines(times, *edges, linewidth=8, **style)
+    else:
+        panel.fill_between(times[starts], *edges, linewidth=0, **style)
+
+
+def _break(panel: Axes, jump: float) -> None:
+    """Lift the pen where curves jump."""
+    for line in panel.lines:
+        x, y = (np.asarray(each, dtype=float) for each in line.get_data())
+        after = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
+        line.set_data(np.insert(x, after, x[after]), np.insert(y, after, np.nan))
+
+
+def _shade(panel: Axes, times: Array, where: NDArray[np.bool_], label: str) -> None:
+    """Shade the times at which something is so, if there are any."""
+    if not np.any(where):
+        return
+    edges = np.concatenate([times[:1], (times[1:] + times[:-1]) / 2, times[-1:]])
+    begin, end = (np.flatnonzero(np.diff([0, *where, 0]) == sign) for sign in (1, -1))
+    style: Any = {"linewidth": 0, "color": BLACK, "alpha": 0.12, "label": label}
+    bars = list(zip(edges[begin], edges[end] - edges[begin], strict=True))
+    panel.broken_barh(bars, (0, 1), transform=panel.get_xaxis_transform(), **style)
+    _legend(panel, len(panel.get_legend_handles_labels()[1]))
+
+
+def _complete(values: Array) -> Array:
+    """Return the members that have a value at every time, or all if none has."""
+    complete = ~np.any(np.isnan(values), axis=-1)
+    return values[complete] if np.any(complete) else values
+
+
+def _bands_in_words(values: Array) -> str:
+    drawn, all_of_them = len(_complete(values)), len(values)
+    members = f"{drawn} members" if drawn == all_of_them else f"the {drawn} of {all_of_them} members that did not stop"
+    bands = " and ".join(f"{low} to {high} %" for low, high, _ in reversed(BANDS))
+    return f"Median of {members}, and bands from {bands} of them."
+
+
+def _columns(times: Array) -> NDArray[np.int64]:
+    """Return where each column of a panel begins, or each sample where they are few."""
+    if times.size <= 4 * COLUMNS:
+        return np.arange(times.size)
+    column = np.floor(COLUMNS * (times - times[0]) / (times[-1] - times[0]))
+    return np.append(0, np.flatnonzero(np.diff(column)) + 1)
+
+
+def _seen(times: Array, values: Array) -> tuple[Array, Array]:
+    """Return the samples that can be told apart in a picture: of each column the first, least, largest and last."""
+    starts = _columns(times)
+    if starts.size == times.size:
+        return times, values
+    column = np.repeat(np.arange(starts.size), np.diff(np.append(starts, times.size)))
+    sorted_within = np.lexsort((values, column))
+    ends = np.append(starts[1:], times.size) - 1
+    kept = np.unique(np.concatenate([starts, ends, sorted_within[starts], sorted_within[ends]]))
+    return times[kept], values[kept]
+
+
+def _dress(panel: Axes, motion: Trajectory, label: str, names: int) -> None:
+    panel.set_xlabel(time_label(motion.system, calendar_of(motion)))
+    panel.set_ylabel(label)
+    if motion.times.size > 1:
+        panel.set_xlim(np.min(motion.times), np.max(motion.times))
+    panel.margins(y=0.08)
+    panel.ticklabel_format(scilimits=PLAIN, useMathText=True)
+    panel.grid(alpha=0.25)
+    if names:
+        _legend(panel, names)
+
+
+def _legend(panel: Axes, names: int) -> None:
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(names, 4), frameon=False)

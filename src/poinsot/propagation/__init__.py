@@ -1,0 +1,1 @@
+"""From a system, a state and times to a trajectory."""

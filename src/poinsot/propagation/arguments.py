@@ -1,0 +1,134 @@
+"""The arguments that integration and closed form have in common, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.engine import kernels
+from poinsot.engine.ensemble import allowed_threads
+from poinsot.errors import real_array
+from poinsot.mechanics.calendar import holds_dates
+from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
+from poinsot.mechanics.parameters import came
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+
+__all__ = [
+    "broadcast_members",
+    "check_kinds",
+    "check_span",
+    "checked_formulation",
+    "checked_threads",
+    "checked_time",
+    "checked_times",
+    "checked_tolerance",
+    "members_of",
+]
+
+
+ROUNDING = {"double": 2.0**-52, "extended": 2.0**-63, "quadruple": 2.0**-112}
+"""The distance from 1 to the next number, by precision: the engine's own tolerance."""
+
+OWN_TIME = " Give the state its own: body.state(..., time=...)."
+
+
+def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
+    """Refuse an argument that is of another class than its name says."""
+    for name, (value, kind) in arguments.items():
+        if not isinstance(value, kind):
+            raise TypeError(f"{name} must be a {kind.__name__}, but {came(value)} came. The order is {call}.")
+
+
+def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.float64]:
+    """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
+    t = checked_time("times", times, system, (None,))
+    if t.size == 0:
+        raise ValueError("times must not be empty, but shape (0,) came.")
+    steps = np.diff(t)
+    wrong = np.flatnonzero(np.sign(steps) * np.sign(steps[:1]) <= 0)
+    if wrong.size:
+        i = int(wrong[0])
+        relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
+        raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
+    return t
+
+
+def checked_time(
+    name: str, time: ArrayLike, system: System | None = None, shape: tuple[int | None, ...] = ()
+) -> NDArray[np.float64]:
+    """Return a time, or times, as numbers: those of a system also from dates and quantities."""
+    calendar, unit = (None, None) if system is None else (system.calendar, system.units["time"])
+    return real_array(name, calendar.time(time) if calendar and holds_dates(time) else time, shape, unit)
+
+
+def check_span(system: System, state: State, times: NDArray[np.float64]) -> None:
+    """Refuse times at which an orbit is not known."""
+    first, last = system.span
+    if last - first == np.inf:
+        return
+    for name, values, hint in (("times", times, ""), ("the state's time", np.ravel(state.time), OWN_TIME)):
+        outside = values[(values < first) | (values > last)]
+        if outside.size:
+            raise ValueError(
+                f"{name} must lie within the span of the orbits, [{first!r}, {last!r}], but "
+                f"{float(outside[0])!r} came.{hint}"
+            )
+
+
+def members_of(system: System, state: State) -> tuple[int, ...]:
+    """Return () for one body, (members,) for an ensemble."""
+    shapes = {shape for shape in (state.quaternion.shape[:-1], state.time.shape, system.members) if shape}
+    if len(shapes) > 1:
+        counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
+        raise ValueError(f"state and system must have equally many members, but {counts} came.")
+    return shapes.pop() if shapes else ()
+
+
+def broadcast_members(state: State, members: tuple[int, ...]) -> State:
+    """Return a state for each member."""
+    arrays = (state.quaternion, state.conjugate_momenta, state.time, state.angular_momentum_body)
+    tails: tuple[tuple[int, ...], ...] = ((4,), (4,), (), (3,))
+    return computed_state(*(np.broadcast_to(x, (*members, *tail)) for x, tail in zip(arrays, tails, strict=True)))
+
+
+def checked_threads(threads: int | None) -> int:
+    """Return how many threads an ensemble may use; default: all cores of the process."""
+    if threads is None:
+        return allowed_threads()
+    if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
+        raise ValueError(f"threads must be a positive whole number, but {threads!r} came.")
+    return threads
+
+
+def checked_formulation(name: str | None) -> str:
+    """Return the name of a formulation."""
+    name = DEFAULT_FORMULATION if name is None else name
+    if not isinstance(name, str) or name not in FORMULATIONS:
+        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, but {name!r} came.")
+    return name
+
+
+def checked_tolerance(tolerance: float | None, precision: str) -> float:
+    """Return a tolerance for the engine, 0 for the rounding unit of the precision, which is the smallest."""
+    if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
+        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, but {precision!r} came.")
+    if not kernels.available(precision):
+        raise ValueError(
+            f"precision must be one that the engine has on this machine, but {precision!r} came. Use 'double'."
+        )
+    if tolerance is None:
+        return 0.0
+    value = float(real_array("tolerance", tolerance, ()))
+    if not 0 < value < 1:
+        raise ValueError(f"tolerance must be between 0 and 1, but {value} came.")
+    least = ROUNDING[precision]
+    if value < least:
+        raise ValueError(
+            f"tolerance must be at least the rounding unit of {precision} precision, {least}, got {value}. "
+            "Leave it out for that one."
+        )
+    return value

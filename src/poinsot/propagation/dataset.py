@@ -1,0 +1,197 @@
+"""A trajectory as a labelled dataset, with units, frames and provenance, and a dataset as a trajectory."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from poinsot.mechanics.calendar import SCALES, Calendar
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
+from poinsot.mechanics.probing import orbits_of
+from poinsot.propagation.scenario_text import Text, shape_of, text_of
+
+if TYPE_CHECKING:
+    import xarray
+
+    from poinsot.propagation.trajectory import Trajectory
+
+__all__ = ["PROVENANCE", "SYSTEM", "WHOLE", "WITH_FILES", "calendar_of", "dataset_of", "space_axes_of"]
+
+CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
+
+PROVENANCE = ("title", "seed", "scenario", "scenario_of", "scenario_read")
+"""What a trajectory knows of the scenario that made it, and a dataset too."""
+
+SYSTEM, WHOLE = "system", "state, times and system"
+"""What the text of a scenario in a file is of: the rest is in the variables."""
+
+WITH_FILES = "state, times and system, with files"
+"""The scenario names files: what was read from them is in `scenario_read`, the text of the system, and variables."""
+
+
+def dataset_of(motion: Trajectory) -> xarray.Dataset:
+    """Return the dataset of a trajectory, one variable for each quantity, along `time`, members first.
+
+    It has what a trajectory is made of, to the bit, and nothing of the machine that computed it. The attribute
+    `scenario` has the text that makes the system again; where there can be none, `not_rerunnable` says why. Arrays
+    that the text names are variables, and so are those of the body's shape, whose text is the attribute `shape`.
+    """
+    import xarray
+
+    scenario, data = _scenario_of(motion)
+    return xarray.Dataset(
+        {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()}
+        | {name: _named(name, values) for name, values in data.items()},
+        coords={
+            "time": ("time", motion.times, {"units": motion.system.units["time"], **_said_of_time(motion)}),
+            "parameter": ["0", "1", "2", "3"],
+            "axis": ["1", "2", "3"],
+        },
+        attrs={
+            "Conventions": "CF-1.11",
+            "title": "Rotation of a rigid body",
+            "conventions": CONVENTIONS,
+            "system": repr(motion.system),
+            "initial_state": repr(motion.initial),
+            **{key: value for key, value in motion.summary.items() if key != "wall_time"},
+            **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
+            **{f"version_{name}": version for name, version in motion.run.versions.items()},
+            **scenario,
+            **({} if space_axes_of(motion) == SPACE_AXES_UNNAMED else {"reference_frame": space_axes_of(motion)}),
+            "units_time": motion.system.units["time"],
+            "units_inertia": motion.system.units["inertia"],
+        },
+    )
+
+
+def calendar_of(motion: Trajectory) -> Calendar | None:
+    """Return what the times of a motion mean as dates: by its orbits, or by the scenario that made it."""
+    calendar: Calendar | None = motion.system.calendar or motion.provenance.get("calendar")
+    return calendar
+
+
+def space_axes_of(motion: Trajectory) -> str:
+    """Return the name of the space axes of a motion, by its orbits or by the file that had it."""
+    named = (orbit.reference_frame for orbit in orbits_of(motion.system))
+    own = next((frame for frame in named if frame != SPACE_AXES_UNNAMED), None)
+    return str(own or motion.provenance.get("reference_frame", SPACE_AXES_UNNAMED))
+
+
+def _said_of_time(motion: Trajectory) -> dict[str, str]:
+    """Return what the times mean as dates; the unit stays alone, because a decoded date has no 64 bits of time."""
+    calendar = calendar_of(motion)
+    if calendar is None:
+        return {"long_name": "time"}
+    counted = {"tai": "TAI", "tt": "TT", "tdb": "TDB", "tcb": "TCB", "tcg": "TCG"}[SCALES[calendar.scale]]
+    return {
+        "long_name": f"time since {calendar.zero} {calendar.scale}, counted in {counted}",
+        "epoch": calendar.zero,
+        "scale": calendar.scale,
+        "counted_in": counted,
+    }
+
+
+def _scenario_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the texts of scenario and shape, or why there is none, what else is known, and the arrays they name."""
+    known = {key: motion.provenance[key] for key in PROVENANCE if motion.provenance.get(key) is not None}
+    shape = shape_of(motion) or Text("", {})
+    shaped = {"shape": shape.text} if shape.text else {}
+    if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
+        return {**known, **shaped}, {**motion.provenance.get("data", {}), **shape.data}
+    if hasattr(motion.system, "not_rerunnable"):
+        return {**known, "not_rerunnable": motion.system.not_rerunnable, **shaped}, shape.data
+    try:
+        text = text_of(motion)
+    except ValueError as error:
+        return {**known, "not_rerunnable": str(error), **shaped}, shape.data
+    read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
+    return {**known, **read, **shaped}, {**text.data, **shape.data}
+
+
+def _named(name: str, values: Any) -> tuple[list[str], Any, dict[str, str]]:
+    """Return an array that a text names, as a variable with axes of its own."""
+    return [f"{name}_axis{i}" for i in range(np.ndim(values))], values, {"units": "1", "long_name": "named in a text"}
+
+
+class _Variables:
+    """The variables of the dataset, each with its dimensions, unit and meaning."""
+
+    def __init__(self, motion: Trajectory) -> None:
+        self.motion = motion
+        self.units = _Units(motion.system.units["time"], motion.system.units["inertia"])
+        self.leading = ("time",) if motion.quaternion.ndim == 2 else ("member", "time")
+        self.found: list[tuple[str, tuple[str, ...], Any, dict[str, str]]] = []
+
+    def all(self) -> list[tuple[str, tuple[str, ...], Any, dict[str, str]]]:
+        self._motion()
+        self._proof()
+        self._origin()
+        return self.found
+
+    def _put(self, name: str, values: Any, unit: str, meaning: str, axis: str | None = None, **attributes: str) -> None:
+        dims = self.leading if axis is None else (*self.leading, axis)
+        self.found.append((name, dims, values, {"units": unit, "long_name": meaning, **attributes}))
+
+    def _motion(self) -> None:
+        motion, units, put = self.motion, self.units, self._put
+        put("quaternion", motion.quaternion, "1", "Euler parameters q, body to space", "parameter")
+        put("conjugate_momenta", motion.conjugate_momenta, units.momentum, "momenta Q conjugate to q", "parameter")
+        for frame in ("body", "space"):
+            momentum, omega = getattr(motion, f"angular_momentum_{frame}"), getattr(motion, f"omega_{frame}")
+            put(f"angular_momentum_{frame}", momentum, units.momentum, "angular momentum", "axis", frame=frame)
+            put(f"omega_{frame}", omega, units.rate, "inertial angular velocity", "axis", frame=frame)
+        put("kinetic_energy", motion.kinetic_energy, units.energy, "rotational kinetic energy T")
+        put("potential_energy", motion.potential_energy, units.energy, "potential energy U")
+
+    def _proof(self) -> None:
+        motion, units, put = self.motion, self.units, self._put
+        put("norm_error", motion.norm_error, "1", "|q| - 1")
+        put("tangency_error", motion.tangency_error, units.momentum, "q . Q")
+        values, drift = motion.integrals, motion.drift
+        for integral in motion.system.integrals:
+            name, kind = integral.name, "energy" if integral.is_energy else "momentum"
+            unit = units.energy if integral.is_energy else units.momentum
+            put(f"integral_{name}", values[name], unit, integral.meaning, symbol=integral.symbol, kind=kind)
+            put(f"drift_{name}", drift[name], "1", f"relative drift of {integral.meaning}")
+
+    def _origin(self) -> None:
+        """Add what the motion started from, and what was integrated along with it."""
+        motion, units = self.motion, self.units
+        state, body = motion.initial, motion.system.body
+        self._fixed("initial_quaternion", state.quaternion, "1", "q at the start", "parameter")
+        self._fixed("initial_conjugate_momenta", state.conjugate_momenta, units.momentum, "Q at the start", "parameter")
+        given, meaning = state.angular_momentum_body, "angular momentum at the start, of which Q is the rounded image"
+        self._fixed("initial_angular_momentum_body", given, units.momentum, meaning, "axis", frame="body")
+        self._fixed("initial_time", state.time, units.time, "time of the start")
+        self._fixed("moments", body.moments, units.inertia, "principal moments of inertia", "axis")
+        matrix = body.principal_matrix
+        meaning = "principal axes along the body axes, in columns"
+        self._fixed("principal_axes", matrix, "1", meaning, "axis", "principal_axis", frame="body")
+        carried = getattr(motion.sky, "carried", None)
+        if carried is not None:
+            self._put("carried", carried, "1", "variables of the orbits that were integrated along", "variable")
+
+    def _fixed(self, name: str, values: Any, unit: str, meaning: str, *axes: str, **attributes: str) -> None:
+        values = np.asarray(values)
+        dims = axes if values.ndim == len(axes) else ("member", *axes)
+        self.found.append((name, dims, values, {"units": unit, "long_name": meaning, **attributes}))
+
+
+class _Units:
+    """Units of the derived quantities, in CF notation, from those of time and inertia."""
+
+    def __init__(self, time: str, inertia: str) -> None:
+        self.time, self.inertia = time, inertia
+        self.rate = "rad" if time == "1" else f"rad {time}-1"
+        self.momentum = _product(inertia, _power(time, -1))
+        self.energy = _product(inertia, _power(time, -2))
+
+
+def _power(unit: str, exponent: int) -> str:
+    return "1" if unit == "1" else f"{unit}{exponent}"
+
+
+def _product(*units: str) -> str:
+    return " ".join(unit for unit in units if unit != "1") or "1"

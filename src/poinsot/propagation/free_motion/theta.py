@@ -1,0 +1,172 @@
+r"""The attitude of a free rotation by theta functions: its Cayley-Klein parameters are two of them.
+
+In axes with the momentum along the third, the quaternion (w, x, y, z) of the axes 1, 2, 3 is proportional to
+
+    w + i z = exp(i mu t/2) theta_4(zeta),   x + i y = s exp(i mu t/2) theta_1(zeta),
+
+zeta = pi (u + i v0)/(2 K), nome exp(-2 pi K'/K), s the sense of the motion; for s = +1 the theta functions are
+conjugated. The pole is v0 = F(asin sqrt(r') | 1 - m), and mu = Omega - s pi lambda/(2 K). That quaternions of the
+free body are such quotients is Jacobi's discovery (1850, J. reine angew. Math. 39, 293).
+
+Where the nome is large, near the separatrix, the same functions are summed in the complementary nome
+exp(-pi K/(2 K')), by Jacobi's imaginary transformation (DLMF 20.7.30-33), in x = pi u/(4 K'). On the separatrix
+one term is left of the series, a hyperbolic function.
+
+What grows with time is reduced in twice the double precision: its error does not grow.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra.double_double import PI, DoubleDouble, pick
+from poinsot.propagation.free_motion.elements import Elements
+
+__all__ = ["Theta", "is_near_separatrix", "theta_functions"]
+
+Array = NDArray[np.float64]
+
+NEGLIGIBLE = 2.0**-56
+"""The size of the first term that is left out of a series that begins with one."""
+
+AT_REST = 1e3
+"""An x at which the hyperbolic functions have their limits: that of a body turning about its middle axis."""
+
+
+def is_near_separatrix(elements: Elements) -> Any:
+    """Return whether the complementary nome is the smaller one, K > 2 K'."""
+    return elements.mean_other.hi > 2 * elements.mean.hi
+
+
+def theta_functions(elements: Elements, near: bool) -> Theta:
+    """Return the functions of a rotation, or of members that are all near the separatrix or all far from it."""
+    with np.errstate(all="ignore"):  # what is not defined on the separatrix or for a symmetric body is replaced
+        return Near(elements) if near else Far(elements)
+
+
+class Theta(ABC):
+    """The theta functions of rotations from their start on; results have shape (..., times)."""
+
+    def __init__(self, elements: Elements) -> None:
+        from scipy.special import elliprf
+
+        e = elements
+        G2, P1, P3, r, r_other = (number.hi for number in (e.G * e.G, e.P1, e.P3, e.r, e.r_other))
+        g1, g2, g3 = (component.hi for component in e.momentum)
+        turning, triaxial = P1 > 0, r > 0
+        sine = e.sense * g2 * np.sqrt(r_other / P1)
+        flatness = np.where(triaxial, g3 * g3 / P3, 1.0)
+        self.e = e
+        self.sense = _column(e.sense)
+        self.start = np.where(turning, sine * elliprf(g1 * g1 / P1, flatness, 1.0), 0.0)
+        self.pole = np.where(triaxial, np.sqrt(r_other) * elliprf(r, r * G2 / P3, 1.0), np.inf)
+        self.before_pole = np.where(turning, np.sqrt(P3 / G2) * elliprf(P1 / G2, P1 / r_other / G2, 1.0), np.inf)
+        self.half_turns = ((e.precession - e.winding * e.sense) / PI).scaled(0.25)  # mu/2 in turns
+        self._prepare()
+        alpha, _, common = self._at(DoubleDouble(np.zeros((*np.shape(g1), 1))))
+        self.first_angle = np.angle(alpha) + common
+
+    @abstractmethod
+    def _prepare(self) -> None:
+        """Find the coefficients of the series."""
+
+    @abstractmethod
+    def _at(self, elapsed: DoubleDouble) -> tuple[Any, Any, Any]:
+        """Return theta_4 and theta_1 up to a common factor, and a common phase; shapes (..., times)."""
+
+    def first(self) -> Array:
+        """Return the quaternions at the start: the shortest rotation that takes the momentum to the third axis."""
+        g1, g2, g3 = (component.hi for component in self.e.momentum)
+        return _unit(np.stack(np.broadcast_arrays(self.e.G.hi + g3, g2, -g1, 0.0), axis=-1))
+
+    def quaternions(self, elapsed: DoubleDouble) -> Array:
+        """Return the quaternions of the axes 1, 2, 3 after some times; shape (..., times, 4)."""
+        alpha, beta, common = self._at(elapsed)
+        angle = _radians(_columns(self.half_turns) * elapsed) - self.sense * (common - self.first_angle)
+        c, s = np.cos(angle), np.sin(angle)
+        ar, ai, br, bi = alpha.real, -self.sense * alpha.imag, self.sense * beta.real, -beta.imag
+        return _unit(np.stack([c * ar - s * ai, c * br - s * bi, c * bi + s * br, c * ai + s * ar], axis=-1))
+
+
+class Far(Theta):
+    """Far from the separatrix: by the nome exp(-pi K'/K) = ahead * behind, at most exp(-pi/2)."""
+
+    def _prepare(self) -> None:
+        mean = self.e.mean.hi
+        self.turns = _columns((self.e.winding / PI).scaled(0.5))
+        self.start_turns = _column(mean * self.start / (2 * np.pi))
+        self.ahead, self.behind = (_column(np.exp(-2 * mean * v)) for v in (self.before_pole, self.pole))
+        self.nome = self.ahead * self.behind
+        self.terms = _terms(self.nome, lambda n: 2 * n * n - n)
+
+    def _at(self, elapsed: DoubleDouble) -> tuple[Any, Any, Any]:
+        z = _radians(self.turns * elapsed + self.start_turns)
+        w = np.cos(z) + 1j * np.sin(z)
+        square, power = w * w, w
+        alpha, beta = 1.0, w.conj() - self.behind * w
+        for n in range(1, self.terms + 1):
+            size = (-self.ahead) ** n * self.nome ** (2 * n * n - n)
+            even, power = power * w, power * square
+            alpha = alpha + size * (even.conj() + self.behind ** (2 * n) * even)
+            beta = beta + size * self.nome ** (2 * n) * (power.conj() - self.behind ** (2 * n + 1) * power)
+        return alpha + 0j * z, 1j * np.sqrt(self.ahead) * beta, 0.0
+
+
+class Near(Theta):
+    """Near the separatrix: by the nome p = exp(-length), length = pi K/(2 K') half a period of x or infinite."""
+
+    def _prepare(self) -> None:
+        mean, other = self.e.mean, self.e.mean_other
+        self.endless = _column(mean.hi == 0)
+        still = np.isinf(self.start)
+        length = pick(mean.hi == 0, 1.0, (PI * other / mean).scaled(0.5))
+        self.length = _columns(length)
+        self.rate = _columns(pick(still, 0.0, (self.e.rate * other).scaled(0.5)))
+        self.start_x = _column(np.where(still, np.sign(self.start) * AT_REST, 0.5 * other.hi * self.start))
+        self.drift = _column(np.where(mean.hi == 0, 0.0, 2 / np.pi * mean.hi * self.pole))  # v0/K
+        self.nome = np.where(self.endless, 0.0, np.exp(-self.length.hi))
+        self.pole_angle = _column(0.5 * other.hi * self.pole)
+        self.terms = _terms(self.nome, lambda n: n * n)
+
+    def _at(self, elapsed: DoubleDouble) -> tuple[Any, Any, Any]:
+        x = self.rate * elapsed + self.start_x
+        periods = np.where(self.endless, 0.0, np.rint(x.hi / self.length.hi))
+        x = (x - self.length * periods).hi
+        side = np.where(x < 0, -1.0, 1.0)
+        falling = np.exp(-2 * np.abs(x))
+        rising = np.exp(np.where(self.endless, -np.inf, 2 * np.abs(x) - self.length.hi))
+        v = np.cos(self.pole_angle) + 1j * side * np.sin(self.pole_angle)
+        alpha, beta, power = 0.0, 0.0, v
+        for n in range(self.terms + 1):
+            size = rising**n * self.nome ** (n * n)
+            mirrored = falling ** (2 * n + 1) * power.conj()
+            alpha, beta = alpha + size * (power + mirrored), beta + (-1) ** n * size * (power - mirrored)
+            power = power * v * v
+        parity = 1 - 2 * (periods % 2)
+        return alpha, side * parity * beta, -self.drift * x
+
+
+def _terms(nome: Any, exponent: Any) -> int:
+    """Return the number of the last term that counts."""
+    largest = np.max(nome, initial=0.0)
+    return int(np.argmax([largest ** exponent(n + 1) < NEGLIGIBLE for n in range(10)]))
+
+
+def _radians(turns: DoubleDouble) -> Any:
+    return 2 * np.pi * ((turns.hi - np.rint(turns.hi)) + turns.lo)
+
+
+def _unit(q: Any) -> Array:
+    return np.asarray(q / np.sqrt(np.einsum("...i,...i->...", q, q))[..., None])
+
+
+def _column(number: Any) -> Any:
+    return np.asarray(number)[..., None]
+
+
+def _columns(number: DoubleDouble) -> DoubleDouble:
+    return DoubleDouble(_column(number.hi), _column(number.lo))

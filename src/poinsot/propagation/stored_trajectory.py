@@ -1,0 +1,109 @@
+"""A motion as a file has it, whose forces are not at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+from poinsot.propagation.trajectory import Run, Trajectory
+
+__all__ = ["Record", "RecordedMotion", "RecordedSky", "RecordedSystem"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Record:
+    """What forces alone can tell of a motion, as it was when they were there."""
+
+    potential_energy: Array
+    integrals: Mapping[str, Array]
+    drift: Mapping[str, Array]
+    summary: Mapping[str, Any] = field(default_factory=dict)
+
+
+class RecordedSystem:
+    """A body under forces of which a file has no more than their names: it cannot be run.
+
+    Attributes
+    ----------
+    body : Body
+    units : mapping
+    not_rerunnable : str
+        Why, in a sentence.
+    integrals : tuple of Integral
+        Those of the motion by name; their values are in the motion.
+    """
+
+    forces = ()
+    members = ()
+    calendar = None
+
+    def __init__(
+        self, body: Body, units: Mapping[str, str], written: str, reason: str, integrals: tuple[Integral, ...]
+    ) -> None:
+        self.body, self.integrals, self.not_rerunnable, self._written = body, integrals, reason, written
+        self._free = System(body, units=units)
+        self.units = self._free.units
+
+    def __repr__(self) -> str:
+        return self._written
+
+    def omega_body(self, state: State) -> Any:
+        """Return the inertial angular velocity along the body axes; shape (..., 3)."""
+        return self._free.omega_body(state)
+
+    def kinetic_energy(self, state: State) -> Any:
+        """Return the kinetic energy of a state; shape (...)."""
+        return self._free.kinetic_energy(state)
+
+
+class RecordedSky(Sky):
+    """The world at the times of a motion, with the variables of orbits that were integrated along as they came out."""
+
+    def __init__(self, time: Array, carried: Array) -> None:
+        super().__init__(time)
+        self.carried = carried
+
+
+class RecordedMotion(Trajectory):
+    """A trajectory whose potential energy, integrals, drift and summary are those of its file."""
+
+    def __init__(
+        self,
+        system: RecordedSystem,
+        initial: State,
+        pair: tuple[Array, ...],
+        run: Run,
+        record: Record,
+        sky: RecordedSky | None = None,
+    ) -> None:
+        times, q, Q = pair
+        known: Any = system
+        super().__init__(known, initial, times, lambda: (q, Q), run, sky=None if sky is None else lambda: sky)
+        self._record = record
+
+    @property
+    def potential_energy(self) -> Array:  # noqa: D102
+        return self._record.potential_energy
+
+    @property
+    def integrals(self) -> dict[str, Array]:  # noqa: D102
+        return dict(self._record.integrals)
+
+    @property
+    def drift(self) -> dict[str, Array]:  # noqa: D102
+        return dict(self._record.drift)
+
+    @property
+    def summary(self) -> dict[str, Any]:  # noqa: D102
+        return dict(self._record.summary)

@@ -1,0 +1,326 @@
+"""The motion of a body: what a propagation returns, and everything that is read from it."""
+
+from __future__ import annotations
+
+import functools
+import platform
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.algebra import quaternion as quat
+from poinsot.checked import checked
+from poinsot.errors import real_numbers
+from poinsot.mechanics.attitude import rotation
+from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
+from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.system import System
+
+if TYPE_CHECKING:
+    import xarray
+    from scipy.spatial.transform import Rotation
+
+    from poinsot.propagation.event_record import Crossings
+
+__all__ = ["RelativeMotion", "Run", "Trajectory", "versions"]
+
+Array = NDArray[np.float64]
+Interpolant = Callable[[Array], tuple[Array, Array]]
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a trajectory was computed.
+
+    Attributes
+    ----------
+    method, formulation, precision : str
+    tolerance : float
+        Of the integrator, relative, per step.
+    order, steps : int
+        Of the Taylor expansion; steps taken in both directions together.
+    wall_time : float
+        Seconds, without the building of the integrator.
+    versions : mapping
+        Of the package and of what computed.
+    """
+
+    method: str
+    formulation: str
+    precision: str
+    tolerance: float
+    order: int
+    steps: int
+    wall_time: float
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Return the versions of the package and of what computed."""
+    packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
+    return {**packages, "python": platform.python_version()}
+
+
+class Trajectory:
+    """A motion at the requested times, read by name; every property has the times as its first axis.
+
+    Attributes
+    ----------
+    system : System
+    initial : State
+        Where the motion started; drifts are measured from here.
+    times : array (n,)
+    run : Run
+        Method, order, steps, tolerance, versions.
+    failures : dict
+        Of an ensemble: member -> why it stopped; its rows from there on are NaN.
+    events : tuple of Crossings
+        What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
+    provenance : dict
+        Of a motion that a scenario made: its `title`, the `seed` of its spread, and its text, the `scenario`.
+
+    Notes
+    -----
+    In an ensemble every array has the members as its first axis: (members, n, 4).
+    """
+
+    def __init__(
+        self,
+        system: System,
+        initial: State,
+        times: Array,
+        canonical: Callable[[], tuple[Array, Array]],
+        run: Run,
+        interpolant: tuple[Interpolant, float, float] | None = None,
+        failures: Mapping[int, str] | None = None,
+        sky: Callable[[], Sky] | None = None,
+    ) -> None:
+        self.system = system
+        self.initial = initial
+        self.times = times
+        self._canonical = canonical
+        self.run = run
+        self.failures = dict(failures or {})
+        self._interpolant = interpolant
+        self._sky = sky
+        self.events: tuple[Crossings, ...] = ()
+        self.provenance: dict[str, Any] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the motion as numbers: what computes them on demand has computed them."""
+        computed = {"_pair": self._pair, "sky": self.sky}
+        return {**vars(self), **computed, "_canonical": None, "_sky": None}
+
+    # ------------------------------------------------------------------ reading
+
+    @functools.cached_property
+    def _pair(self) -> tuple[Array, Array]:
+        return self._canonical()
+
+    @functools.cached_property
+    def sky(self) -> Sky:
+        """The world at the times: `motion.sky.position(orbit)`, along the space axes, three arrays (n,).
+
+        An orbit that was integrated along is where it came out, any other where its formulas say.
+        """
+        return Sky(self.times) if self._sky is None else self._sky()
+
+    @property
+    def quaternion(self) -> Array:
+        """Euler parameters, scalar first, body -> space; shape (n, 4). Their drift is a measurement."""
+        return self._pair[0]
+
+    @property
+    def conjugate_momenta(self) -> Array:
+        """Q = 2 q (0, g); shape (n, 4)."""
+        return self._pair[1]
+
+    @property
+    def attitude(self) -> Rotation:
+        """The attitudes as a scipy rotation, body -> space."""
+        return rotation(self.quaternion)
+
+    @property
+    def angular_momentum_body(self) -> Array:
+        """The angular momentum g = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
+        return _computed_state(self).angular_momentum_body
+
+    @property
+    def angular_momentum_space(self) -> Array:
+        """The angular momentum G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
+        return _computed_state(self).angular_momentum_space
+
+    @property
+    def omega_body(self) -> Array:
+        """The inertial angular velocity along the body axes; shape (n, 3)."""
+        return np.asarray(self.system.omega_body(_computed_state(self)))
+
+    @property
+    def omega_space(self) -> Array:
+        """The inertial angular velocity along the space axes; shape (n, 3)."""
+        return quat.rotate(self.quaternion, self.omega_body)
+
+    @property
+    def kinetic_energy(self) -> Array:
+        """T, eq. (9); shape (n,)."""
+        return np.asarray(self.system.kinetic_energy(_computed_state(self)))
+
+    @property
+    def potential_energy(self) -> Array:
+        """The sum of the potentials; shape (n,)."""
+        return np.asarray(self.system.potential_energy(_computed_state(self), self.sky))
+
+    @property
+    def energy(self) -> Array:
+        """T + U; shape (n,)."""
+        return self.kinetic_energy + self.potential_energy
+
+    @property
+    def has_dense_output(self) -> bool:
+        """Whether the motion can be called at any time."""
+        return self._interpolant is not None
+
+    @checked
+    def euler(self, sequence: str = "313") -> tuple[Array, Array]:
+        """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does."""
+        return _computed_state(self).euler(sequence)
+
+    @checked
+    def relative_to(self, frame: Frame) -> RelativeMotion:
+        """Return attitude and rate relative to a moving frame, such as `orbit.frame`."""
+        frame = checked_frame(frame)
+        frame_omega = quat.rotate(quat.conjugate(self.quaternion), frame.omega_space(self.times))
+        return RelativeMotion(
+            self.times,
+            quat.product(quat.conjugate(frame.quaternion(self.times)), self.quaternion),
+            self.omega_body - frame_omega,
+        )
+
+    def __call__(self, time: ArrayLike) -> State:
+        """Return the state at a time, or a batch of states at an array of times, from the dense output."""
+        if self._interpolant is None:
+            raise ValueError(
+                "a trajectory must have dense output to be called, but it has none. Propagate one body with dense=True."
+            )
+        interpolant, first, last = self._interpolant
+        calendar = self.system.calendar
+        time = time if calendar is None else calendar.time(time)
+        t = real_numbers("time", time, self.system.units["time"])
+        if t.size and (t.min() < first or t.max() > last):
+            outside = t.min() if t.min() < first else t.max()
+            raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], but {outside:.15g} came.")
+        q, Q = interpolant(t.ravel())
+        return computed_state(q.reshape(*t.shape, 4), Q.reshape(*t.shape, 4), t)
+
+    # ------------------------------------------------------------------ proof
+
+    @property
+    def norm_error(self) -> Array:
+        """|q| - 1; shape (n,)."""
+        return np.asarray(quat.norm(self.quaternion)) - 1
+
+    @property
+    def tangency_error(self) -> Array:
+        """The product q . Q, zero for a momentum tangent to the unit sphere; shape (n,)."""
+        return np.asarray(quat.dot(self.quaternion, self.conjugate_momenta))
+
+    @property
+    def integrals(self) -> dict[str, Array]:
+        """The conserved quantities of the system along the motion, by name; empty where there is none."""
+        state = _computed_state(self)
+        return {integral.name: np.asarray(integral.value(state)) for integral in self.system.integrals}
+
+    @property
+    def drift(self) -> dict[str, Array]:
+        """The relative change of each integral since the start, each (n,) or (members, n).
+
+        Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
+        """
+        T_and_U = np.abs(self.kinetic_energy) + np.abs(self.potential_energy)
+        momentum = np.linalg.norm(self.angular_momentum_body, axis=-1)
+        energy_scale = np.fmax.reduce(T_and_U, axis=-1, initial=0.0)
+        momentum_scale = np.fmax.reduce(momentum, axis=-1, initial=0.0)
+        out = {}
+        for integral in self.system.integrals:
+            scale = energy_scale if integral.is_energy else momentum_scale
+            change = self.integrals[integral.name] - np.asarray(integral.value(self.initial))[..., None]
+            out[integral.name] = change / np.where(scale > 0, scale, 1.0)[..., None]
+        return out
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """How the motion was computed and how far its invariants moved, as one flat record."""
+        largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
+        doubts = self.system.doubts(_computed_state(self), self.sky).items()
+        return {
+            **{key: value for key, value in asdict(self.run).items() if key != "versions"},
+            "norm_error": _largest(self.norm_error),
+            "tangency_error": _largest(self.tangency_error),
+            **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
+            **{name: f"{np.count_nonzero(at)} of {at.size} times" for name, at in doubts if np.any(at)},
+        }
+
+    def __repr__(self) -> str:
+        span = f"{self.times[0]:.10g} ... {self.times[-1]:.10g}" if self.times.size else "none"
+        lines = [f"Trajectory of {self.system!r}", f"  times: {self.times.size}, {span}"]
+        if self.quaternion.ndim == 3:
+            lines.append(f"  members: {len(self.quaternion)}, failed: {len(self.failures)}")
+        lines += [
+            f"  {key}: {value:.4g}" if isinstance(value, float) else f"  {key}: {value}"
+            for key, value in self.summary.items()
+        ]
+        return "\n".join(lines)
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The motion as an xarray Dataset with units, frames and provenance."""
+        from poinsot.propagation.dataset import dataset_of
+
+        return dataset_of(self)
+
+
+@dataclass(frozen=True)
+class RelativeMotion:
+    """Attitude and rate of the body relative to a frame.
+
+    Attributes
+    ----------
+    times : array (n,)
+    quaternion : array (n, 4)
+        Body -> frame, scalar first.
+    omega_body : array (n, 3)
+        The rate relative to the frame, along the body axes.
+    """
+
+    times: Array
+    quaternion: Array
+    omega_body: Array
+
+    @property
+    def attitude(self) -> Rotation:
+        """The attitudes as a scipy rotation, body -> frame."""
+        return rotation(self.quaternion)
+
+    @property
+    def roll_pitch_yaw(self) -> Array:
+        """Roll, pitch and yaw, radians, if the frame is an orbit's: see `roll_pitch_yaw`; shape (n, 3)."""
+        return roll_pitch_yaw(self.quaternion)
+
+    @property
+    def omega_frame(self) -> Array:
+        """The rate relative to the frame, along the frame's axes; shape (n, 3)."""
+        return quat.rotate(self.quaternion, self.omega_body)
+
+
+def _computed_state(motion: Trajectory) -> State:
+    return computed_state(motion.quaternion, motion.conjugate_momenta, motion.times)
+
+
+def _largest(values: Array) -> float:
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))

@@ -1,0 +1,124 @@
+"""Integration of motions together with their neighbours to first order, of one body or of an ensemble."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.engine import kernels
+from poinsot.engine.ensemble import Outcome, integrate_members
+from poinsot.engine.state_vector import SMALL, Coordinates
+from poinsot.engine.variational import Neighbours
+from poinsot.errors import PropagationInterrupted
+from poinsot.mechanics.formulations import FORMULATIONS
+from poinsot.mechanics.probing import space_axes
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+from poinsot.propagation.arguments import (
+    broadcast_members,
+    check_kinds,
+    check_span,
+    checked_formulation,
+    checked_threads,
+    checked_times,
+    checked_tolerance,
+    members_of,
+)
+from poinsot.propagation.trajectory import Run, versions
+
+__all__ = ["TangentRun", "units"]
+
+Array = NDArray[np.float64]
+
+
+class TangentRun:
+    """What integrations with neighbours have in common: checked arguments, variables, and the run itself.
+
+    Parameters
+    ----------
+    call : str
+        For error sentences.
+    system, state, times, formulation, tolerance, threads, progress
+        As in `propagate`; the formulation is one with tangent coordinates.
+    inputs : sequence of tuples of int
+        Of derivatives: which numbers of the system change together.
+    order : {1, 2}
+        Of the derivatives.
+
+    Attributes
+    ----------
+    members : tuple
+        () for one body.
+    tangent : tuple of int
+        Which of the six tangent coordinates there are.
+    scale : float
+        The momenta of the variables over those of the user, the same for all members.
+    """
+
+    def __init__(
+        self,
+        call: str,
+        system: System,
+        state: State,
+        times: ArrayLike,
+        formulation: str | None = None,
+        tolerance: float | None = None,
+        threads: int | None = None,
+        progress: bool | None = None,
+        inputs: tuple[tuple[int, ...], ...] = (),
+        order: int = 1,
+    ) -> None:
+        check_kinds(call, {"system": (system, System), "state": (state, State)})
+        self._order = order
+        self.times = checked_times(times, system)
+        check_span(system, state, self.times)
+        chosen = checked_formulation(formulation)
+        self.tangent = FORMULATIONS[chosen].tangent
+        if not self.tangent:
+            able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
+            raise ValueError(f"formulation must be one of {able} for neighbours of a motion, but {chosen!r} came.")
+        self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
+        self._progress = sys.stderr.isatty() if progress is None else progress
+        self.system, self.members = system, members_of(system, state)
+        self.state = broadcast_members(state, self.members or (1,))
+        variables = kernels.coordinates(system, self.state, chosen, "double")
+        if inputs:  # axes carried by an orbit would change with it
+            axes = space_axes(system.between_knots(), closed_forms=True)
+            variables = dataclasses.replace(variables, axes=axes)
+        self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(system.momentum_scale(self.state))))))
+        self._variables = dataclasses.replace(variables, scale=np.full(len(self.state.time), self.scale))
+        first = 1 + len(variables.axes.numbers)
+        self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
+
+    def integrate(self, vectors: Array, times: Array, out: Outcome, state: State | None = None) -> Coordinates:
+        """Integrate to times, which rise, with tangent vectors from the start; shape (..., count, k). Return variables.
+
+        The state is by default that of the run.
+        """
+        neighbours = Neighbours(self.tangent, vectors.shape[-2], self._inputs, self._order, vectors)
+        variables = dataclasses.replace(self._variables, companion=neighbours)
+        start = self.state if state is None else state
+        integrate_members(self.system, start, times, variables, self._tolerance, self._threads, self._progress, out)
+        return variables
+
+    def run(self, out: Outcome) -> Run:
+        """Return how it was computed."""
+        name, steps = self._variables.formulation.name, int(out.steps.sum())
+        return Run(METHOD, name, "double", out.tolerance, out.order, steps, out.wall_time, versions())
+
+    def raise_interrupted(self, out: Outcome, result: object) -> None:
+        """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
+        if out.interrupted:
+            message = f"the integration was interrupted: {out.finished} of {len(out.steps)} members are done."
+            raise PropagationInterrupted(message, float(self.times[-1]), result)
+
+
+METHOD = "Taylor, with neighbours to first order"
+
+
+def units(tangent: tuple[int, ...], scale: float) -> Array:
+    """Return what the tangent coordinates of a kernel are divided by: 1 for angles, the scale for momenta."""
+    return np.array([1.0 if place < 3 else scale for place in tangent])

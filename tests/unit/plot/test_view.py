@@ -1,0 +1,301 @@
+"""The page of the 3D view: what it is told, what it may do, and where it is written."""
+
+import base64
+import hashlib
+import html
+import json
+import re
+from importlib import resources
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.plot.view import View
+
+SI = {"time": "s", "inertia": "kg m2"}
+TURNED = Rotation.from_rotvec([0.4, -0.9, 0.5]).as_matrix()
+OBLIQUE = pt.Body.from_inertia(TURNED @ np.diag([2.0, 3.0, 4.0]) @ TURNED.T)
+PAGE = resources.files("poinsot.plot") / "page"
+
+
+def free(body=OBLIQUE, g=(0.5, -0.7, 1.1), times=None, units=SI):
+    state = body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g)
+    return pt.propagate(pt.System(body, units=units), state, np.linspace(-3, 40, 301) if times is None else times)
+
+
+def content(motion):
+    """The data in the page, as its script reads them."""
+    block = re.search(r'<script type="application/json" id="motion">(.*?)</script>', pt.view(motion).html, re.DOTALL)
+    return json.loads(block[1])
+
+
+def decoded(packed, columns):
+    values = np.frombuffer(base64.b64decode(packed["data"]), "<f4").astype(float) * packed["scale"]
+    return values.reshape(-1, columns)
+
+
+# ---------------------------------------------------------------------- what the page is told
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_page_has_the_motion_forwards_in_time(order):
+    motion = free(times=np.linspace(-3, 40, 301)[::order])
+    data = content(motion)
+    np.testing.assert_array_equal(np.frombuffer(base64.b64decode(data["times"])), motion.times[::order])
+    for name, values in {
+        "quaternion": motion.quaternion,
+        "momenta": motion.conjugate_momenta,
+        "omega_body": motion.omega_body,
+        "angular_momentum_space": motion.angular_momentum_space,
+    }.items():
+        found = decoded(data["arrays"][name], values.shape[-1])
+        np.testing.assert_allclose(found, values[::order], rtol=0, atol=6e-8 * np.abs(values).max())
+
+
+def test_sizes_beyond_single_precision_are_kept():
+    jupiter = pt.Body((2.4e42, 2.4e42, 2.5e42))
+    motion = free(jupiter, (1e38, 2e38, 4.4e38), np.linspace(0, 1e6, 11))
+    found = decoded(content(motion)["arrays"]["momenta"], 4)
+    np.testing.assert_allclose(found, motion.conjugate_momenta, rtol=0, atol=1e32)
+
+
+def test_units_label_what_is_shown():
+    labels = content(free())["labels"]
+    assert labels["momenta"] == "conjugate momenta Q [kg m² s⁻¹]"
+    assert (labels["time"], labels["unit"], labels["omega_body"]) == ("time [s]", " s", " [rad s⁻¹]")
+    assert content(free(units={}))["labels"]["unit"] == ""
+
+
+@pytest.mark.parametrize("sides", [(1.0, 2.0, 3.0), (3.0, 0.5, 1.0)])
+def test_the_solids_have_the_moments_of_the_body(sides):
+    body = pt.Body.box(2.0, sides)
+    extent = np.array(content(free(body))["solids"]["extent"])
+    np.testing.assert_allclose(extent, np.array(sides) / max(sides), rtol=1e-12)
+    for moments in (pt.Body.box(1.0, 2 * extent).moments, pt.Body.ellipsoid(1.0, extent).moments):
+        np.testing.assert_allclose(moments / np.sum(moments), body.moments / np.sum(body.moments), rtol=1e-12)
+
+
+def test_a_flat_plate_remains_visible():
+    assert content(free(pt.Body((1.0, 2.0, 3.0))))["solids"]["extent"][2] == 0.01
+
+
+def test_the_polhode_lies_on_the_inertia_ellipsoid():
+    motion = free()
+    solids = content(motion)["solids"]
+    principal = Rotation.from_quat(solids["principal"], scalar_first=True)
+    along = principal.inv().apply(motion.omega_body) / solids["inertia_ellipsoid"]
+    np.testing.assert_allclose(np.linalg.norm(along, axis=-1), 1, rtol=1e-12)
+
+
+def test_the_rate_touches_the_invariable_plane_within_its_disc():
+    motion = free()
+    plane = content(motion)["plane"]
+    normal = np.array(plane["normal"])
+    np.testing.assert_allclose(motion.omega_space @ normal, plane["height"], rtol=1e-12)
+    across = motion.omega_space - np.outer(motion.omega_space @ normal, normal)
+    assert np.max(np.linalg.norm(across, axis=-1)) < plane["radius"]
+
+
+def test_under_torques_there_is_neither_ellipsoid_nor_plane(top, start):
+    data = content(pt.propagate(top, start, np.linspace(0, 10, 101)))
+    assert data["plane"] is None
+    assert data["solids"]["inertia_ellipsoid"] is None
+
+
+def test_a_body_at_rest_can_be_viewed():
+    data = content(free(g=(0, 0, 0)))
+    assert (data["mean_rate"], data["plane"], data["rate"]) == (0, None, 4.3)
+
+
+def test_the_speed_of_the_start_is_a_turn_in_four_seconds():
+    spin = free(pt.Body((1.0, 1.0, 1.0)), (0, 0, 2.0))
+    assert content(spin)["rate"] == pytest.approx(2 * np.pi / 2.0 / 4, rel=1e-12)
+    assert content(spin)["mean_rate"] == pytest.approx(2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(("steps", "noted"), [(14, False), (12, True)])
+def test_a_turn_too_large_between_stored_times_is_said(steps, noted):
+    spin = free(pt.Body((1.0, 1.0, 1.0)), (0, 0, 2.0), np.linspace(0, 20, steps + 1))
+    note = content(spin)["note"]
+    assert note.startswith("Between two stored times the body turns by up to 191°") == noted
+    assert bool(note) == noted
+
+
+def test_a_mesh_is_drawn_from_its_centre_of_mass():
+    mesh = pt.Mesh.box((1.0, 2.0, 3.0), density=1.5).moved(position=(7.0, -3.0, 2.0))
+    (part,) = content(free(pt.Body.from_shape(mesh)))["solids"]["shape"]
+    corners = decoded(part["triangles"], 3)
+    assert corners.shape == (36, 3)
+    np.testing.assert_allclose(np.max(corners, axis=0), np.array([1, 2, 3]) / np.sqrt(14), rtol=1e-6)
+    np.testing.assert_allclose(np.min(corners, axis=0), -np.array([1, 2, 3]) / np.sqrt(14), rtol=1e-6)
+    volume = np.sum(np.linalg.det(corners.reshape(12, 3, 3))) / 6
+    assert volume == pytest.approx(8 * 6 / 14**1.5, rel=1e-6)
+
+
+TURN = Rotation.from_rotvec([0.5, -1.1, 0.7])
+PARTS = (
+    pt.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), TURN),
+    pt.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), TURN.inv()),
+)
+POINTS = pt.Mascons((5.0, 1.0, 2.0, 2.5), ((2, 0, 0), (-3, 1, 0), (0, 2, 1), (0.3, -2, -1)))
+
+
+def inertia_as_drawn(part, mass):
+    """The tensor about the origin of the picture, from radii, place and turn alone."""
+    a, b, c = part["sides"]
+    moments = {
+        "ellipsoid": mass / 5 * np.array([b * b + c * c, a * a + c * c, a * a + b * b]),
+        "cylinder": mass / 12 * np.array([3 * a * a + 4 * c * c, 3 * a * a + 4 * c * c, 6 * a * a]),
+    }[part["solid"]]
+    turn, x = Rotation.from_quat(part["turn"], scalar_first=True).as_matrix(), np.array(part["place"])
+    return turn @ np.diag(moments) @ turn.T + mass * (x @ x * np.eye(3) - np.outer(x, x))
+
+
+def test_parts_are_drawn_where_their_mass_is():
+    shape = pt.Assembly([PARTS[0], pt.Assembly([PARTS[1]])]).moved((10.0, 20.0, 30.0), Rotation.from_rotvec([0, 1, 2]))
+    body = pt.Body.from_shape(shape)
+    drawn = content(free(body))["solids"]["shape"]
+    assert [part["solid"] for part in drawn] == ["cylinder", "ellipsoid"]
+    found = sum(inertia_as_drawn(part, mass) for part, mass in zip(drawn, (3.0, 4.0), strict=True))
+    np.testing.assert_allclose(found * shape.circumscribing_radius**2, body.inertia, rtol=0, atol=1e-12 * 7 * 30)
+
+
+def test_mass_points_are_spheres_of_volumes_like_their_masses():
+    (part,) = content(free(pt.Body.from_shape(POINTS)))["solids"]["shape"]
+    rows = decoded(part["spheres"], 4)
+    places = (POINTS.positions - POINTS.center_of_mass) / POINTS.circumscribing_radius
+    np.testing.assert_allclose(rows[:, :3], places, atol=1e-7)
+    np.testing.assert_allclose(rows[:, 3], 0.1 * np.cbrt(POINTS.masses / 5), rtol=1e-6)
+
+
+def test_of_very_many_mass_points_the_heaviest_are_drawn():
+    points = np.random.default_rng(6).normal(size=(20_050, 3))
+    masses = np.where(np.arange(20_050) % 401 == 7, 1.0, 2.0)
+    (part,) = content(free(pt.Body.from_shape(pt.Mascons(masses, points)), times=(0.0, 1.0)))["solids"]["shape"]
+    rows = decoded(part["spheres"], 4)
+    assert np.ptp(rows[:, 3]) == 0
+    assert len(rows) == 20_000
+
+
+def test_a_body_without_a_shape_is_drawn_by_its_moments():
+    assert content(free())["solids"]["shape"] is None
+
+
+def test_numbers_in_the_title_are_short():
+    body = pt.Body((1.0, 1 + 1 / 3, 1.5))
+    assert content(free(body))["title"] == "poinsot: System(Body(moments=[1.0, 1.33333, 1.5]))"
+
+
+# ---------------------------------------------------------------------- what the page may do
+
+HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
+
+
+class Named(pt.Potential):
+    """A force whose name is markup."""
+
+    def energy(self, body, attitude, sky):  # noqa: ARG002
+        return 0.0 * attitude.to_body((1.0, 0.0, 0.0))[0]
+
+    def __repr__(self):
+        return HOSTILE
+
+
+def test_the_title_of_a_scenario_comes_first():
+    motion = free(pt.Body((1.0, 1.33333333333, 1.5)))
+    motion.provenance = {"title": "A stone"}
+    assert content(motion)["title"] == "A stone: System(Body(moments=[1.0, 1.33333, 1.5]))"
+
+
+def test_names_cannot_become_markup():
+    body = pt.Body((1.0, 2.0, 2.5))
+    system = pt.System(body, Named(), units={"time": HOSTILE, "inertia": "&lt;b&gt;<!--"})
+    motion = pt.propagate(system, body.state((1, 0, 0, 0), omega_body=(0, 0, 1)), (0.0, 1.0))
+    page = pt.view(motion).html
+    plain = pt.view(free()).html
+    for markup in ("<script", "</script", "<img", "<!--"):
+        assert page.count(markup) == plain.count(markup)
+    data = content(motion)
+    assert HOSTILE in data["title"]
+    assert data["labels"]["unit"] == f" {HOSTILE}"
+
+
+def test_the_policy_allows_the_scripts_of_the_page_and_no_network():
+    page = pt.view(free()).html
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)[1]
+    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+    scripts = re.findall(r"<script>(.*?)</script>", page, re.DOTALL)
+    hashes = [f"'sha256-{base64.b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts]
+    assert rules["script-src"].split() == hashes
+    assert (rules["default-src"], rules["img-src"], rules["base-uri"]) == ("'none'", "data:", "'none'")
+    assert not re.search(r"<(link|img|script|iframe)[^>]*(src|href)=\"(?!data:)", page)
+
+
+def test_the_library_is_the_one_that_its_note_names():
+    library = (PAGE / "three.min.js").read_bytes()
+    assert hashlib.sha256(library).hexdigest() in (PAGE / "README.md").read_text()
+    licence = (PAGE / "three.LICENSE").read_text()
+    assert licence in library.decode()
+    assert licence in pt.view(free()).html
+
+
+# ---------------------------------------------------------------------- where it goes
+
+
+def test_a_page_is_written_and_never_over_another(tmp_path):
+    path = pt.view(free(), tmp_path / "motion.html")
+    assert path == tmp_path / "motion.html"
+    written = path.read_bytes()
+    assert written.decode() == pt.view(free()).html
+    with pytest.raises(
+        FileExistsError, match=r"^path must be a new file, but .*motion\.html exists\. overwrite=True replaces it\.$"
+    ):
+        pt.view(free(g=(1, 1, 1)), str(path))
+    assert path.read_bytes() == written
+    pt.view(free(g=(1, 1, 1)), path, overwrite=True)
+    assert path.read_bytes() != written
+
+
+def test_a_notebook_shows_the_page_in_a_frame():
+    shown = pt.view(free())
+    assert isinstance(shown, View)
+    assert re.fullmatch(r"View\(0\.\d MB of HTML\)", repr(shown))
+    frame = re.fullmatch(r'<iframe srcdoc="([^"]*)" sandbox="allow-scripts" [^<>]*></iframe>', shown._repr_html_())
+    assert html.unescape(frame[1]) == shown.html
+
+
+MANY = OBLIQUE.state([(1, 0, 0, 0)] * 3, omega_body=(0.4, -0.3, 0.6))
+REFUSED = {
+    "state": (lambda _: pt.view(MANY), TypeError, "motion must be a Trajectory, but State came."),
+    "ensemble": (
+        lambda _: pt.view(pt.propagate(pt.System(OBLIQUE), MANY, (0.0, 1.0))),
+        ValueError,
+        "motion must be of one body, but an ensemble of 3 members came. Propagate the member to draw alone.",
+    ),
+    "one_time": (
+        lambda _: pt.view(free(times=(0.0,))),
+        ValueError,
+        "motion must have two times or more, but 1 came.",
+    ),
+    "suffix": (
+        lambda folder: pt.view(free(), folder / "motion.htm"),
+        ValueError,
+        "path must end in .html, but 'motion.htm' came.",
+    ),
+    "folder": (
+        lambda folder: pt.view(free(), folder / "no" / "motion.html"),
+        FileNotFoundError,
+        "path must be in a folder that exists, but there is no {folder}/no.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_wrong_arguments_are_refused_in_a_sentence(name, tmp_path):
+    call, kind, sentence = REFUSED[name]
+    with pytest.raises(kind, match=f"^{re.escape(sentence.format(folder=tmp_path))}$") as caught:
+        call(tmp_path)
+    assert caught.type is kind
+    assert not list(tmp_path.iterdir())

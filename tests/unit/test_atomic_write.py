@@ -1,0 +1,145 @@
+"""Every writer writes a file whole or not at all, and leaves no part beside it for ever."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot import atomic_write as writing
+
+BODY = pt.Body((1.25, 1.0, 0.75))
+MOTION = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), np.linspace(0, 100, 2001))
+DATED = {"calendar": pt.Calendar("2026-11-21T00:00:00", "TAI"), "reference_frame": "ICRF", "body_frame": "SC_BODY_1"}
+
+WRITERS = {
+    "it.nc": pt.save,
+    "it.zarr": pt.save,
+    "it.html": pt.view,
+    "it.aem": lambda motion, path, **said: pt.write_aem(motion, path, **DATED, **said),
+    "it.apm": lambda motion, path, **said: pt.write_apm(BODY, motion.initial, path, **DATED, **said),
+    "it.bc": lambda motion, path, **said: pt.write_ck(motion, path, **DATED, **said),
+    "it.a": lambda motion, path, **said: pt.write_stk_attitude(
+        motion, path, calendar=DATED["calendar"], reference_frame="ICRF", **said
+    ),
+    "it.csv": lambda motion, path, **said: pt.write_quaternion_csv(motion, path, calendar=DATED["calendar"], **said),
+}
+"""What writes a motion, by the name of a file."""
+
+
+def content(path):
+    """The bytes of a file, or of all files in a folder."""
+    files = sorted(path.rglob("*")) if path.is_dir() else [path]
+    return {file.name: file.read_bytes() for file in files if file.is_file()}
+
+
+def test_the_list_has_every_writer():
+    known = {name for name in dir(pt) if name.startswith("write_")} | {"save", "view"}
+    named = {name for write in WRITERS.values() for name in (*write.__code__.co_names, write.__name__)}
+    assert known <= named
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_disk_that_is_full_leaves_the_file_that_was_there(name, tmp_path):
+    """The system ends each file at some bytes; the old one, of a shorter motion, stays bit for bit."""
+    path = tmp_path / name
+    short = pt.free_motion(BODY, MOTION.initial, MOTION.times[:3])
+    WRITERS[name](short, path)
+    before = content(path)
+    child = os.fork()
+    if not child:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))
+        try:
+            WRITERS[name](MOTION, path, overwrite=True)
+        except (OSError, RuntimeError, ValueError):
+            os._exit(7)
+        os._exit(0)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    assert content(path) == before
+    assert not list(tmp_path.glob(".*"))
+
+
+DIES = """
+import os, sys
+from pathlib import Path
+from poinsot.atomic_write import new_file
+with new_file(Path(sys.argv[1]), True) as part:
+    part.write_text("half of it")
+    print("written", flush=True)
+    sys.stdin.read() if sys.argv[2:] else os.kill(os.getpid(), 9)
+"""
+
+
+def run(path, *more):
+    return subprocess.Popen(
+        [sys.executable, "-c", DIES, path, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+
+
+def parts(folder):
+    return sorted(folder.glob(".*"))
+
+
+def aged(folder):
+    """A folder as if it had been made an hour ago."""
+    old = time.time() - 3600
+    os.utime(folder, (old, old))
+
+
+def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path):
+    path = tmp_path / "it.txt"
+    path.write_text("old")
+    with run(path) as process:
+        process.wait()
+    assert path.read_text() == "old"
+    (left,) = parts(tmp_path)
+    writing.write_text(path, "new", overwrite=True)
+    assert parts(tmp_path) == [left]  # a fresh one may be waiting for its lock
+    aged(left)
+    writing.write_text(tmp_path / "other.txt", "new", overwrite=False)
+    assert not parts(tmp_path)
+    assert path.read_text() == "new"
+
+
+def test_what_another_process_is_writing_stays(tmp_path):
+    path = tmp_path / "it.txt"
+    with run(path, "wait") as process:
+        process.stdout.readline()
+        (live,) = parts(tmp_path)
+        aged(live)
+        writing.write_text(path, "mine", overwrite=False)
+        assert parts(tmp_path) == [live]
+        process.communicate()
+    assert path.read_text() == "half of it"
+    assert not parts(tmp_path)
+
+
+def test_a_folder_of_another_is_no_part(tmp_path):
+    other = tmp_path / ".poinsot-mine"
+    other.mkdir()
+    aged(other)
+    writing.write_text(tmp_path / "it.txt", "new", overwrite=False)
+    assert other.is_dir()
+
+
+def test_a_store_that_cannot_take_its_name_leaves_the_old_one(tmp_path, monkeypatch):
+    path = pt.save(MOTION, tmp_path / "it.zarr")
+    before, rename = content(path), Path.rename
+
+    def failing(self, target):
+        if Path(target) == path and self.name == path.name:
+            raise OSError("no")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", failing)
+    with pytest.raises(OSError, match="no"):
+        pt.save(pt.free_motion(BODY, MOTION.initial, [0.0]), path, overwrite=True)
+    assert content(path) == before
+    assert not parts(tmp_path)
