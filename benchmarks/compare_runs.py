@@ -42,8 +42,8 @@ class Burn(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):
-        on_time = f.where(f.less(sky.time, 3.3), self.size, -self.size)
+    def torque(self, body, attitude, omega_body, environment):
+        on_time = f.where(f.less(environment.time, 3.3), self.size, -self.size)
         on_rate = f.where(f.less(omega_body[2], 0.7), 0.1, 0.05)
         return on_time, 0.02 * omega_body[0], on_rate * attitude.to_body((0, 0, 1))[0]
 
@@ -51,7 +51,7 @@ class Burn(pt.Torque):
 class Kick(pt.Event):
     """A change of attitude momentum at zeros of a rate."""
 
-    def value(self, body, attitude, omega_body, sky):
+    def value(self, body, attitude, omega_body, environment):
         return omega_body[0]
 
     def act(self, body, state):
@@ -64,7 +64,7 @@ class Bound(pt.Event):
 
     bound: float
 
-    def value(self, body, attitude, omega_body, sky):
+    def value(self, body, attitude, omega_body, environment):
         return omega_body[2] - self.bound
 
 

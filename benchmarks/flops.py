@@ -84,7 +84,7 @@ def _shape(entry):
         match = pattern.fullmatch(entry)
         if match:
             return name, match.groups()
-    raise ValueError(f"the count must know every entry of a decomposition, but {entry!r} came.")
+    raise ValueError(f"the count must know every entry of a decomposition, got {entry!r}.")
 
 
 ACCUMULATORS, ROUNDS = 16, 20_000_000

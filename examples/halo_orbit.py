@@ -26,7 +26,8 @@ motion = pt.propagate(system, start, np.linspace(0, 2 * PERIOD * SECONDS, 801))
 # Where it went, along the axes that turn with Earth and Moon, from the Moon.
 to_synodic = path.frame.attitude(motion.times).inv()
 r, v = (
-    np.stack(x, axis=-1) for x in (motion.sky.position(path.from_secondary), motion.sky.velocity(path.from_secondary))
+    np.stack(x, axis=-1)
+    for x in (motion.environment.position(path.from_secondary), motion.environment.velocity(path.from_secondary))
 )
 place = to_synodic.apply(r) / KM
 drift = to_synodic.apply(v - np.cross(path.frame.omega_space(motion.times), r)) * SECONDS / KM

@@ -30,7 +30,7 @@ SIGNAL = np.sin(0.7 * np.arange(256))
 TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
 
 INTERNAL = {
-    *("unchecked", "with_numbers", "number_names", "between_knots", "check", "doubts"),  # the records' own business
+    *("unchecked", "with_numbers", "number_names", "between_knots", "check", "validity"),  # the records' own business
     *("energy", "torque", "value", "condition", "act"),  # formulas
     *("to_body", "to_space", "in_space", "from_quaternion"),
     *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "derivatives", "torque_at"),
@@ -51,7 +51,7 @@ INTERNAL = {
 """Methods that formulas call, on scalars of any kind, and not a user on numbers."""
 
 NOT_CALLED = {
-    *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Sky", "Vector", "functions"),
+    *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Vector", "functions"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "Crossings", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "Section", "StateTransition", "Trajectory"),
@@ -601,7 +601,7 @@ def public_names():
         thing = getattr(pt, name)
         if name not in NOT_CALLED:
             yield name
-        if inspect.isclass(thing) and not issubclass(thing, BaseException) and name not in ("Vector", "Sky"):
+        if inspect.isclass(thing) and not issubclass(thing, BaseException) and name not in ("Vector", "Environment"):
             for method, found in vars(thing).items():
                 plain = found.__func__ if isinstance(found, classmethod | staticmethod) else found
                 shown = method == "__call__" or not method.startswith("_")

@@ -31,7 +31,7 @@ from .mechanics.andoyer import Andoyer
 from .mechanics.attitude import Attitude
 from .mechanics.body import Body
 from .mechanics.calendar import Calendar
-from .mechanics.environment import Orbit, Sky
+from .mechanics.environment import Environment, Orbit
 from .mechanics.event import Event
 from .mechanics.force import Potential, Torque
 from .mechanics.frame import Frame, RotatingFrame
@@ -104,6 +104,7 @@ __all__ = [
     "Cylinder",
     "Ellipsoid",
     "EllipsoidGravity",
+    "Environment",
     "Ephemeris",
     "Equilibrium",
     "EscapeOrbit",
@@ -136,7 +137,6 @@ __all__ = [
     "Scenario",
     "Section",
     "Shape",
-    "Sky",
     "SpinFlip",
     "State",
     "StateTransition",

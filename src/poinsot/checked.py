@@ -75,7 +75,7 @@ def _check(name: str, value: Any, rule: Rule, order: str) -> None:
         kind = f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__
         if isinstance(value, list | tuple) and "a list" in words:
             kind += f" of {', '.join(dict.fromkeys(type(item).__name__ for item in value[:3])) or 'nothing'}"
-        raise TypeError(f"{name} must be {words}, but {kind} came.{HINTS.get(words, order)}")
+        raise TypeError(f"{name} must be {words}, got {kind}.{HINTS.get(words, order)}")
     raise TypeError(f"{name} must be {words}, got {_shown(value)}.")
 
 

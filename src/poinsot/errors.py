@@ -1,4 +1,4 @@
-"""Errors, and the checks whose failure is one sentence: `{name} must {rule}, but {what came}. {hint}`."""
+"""Errors, and the checks whose failure is one sentence: `{name} must {rule}, got {what}. {hint}`."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def real_array(
     """Return `value` as finite floats of the given shape; `None` in the shape is any length."""
     array = real_numbers(name, value, time_unit)
     if len(array.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
-        raise ValueError(f"{name} must have shape {_written(shape)}, but shape {array.shape} came.")
+        raise ValueError(f"{name} must have shape {_written(shape)}, got shape {array.shape}.")
     return array
 
 
@@ -64,7 +64,7 @@ def member_array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.fl
     array = real_numbers(name, value)
     if array.shape[max(array.ndim - len(shape), 0) :] != shape or array.ndim > len(shape) + 1 or 0 in array.shape:
         members = _written(("members", *shape))
-        raise ValueError(f"{name} must have shape {_written(shape)} or {members}, but shape {array.shape} came.")
+        raise ValueError(f"{name} must have shape {_written(shape)} or {members}, got shape {array.shape}.")
     return array
 
 
@@ -72,7 +72,7 @@ def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray
     """Return `value` as finite floats of any shape; a quantity of time in a unit, of an angle in radians."""
     array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be real numbers, but {type(value).__name__} {_short(value)} came.")
+        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.")
     array = array.astype(float)
     if not np.all(np.isfinite(array)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
@@ -105,7 +105,7 @@ def refuse_nonpositive(name: str, value: Any) -> None:
     """Raise a ValueError that shows the first number that is not positive."""
     wrong = np.atleast_1d(value)[np.atleast_1d(value) <= 0]
     if wrong.size:
-        raise ValueError(f"{name} must be positive, but {wrong.flat[0]} came.")
+        raise ValueError(f"{name} must be positive, got {wrong.flat[0]}.")
 
 
 def optional(name: str, purpose: str) -> Any:

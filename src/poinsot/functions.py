@@ -122,7 +122,7 @@ class Commuting:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
 
-class CarriedVector(Vector):
+class ComovingVector(Vector):
     """A vector of the space, by its components along axes that move; formulas may not look at those.
 
     Sums, multiples, `dot`, `cross` and `norm` of such vectors do not depend on the axes. Anything else (a
@@ -130,7 +130,7 @@ class CarriedVector(Vector):
     """
 
     def __getitem__(self, index: Any) -> Any:
-        raise NotCarried
+        raise NotComoving
 
     @property
     def components(self) -> tuple[Scalar, ...]:
@@ -138,17 +138,17 @@ class CarriedVector(Vector):
         return self._scalars
 
     def _each(self, operation: Callable[[Scalar, Scalar], Scalar], other: Any) -> Vector:
-        if isinstance(other, CarriedVector):
-            return CarriedVector(map(operation, self.components, other.components))
+        if isinstance(other, ComovingVector):
+            return ComovingVector(map(operation, self.components, other.components))
         if isinstance(other, Vector | tuple | list) or np.ndim(other):
-            raise NotCarried
-        return CarriedVector(operation(a, other) for a in self.components)
+            raise NotComoving
+        return ComovingVector(operation(a, other) for a in self.components)
 
     def __neg__(self) -> Vector:
-        return CarriedVector(-a for a in self.components)
+        return ComovingVector(-a for a in self.components)
 
 
-class NotCarried(Exception):  # noqa: N818
+class NotComoving(Exception):  # noqa: N818
     """A formula depends on the space axes themselves, and cannot be evaluated along moving ones."""
 
 
@@ -270,8 +270,8 @@ def cross(a: Iterable[Scalar], b: Iterable[Scalar]) -> Vector:
 
 
 def _opened(a: Iterable[Scalar], b: Iterable[Scalar]) -> tuple[Iterable[Scalar], Iterable[Scalar], type[Vector]]:
-    if isinstance(a, CarriedVector) and isinstance(b, CarriedVector):
-        return a.components, b.components, CarriedVector
+    if isinstance(a, ComovingVector) and isinstance(b, ComovingVector):
+        return a.components, b.components, ComovingVector
     return a, b, Vector
 
 
@@ -289,7 +289,7 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
     if engine.__name__ == "heyoka":
         return engine.kepE(eccentricity, mean_anomaly)
     if engine.__name__ == "sympy":
-        raise TypeError("eccentric_anomaly must have numbers, but a SymPy expression came.")
+        raise TypeError("eccentric_anomaly must have numbers, got a SymPy expression.")
     full_turns = 2 * engine.pi * engine.floor(mean_anomaly / (2 * engine.pi) + 0.5)
     reduced = mean_anomaly - full_turns
     anomaly = reduced + 0.85 * eccentricity * engine.sign(engine.sin(reduced))

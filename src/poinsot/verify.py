@@ -415,7 +415,7 @@ def beside_two_attractors() -> list[Row]:
     body = Body(SPACECRAFT)
     system = System(body, GravityGradient(path.from_primary), GravityGradient(path.from_secondary))
     motion = propagate(system, body.state(IDENTITY, omega_body=(0, 0, 1)), [period])
-    ahead = np.array(list(motion.sky.position(path.from_secondary)))[:, 0]
+    ahead = np.array(list(motion.environment.position(path.from_secondary)))[:, 0]
     end = quat.rotate(quat.conjugate(path.frame.quaternion(period)), ahead)
     return [
         *(Row(f"libration at {name} (relative)", _libration(LagrangePoint(*pair, name)), 4e-15) for name in POINTS[:3]),

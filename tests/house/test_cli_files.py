@@ -107,7 +107,7 @@ def test_a_file_of_no_kind_is_told_what_there_is(folder):
 @pytest.mark.usefixtures("folder")
 def test_words_are_those_of_the_command_line():
     aem = ("convert", "sat.nc", "sat.aem")
-    assert refused(*aem).endswith("but none came. --frame ICRF says that they are the ICRF.")
+    assert refused(*aem).endswith("got none. --frame ICRF says that they are the ICRF.")
     assert refused(*aem, "--frame", "ICRF").endswith("what instant t = 0 is: --zero '2026-11-21T00:00:00 UTC'.")
     assert refused(*aem, "--frame", "X", "--zero", "2026-11-21T00:00:00 UTC").startswith("--frame must be one of ICRF")
     for zero in ("2026", "2026-11-21T00:00:00 X", "yesterday UTC"):
@@ -122,7 +122,7 @@ def test_words_are_those_of_the_command_line():
     )
     assert "\n" not in refused("convert", "sat.nc", "x.doc")
     assert refused("convert", "sat.nc", "x.zarr", "--frame", "ICRF") == (
-        "--frame must go with attitudes, but two results came."
+        "--frame must go with attitudes, got two results."
     )
     assert refused("convert", "sat.nc", "x.zarr", "--zero", "2026-11-21 UTC").startswith(
         "--zero must go with attitudes"
@@ -146,9 +146,9 @@ def test_a_table_of_somebody_is_compared_with_a_motion(folder):
     pt.save(pt.free_motion(BODY, START, [0, 1, 2]), "other.nc")
     said = refused("plot", "sat.nc", "x.png", "--kind", "difference", "--with", "other.nc")
     assert said.startswith(
-        "--with must have the times of the result, but 3 times from 0 to 2 and 31 times from 0 to 600"
+        "--with must have the times of the result, got 3 times from 0 to 2 and 31 times from 0 to 600"
     )
-    assert said.endswith("came. `poinsot run` both with the same times.")
+    assert said.endswith(". `poinsot run` both with the same times.")
 
 
 @pytest.mark.usefixtures("folder")
@@ -159,9 +159,9 @@ def test_options_of_other_pictures_are_refused_before_the_result_is_read():
         (("--with", "sat.nc"), "difference"),
     ):
         told = refused("plot", "sat.nc", "--kind", "rates", *option)
-        assert told == f"{option[0]} must go with --kind {kinds}, but --kind rates came."
+        assert told == f"{option[0]} must go with --kind {kinds}, got --kind rates."
     pt.save(pt.free_motion(BODY, START, [0]), "instant.nc")
-    assert refused("view", "instant.nc") == "the result must have two times or more, but 1 came."
+    assert refused("view", "instant.nc") == "the result must have two times or more, got 1."
     assert refused("plot", "sat.nc", "--kind", "difference").startswith("--with must be another result")
     assert refused("plot", "sat.nc", "--kind", "difference", "--with", "no.nc") == (
         "no.nc must be a file that exists, but there is none."

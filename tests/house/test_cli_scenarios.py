@@ -304,8 +304,8 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
     result = tmp_path / "top.nc"
     for arguments, told in (
         (("--kind", "difference"), "--with must be another result"),
-        (("--with", result), "--with must go with --kind difference, but --kind quaternions came."),
-        (("--degrees",), "--degrees must go with --kind difference or euler_angles or roll_pitch_yaw, but"),
+        (("--with", result), "--with must go with --kind difference, got --kind quaternions."),
+        (("--degrees",), "--degrees must go with --kind difference or euler_angles or roll_pitch_yaw, got"),
         (("--kind", "roll_pitch_yaw"), "the result must have an orbit"),
         (("--kind", "nothing"), "one of angular_momentum"),
         ((tmp_path / "x.exe",), "x.exe must end in .png, .pdf, .svg"),
@@ -315,7 +315,7 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
     call("run", top, "--out", tmp_path / "b")
     other = tmp_path / "b" / "top.nc"
     said = call("plot", result, "--kind", "difference", "--with", other, code=2).stderr
-    assert said.startswith("poinsot: --with must have the times of the result, but 51 times")
+    assert said.startswith("poinsot: --with must have the times of the result, got 51 times")
 
 
 def test_orbit_of_roll_pitch_yaw_is_named_where_there_are_several(tmp_path):
@@ -325,7 +325,7 @@ def test_orbit_of_roll_pitch_yaw_is_named_where_there_are_several(tmp_path):
     )
     call("run", tmp_path / "two.toml")
     arguments = ("plot", tmp_path / "two.nc", "--kind", "roll_pitch_yaw")
-    told = "--orbit must say which orbit, but {} came. There are 1: KeplerOrbit; 2: KeplerOrbit."
+    told = "--orbit must say which orbit, got {}. There are 1: KeplerOrbit; 2: KeplerOrbit."
     assert told.format("none") in call(*arguments, code=2).stderr
     assert told.format(3) in call(*arguments, "--orbit", 3, code=2).stderr
     call(*arguments, "--orbit", 2)

@@ -23,9 +23,9 @@ class Offset(pt.Potential):
     orbit: pt.Orbit
     arm: pt.Vector
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
-        way = sky.position(self.orbit) * 0.5 + attitude.to_space(self.arm)
-        wind = fn.cross(sky.position(self.orbit), sky.velocity(self.orbit))
+    def energy(self, body, attitude, environment):  # noqa: ARG002
+        way = environment.position(self.orbit) * 0.5 + attitude.to_space(self.arm)
+        wind = fn.cross(environment.position(self.orbit), environment.velocity(self.orbit))
         return 0.1 * fn.dot(way, way) + 0.05 * attitude.to_body(wind / fn.norm(wind))[0] ** 2
 
 
@@ -34,8 +34,8 @@ class Polar(pt.Potential):
 
     orbit: pt.Orbit
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
-        return 0.3 * sky.position(self.orbit)[2] * attitude.to_body(sky.direction(self.orbit))[0]
+    def energy(self, body, attitude, environment):  # noqa: ARG002
+        return 0.3 * environment.position(self.orbit)[2] * attitude.to_body(environment.direction(self.orbit))[0]
 
 
 class Field(pt.Potential):
@@ -44,8 +44,8 @@ class Field(pt.Potential):
     orbit: pt.Orbit
     field_space: pt.Vector
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
-        return attitude.to_body(self.field_space)[0] - 1e9 * sky.inverse_distance(self.orbit)
+    def energy(self, body, attitude, environment):  # noqa: ARG002
+        return attitude.to_body(self.field_space)[0] - 1e9 * environment.inverse_distance(self.orbit)
 
 
 class Drag(pt.Torque):
@@ -54,11 +54,11 @@ class Drag(pt.Torque):
     orbit: pt.Orbit
     wind_space: pt.Vector
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        return 0.1 * attitude.to_body(sky.velocity(self.orbit) + self.wind_space)
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return 0.1 * attitude.to_body(environment.velocity(self.orbit) + self.wind_space)
 
 
-def carried(system):
+def comoving(system):
     return kernels.coordinates(system, START, "lie_poisson", "double").axes is not SPACE_AXES
 
 
@@ -79,7 +79,7 @@ CASES = {
 def test_carried_or_not_the_motion_is_the_same(name, formulation):
     forces, expected = CASES[name]
     system = pt.System(BODY, *forces(orbit(epoch=0.3, true_anomaly=2.0)))
-    assert carried(system) == expected
+    assert comoving(system) == expected
     motion = pt.propagate(system, START, TIMES, formulation=formulation)
     reference = pt.propagate(system, START, TIMES, formulation=formulation, precision="extended")
     np.testing.assert_allclose(motion.quaternion, reference.quaternion, atol=1e-13)

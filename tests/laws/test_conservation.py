@@ -416,7 +416,7 @@ class Spring(pt.Potential):
     stiffness: float
     axis_body: pt.Vector
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return 0.5 * self.stiffness * dot(self.axis_body, attitude.to_body((1, 0, 0))) ** 2
 
 
@@ -426,7 +426,7 @@ class SpringTorque(pt.Torque):
     stiffness: float
     axis_body: pt.Vector
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         s1 = attitude.to_body((1, 0, 0))
         return self.stiffness * dot(self.axis_body, s1) * cross(s1, self.axis_body)
 
@@ -438,8 +438,8 @@ class Motor(pt.Torque):
     frequency: float
     axis_body: pt.Vector
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        return self.strength * pt.functions.cos(self.frequency * sky.time) * self.axis_body
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return self.strength * pt.functions.cos(self.frequency * environment.time) * self.axis_body
 
 
 @LAWS

@@ -41,8 +41,8 @@ class Edge(pt.Torque):
     instant: float
     side: float
 
-    def torque(self, body, attitude, omega_body, sky):
-        return 0.1 * fn.sqrt(self.side * (sky.time - self.instant)) * fn.Vector((0.0, 0.3, 0.2))
+    def torque(self, body, attitude, omega_body, environment):
+        return 0.1 * fn.sqrt(self.side * (environment.time - self.instant)) * fn.Vector((0.0, 0.3, 0.2))
 
 
 class Thruster(pt.Torque):
@@ -51,8 +51,10 @@ class Thruster(pt.Torque):
     on: float
     off: float
 
-    def torque(self, body, attitude, omega_body, sky):
-        burns = fn.where(fn.less(sky.time, self.on), 0.0, fn.where(fn.less(sky.time, self.off), 0.3, 0.0))
+    def torque(self, body, attitude, omega_body, environment):
+        burns = fn.where(
+            fn.less(environment.time, self.on), 0.0, fn.where(fn.less(environment.time, self.off), 0.3, 0.0)
+        )
         return burns * fn.Vector((0.5, -1.0, 0.8))
 
 
@@ -61,7 +63,7 @@ class BangBang(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):
+    def torque(self, body, attitude, omega_body, environment):
         _, sine, _ = attitude.to_body((-1, 0, 0))
         return fn.Vector((0.1, 0.0, self.size * fn.where(fn.less(sine, 0.0), 1.0, -1.0)))
 
@@ -71,7 +73,7 @@ class Saturated(pt.Torque):
 
     gain: float
 
-    def torque(self, body, attitude, omega_body, sky):
+    def torque(self, body, attitude, omega_body, environment):
         wanted = [-self.gain * rate for rate in omega_body]
         limited = [fn.where(fn.less(x, -0.05), -0.05, fn.where(fn.less(0.05, x), 0.05, x)) for x in wanted]
         return fn.Vector(limited)
@@ -218,9 +220,11 @@ class Broken(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, sky):
+    def torque(self, body, attitude, omega_body, environment):
         x = attitude.to_body((0, 0, 1))[0]
-        return fn.Vector((0.0, 0.1, 0.0)) * fn.sqrt(fn.where(fn.less(sky.time, self.instant), 1.0, -2.0) + x * x)
+        return fn.Vector((0.0, 0.1, 0.0)) * fn.sqrt(
+            fn.where(fn.less(environment.time, self.instant), 1.0, -2.0) + x * x
+        )
 
 
 def test_times_that_lanes_pass_while_another_fails():

@@ -89,7 +89,7 @@ def heyoka_torque(system):
     variables = hy.make_vars("q0", "q1", "q2", "q3", "w1", "w2", "w3")
     symbolic = system.with_numbers(hy.expression(float(x)) for x in system.numbers)
     attitude = pt.Attitude.from_quaternion(variables[:4])
-    torque = symbolic.torque_at(attitude, Vector(variables[4:]), pt.Sky(hy.time))
+    torque = symbolic.torque_at(attitude, Vector(variables[4:]), pt.Environment(hy.time))
     compiled = hy.cfunc([hy.expression(0.0) + component for component in torque], list(variables))
     return lambda q, omega, time: compiled(np.array([*q, *omega]), time=time)
 
@@ -99,14 +99,14 @@ def sympy_torque(system, time):
         return lambda q, omega: np.array(sympy_numbers(system, q, omega, time), dtype=float)
     variables = sympy.symbols("q0:4 w1:4", real=True)
     attitude = pt.Attitude.from_quaternion(variables[:4])
-    torque = system.torque_at(attitude, Vector(variables[4:]), pt.Sky(time))
+    torque = system.torque_at(attitude, Vector(variables[4:]), pt.Environment(time))
     function = sympy.lambdify(variables, list(torque), "numpy")
     return lambda q, omega: np.array(function(*q, *omega), dtype=float)
 
 
 def sympy_numbers(system, q, omega, time):
     q, omega = (Vector(sympy.Float(float(x), 17) for x in vector) for vector in (q, omega))
-    return list(system.torque_at(pt.Attitude.from_quaternion(q), omega, pt.Sky(time)))
+    return list(system.torque_at(pt.Attitude.from_quaternion(q), omega, pt.Environment(time)))
 
 
 @each_body

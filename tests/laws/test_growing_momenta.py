@@ -28,7 +28,7 @@ class Spinning(pt.Torque):
 
     k: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return self.k * omega_body
 
 
@@ -37,8 +37,8 @@ class Swinging(pt.Torque):
 
     k: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        return self.k * functions.sin(sky.time) * omega_body
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return self.k * functions.sin(environment.time) * omega_body
 
 
 class Switched(pt.Torque):
@@ -47,8 +47,8 @@ class Switched(pt.Torque):
     k: float
     end: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        on = functions.where(functions.less(sky.time, self.end), self.k, 0.0)
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        on = functions.where(functions.less(environment.time, self.end), self.k, 0.0)
         return on * omega_body
 
 

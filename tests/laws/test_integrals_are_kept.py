@@ -23,7 +23,7 @@ class Offset(pt.Potential):
     constant: float
     slope: float
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return self.constant + self.slope * attitude.to_body((0.0, 0.0, 1.0))[0]
 
 
@@ -32,8 +32,8 @@ class Breathing(pt.Potential):
 
     constant: float
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
-        return self.constant + 1e-3 * fn.cos(sky.time) * attitude.to_body((0.0, 0.0, 1.0))[0]
+    def energy(self, body, attitude, environment):  # noqa: ARG002
+        return self.constant + 1e-3 * fn.cos(environment.time) * attitude.to_body((0.0, 0.0, 1.0))[0]
 
 
 class Rotor(pt.Torque):
@@ -41,7 +41,7 @@ class Rotor(pt.Torque):
 
     h: pt.Vector
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return fn.cross(self.h, omega_body)
 
 
@@ -50,7 +50,7 @@ class Gyroscopic(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return self.size * fn.cross(attitude.to_body((0, 0, 1)), omega_body)
 
 
@@ -59,7 +59,7 @@ class Sideways(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         g = body.angular_momentum(omega_body)
         return self.size * fn.cross(attitude.to_body((0.6, 0, 0.8)), g)
 
@@ -69,7 +69,7 @@ class AlongSpace(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return attitude.to_body((0, 0, self.size))
 
 

@@ -449,21 +449,21 @@ STATE = BODY.state((1, 0, 0, 0), omega_body=(0.4, -0.3, 0.6))
 THREE = pt.State(np.tile((1.0, 0, 0, 0), (3, 1)), (0, 1, 0, 0))
 ORDER = "The order is free_motion(body, state, times)."
 BAD = {
-    "order": (lambda: pt.free_motion(STATE, BODY, [0]), TypeError, f"body must be a Body, but State came. {ORDER}"),
+    "order": (lambda: pt.free_motion(STATE, BODY, [0]), TypeError, f"body must be a Body, got State. {ORDER}"),
     "system": (
         lambda: pt.free_motion(pt.System(BODY), STATE, [0]),
         TypeError,
-        f"body must be a Body, but System came. {ORDER}",
+        f"body must be a Body, got System. {ORDER}",
     ),
     "class": (
         lambda: pt.free_motion(pt.Body, STATE, [0]),
         TypeError,
-        f"body must be a Body, but the class Body came. {ORDER}",
+        f"body must be a Body, got the class Body. {ORDER}",
     ),
     "times_first": (
         lambda: pt.free_motion(BODY, [0, 1], STATE),
         TypeError,
-        f"state must be a State, but list came. {ORDER}",
+        f"state must be a State, got list. {ORDER}",
     ),
     "equal_times": (
         lambda: pt.free_motion(BODY, STATE, [0, 1, 1, 2]),
@@ -478,12 +478,12 @@ BAD = {
     "no_times": (
         lambda: pt.free_motion(BODY, STATE, []),
         ValueError,
-        "times must not be empty, but shape (0,) came.",
+        "times must not be empty, got shape (0,).",
     ),
     "one_number": (
         lambda: pt.free_motion(BODY, STATE, 1.0),
         ValueError,
-        "times must have shape (n,), but shape () came.",
+        "times must have shape (n,), got shape ().",
     ),
     "infinite_time": (
         lambda: pt.free_motion(BODY, STATE, [0, np.inf]),
@@ -493,12 +493,12 @@ BAD = {
     "words": (
         lambda: pt.free_motion(BODY, STATE, ["now"]),
         TypeError,
-        "times must be real numbers, but list ['now'] came.",
+        "times must be real numbers, got list ['now'].",
     ),
     "members": (
         lambda: pt.free_motion(pt.Body(np.ones((2, 3))), THREE, [0]),
         ValueError,
-        "state and system must have equally many members, but 2 and 3 came.",
+        "state and system must have equally many members, got 2 and 3.",
     ),
     "units": (
         lambda: pt.free_motion(BODY, STATE, [0], units="SI"),

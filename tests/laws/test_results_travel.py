@@ -39,14 +39,14 @@ class Drag(pt.Torque):
 
     coefficient: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return pt.functions.Vector(-self.coefficient * component for component in omega_body)
 
 
 class Runaway(pt.Torque):
     """It makes the rate infinite in a finite time."""
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return pt.functions.Vector(9 * component**3 for component in omega_body)
 
 
@@ -124,7 +124,7 @@ def contents(thing, seen=()):
 
 
 READ = ("quaternion", "conjugate_momenta", "energy", "drift", "integrals", "matrix", "numbers", "structure", "args")
-UNREAD = ("sky", "beside_samples", "origin_of")
+UNREAD = ("environment", "beside_samples", "origin_of")
 
 
 @pytest.mark.parametrize("way", COPIES)
@@ -155,5 +155,5 @@ def test_a_copy_can_be_run_again():
 
 def test_every_result_is_among_them():
     results = {name for name in NOT_CALLED if inspect.isclass(getattr(pt, name)) and name in pt.__all__}
-    bases = {"Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Sky", "Vector"}
+    bases = {"Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Vector"}
     assert results - bases <= RESULTS.keys()

@@ -20,7 +20,7 @@ class Drag(pt.Torque):
 
     coefficient: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         """Return the torque."""
         return -self.coefficient * functions.exp(attitude.to_body((1.0, 0.0, 0.0))[2]) * omega_body
 

@@ -23,9 +23,11 @@ class Turn(pt.Torque):
 
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        inverse = sky.inverse_distance(self.orbit)
-        return attitude.to_body(fn.cross(sky.position(self.orbit), sky.velocity(self.orbit)) * (inverse * inverse))
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        inverse = environment.inverse_distance(self.orbit)
+        return attitude.to_body(
+            fn.cross(environment.position(self.orbit), environment.velocity(self.orbit)) * (inverse * inverse)
+        )
 
 
 def check(orbit, exact_at, times, start, in_space, periapsis, resolved=True):
@@ -37,7 +39,7 @@ def check(orbit, exact_at, times, start, in_space, periapsis, resolved=True):
     still = [pt.UniformGravity(0.0, (1, 0, 0))] * in_space
     state = body.state((0.6, 0.8, 0, 0), omega_body=(0, 0, 0), time=start)
     motion = pt.propagate(pt.System(body, Turn(orbit), *still), state, times)
-    found = np.stack(np.broadcast_arrays(*motion.sky.position(orbit)), axis=-1)
+    found = np.stack(np.broadcast_arrays(*motion.environment.position(orbit)), axis=-1)
     grown = motion.angular_momentum_space @ orbit.normal
     fastest = np.sqrt(MU * orbit.parameter) / orbit.periapsis_distance**2
     longest = np.max(np.abs(times)) + np.max(np.abs(times - periapsis))
@@ -102,7 +104,7 @@ def test_precessing_ellipse(eccentricity, in_space):
     start = pt.Body((1e3, 1.1e3, 1.2e3)).state((0.6, 0.8, 0, 0), omega_body=(0, 0, 0), time=times[0])
     motion = pt.propagate(pt.System(pt.Body((1e3, 1.1e3, 1.2e3)), Turn(orbit), *still), start, times)
     r, v, found = (
-        np.stack(x) for x in (orbit.position_at(times), orbit.velocity_at(times), motion.sky.position(orbit))
+        np.stack(x) for x in (orbit.position_at(times), orbit.velocity_at(times), motion.environment.position(orbit))
     )
     reach = np.linalg.norm(r, axis=0) + np.linalg.norm(v, axis=0) * (np.abs(times) + orbit.period)
     assert np.all(np.linalg.norm(found - r, axis=0) < BOUND * reach)

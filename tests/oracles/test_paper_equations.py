@@ -461,7 +461,7 @@ def test_equation_10_has_the_shipped_equations_of_motion():
 @pytest.mark.parametrize("system", [TOP, SATELLITE], ids=["top", "satellite"])
 def test_potential_of_equation_10_adds_its_gradient_to_the_shipped_equations(system):
     orientation = pt.Attitude(euler.rotation_matrix_from_angles(ANGLES))
-    potential = system.forces[0].energy(system.body, orientation, pt.Sky(0))
+    potential = system.forces[0].energy(system.body, orientation, pt.Environment(0))
     rates, free = (s.derivatives("euler_angles", [*ANGLES, *MOMENTA], 0) for s in (system, FREE))
     assert_trigonometric([a - b for a, b in zip(rates, free, strict=True)], [0, 0, 0, *(-gradient(potential, ANGLES))])
 
@@ -672,7 +672,7 @@ def test_equation_18_energy_of_the_top_is_minus_the_work_of_gravity():
 def test_equation_18_torque_of_the_top_is_that_of_its_weight():
     orientation = pt.Attitude.from_quaternion(q)
     force = orientation.to_body(-weight * THIRD)
-    assert_equal(TOP.torque_at(orientation, omega, pt.Sky(0)), cross(centre, force))
+    assert_equal(TOP.torque_at(orientation, omega, pt.Environment(0)), cross(centre, force))
 
 
 def test_initial_state_of_section_6():
@@ -768,7 +768,7 @@ def test_equation_20_is_the_shipped_energy_along_the_orbit():
 def test_equation_20_energy_and_torque_on_symbols():
     radial = quat.rotate(quat.conjugate(q), x) / distance
     assert_zero([SATELLITE.potential_at(q, 0) - 3 * mu / (2 * distance**3) * dot(radial, MOMENTS * radial)])
-    torque = SATELLITE.torque_at(pt.Attitude.from_quaternion(q), omega, pt.Sky(0))
+    torque = SATELLITE.torque_at(pt.Attitude.from_quaternion(q), omega, pt.Environment(0))
     assert_equal(torque, 3 * mu / distance**3 * cross(radial, MOMENTS * radial))
 
 

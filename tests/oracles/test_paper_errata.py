@@ -407,7 +407,7 @@ def test_E7_the_fourth_moment_acts_on_the_angular_momentum_only_through_the_norm
     torque = -quat.imaginary(quat.product(quat.conjugate(q), slope)) / 2
     assert are_equal(rate, cross(momentum, system.body.omega(momentum)) + torque)
     # The same torque as the package's on the sphere, and |q|^2 times it off the sphere.
-    shipped = system.torque_at(pt.Attitude.from_quaternion(q), omega, pt.Sky(0))
+    shipped = system.torque_at(pt.Attitude.from_quaternion(q), omega, pt.Environment(0))
     assert are_equal(torque, quat.dot(q, q) * shipped, UNIT)
 
 
@@ -471,7 +471,7 @@ def test_E7_the_six_printed_digits_are_not_tangent():
 def test_E8_the_printed_potential_pulls_upwards():
     orientation = pt.Attitude.from_quaternion(q)
     force = orientation.to_body(Vector((0, 0, -weight)))
-    shipped = TOP.torque_at(orientation, omega, pt.Sky(0))
+    shipped = TOP.torque_at(orientation, omega, pt.Environment(0))
     printed = -quat.imaginary(quat.product(quat.conjugate(q), gradient(dot(centre, force), q))) / 2
     assert are_equal(shipped, cross(centre, force))
     assert are_equal(printed, -cross(centre, force), UNIT)

@@ -76,13 +76,14 @@ def gradients(path):
     return pt.GravityGradient(path.from_primary), pt.GravityGradient(path.from_secondary)
 
 
-def synodic(path, sky):
+def synodic(path, environment):
     """Position and velocity from the secondary along the turning axes, (n, 3) each."""
-    turn = path.frame.attitude(sky.time).inv()
+    turn = path.frame.attitude(environment.time).inv()
     r, v = (
-        np.stack(vector, axis=-1) for vector in (sky.position(path.from_secondary), sky.velocity(path.from_secondary))
+        np.stack(vector, axis=-1)
+        for vector in (environment.position(path.from_secondary), environment.velocity(path.from_secondary))
     )
-    return turn.apply(r), turn.apply(v - np.cross(path.frame.omega_space(sky.time), r))
+    return turn.apply(r), turn.apply(v - np.cross(path.frame.omega_space(environment.time), r))
 
 
 # ---------------------------------------------------------------------- published orbits
@@ -107,9 +108,12 @@ def test_published_orbit_closes_and_keeps_its_jacobi_constant(name):
     system = pt.System(BODY, *gradients(path))
     motion = pt.propagate(system, START, np.linspace(0, period, 41))
     by_series = np.stack(path.from_secondary.position_at(motion.times))
-    assert np.max(np.abs(np.stack(motion.sky.position(path.from_secondary)) - by_series)) < 7e-13
-    for sky in (motion.sky, pt.Sky(motion.times)):  # integrated along, and the series for numbers
-        r, v = synodic(path, sky)
+    assert np.max(np.abs(np.stack(motion.environment.position(path.from_secondary)) - by_series)) < 7e-13
+    for environment in (
+        motion.environment,
+        pt.Environment(motion.times),
+    ):  # integrated along, and the series for numbers
+        r, v = synodic(path, environment)
         assert np.max(np.abs(r[-1] - r[0])) < slack
         assert np.max(np.abs(v[-1] - v[0])) < slack
         assert np.max(np.linalg.norm(r - r[0], axis=-1)) > 0.05
@@ -168,7 +172,7 @@ def test_orbit_and_attitude_are_those_of_newton_and_euler(together):
     motion = pt.propagate(pt.System(BODY, *forces), start, times)
     towards = np.stack([np.cos(rate * (times - EPOCH)), np.sin(rate * (times - EPOCH)), 0 * times], axis=-1)
     from_primary = r + barycentre * towards
-    assert np.max(np.abs(np.stack(motion.sky.position(path.from_primary), axis=-1) - from_primary)) < 1e-12
+    assert np.max(np.abs(np.stack(motion.environment.position(path.from_primary), axis=-1) - from_primary)) < 1e-12
     assert np.max(np.abs(np.stack(path.from_primary.position_at(times), axis=-1) - from_primary)) < 2e-12
     assert np.max(np.abs(motion.attitude.as_matrix() - A)) < 1e-12
     assert np.max(np.abs(motion.omega_body - omega)) < 1e-12
@@ -192,8 +196,8 @@ def test_small_motions_have_the_frequencies_of_linear_theory(name):
     path = point.orbit((size, 0, 0.5 * size), (0, -shape * plane * size, 0))
     times = np.linspace(-np.pi / plane, np.pi / plane, 21)
     motion = pt.propagate(pt.System(BODY, *gradients(path)), START, times)
-    for sky in (motion.sky, pt.Sky(times)):
-        moved = (synodic(path, sky)[0] - point.from_secondary.position) / size
+    for environment in (motion.environment, pt.Environment(times)):
+        moved = (synodic(path, environment)[0] - point.from_secondary.position) / size
         expected = [np.cos(plane * times), -shape * np.sin(plane * times), 0.5 * np.cos(normal * times)]
         assert np.max(np.abs(moved - np.stack(expected, axis=-1))) < 2e-5
 
@@ -203,7 +207,7 @@ def test_body_left_at_a_triangular_point_stays_there(name):
     point = pt.LagrangePoint(1 - EARTH_MOON, EARTH_MOON, 1.0, name, epoch=0.4)
     path, times = point.orbit(), np.linspace(-5, 10, 16)
     motion = pt.propagate(pt.System(BODY, *gradients(path)), START, times)
-    r, v = synodic(path, motion.sky)
+    r, v = synodic(path, motion.environment)
     assert np.max(np.abs(r - point.from_secondary.position)) < 3e-14
     assert np.max(np.abs(v)) < 3e-14
     held = pt.propagate(pt.System(BODY, *gradients(point)), START, times)

@@ -1,4 +1,4 @@
-"""Every wrong input gives one sentence: `{name} must {rule}, but {what came}. {hint}`."""
+"""Every wrong input gives one sentence: `{name} must {rule}, got {what}. {hint}`."""
 
 import math
 import re
@@ -126,68 +126,68 @@ def test_numbers_must_be_finite(name):
 
 
 NOT_REAL = {
-    "words": (lambda: pt.Body("abc"), "moments must be real numbers, but str 'abc' came."),
+    "words": (lambda: pt.Body("abc"), "moments must be real numbers, got str 'abc'."),
     "digits_in_words": (
         lambda: pt.Body(("1", "1", "1")),
-        "moments must be real numbers, but tuple ('1', '1', '1') came.",
+        "moments must be real numbers, got tuple ('1', '1', '1').",
     ),
-    "nothing": (lambda: pt.Body(None), "moments must be real numbers, but NoneType None came."),
-    "truths": (lambda: pt.Body((True, True, True)), "moments must be real numbers, but tuple (True, True, True) came."),
+    "nothing": (lambda: pt.Body(None), "moments must be real numbers, got NoneType None."),
+    "truths": (lambda: pt.Body((True, True, True)), "moments must be real numbers, got tuple (True, True, True)."),
     "array_of_truths": (
         lambda: pt.Body(np.array([True, True, True])),
-        "moments must be real numbers, but ndarray array([ True,  True,  True]) came.",
+        "moments must be real numbers, got ndarray array([ True,  True,  True]).",
     ),
-    "complex": (lambda: pt.Body((1j, 1, 1)), "moments must be real numbers, but tuple (1j, 1, 1) came."),
+    "complex": (lambda: pt.Body((1j, 1, 1)), "moments must be real numbers, got tuple (1j, 1, 1)."),
     "complex_array": (
         lambda: pt.Body(np.array([1 + 0j, 1, 1])),
-        "moments must be real numbers, but ndarray array([1.+0.j, 1.+0.j, 1.+0.j]) came.",
+        "moments must be real numbers, got ndarray array([1.+0.j, 1.+0.j, 1.+0.j]).",
     ),
-    "ragged": (lambda: pt.Body(((1, 2), (1,))), "moments must be real numbers, but tuple ((1, 2), (1,)) came."),
+    "ragged": (lambda: pt.Body(((1, 2), (1,))), "moments must be real numbers, got tuple ((1, 2), (1,))."),
     "long": (
         lambda: pt.Body("a" * 100),
-        "moments must be real numbers, but str 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa... came.",
+        "moments must be real numbers, got str 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa....",
     ),
-    "word_for_mass": (lambda: pt.Body.cylinder("1", 1, 1), "mass must be real numbers, but str '1' came."),
-    "truth_for_mass": (lambda: pt.Body.cylinder(True, 1, 1), "mass must be real numbers, but bool True came."),
-    "word_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), "0"), "time must be real numbers, but str '0' came."),
-    "truth_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), True), "time must be real numbers, but bool True came."),
+    "word_for_mass": (lambda: pt.Body.cylinder("1", 1, 1), "mass must be real numbers, got str '1'."),
+    "truth_for_mass": (lambda: pt.Body.cylinder(True, 1, 1), "mass must be real numbers, got bool True."),
+    "word_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), "0"), "time must be real numbers, got str '0'."),
+    "truth_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), True), "time must be real numbers, got bool True."),
     "word_for_time_in_a_frame": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), time="a", frame=ORBIT.frame),
-        "time must be a number, but 'a' came. A date becomes one: orbit.calendar.time(date).",
+        "time must be a number, got 'a'. A date becomes one: orbit.calendar.time(date).",
     ),
     "word_for_attitude": (
         lambda: BODY.state("x", omega_body=(1, 0, 0)),
-        "attitude must be real numbers, but str 'x' came.",
+        "attitude must be real numbers, got str 'x'.",
     ),
     "word_for_projected": (
         lambda: pt.project_to_tangent("a", (0, 1, 0, 0)),
-        "quaternion must be real numbers, but str 'a' came.",
+        "quaternion must be real numbers, got str 'a'.",
     ),
-    "word_for_weight": (lambda: pt.UniformGravity("1", (1, 0, 0)), "weight must be real numbers, but str '1' came."),
+    "word_for_weight": (lambda: pt.UniformGravity("1", (1, 0, 0)), "weight must be real numbers, got str '1'."),
     "truth_for_weight": (
         lambda: pt.UniformGravity(True, (1, 0, 0)),
-        "weight must be real numbers, but bool True came.",
+        "weight must be real numbers, got bool True.",
     ),
     "complex_for_weight": (
         lambda: pt.UniformGravity(1j, (1, 0, 0)),
-        "weight must be real numbers, but complex 1j came.",
+        "weight must be real numbers, got complex 1j.",
     ),
-    "word_for_mu": (lambda: kepler(mu="earth"), "mu must be real numbers, but str 'earth' came."),
+    "word_for_mu": (lambda: kepler(mu="earth"), "mu must be real numbers, got str 'earth'."),
     "truth_for_eccentricity": (
         lambda: kepler(eccentricity=False),
-        "eccentricity must be real numbers, but bool False came.",
+        "eccentricity must be real numbers, got bool False.",
     ),
-    "word_for_times": (lambda: run("abc"), "times must be real numbers, but str 'abc' came."),
-    "nothing_for_times": (lambda: run(None), "times must be real numbers, but NoneType None came."),
-    "truths_for_times": (lambda: run([False, True]), "times must be real numbers, but list [False, True] came."),
-    "words_for_times": (lambda: run(["0", "1"]), "times must be real numbers, but list ['0', '1'] came."),
-    "complex_for_times": (lambda: run([0, 1j]), "times must be real numbers, but list [0, 1j] came."),
-    "word_for_tolerance": (lambda: run(tolerance="a"), "tolerance must be real numbers, but str 'a' came."),
-    "truth_for_tolerance": (lambda: run(tolerance=True), "tolerance must be real numbers, but bool True came."),
-    "word_for_called_time": (lambda: dense("a"), "time must be real numbers, but str 'a' came."),
-    "truth_for_called_time": (lambda: dense(True), "time must be real numbers, but bool True came."),
-    "word_for_epoch": (lambda: pt.RotatingFrame(ONE, (0, 0, 1), "a"), "epoch must be real numbers, but str 'a' came."),
-    "word_for_matrix": (lambda: quaternion_from_matrix("a"), "matrix must be real numbers, but str 'a' came."),
+    "word_for_times": (lambda: run("abc"), "times must be real numbers, got str 'abc'."),
+    "nothing_for_times": (lambda: run(None), "times must be real numbers, got NoneType None."),
+    "truths_for_times": (lambda: run([False, True]), "times must be real numbers, got list [False, True]."),
+    "words_for_times": (lambda: run(["0", "1"]), "times must be real numbers, got list ['0', '1']."),
+    "complex_for_times": (lambda: run([0, 1j]), "times must be real numbers, got list [0, 1j]."),
+    "word_for_tolerance": (lambda: run(tolerance="a"), "tolerance must be real numbers, got str 'a'."),
+    "truth_for_tolerance": (lambda: run(tolerance=True), "tolerance must be real numbers, got bool True."),
+    "word_for_called_time": (lambda: dense("a"), "time must be real numbers, got str 'a'."),
+    "truth_for_called_time": (lambda: dense(True), "time must be real numbers, got bool True."),
+    "word_for_epoch": (lambda: pt.RotatingFrame(ONE, (0, 0, 1), "a"), "epoch must be real numbers, got str 'a'."),
+    "word_for_matrix": (lambda: quaternion_from_matrix("a"), "matrix must be real numbers, got str 'a'."),
 }
 
 
@@ -200,80 +200,80 @@ def test_numbers_must_be_real(name):
 # ---------------------------------------------------------------------- shapes
 
 WRONG_SHAPE = {
-    "moments": (lambda: pt.Body((1, 1)), "moments must have shape (3,) or (members, 3), but shape (2,) came."),
-    "one_moment": (lambda: pt.Body(1.0), "moments must have shape (3,) or (members, 3), but shape () came."),
+    "moments": (lambda: pt.Body((1, 1)), "moments must have shape (3,) or (members, 3), got shape (2,)."),
+    "one_moment": (lambda: pt.Body(1.0), "moments must have shape (3,) or (members, 3), got shape ()."),
     "moments_of_rank_3": (
         lambda: pt.Body(np.ones((2, 2, 3))),
-        "moments must have shape (3,) or (members, 3), but shape (2, 2, 3) came.",
+        "moments must have shape (3,) or (members, 3), got shape (2, 2, 3).",
     ),
     "no_members": (
         lambda: pt.Body(np.empty((0, 3))),
-        "moments must have shape (3,) or (members, 3), but shape (0, 3) came.",
+        "moments must have shape (3,) or (members, 3), got shape (0, 3).",
     ),
-    "tensor": (lambda: pt.Body.from_inertia((1, 2, 3)), "tensor must have shape (3, 3), but shape (3,) came."),
-    "semiaxes": (lambda: pt.Body.ellipsoid(1, (1, 1)), "semiaxes must have shape (3,), but shape (2,) came."),
-    "mass": (lambda: pt.Body.cylinder((1, 2), 1, 1), "mass must have shape (), but shape (2,) came."),
+    "tensor": (lambda: pt.Body.from_inertia((1, 2, 3)), "tensor must have shape (3, 3), got shape (3,)."),
+    "semiaxes": (lambda: pt.Body.ellipsoid(1, (1, 1)), "semiaxes must have shape (3,), got shape (2,)."),
+    "mass": (lambda: pt.Body.cylinder((1, 2), 1, 1), "mass must have shape (), got shape (2,)."),
     "positions": (
         lambda: pt.Body.point_masses((1, 1), ((1, 0, 0),)),
-        "positions must have shape (2, 3), but shape (1, 3) came.",
+        "positions must have shape (2, 3), got shape (1, 3).",
     ),
     "no_masses": (
         lambda: pt.Body.point_masses((), np.empty((0, 3))),
-        "masses must not be empty, but shape (0,) came.",
+        "masses must not be empty, got shape (0,).",
     ),
     "quaternion": (
         lambda: pt.State((1, 0, 0), (0, 1, 0, 0)),
-        "quaternion must have shape (4,) or (members, 4), but shape (3,) came.",
+        "quaternion must have shape (4,) or (members, 4), got shape (3,).",
     ),
     "conjugate_momenta": (
         lambda: pt.State(ONE, (0, 1, 0)),
-        "conjugate_momenta must have shape (4,) or (members, 4), but shape (3,) came.",
+        "conjugate_momenta must have shape (4,) or (members, 4), got shape (3,).",
     ),
     "unequal_members": (
         lambda: pt.State([ONE] * 3, [(0, 1, 0, 0)] * 2),
-        "conjugate_momenta must have as many members as quaternion, but 2 and 3 came.",
+        "conjugate_momenta must have as many members as quaternion, got 2 and 3.",
     ),
     "unequal_times": (
         lambda: pt.State([ONE] * 3, [(0, 1, 0, 0)] * 3, (0, 1)),
-        "time must have as many members as quaternion, but 2 and 3 came.",
+        "time must have as many members as quaternion, got 2 and 3.",
     ),
     "angles": (
         lambda: pt.State.from_euler((0, 1), (1, 2, 3)),
-        "angles must have shape (3,) or (members, 3), but shape (2,) came.",
+        "angles must have shape (3,) or (members, 3), got shape (2,).",
     ),
     "matrix_for_attitude": (
         lambda: BODY.state(np.eye(3), omega_body=(1, 0, 0)),
-        "attitude must have shape (4,) or (members, 4), but shape (3, 3) came.",
+        "attitude must have shape (4,) or (members, 4), got shape (3, 3).",
     ),
     "omega_body": (
         lambda: BODY.state(ONE, omega_body=(1, 0)),
-        "omega_body must have shape (3,) or (members, 3), but shape (2,) came.",
+        "omega_body must have shape (3,) or (members, 3), got shape (2,).",
     ),
     "projected": (
         lambda: pt.project_to_tangent((1, 0, 0), (0, 1, 0, 0)),
-        "quaternion must have shape (4,) or (members, 4), but shape (3,) came.",
+        "quaternion must have shape (4,) or (members, 4), got shape (3,).",
     ),
     "projected_momenta": (
         lambda: pt.project_to_tangent(ONE, (0, 1, 0)),
-        "conjugate_momenta must have shape (4,) or (members, 4), but shape (3,) came.",
+        "conjugate_momenta must have shape (4,) or (members, 4), got shape (3,).",
     ),
     "swapped_parameters": (
         lambda: pt.UniformGravity((1, 0, 0), 0.5),
-        "center_of_mass must have shape (3,) or (members, 3), but shape () came.",
+        "center_of_mass must have shape (3,) or (members, 3), got shape ().",
     ),
     "position_of_from_vectors": (
         lambda: pt.KeplerOrbit.from_vectors(1, (1, 0), (0, 1, 0)),
-        "position must have shape (3,), but shape (2,) came.",
+        "position must have shape (3,), got shape (2,).",
     ),
     "rate_of_a_frame": (
         lambda: pt.RotatingFrame(ONE, (0, 1)),
-        "omega_space must have shape (3,), but shape (2,) came.",
+        "omega_space must have shape (3,), got shape (2,).",
     ),
-    "one_time": (lambda: run(3.0), "times must have shape (n,), but shape () came."),
-    "times_of_rank_2": (lambda: run([[0, 1]]), "times must have shape (n,), but shape (1, 2) came."),
-    "two_tolerances": (lambda: run(tolerance=(1e-3, 1e-4)), "tolerance must have shape (), but shape (2,) came."),
-    "matrix": (lambda: quaternion_from_matrix(np.eye(2)), "matrix must have shape (..., 3, 3), but shape (2, 2) came."),
-    "no_matrix": (lambda: quaternion_from_matrix(3.0), "matrix must have shape (..., 3, 3), but shape () came."),
+    "one_time": (lambda: run(3.0), "times must have shape (n,), got shape ()."),
+    "times_of_rank_2": (lambda: run([[0, 1]]), "times must have shape (n,), got shape (1, 2)."),
+    "two_tolerances": (lambda: run(tolerance=(1e-3, 1e-4)), "tolerance must have shape (), got shape (2,)."),
+    "matrix": (lambda: quaternion_from_matrix(np.eye(2)), "matrix must have shape (..., 3, 3), got shape (2, 2)."),
+    "no_matrix": (lambda: quaternion_from_matrix(3.0), "matrix must have shape (..., 3, 3), got shape ()."),
 }
 
 
@@ -287,8 +287,8 @@ def test_shapes_must_be_the_stated_ones(name):
 
 NO_BODY = "No rigid body has these moments."
 IMPOSSIBLE_BODIES = {
-    "negative_moment": (lambda: pt.Body((1, -1, 1)), "moments must be positive, but -1.0 came."),
-    "zero_moment": (lambda: pt.Body((1, 0, 1)), "moments must be positive, but 0.0 came."),
+    "negative_moment": (lambda: pt.Body((1, -1, 1)), "moments must be positive, got -1.0."),
+    "zero_moment": (lambda: pt.Body((1, 0, 1)), "moments must be positive, got 0.0."),
     "triangle": (
         lambda: pt.Body((3, 1, 1.5)),
         f"moments must satisfy the triangle inequality, but 3.0 > 1.0 + 1.5. {NO_BODY}",
@@ -309,17 +309,17 @@ IMPOSSIBLE_BODIES = {
         lambda: pt.Body.from_inertia([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]),
         "tensor must be symmetric, but it differs from its transpose by 0.1.",
     ),
-    "ellipsoid": (lambda: pt.Body.ellipsoid(1, (1, 0, 1)), "semiaxes must be positive, but 0.0 came."),
-    "mass_of_ellipsoid": (lambda: pt.Body.ellipsoid(-1, (1, 1, 1)), "mass must be positive, but -1.0 came."),
-    "box": (lambda: pt.Body.box(1, (1, -1, 1)), "sides must be positive, but -1.0 came."),
-    "radius": (lambda: pt.Body.cylinder(1, 0, 1), "radius must be positive, but 0.0 came."),
-    "height": (lambda: pt.Body.cylinder(1, 1, -2), "height must be positive, but -2.0 came."),
-    "mass_of_cylinder": (lambda: pt.Body.cylinder(0, 1, 1), "mass must be positive, but 0.0 came."),
+    "ellipsoid": (lambda: pt.Body.ellipsoid(1, (1, 0, 1)), "semiaxes must be positive, got 0.0."),
+    "mass_of_ellipsoid": (lambda: pt.Body.ellipsoid(-1, (1, 1, 1)), "mass must be positive, got -1.0."),
+    "box": (lambda: pt.Body.box(1, (1, -1, 1)), "sides must be positive, got -1.0."),
+    "radius": (lambda: pt.Body.cylinder(1, 0, 1), "radius must be positive, got 0.0."),
+    "height": (lambda: pt.Body.cylinder(1, 1, -2), "height must be positive, got -2.0."),
+    "mass_of_cylinder": (lambda: pt.Body.cylinder(0, 1, 1), "mass must be positive, got 0.0."),
     "point_masses": (
         lambda: pt.Body.point_masses((1, -3), ((1, 0, 0), (0, 1, 0))),
-        "masses must be positive, but -3.0 came.",
+        "masses must be positive, got -3.0.",
     ),
-    "one_point": (lambda: pt.Body.point_masses((1,), ((1, 0, 0),)), "moments must be positive, but 0.0 came."),
+    "one_point": (lambda: pt.Body.point_masses((1,), ((1, 0, 0),)), "moments must be positive, got 0.0."),
 }
 
 
@@ -415,31 +415,31 @@ def test_momenta_just_inside_the_slack_are_taken():
 FORCES_AND_ORBITS = {
     "weight": (
         lambda: pt.UniformGravity(-1.5, (1, 0, 0)),
-        "weight must not be negative, but -1.5 came. Gravity acts along -s3; turn center_of_mass.",
+        "weight must not be negative, got -1.5. Gravity acts along -s3; turn center_of_mass.",
     ),
     "parabola": (
         lambda: kepler(eccentricity=1.0),
-        "eccentricity must be in [0, 1), but 1.0 came. A Kepler orbit is an ellipse.",
+        "eccentricity must be in [0, 1), got 1.0. A Kepler orbit is an ellipse.",
     ),
     "hyperbola": (
         lambda: kepler(eccentricity=1.5),
-        "eccentricity must be in [0, 1), but 1.5 came. A Kepler orbit is an ellipse.",
+        "eccentricity must be in [0, 1), got 1.5. A Kepler orbit is an ellipse.",
     ),
     "negative_eccentricity": (
         lambda: kepler(eccentricity=-0.1),
-        "eccentricity must be in [0, 1), but -0.1 came. A Kepler orbit is an ellipse.",
+        "eccentricity must be in [0, 1), got -0.1. A Kepler orbit is an ellipse.",
     ),
     "eccentricity_of_a_member": (
         lambda: kepler(eccentricity=[0.1, 1.2]),
-        "eccentricity must be in [0, 1), but 1.2 came. A Kepler orbit is an ellipse.",
+        "eccentricity must be in [0, 1), got 1.2. A Kepler orbit is an ellipse.",
     ),
-    "mu": (lambda: kepler(mu=0), "mu must be positive, but 0.0 came."),
-    "semimajor_axis": (lambda: kepler(semimajor_axis=-2), "semimajor_axis must be positive, but -2.0 came."),
+    "mu": (lambda: kepler(mu=0), "mu must be positive, got 0.0."),
+    "semimajor_axis": (lambda: kepler(semimajor_axis=-2), "semimajor_axis must be positive, got -2.0."),
     "fixed_point_at_zero": (
         lambda: pt.FixedPoint((0, 0, 0), 1),
         "position must not be zero, but the body is at the attractor.",
     ),
-    "mu_of_a_fixed_point": (lambda: pt.FixedPoint((1, 0, 0), -1), "mu must be positive, but -1.0 came."),
+    "mu_of_a_fixed_point": (lambda: pt.FixedPoint((1, 0, 0), -1), "mu must be positive, got -1.0."),
     "frame_of_a_fixed_point": (
         lambda: pt.FixedPoint((1, 0, 0), 1).frame,
         "orbit must move to have a frame, but FixedPoint has no velocity.",
@@ -462,7 +462,7 @@ FORCES_AND_ORBITS = {
     ),
     "repelling_mu_of_vectors": (
         lambda: pt.KeplerOrbit.from_vectors(-1, (1, 0, 0), (0, 1, 0)),
-        "mu must be positive, but -1.0 came.",
+        "mu must be positive, got -1.0.",
     ),
 }
 
@@ -476,24 +476,24 @@ def test_forces_and_orbits_must_be_physical(name):
 # ---------------------------------------------------------------------- choices and times
 
 CHOICES = {
-    "sequence_of_letters": (lambda: STATE.euler("zxz"), f"sequence must be one of {SEQUENCES}, but 'zxz' came."),
-    "sequence_that_repeats": (lambda: STATE.euler("113"), f"sequence must be one of {SEQUENCES}, but '113' came."),
+    "sequence_of_letters": (lambda: STATE.euler("zxz"), f"sequence must be one of {SEQUENCES}, got 'zxz'."),
+    "sequence_that_repeats": (lambda: STATE.euler("113"), f"sequence must be one of {SEQUENCES}, got '113'."),
     "sequence_of_from_euler": (
         lambda: pt.State.from_euler((0, 1, 0), (1, 2, 3), "12"),
-        f"sequence must be one of {SEQUENCES}, but '12' came.",
+        f"sequence must be one of {SEQUENCES}, got '12'.",
     ),
     "formulation": (
         lambda: run(formulation="quaternion"),
-        "formulation must be one of lie_poisson, canonical, euler_angles, planar, but 'quaternion' came.",
+        "formulation must be one of lie_poisson, canonical, euler_angles, planar, got 'quaternion'.",
     ),
     "precision": (
         lambda: run(precision="half"),
-        "precision must be one of double, extended, quadruple, but 'half' came.",
+        "precision must be one of double, extended, quadruple, got 'half'.",
     ),
-    "zero_tolerance": (lambda: run(tolerance=0), "tolerance must be between 0 and 1, but 0.0 came."),
-    "negative_tolerance": (lambda: run(tolerance=-1e-9), "tolerance must be between 0 and 1, but -1e-09 came."),
-    "large_tolerance": (lambda: run(tolerance=1), "tolerance must be between 0 and 1, but 1.0 came."),
-    "no_times": (lambda: run([]), "times must not be empty, but shape (0,) came."),
+    "zero_tolerance": (lambda: run(tolerance=0), "tolerance must be between 0 and 1, got 0.0."),
+    "negative_tolerance": (lambda: run(tolerance=-1e-9), "tolerance must be between 0 and 1, got -1e-09."),
+    "large_tolerance": (lambda: run(tolerance=1), "tolerance must be between 0 and 1, got 1.0."),
+    "no_times": (lambda: run([]), "times must not be empty, got shape (0,)."),
     "equal_times": (lambda: run([0, 1, 2, 2, 3]), "times must be strictly monotonic, but times[2] = times[3] = 2.0."),
     "equal_first_times": (lambda: run([1, 1]), "times must be strictly monotonic, but times[0] = times[1] = 1.0."),
     "times_that_turn": (
@@ -519,21 +519,21 @@ CHOICES = {
         "the second angle of sequence 123 must stay away from its singularity, but |cos| = 6.1e-17 there. "
         "Use another sequence.",
     ),
-    "nothing_given": (lambda: BODY.state(ONE), f"state must have exactly one of {FOUR}, but none came."),
+    "nothing_given": (lambda: BODY.state(ONE), f"state must have exactly one of {FOUR}, got none."),
     "two_given": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), angular_momentum_space=(1, 0, 0)),
-        f"state must have exactly one of {FOUR}, but omega_body and angular_momentum_space came.",
+        f"state must have exactly one of {FOUR}, got omega_body and angular_momentum_space.",
     ),
     "momentum_with_a_frame": (
         lambda: BODY.state(ONE, angular_momentum_body=(1, 0, 0), frame=FRAME),
-        "a rate relative to a frame must be omega_body or omega_space, but angular_momentum_body came.",
+        "a rate relative to a frame must be omega_body or omega_space, got angular_momentum_body.",
     ),
     "called_without_dense_output": (
         lambda: run()(0.5),
         "a trajectory must have dense output to be called, but it has none. Propagate one body with dense=True.",
     ),
-    "called_outside": (lambda: dense(2.5), "time must lie within [0, 2], but 2.5 came."),
-    "units": (lambda: pt.System(BODY, units={"mass": "kg"}), "units must name 'time' and 'inertia', but 'mass' came."),
+    "called_outside": (lambda: dense(2.5), "time must lie within [0, 2], got 2.5."),
+    "units": (lambda: pt.System(BODY, units={"mass": "kg"}), "units must name 'time' and 'inertia', got 'mass'."),
 }
 
 
@@ -551,14 +551,14 @@ NO_FRAME = "An orbit has one: orbit.frame."
 class Undeclared(pt.Potential):
     table: dict
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return 0.0
 
 
 class Anything(pt.Potential):
     thing: Any
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return 0.0
 
 
@@ -566,7 +566,7 @@ class Degree(pt.Potential):
     degree: int
     table: Annotated[Any, (2, 2)]
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return 0.0 * attitude.to_body((0, 0, 1))[0]
 
 
@@ -574,70 +574,70 @@ DECLARED = "must be declared as float, Vector, Annotated[Any, shape], int, bool,
 KINDS = {
     "state_before_system": (
         lambda: pt.propagate(STATE, SYSTEM, (0, 1)),
-        "system must be a System, but State came. The order is propagate(system, state, times).",
+        "system must be a System, got State. The order is propagate(system, state, times).",
     ),
     "body_for_system": (
         lambda: pt.propagate(BODY, STATE, (0, 1)),
-        "system must be a System, but Body came. The order is propagate(system, state, times).",
+        "system must be a System, got Body. The order is propagate(system, state, times).",
     ),
     "times_before_state": (
         lambda: pt.propagate(SYSTEM, (0, 1), STATE),
-        "state must be a State, but tuple came. The order is propagate(system, state, times).",
+        "state must be a State, got tuple. The order is propagate(system, state, times).",
     ),
     "force_before_body": (
         lambda: pt.System(pt.UniformGravity(1, (1, 0, 0)), BODY),
-        "body must be a Body, but UniformGravity came. The order is System(body, *forces).",
+        "body must be a Body, got UniformGravity. The order is System(body, *forces).",
     ),
     "class_for_body": (
         lambda: pt.System(pt.Body),
-        "body must be a Body, but the class Body came. The order is System(body, *forces).",
+        "body must be a Body, got the class Body. The order is System(body, *forces).",
     ),
     "class_for_force": (
         lambda: pt.System(BODY, pt.UniformGravity),
-        "a force must be an instance, but the class UniformGravity came. Write UniformGravity(...).",
+        "a force must be an instance, got the class UniformGravity. Write UniformGravity(...).",
     ),
     "word_for_force": (
         lambda: pt.System(BODY, "gravity"),
-        "a force must be a Potential or a Torque, but str came.",
+        "a force must be a Potential or a Torque, got str.",
     ),
     "list_of_forces": (
         lambda: pt.System(BODY, [1.0]),
-        "a force must be a Potential or a Torque, but list came.",
+        "a force must be a Potential or a Torque, got list.",
     ),
     "orbit_for_force": (
         lambda: pt.System(BODY, ORBIT),
-        "a force must be a Potential or a Torque, but KeplerOrbit came.",
+        "a force must be a Potential or a Torque, got KeplerOrbit.",
     ),
     "sequence_as_a_number": (lambda: STATE.euler(313), "sequence must be a text, got int 313."),
     "formulation_as_a_list": (lambda: run(formulation=["canonical"]), "formulation must be a text, got list."),
     "precision_as_a_list": (lambda: run(precision=["double"]), "precision must be a text, got list."),
-    "number_for_orbit": (lambda: pt.GravityGradient(3), "orbit must be an Orbit, but int came."),
+    "number_for_orbit": (lambda: pt.GravityGradient(3), "orbit must be an Orbit, got int."),
     "class_for_orbit": (
         lambda: pt.GravityGradient(pt.KeplerOrbit),
-        "orbit must be an Orbit, but the class KeplerOrbit came.",
+        "orbit must be an Orbit, got the class KeplerOrbit.",
     ),
     "frame_of_state": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), frame=3),
-        f"frame must be a Frame, but int came. {NO_FRAME}",
+        f"frame must be a Frame, got int. {NO_FRAME}",
     ),
     "orbit_for_frame_of_state": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), frame=ORBIT),
-        f"frame must be a Frame, but KeplerOrbit came. {NO_FRAME}",
+        f"frame must be a Frame, got KeplerOrbit. {NO_FRAME}",
     ),
     "class_for_frame_of_state": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), frame=pt.RotatingFrame),
-        f"frame must be a Frame, but the class RotatingFrame came. {NO_FRAME}",
+        f"frame must be a Frame, got the class RotatingFrame. {NO_FRAME}",
     ),
-    "frame": (lambda: run().relative_to(3), f"frame must be a Frame, but int came. {NO_FRAME}"),
-    "orbit_for_frame": (lambda: run().relative_to(ORBIT), f"frame must be a Frame, but KeplerOrbit came. {NO_FRAME}"),
+    "frame": (lambda: run().relative_to(3), f"frame must be a Frame, got int. {NO_FRAME}"),
+    "orbit_for_frame": (lambda: run().relative_to(ORBIT), f"frame must be a Frame, got KeplerOrbit. {NO_FRAME}"),
     "class_for_frame": (
         lambda: run().relative_to(pt.RotatingFrame),
-        f"frame must be a Frame, but the class RotatingFrame came. {NO_FRAME}",
+        f"frame must be a Frame, got the class RotatingFrame. {NO_FRAME}",
     ),
     "dict_as_a_field": (lambda: Undeclared({}), f"Undeclared.table {DECLARED} <class 'dict'>."),
     "any_as_a_field": (lambda: Anything(1.0), f"Anything.thing {DECLARED} typing.Any."),
-    "float_for_int": (lambda: Degree(2.0, np.eye(2)), "degree must be an int, but float came."),
-    "truth_for_int": (lambda: Degree(True, np.eye(2)), "degree must be an int, but bool came."),
+    "float_for_int": (lambda: Degree(2.0, np.eye(2)), "degree must be an int, got float."),
+    "truth_for_int": (lambda: Degree(True, np.eye(2)), "degree must be an int, got bool."),
     "unit_that_is_no_name": (
         lambda: pt.System(BODY, units={"time": 3}),
         "units must be words, but units['time'] = 3.",
@@ -653,7 +653,7 @@ def test_arguments_must_be_of_their_kind(name):
 
 def test_a_table_has_its_declared_shape():
     with pytest.raises(
-        ValueError, match=r"^table must have shape \(2, 2\) or \(members, 2, 2\), but shape \(3, 2\) came\.$"
+        ValueError, match=r"^table must have shape \(2, 2\) or \(members, 2, 2\), got shape \(3, 2\)\.$"
     ):
         Degree(2, np.ones((3, 2)))
 
@@ -667,7 +667,7 @@ def potential(formula):
     class Formula(pt.Potential):
         size: float
 
-        def energy(self, body, attitude, sky):  # noqa: ARG002
+        def energy(self, body, attitude, environment):  # noqa: ARG002
             return formula(self.size, attitude.to_body((0, 0, 1)))
 
     return Formula(2.0)
@@ -679,7 +679,7 @@ def torque(formula):
     class Formula(pt.Torque):
         size: float
 
-        def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
             return formula(self.size, omega_body)
 
     return Formula(2.0)
@@ -693,22 +693,22 @@ BRANCH = (
     "the formula of Formula must not branch with `if` on a value, but it does. "
     "Write poinsot.functions.where(condition, a, b)."
 )
-THREE = "the torque of Formula must be three components along the body axes, but"
+THREE = "the torque of Formula must be three components along the body axes, got"
 FORMULAS = {
     "energy_that_is_a_vector": (
         potential(lambda _, up: up),
-        "the energy of Formula must be one scalar, but 3 components came.",
+        "the energy of Formula must be one scalar, got 3 components.",
     ),
     "energy_that_is_a_tuple": (
         potential(lambda size, up: (size, up[0])),
-        "the energy of Formula must be one scalar, but 2 components came.",
+        "the energy of Formula must be one scalar, got 2 components.",
     ),
-    "energy_that_is_nothing": (potential(lambda *_: None), "the energy of Formula must be one scalar, but None came."),
-    "torque_that_is_a_scalar": (torque(lambda size, _: size), f"{THREE} a scalar came."),
-    "torque_that_is_a_number": (torque(lambda *_: 0.0), f"{THREE} a scalar came."),
-    "torque_of_four": (torque(lambda size, _: (size,) * 4), f"{THREE} 4 components came."),
-    "torque_of_two": (torque(lambda size, _: (size, 0.0)), f"{THREE} 2 components came."),
-    "torque_that_is_nothing": (torque(lambda *_: None), f"{THREE} None came."),
+    "energy_that_is_nothing": (potential(lambda *_: None), "the energy of Formula must be one scalar, got None."),
+    "torque_that_is_a_scalar": (torque(lambda size, _: size), f"{THREE} a scalar."),
+    "torque_that_is_a_number": (torque(lambda *_: 0.0), f"{THREE} a scalar."),
+    "torque_of_four": (torque(lambda size, _: (size,) * 4), f"{THREE} 4 components."),
+    "torque_of_two": (torque(lambda size, _: (size, 0.0)), f"{THREE} 2 components."),
+    "torque_that_is_nothing": (torque(lambda *_: None), f"{THREE} None."),
     "if_on_a_parameter": (potential(lambda size, up: branch(size, up[0], up[1])), BRANCH),
     "if_on_a_component": (potential(lambda size, up: branch(up[2], size, 0.0)), BRANCH),
     "max_of_components": (potential(lambda _, up: max(up[0], up[1])), BRANCH),
@@ -788,7 +788,7 @@ def test_an_if_on_structure_is_no_mistake():
         degree: int
         size: float
 
-        def energy(self, body, attitude, sky):  # noqa: ARG002
+        def energy(self, body, attitude, environment):  # noqa: ARG002
             up = attitude.to_body((0, 0, 1))[0]
             return self.size * (up if self.degree == 1 else up**2)
 
@@ -801,8 +801,8 @@ def test_an_if_on_structure_is_no_mistake():
 class Pole(pt.Torque):
     instant: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        pole = 1 / (self.instant - sky.time) ** 2
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        pole = 1 / (self.instant - environment.time) ** 2
         return functions.Vector((pole, 0 * pole, 0 * pole))
 
 
@@ -848,28 +848,28 @@ def test_files_and_pictures_are_of_trajectories(tmp_path):
         "order": (
             lambda: pt.save("m.nc", motion),
             TypeError,
-            "motion must be a Trajectory, but str came. The order is save(motion, path).",
+            "motion must be a Trajectory, got str. The order is save(motion, path).",
         ),
         "suffix": (
             lambda: pt.save(motion, "motion.txt"),
             ValueError,
-            "path must end in .nc or .zarr, but 'motion.txt' came.",
+            "path must end in .nc or .zarr, got 'motion.txt'.",
         ),
         "folder": (
             lambda: pt.save(motion, gone / "m.nc"),
             FileNotFoundError,
             f"path must be in a folder that exists, but there is no {gone}.",
         ),
-        "picture": (lambda: pt.plot_quaternions(3), TypeError, "motion must be a Trajectory, but int came."),
+        "picture": (lambda: pt.plot_quaternions(3), TypeError, "motion must be a Trajectory, got int."),
         "units": (
             lambda: pt.System(BODY, units="SI"),
             TypeError,
-            'units must be a mapping such as {"time": "s"}, but str came.',
+            'units must be a mapping such as {"time": "s"}, got str.',
         ),
         "omega": (
             lambda: BODY.omega((1, 2)),
             ValueError,
-            "angular_momentum_body must have shape (..., 3), but shape (2,) came.",
+            "angular_momentum_body must have shape (..., 3), got shape (2,).",
         ),
         "energy": (
             lambda: BODY.kinetic_energy((np.nan, 1, 2)),

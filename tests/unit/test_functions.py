@@ -149,8 +149,8 @@ class AboutOneAxis(pt.Torque):
     shape: str
     one: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        return functions.Vector((0.0, 0.0, IN_TIME[self.shape][0](sky.time, self.one)))
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return functions.Vector((0.0, 0.0, IN_TIME[self.shape][0](environment.time, self.one)))
 
 
 def half_waves(t):
@@ -199,7 +199,7 @@ class Slowed(pt.Torque):
     push: float
     drag: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return functions.Vector((0.0, 0.0, self.push)) - self.drag * functions.norm(omega_body) * omega_body
 
 
@@ -225,7 +225,7 @@ class Leaning(pt.Potential):
 
     power: int
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return attitude.to_body((0, 0, 1))[0] ** self.power
 
 
@@ -394,5 +394,5 @@ def test_eccentric_anomaly_of_heyoka_expressions_up_to_full_turns(eccentricity, 
 
 
 def test_eccentric_anomaly_of_a_sympy_symbol_is_refused():
-    with pytest.raises(TypeError, match=r"^eccentric_anomaly must have numbers, but a SymPy expression came\.$"):
+    with pytest.raises(TypeError, match=r"^eccentric_anomaly must have numbers, got a SymPy expression\.$"):
         functions.eccentric_anomaly(0.1, S)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.engine.ensemble import Ensemble, Outcome
+from poinsot.engine.ensemble import Ensemble, EnsembleOutput
 from poinsot.engine.progress import bar
 from poinsot.engine.state_vector import Coordinates
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
@@ -156,7 +156,7 @@ def chaos_indicators(
     return result
 
 
-class _Indicators(Outcome):
+class _Indicators(EnsembleOutput):
     """The indicators of an ensemble at some of its times, which rise."""
 
     def __init__(self, starts: Array, fine: Array, wanted: Array, weights: Array) -> None:
@@ -326,7 +326,7 @@ class _Ends(Ensemble):
         self.conjugate_momenta[members, 0] = state.conjugate_momenta[members]
         self.vectors[members] = vectors[members]
 
-    def add(self, other: Outcome) -> None:
+    def add(self, other: EnsembleOutput) -> None:
         """Count what a later piece of the same motions took; the first failure of a member stays."""
         self.steps, self.wall_time = self.steps + other.steps, self.wall_time + other.wall_time
         self.order, self.tolerance, self.failures = other.order, other.tolerance, other.failures | self.failures
@@ -343,11 +343,10 @@ def _common_start(job: TangentRun) -> float:
     start = float(job.state.time[0])
     if np.any(job.state.time != start):
         other = job.state.time[job.state.time != start][0]
-        raise ValueError(f"state must have one time for a spectrum, but {start:.10g} and {other:.10g} came.")
+        raise ValueError(f"state must have one time for a spectrum, got {start:.10g} and {other:.10g}.")
     if job.times[0] <= start or job.times[0] > job.times[-1]:
         raise ValueError(
-            f"times must rise from the state's time, {start:.10g}, but [{job.times[0]:.10g}, ... "
-            f"{job.times[-1]:.10g}] came."
+            f"times must rise from the state's time, {start:.10g}, got [{job.times[0]:.10g}, ... {job.times[-1]:.10g}]."
         )
     return start
 
@@ -386,12 +385,12 @@ def _refined(times: Array, starts: Array, step: float) -> Array:
 
 def _check_count(vectors: int, most: int) -> None:
     if not isinstance(vectors, int) or isinstance(vectors, bool) or not 1 <= vectors <= most:
-        raise ValueError(f"vectors must be a whole number from 1 to {most}, but {vectors!r} came.")
+        raise ValueError(f"vectors must be a whole number from 1 to {most}, got {vectors!r}.")
 
 
 def _check_one_way(times: Array, starts: Array) -> None:
     if times[0] < np.max(starts) and times[-1] > np.min(starts):
         raise ValueError(
-            f"times must all lie after the state's time or all before, but [{times[0]:.10g}, {times[-1]:.10g}] came, "
+            f"times must all lie after the state's time or all before, got [{times[0]:.10g}, {times[-1]:.10g}] "
             f"from {starts[0]:.10g}."
         )

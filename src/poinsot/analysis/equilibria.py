@@ -21,7 +21,7 @@ from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.branch_exploration import Nested, opened
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.parameters import listed
@@ -125,9 +125,7 @@ def equilibria(
     """
     check_kinds("equilibria(system, frame)", {"system": (system, System)})
     if system.members:
-        raise ValueError(
-            f"system must be a single one, but {system.members[0]} members came. Take the members one by one."
-        )
+        raise ValueError(f"system must be a single one, got {system.members[0]} members. Take the members one by one.")
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
     _refuse_span("system", system.span)
     _refuse_span("frame", getattr(getattr(frame, "orbit", None), "span", (-np.inf, np.inf)))
@@ -168,13 +166,13 @@ class _Balance:
                 for i in range(3)
             )
         )
-        carried = attitude.to_body(self.omega_space)
+        comoving = attitude.to_body(self.omega_space)
         body, kinetics = self.system.body, self.system.body.kinetics()
-        g = body.angular_momentum(np.stack([component.inner.value for component in carried], axis=-1))
+        g = body.angular_momentum(np.stack([component.inner.value for component in comoving], axis=-1))
         momentum = Vector(Nested(Dual(g[:, i], {("momentum", i): 1.0})) for i in range(3))
         omega: Any = kinetics.omega(momentum)
-        torque = self.system.torque_at(attitude, omega, Sky(self.time))
-        rates = [opened(rate) for rate in (*(omega - carried), *(kinetics.gyration(momentum) + torque))]
+        torque = self.system.torque_at(attitude, omega, Environment(self.time))
+        rates = [opened(rate) for rate in (*(omega - comoving), *(kinetics.gyration(momentum) + torque))]
         names = [(block, i) for block in ("turn", "momentum") for i in range(3)]
         values = [getattr(rate, "value", rate) for rate in rates]
         slopes = [[partial(rate, *name) for name in names] for rate in rates]

@@ -22,7 +22,7 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.parameter_names import named_numbers
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.replaced import NamedNumber
 from poinsot.mechanics.system import System
 
@@ -76,7 +76,7 @@ class NamedFunction:
         """Return the system at a value, or refuse what comes."""
         found: Any = self._function(value)
         if not isinstance(found, System):
-            raise TypeError(f"parameter must return a System, got {came(found)}.")
+            raise TypeError(f"parameter must return a System, got {described(found)}.")
         return found
 
 
@@ -108,7 +108,7 @@ class Family:
         self.name, self._parameter, self._turns = parameter.name, parameter, turns
         self.start, self.span = parameter.value, to - parameter.value
         if not self.span:
-            raise ValueError(f"to must be another value than that of {self.name}, but {to!r} came.")
+            raise ValueError(f"to must be another value than that of {self.name}, got {to!r}.")
         self._time = float(motion.state.time)
         self._period = period or (lambda _: motion.period)
         self._frame = frame or (lambda _: motion.frame)

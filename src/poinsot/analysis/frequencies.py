@@ -343,7 +343,7 @@ def _followed(first: tuple[Array, ...], second: tuple[Array, ...]) -> Array:
 
 def _checked_count(count: int) -> int:
     if isinstance(count, bool) or not isinstance(count, int | np.integer):
-        raise TypeError(f"count must be an integer, but {type(count).__name__} {count!r} came.")
+        raise TypeError(f"count must be an integer, got {type(count).__name__} {count!r}.")
     refuse_nonpositive("count", count)
     return int(count)
 
@@ -356,7 +356,7 @@ def _checked(signal: ArrayLike, times: ArrayLike, lines: int, halves: int = 1) -
         each = "each half" if halves == 2 else "the run"
         raise ValueError(
             f"signal must have at least {needed} samples along its last axis for {lines} lines in {each}, "
-            f"but shape {values.shape} came."
+            f"got shape {values.shape}."
         )
     if array_of("times", times).ndim == 0:
         step = real_array("times", times, ())
@@ -364,7 +364,7 @@ def _checked(signal: ArrayLike, times: ArrayLike, lines: int, halves: int = 1) -
         return values, np.arange(n) * step
     t = real_array("times", times, (None,))
     if t.size != n:
-        raise ValueError(f"times must be as many as the samples, but {t.size} for {n} came.")
+        raise ValueError(f"times must be as many as the samples, got {t.size} for {n}.")
     return (values, t) if _refuse_uneven(t) > 0 else (values[..., ::-1], t[::-1])
 
 
@@ -385,7 +385,7 @@ def _numbers(signal: ArrayLike) -> Array:
     """Return a signal as finite floats or complex numbers."""
     values = array_of("signal", signal)
     if values.dtype.kind not in "iufc":
-        raise TypeError(f"signal must be real or complex numbers, but {type(signal).__name__} came.")
+        raise TypeError(f"signal must be real or complex numbers, got {type(signal).__name__}.")
     values = values.astype(complex if values.dtype.kind == "c" else float)
     if not np.all(np.isfinite(values)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])

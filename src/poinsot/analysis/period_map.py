@@ -159,7 +159,7 @@ class PeriodMap:
         first, last = self.system.span
         if self.time < first or self.time + 2 * self.period > last:
             raise ValueError(
-                f"period must fit twice into the span of the orbits, [{first!r}, {last!r}], but {self.period!r} came, "
+                f"period must fit twice into the span of the orbits, [{first!r}, {last!r}], got {self.period!r}, "
                 f"from {self.time!r}."
             )
         attitudes = np.random.default_rng(20061027).normal(size=(4, 1, 4))

@@ -133,7 +133,7 @@ def recognised(once: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
 
 def _refuse_members(names: str, members: tuple[int, ...]) -> None:
     if members:
-        raise ValueError(f"{names} must be single ones, but {members[0]} members came. Take the members one by one.")
+        raise ValueError(f"{names} must be single ones, got {members[0]} members. Take the members one by one.")
 
 
 # ---------------------------------------------------------------------- Cassini states
@@ -205,7 +205,7 @@ def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliqui
 def _checked_spin(spin: float) -> float:
     spin = float(real_array("spin", spin, ()))
     if spin <= 0 or 2 * spin % 1:
-        raise ValueError(f"spin must be a positive multiple of 1/2, but {spin} came. It is 1 of moons, 1.5 of Mercury.")
+        raise ValueError(f"spin must be a positive multiple of 1/2, got {spin}. It is 1 of moons, 1.5 of Mercury.")
     return spin
 
 

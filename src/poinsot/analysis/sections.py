@@ -16,7 +16,7 @@ from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.probing import orbits_of, same
 from poinsot.mechanics.standard_events import AndoyerCrossing, Instant
 from poinsot.mechanics.state import State, computed_state
@@ -81,11 +81,11 @@ def section(
         If the motion is none or has no such event, or the coordinates are not two arrays (k,).
     """
     if not isinstance(motion, Trajectory):
-        raise TypeError(f"motion must be a Trajectory, but {came(motion)} came.")
+        raise TypeError(f"motion must be a Trajectory, got {described(motion)}.")
     if event is not None and (not _is_whole(event) or not 0 <= event < len(motion.events)):
-        raise ValueError(f"event must be below the {len(motion.events)} events of the motion, but {event!r} came.")
+        raise ValueError(f"event must be below the {len(motion.events)} events of the motion, got {event!r}.")
     if len(labels) != 2:
-        raise ValueError(f"labels must be two words, but {labels!r} came.")
+        raise ValueError(f"labels must be two words, got {labels!r}.")
     points = _all_times(motion) if event is None else motion.events[event]
     found = _coordinates(coordinates, points)
     members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
@@ -99,16 +99,16 @@ def section(
 def _coordinates(coordinates: Coordinates, points: Crossings) -> list[Array]:
     """Return x and y of points, checked."""
     if not callable(coordinates):
-        raise TypeError(f"coordinates must be a function of the points, but {came(coordinates)} came.")
+        raise TypeError(f"coordinates must be a function of the points, got {described(coordinates)}.")
     pair: Any = coordinates(points)
     if not isinstance(pair, Sequence | np.ndarray):
-        raise TypeError(f"coordinates must return x and y, but {came(pair)} came.")
+        raise TypeError(f"coordinates must return x and y, got {described(pair)}.")
     found = [np.asarray(x) for x in pair]
     if any(x.dtype.kind not in "iuf" for x in found):
-        raise TypeError("coordinates must return real numbers, but others came.")
+        raise TypeError("coordinates must return real numbers, got others.")
     if len(found) != 2 or any(x.shape != (len(points),) for x in found):
         shapes = " and ".join(str(x.shape) for x in found)
-        raise ValueError(f"coordinates must be two arrays of shape ({len(points)},), but {shapes} came.")
+        raise ValueError(f"coordinates must be two arrays of shape ({len(points)},), got {shapes}.")
     return found
 
 
@@ -159,10 +159,10 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
     """
     orbit = _only_orbit(system)
     if not _is_whole(revolutions) or revolutions < 1:
-        raise ValueError(f"revolutions must be a positive whole number, but {revolutions!r} came.")
+        raise ValueError(f"revolutions must be a positive whole number, got {revolutions!r}.")
     theta, spin = member_array("angle", angle, ()), member_array("rate", rate, ())
     if theta.ndim and spin.ndim and theta.size != spin.size:
-        raise ValueError(f"angle and rate must have one number of members, but {theta.size} and {spin.size} came.")
+        raise ValueError(f"angle and rate must have one number of members, got {theta.size} and {spin.size}.")
     theta, spin = np.broadcast_arrays(theta, spin)
     passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / float(orbit.mean_motion)
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
@@ -232,11 +232,11 @@ def _with_starts(found: Section, starts: Andoyer, angle: float) -> Section:
 
 def _only_orbit(system: Any) -> KeplerOrbit:
     if not isinstance(system, System):
-        raise TypeError(f"system must be a System, but {came(system)} came.")
+        raise TypeError(f"system must be a System, got {described(system)}.")
     found = list(orbits_of(system))
     if not found or not isinstance(found[0], KeplerOrbit) or any(not same(orbit, found[0]) for orbit in found):
         kinds = ", ".join(type(orbit).__name__ for orbit in found) or "none"
-        raise TypeError(f"the forces of the system must have one KeplerOrbit, but {kinds} came.")
+        raise TypeError(f"the forces of the system must have one KeplerOrbit, got {kinds}.")
     if any(number.ndim for number in found[0].numbers):
         raise ValueError("the orbit must be one for all members, but it has members.")
     return found[0]

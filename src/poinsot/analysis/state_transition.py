@@ -131,7 +131,7 @@ def state_transition(
     call = "state_transition(system, state, times)"
     inputs = tuple(_checked(system, name) for name in _listed(parameters))
     if order not in (1, 2):
-        raise ValueError(f"order must be 1 or 2, but {order!r} came.")
+        raise ValueError(f"order must be 1 or 2, got {order!r}.")
     job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
     k = len(job.tangent)
     out = _Columns(len(job.state.time), job.times.size, k, k + len(inputs), order, job.scale)
@@ -181,7 +181,7 @@ class _Columns(Ensemble):
 
 def _listed(parameters: Sequence[str]) -> tuple[str, ...]:
     if isinstance(parameters, str):
-        raise TypeError(f"parameters must be a list of names, but {parameters!r} came. Write [{parameters!r}].")
+        raise TypeError(f"parameters must be a list of names, got {parameters!r}. Write [{parameters!r}].")
     return tuple(parameters)
 
 
@@ -192,7 +192,7 @@ def _checked(system: System, name: str) -> tuple[int, ...]:
 def _covariance(name: str, value: ArrayLike, size: int) -> Array:
     matrix = real_numbers(name, value)
     if matrix.shape[-2:] != (size, size):
-        raise ValueError(f"{name} must have shape ({size}, {size}), but shape {matrix.shape} came.")
+        raise ValueError(f"{name} must have shape ({size}, {size}), got shape {matrix.shape}.")
     slack = 1e-9 * np.max(np.abs(matrix), initial=0.0)
     if np.max(np.abs(matrix - np.swapaxes(matrix, -1, -2)), initial=0.0) > slack:
         raise ValueError(f"{name} must be symmetric, but it is not.")

@@ -38,7 +38,7 @@ PICTURES = (".png", ".pdf", ".svg")
 
 def _known(kind: str) -> str:
     if kind not in KINDS:
-        raise typer.BadParameter(f"it must be one of {', '.join(KINDS)}, but {kind!r} came.")
+        raise typer.BadParameter(f"it must be one of {', '.join(KINDS)}, got {kind!r}.")
     return kind
 
 
@@ -135,10 +135,10 @@ def _check_options(kind: str, given: dict[str, Any]) -> None:
     for name, value in given.items():
         if value and name not in _wanted(kind):
             kinds = " or ".join(known for known in KINDS if name in _wanted(known))
-            raise ValueError(f"{OPTIONS[name]} must go with --kind {kinds}, but --kind {kind} came.")
+            raise ValueError(f"{OPTIONS[name]} must go with --kind {kinds}, got --kind {kind}.")
     if "other" in _wanted(kind):
         if given["other"] is None:
-            raise ValueError("--with must be another result, such as --with other.nc, but none came.")
+            raise ValueError("--with must be another result, such as --with other.nc, got none.")
         checked_result(given["other"])
 
 
@@ -174,7 +174,7 @@ def _orbit(motion: Any, number: int | None) -> Any:
         return found[0]
     if number is None or number > len(found):
         listed = "; ".join(f"{i}: {type(orbit).__name__}" for i, orbit in enumerate(found, 1))
-        raise ValueError(f"--orbit must say which orbit, but {number or 'none'} came. There are {listed}.")
+        raise ValueError(f"--orbit must say which orbit, got {number or 'none'}. There are {listed}.")
     return found[number - 1]
 
 

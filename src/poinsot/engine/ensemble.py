@@ -20,7 +20,7 @@ from poinsot.engine.termination import INTERRUPTED, TRIES, reason
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 
-__all__ = ["Ensemble", "Outcome", "allowed_threads", "integrate_members"]
+__all__ = ["Ensemble", "EnsembleOutput", "allowed_threads", "integrate_members"]
 
 STEPS_AT_A_TIME = 5_000
 """Steps of a batch between two looks at the keyboard: some hundredths of a second."""
@@ -33,7 +33,7 @@ BATCHES_IN_A_SLAB = 16
 Array = NDArray[np.float64]
 
 
-class Outcome(ABC):
+class EnsembleOutput(ABC):
     """The output of an ensemble, filled in by threads.
 
     Attributes
@@ -67,7 +67,7 @@ class Outcome(ABC):
         """
 
 
-class Ensemble(Outcome):
+class Ensemble(EnsembleOutput):
     """The motions of an ensemble.
 
     Attributes
@@ -78,16 +78,16 @@ class Ensemble(Outcome):
         The variables of the axes, kept if they are those of orbits without formulas on symbols.
     """
 
-    def __init__(self, members: int, times: int, carried: int) -> None:
+    def __init__(self, members: int, times: int, comoving: int) -> None:
         super().__init__(members)
         self.quaternion = np.full((members, times, 4), np.nan)
         self.conjugate_momenta = np.full((members, times, 4), np.nan)
-        self.carried = np.full((members, times, carried), np.nan)
+        self.comoving = np.full((members, times, comoving), np.nan)
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
         """Keep q, Q and the variables of the axes."""
         self.quaternion[members], self.conjugate_momenta[members] = variables.to_canonical(times, rows)
-        self.carried[members] = rows[..., variables.carried][..., : self.carried.shape[-1]]
+        self.comoving[members] = rows[..., variables.comoving][..., : self.comoving.shape[-1]]
 
 
 def integrate_members(
@@ -98,7 +98,7 @@ def integrate_members(
     tolerance: float,
     threads: int,
     progress: bool,
-    out: Outcome,
+    out: EnsembleOutput,
 ) -> None:
     """Integrate every member from its state to all the times, which rise; what is finished is kept on Ctrl-C."""
     members = len(out.steps)
@@ -128,7 +128,7 @@ class _Work:
     """Slabs of members, taken by the threads one after another."""
 
     def __init__(
-        self, system: System, state: State, times: Array, variables: Coordinates, tolerance: float, out: Outcome
+        self, system: System, state: State, times: Array, variables: Coordinates, tolerance: float, out: EnsembleOutput
     ) -> None:
         self.system, self.state, self.times, self.variables, self.out = system, state, times, variables, out
         self.tolerance, self.width = tolerance, kernels.LANES

@@ -34,7 +34,7 @@ from poinsot.engine.termination import INTERRUPTED
 from poinsot.functions import Vector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formulations import Formulation
-from poinsot.mechanics.parameters import Parametric, came, kinds_of
+from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 
@@ -319,7 +319,7 @@ class Watch:
         event, body = (_of_member(part, member) for part in (self._system.events[number], self._system.body))
         changed = event.act(body, state)
         if not isinstance(changed, State) or changed.quaternion.shape != (4,):
-            what = came(changed) if not isinstance(changed, State) else "one of several members"
+            what = described(changed) if not isinstance(changed, State) else "one of several members"
             raise TypeError(f"an action must return a State of one body, got {what}.")
         largest = np.max(np.abs(changed.conjugate_momenta))
         if largest > LARGEST:
@@ -378,18 +378,18 @@ def event_functions(
         seen.extend([attitude, omega])
         return Vector((0.0, 0.0, 0.0))
 
-    own, carried, time = variables[: formulation.size], variables[formulation.size :], constants.variable(hy.time)
-    formulation.derivatives(own, system.body.kinetics(scale), torque_of, axes.omega(time, carried))
+    own, comoving, time = variables[: formulation.size], variables[formulation.size :], constants.variable(hy.time)
+    formulation.derivatives(own, system.body.kinetics(scale), torque_of, axes.omega(time, comoving))
     attitude, omega = seen
-    sky = axes.sky(time, carried)
-    values = [event.value(system.body, attitude, omega, sky) for event in system.events]
+    environment = axes.environment(time, comoving)
+    values = [event.value(system.body, attitude, omega, environment) for event in system.events]
     for event, value in zip(system.events, values, strict=True):
         if isinstance(value, Constant | int | float):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
                 f"of {formulation.name!r}."
             )
-    conditions = [event.condition(system.body, attitude, omega, sky) for event in system.events]
+    conditions = [event.condition(system.body, attitude, omega, environment) for event in system.events]
     return [constants.expression(value) for value in values], [
         hy.expression(0.0) + constants.expression(x) for x in conditions
     ]
@@ -421,7 +421,7 @@ def _rewritten(variables: Coordinates, state: State, time: float, own: NDArray[A
     new[formulation.momenta] *= np.ravel(variables.scale)[0]
     if axes.size:
         plain = axes.with_numbers(np.ravel(number)[0] for number in axes.numbers)
-        turn = quat.conjugate(plain.quaternion(np.array(time), np.asarray(own[variables.carried], dtype=float)))
+        turn = quat.conjugate(plain.quaternion(np.array(time), np.asarray(own[variables.comoving], dtype=float)))
         for block in formulation.quaternions:
             new[block] = quat.product(turn, new[block])
     return new

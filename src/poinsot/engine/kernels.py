@@ -136,9 +136,9 @@ def coordinates(system: System, state: State, formulation: str, precision: str) 
     chosen, smooth = FORMULATIONS[formulation], system.between_knots()
     chosen.check(system, state)
     axes: Axes = smooth.space_axes
-    carried = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
-    if carried is not None and _pool.decide(smooth.structure, lambda: _can_be_carried(smooth, carried)):
-        axes = carried
+    comoving = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
+    if comoving is not None and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
+        axes = comoving
     # A power of two scales without rounding.
     return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state)))))
 
@@ -343,12 +343,12 @@ def integrator(
     _pool.give(kernel, built)
 
 
-def _can_be_carried(system: System, axes: Axes) -> bool:
+def _can_be_comoving(system: System, axes: Axes) -> bool:
     """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
     variables = Coordinates(FORMULATIONS["lie_poisson"], axes, 1.0)
     try:
         _equations(system, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
-    except functions.NotCarried:
+    except functions.NotComoving:
         return False
     return True
 
@@ -371,9 +371,9 @@ def _equations(
         values = event_functions(twin, variables.formulation, motion, axes, scale, constants)
         if companion is None:
             return equations, values
-        carried = motion[variables.carried]
-        sky, turns = axes.sky(time, carried), axes.omega(time, carried) is not None
-        linear = Linearization(twin, variables.formulation, motion, sky, scale, turns, constants)
+        comoving = motion[variables.comoving]
+        environment, turns = axes.environment(time, comoving), axes.omega(time, comoving) is not None
+        linear = Linearization(twin, variables.formulation, motion, environment, scale, turns, constants)
         _refuse_jumps(constants, symbols[: variables.formulation.size], companion)
         return [*equations, *(NONE + rate for rate in companion.equations(companions, linear))], values
     except TypeError as error:

@@ -23,7 +23,7 @@ import heyoka as hy
 from poinsot.engine.parameter_folding import Constants, Multiple
 from poinsot.functions import Vector, cross
 from poinsot.mechanics.attitude import Attitude, matrix_of
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.system import System
 
@@ -59,23 +59,23 @@ class Linearization:
         system: System,
         formulation: Formulation,
         own: Sequence[Any],
-        sky: Sky,
+        environment: Environment,
         scale: Any,
-        carried: bool,
+        comoving: bool,
         constants: Constants,
     ) -> None:
         self.tangent, self._constants = formulation.tangent, constants
         q, g = formulation.split(formulation.active(own[: formulation.size]))
-        self._matrix, attitude = self._with_free_matrix(q, carried)
+        self._matrix, attitude = self._with_free_matrix(q, comoving)
         kinetics = system.body.kinetics(scale)
         omega = kinetics.omega(g)
-        rates = kinetics.gyration(g) + system.torque_at(attitude, Vector(omega), sky, scale)
+        rates = kinetics.gyration(g) + system.torque_at(attitude, Vector(omega), environment, scale)
         self._omega, self._rates = ([NONE + constants.expression(x) for x in vector] for vector in (omega, rates))
         self._slopes: dict[Any, Any] = {}
         self._symbols = {place: _entry(*place) for place in self._matrix}
         self._symbols |= {k: constants.expression(x) for k, x in enumerate(g) if isinstance(x, Multiple)}
 
-    def _with_free_matrix(self, q: Vector, carried: bool) -> tuple[dict[Any, Any], Attitude]:
+    def _with_free_matrix(self, q: Vector, comoving: bool) -> tuple[dict[Any, Any], Attitude]:
         """Return the entries of the rotation matrix that change, and an attitude in which they are variables."""
         matrix = Attitude.from_quaternion(q).matrix
         known = {(i, j): matrix[i, j] for i in range(3) for j in range(3) if isinstance(matrix[i, j], Multiple)}
@@ -85,7 +85,7 @@ class Linearization:
         ]
         entries = {place: self._constants.expression(value) for place, value in known.items()}
         self._constants.stand_ins = {_entry(*place): value for place, value in entries.items()}
-        return entries, Attitude(matrix_of(rows), carried)
+        return entries, Attitude(matrix_of(rows), comoving)
 
     # ------------------------------------------------------------------ changes
 

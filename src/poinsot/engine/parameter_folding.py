@@ -140,7 +140,7 @@ class Constants:
 
         Those of conditions change on the way, those of roots at a start; they are zero here.
         """
-        known = dict(zip(self._inputs, numbers, strict=False))  # one input more was named than numbers came
+        known = dict(zip(self._inputs, numbers, strict=False))  # one input more was named than there are numbers
         known.update(dict.fromkeys([*self._conditions.values(), *self._roots.values()], 0.0))
         known.update(zip(self._literals.values(), self._literals, strict=True))
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
@@ -259,7 +259,7 @@ class Condition:
         """Return `where` of this condition and two scalars."""
         condition, *branches = arguments
         if name != "where" or condition is not self:
-            raise TypeError(f"{name} must be of numbers, but a condition came.")
+            raise TypeError(f"{name} must be of numbers, got a condition.")
         if any(isinstance(branch, Dual) for branch in branches):
             return NotImplemented
         branches = [self.home.expression(branch) for branch in branches]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics.axes import Axes, SpaceAxes, TrackingSky
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.axes import Axes, SpaceAxes, TrackingEnvironment
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.probing import same, tracked_orbits
 from poinsot.mechanics.state import State
@@ -21,7 +21,7 @@ from poinsot.mechanics.system import System
 if TYPE_CHECKING:
     from poinsot.engine.variational import Neighbours
 
-__all__ = ["SMALL", "Coordinates", "IntegratedSky"]
+__all__ = ["SMALL", "Coordinates", "IntegratedEnvironment"]
 
 Array = NDArray[np.float64]
 
@@ -48,14 +48,14 @@ class Coordinates:
         return self.formulation.size + self.axes.size + (self.companion.size if self.companion else 0)
 
     @property
-    def carried(self) -> slice:
+    def comoving(self) -> slice:
         """Where the variables of the axes are."""
         return slice(self.formulation.size, self.formulation.size + self.axes.size)
 
     @property
     def companions(self) -> slice:
         """Where the variables of the companion are."""
-        return slice(self.carried.stop, None)
+        return slice(self.comoving.stop, None)
 
     @property
     def structure(self) -> tuple[Any, ...]:
@@ -101,12 +101,12 @@ class Coordinates:
         if not self.axes.size:
             return own
         axes = self.axes.with_numbers(map(np.longdouble, self.axes.numbers))  # to round once, at the end
-        carried = axes.start(state.time)
-        self._turn(own, quat.conjugate(axes.quaternion(state.time, carried)))
-        high = np.asarray(carried, dtype=np.float64)
-        low = np.asarray(carried - high, dtype=np.float64)
-        carried = high.astype(own.dtype) + low.astype(own.dtype)
-        return np.concatenate([own, np.broadcast_to(carried, (*own.shape[:-1], axes.size))], axis=-1)
+        comoving = axes.start(state.time)
+        self._turn(own, quat.conjugate(axes.quaternion(state.time, comoving)))
+        high = np.asarray(comoving, dtype=np.float64)
+        low = np.asarray(comoving - high, dtype=np.float64)
+        comoving = high.astype(own.dtype) + low.astype(own.dtype)
+        return np.concatenate([own, np.broadcast_to(comoving, (*own.shape[:-1], axes.size))], axis=-1)
 
     def _turn(self, own: Array, turn: Array) -> None:
         for block in self.formulation.quaternions:
@@ -123,36 +123,36 @@ class Coordinates:
         return q, Q
 
     def _converted(self, times: Array, variables: Array) -> tuple[Array, Array]:
-        own, carried = variables[..., : self.formulation.size].copy(), variables[..., self.carried]
+        own, comoving = variables[..., : self.formulation.size].copy(), variables[..., self.comoving]
         own[..., self.formulation.momenta] /= np.expand_dims(self.scale, (-1, -2))
         if self.axes.size:
             axes = self.axes
             if variables.ndim == 3:  # members first: their numbers go beside the times
                 axes = axes.with_numbers(number[..., None] for number in axes.numbers)
-            self._turn(own, axes.quaternion(times, carried))
+            self._turn(own, axes.quaternion(times, comoving))
         return self.formulation.to_canonical(own)
 
-    def sky(self, system: System, times: Array, carried: Array) -> Sky:
+    def environment(self, system: System, times: Array, comoving: Array) -> Environment:
         """Return the world at the times, with the variables of the axes there, shape (..., n, axes.size)."""
-        return IntegratedSky(times, system.beside(carried.shape[:-1]), self.axes, np.moveaxis(carried, -1, 0))
+        return IntegratedEnvironment(times, system.beside(comoving.shape[:-1]), self.axes, np.moveaxis(comoving, -1, 0))
 
 
-class IntegratedSky(TrackingSky):
+class IntegratedEnvironment(TrackingEnvironment):
     """The world at the times of a motion, along the space axes: orbits that were integrated along as they came out.
 
     `carried` are the variables of the axes, shape (..., n, size).
     """
 
-    def __init__(self, times: Array, system: System, axes: Axes, carried: Array) -> None:
+    def __init__(self, times: Array, system: System, axes: Axes, comoving: Array) -> None:
         own: Any = system.space_axes if isinstance(axes, SpaceAxes) else system.common_axes
-        super().__init__(times, own, carried)
+        super().__init__(times, own, comoving)
         self._orbits = tracked_orbits(system)
-        self.carried = np.moveaxis(carried, 0, -1)
+        self.comoving = np.moveaxis(comoving, 0, -1)
 
-    def _of(self, orbit: Orbit) -> Sky:
+    def _of(self, orbit: Orbit) -> Environment:
         if not orbit.tracked:
-            return Sky(self.time)
+            return Environment(self.time)
         path: Any = orbit.axes
         paths: Iterator[tuple[Orbit, Any]] = ((own, own.axes) for own in self._orbits)
         integrated = next((own for own, axes in paths if same(axes, path)), None)
-        return Sky(self.time) if integrated is None else super()._of(integrated)
+        return Environment(self.time) if integrated is None else super()._of(integrated)

@@ -114,7 +114,7 @@ def kvn_entry(line: str, place: str, rule: str) -> Entry:
     key, equals, value = line.partition("=")
     key, value = key.strip(), value.strip()
     if not equals or not re.fullmatch(r"\w+", key, re.ASCII):
-        raise ValueError(f"{place} must be {rule}, but {line[:60]!r} came.")
+        raise ValueError(f"{place} must be {rule}, got {line[:60]!r}.")
     match = re.fullmatch(r"(.*?)\s*\[(.*)\]", value)
     if match:
         value = match[1]
@@ -181,7 +181,7 @@ def number(said: Entry) -> float:
     except ValueError:
         value = np.inf
     if not abs(value) < MOST:
-        raise ValueError(f"{said.place} must have a number for {said.key}, but {said.value[:60]!r} came.")
+        raise ValueError(f"{said.place} must have a number for {said.key}, got {said.value[:60]!r}.")
     return value
 
 
@@ -194,9 +194,9 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
     inertial = [name in FRAMES for name in names]
     turning = next((name for name in names if ROTATING.match(name) or ORBITAL.match(name)), None)
     if turning is not None or sum(inertial) != 1 or not all(re.fullmatch(r"[!-~]{1,80}", name) for name in names):
-        came = f"{turning[:40]} rotates" if turning else f"{first[:40]!r} and {second[:40]!r} came"
+        given = f"{turning[:40]} rotates" if turning else f"{first[:40]!r} and {second[:40]!r}"
         raise ValueError(
-            f"{place} must lead between the body and a frame that does not rotate ({', '.join(FRAMES)}), but {came}."
+            f"{place} must lead between the body and a frame that does not rotate ({', '.join(FRAMES)}), but {given}."
         )
     body_second = inertial[0]
     body, reference = (names[1], names[0]) if body_second else (names[0], names[1])
@@ -211,7 +211,7 @@ def times_of(
     if scale not in SCALES:
         raise ValueError(f"TIME_SYSTEM in {name} must be one of {', '.join(SCALES)}, but it is {system[:40]!r}.")
     if calendar is not None and not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, but {type(calendar).__name__} came.")
+        raise TypeError(f"calendar must be a Calendar, got {type(calendar).__name__}.")
     try:
         calendar = Calendar(epochs[0].removesuffix("Z"), scale) if calendar is None else calendar
         return np.asarray(calendar.time([_epoch(text, scale) for text in epochs])), calendar
@@ -260,7 +260,7 @@ def dates_of(calendar: Calendar, times: Any) -> tuple[list[str], str]:
 def header_entries(message: str, version: str, originator: str) -> list[tuple[str, str]]:
     """Return the header of a message."""
     if version not in VERSIONS:
-        raise ValueError(f"version must be '1.0' or '2.0', but {version!r} came.")
+        raise ValueError(f"version must be '1.0' or '2.0', got {version!r}.")
     now = dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S")
     return [(f"CCSDS_{message}_VERS", version), ("CREATION_DATE", now), ("ORIGINATOR", word("originator", originator))]
 
@@ -268,7 +268,7 @@ def header_entries(message: str, version: str, originator: str) -> list[tuple[st
 def word(name: str, text: Any) -> str:
     """Return a text that fits into one line of a message."""
     if not isinstance(text, str) or not re.fullmatch(r"[ -~]*[!-~][ -~]*", text) or re.search(r"[\[\]<>&=]", text):
-        raise ValueError(f"{name} must be printable characters without brackets, & and =, but {text!r} came.")
+        raise ValueError(f"{name} must be printable characters without brackets, & and =, got {text!r}.")
     return text.strip()
 
 

@@ -66,9 +66,9 @@ def convert(
             raise ValueError(f"{path} must end in {known}, but it ends in {path.suffix!r}.")
     from_result, to_result = source.suffix in SUFFIXES, target.suffix in SUFFIXES
     if scenario is not None and (from_result or not to_result):
-        raise ValueError("scenario must go with attitudes that become a result, but other files came.")
+        raise ValueError("scenario must go with attitudes that become a result, got other files.")
     if from_result and to_result and (zero, frame) != (None, None):
-        raise ValueError(f"{'frame' if zero is None else 'zero'} must go with attitudes, but two results came.")
+        raise ValueError(f"{'frame' if zero is None else 'zero'} must go with attitudes, got two results.")
     calendar = _calendar(zero)
     if to_result:
         motion = load(source) if from_result else _motion(source, scenario, calendar, frame)
@@ -97,7 +97,5 @@ def _calendar(zero: str | None) -> Calendar | None:
         return None
     date, _, scale = zero.strip().rpartition(" ")
     if not date:
-        raise ValueError(
-            f"zero must be a date and its scale, such as '2026-11-21T00:00:00 UTC', but {zero[:40]!r} came."
-        )
+        raise ValueError(f"zero must be a date and its scale, such as '2026-11-21T00:00:00 UTC', got {zero[:40]!r}.")
     return Calendar(date, scale)

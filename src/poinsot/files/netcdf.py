@@ -22,11 +22,11 @@ from poinsot.files.zarr_store import GROUP, read_store, write_store
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import PROVENANCE, WITH_FILES
-from poinsot.propagation.stored_trajectory import Record, RecordedMotion, RecordedSky, RecordedSystem
+from poinsot.propagation.stored_trajectory import Record, StoredEnvironment, StoredSystem, StoredTrajectory
 from poinsot.propagation.trajectory import Run, Trajectory
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
         file does.
     """
     if not isinstance(motion, Trajectory):
-        raise TypeError(f"motion must be a Trajectory, but {came(motion)} came. The order is save(motion, path).")
+        raise TypeError(f"motion must be a Trajectory, got {described(motion)}. The order is save(motion, path).")
     path = _checked_path(path)
     data = motion.dataset
     data.attrs["digest"] = _digest(data)
@@ -135,10 +135,10 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
 
 def _checked_path(path: Any) -> Path:
     if not isinstance(path, str | Path):
-        raise TypeError(f"path must be a str or a Path, but {came(path)} came.")
+        raise TypeError(f"path must be a str or a Path, got {described(path)}.")
     checked = Path(path)
     if checked.suffix not in SUFFIXES:
-        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, but {checked.name!r} came.")
+        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {checked.name!r}.")
     return checked
 
 
@@ -234,7 +234,7 @@ class _Reading:
             array = self.data[name]
             if array.shape not in shapes or array.dtype.kind != "f" or len(members) > 1:
                 raise ValueError(
-                    f"{self.name} must have numbers of shape {shapes[-1]} in {name}, but shape {array.shape} came."
+                    f"{self.name} must have numbers of shape {shapes[-1]} in {name}, got shape {array.shape}."
                 )
 
     def trajectory(self) -> Trajectory:
@@ -281,11 +281,11 @@ class _Reading:
         object.__setattr__(system.body, "shape", self._shape() or system.body.shape)
         q, Q, times = (self._array(name) for name in ("quaternion", "conjugate_momenta", "time"))
         initial, run = self._initial(), self._run()
-        sky = None
+        environment = None
         if "carried" in self.data.variables:
             variables = kernels.coordinates(system, initial, run.formulation, run.precision)
-            sky = partial(variables.sky, system, times, self._array("carried"))
-        return Trajectory(system, initial, times, lambda: (q, Q), run, sky=sky)
+            environment = partial(variables.environment, system, times, self._array("carried"))
+        return Trajectory(system, initial, times, lambda: (q, Q), run, environment=environment)
 
     def _system(self) -> System:
         """Return body and forces, made again from the text in the file."""
@@ -304,7 +304,7 @@ class _Reading:
             raise ValueError(f"the scenario in {self.name} must be that of the body, but it has another one.")
         return system
 
-    def _recorded(self, reason: str) -> RecordedMotion:
+    def _recorded(self, reason: str) -> StoredTrajectory:
         """Return the motion of a body whose forces are not at hand."""
         data = self.data
         names = [str(name).removeprefix("integral_") for name in data.variables if str(name).startswith("integral_")]
@@ -316,7 +316,7 @@ class _Reading:
         body = Body(moments) if np.array_equal(axes, np.eye(3)) else ObliqueBody(moments, axes)
         object.__setattr__(body, "shape", self._shape())
         integrals = tuple(_said(name, data[f"integral_{name}"].attrs) for name in names)
-        system = RecordedSystem(body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals)
+        system = StoredSystem(body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals)
         summary = {key: value for key, value in data.attrs.items() if key in SUMMARY or str(key).startswith("drift_")}
         record = Record(
             self._array("potential_energy"),
@@ -325,8 +325,8 @@ class _Reading:
             {str(key): value for key, value in summary.items()},
         )
         arrays = tuple(self._array(name) for name in ("time", "quaternion", "conjugate_momenta"))
-        sky = RecordedSky(arrays[0], self._array("carried")) if "carried" in data.variables else None
-        return RecordedMotion(system, self._initial(), arrays, self._run(), record, sky)
+        environment = StoredEnvironment(arrays[0], self._array("carried")) if "carried" in data.variables else None
+        return StoredTrajectory(system, self._initial(), arrays, self._run(), record, environment)
 
     def _array(self, name: str) -> Array:
         return np.array(self.data[name].values, dtype=float)
@@ -363,7 +363,7 @@ class _Reading:
         except (ValueError, RecursionError):
             found = None
         if not isinstance(found, dict):
-            raise ValueError(f"{self.name} must have failures by member, but something else came.")
+            raise ValueError(f"{self.name} must have failures by member, got something else.")
         return found
 
 

@@ -62,14 +62,14 @@ def mu(center: int) -> Answer:
 def check_inertial(frame: str) -> Answer:
     """Refuse a frame that rotates or is unknown."""
     if spice.frinfo(_known(frame))[1] != INERTIAL_CLASS:
-        raise ValueError(f"frame must be one that does not rotate, but {frame!r} came.")
+        raise ValueError(f"frame must be one that does not rotate, got {frame!r}.")
     return None, []
 
 
 def _known(frame: str) -> int:
     found = spice.namfrm(frame) if frame else 0
     if not found:
-        raise ValueError(f"frame must be one that SPICE knows, but {frame!r} came.")
+        raise ValueError(f"frame must be one that SPICE knows, got {frame!r}.")
     return int(found)
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 
 __all__ = ["LinearDamping"]
@@ -27,7 +28,8 @@ class LinearDamping(Torque):
     def __post_init__(self) -> None:
         super().__post_init__()
         if np.any(np.asarray(self.coefficient) < 0):
-            raise ValueError(f"coefficient must not be negative, but {np.min(self.coefficient)} came.")
+            raise ValueError(f"coefficient must not be negative, got {np.min(self.coefficient)}.")
 
-    def torque(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Vector:  # noqa: ARG002, D102
+    @override
+    def torque(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Vector:
         return -self.coefficient * omega_body

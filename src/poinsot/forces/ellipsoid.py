@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import refuse_nonpositive
@@ -12,7 +13,7 @@ from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.periapsis_warning import warn_below
@@ -79,10 +80,11 @@ class EllipsoidGravity(Potential):
             longest = np.max(self.semiaxes, axis=-1)
             warn_below(type(self).__name__, distance, longest, "the end of the longest semiaxis", consequence)
 
-    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: ARG002, D102
-        inverse = sky.inverse_distance(self.orbit)
+    @override
+    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
+        inverse = environment.inverse_distance(self.orbit)
         size = inverse * inverse
-        e, n = self._excesses(), attitude.to_body(sky.direction(self.orbit))
+        e, n = self._excesses(), attitude.to_body(environment.direction(self.orbit))
         squares, pairs = [x * x for x in n], (e[1] * e[2], e[2] * e[0], e[0] * e[1])
         linear = size * functions.dot(e, squares)
         mixed = size * size * functions.dot(pairs, squares)
@@ -95,15 +97,17 @@ class EllipsoidGravity(Potential):
         ab, bc, ca = (a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a)
         return functions.Vector(((ab - ca) / 3, (bc - ab) / 3, (ca - bc) / 3))
 
-    def check(self, body: Body) -> None:  # noqa: D102
+    @override
+    def check(self, body: Body) -> None:
         square = np.asarray(self.semiaxes) ** 2
         moments = np.asarray(self.mass)[..., None] / 5 * (np.sum(square, axis=-1, keepdims=True) - square)
         own = moments[..., None] * np.eye(3)
         hint = "Body.ellipsoid(mass, semiaxes) has the right one."
         refuse_other_inertia("mass and semiaxes", own, body.inertia, body, hint)
 
-    def doubts(self, attitude: Attitude, sky: Sky) -> Mapping[str, Scalar]:  # noqa: D102
-        place = attitude.to_body(sky.position(self.orbit))
+    @override
+    def validity(self, attitude: Attitude, environment: Environment) -> Mapping[str, Scalar]:
+        place = attitude.to_body(environment.position(self.orbit))
         outwards = sum((x / a) * (x / a) for x, a in zip(place, self.semiaxes, strict=True))
         return {"inside_ellipsoid": functions.less(outwards, 1)}
 

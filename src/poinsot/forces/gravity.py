@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.solid_harmonics import SolidHarmonics
@@ -13,7 +14,7 @@ from poinsot.forces.same_body import deviator, refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.parameters import Vector
@@ -42,11 +43,11 @@ class UniformGravity(Potential):
         super().__post_init__()
         if np.any(np.asarray(self.weight) < 0):
             raise ValueError(
-                f"weight must not be negative, but {np.min(self.weight)} came. "
-                "Gravity acts along -s3; turn center_of_mass."
+                f"weight must not be negative, got {np.min(self.weight)}. Gravity acts along -s3; turn center_of_mass."
             )
 
-    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+    @override
+    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
         up = attitude.to_body((0, 0, 1))
         return self.weight * functions.dot(self.center_of_mass, up)
 
@@ -66,8 +67,9 @@ class GravityGradient(Potential):
 
     orbit: Orbit
 
-    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: D102
-        radial, inverse = attitude.to_body(sky.direction(self.orbit)), sky.inverse_distance(self.orbit)
+    @override
+    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
+        radial, inverse = attitude.to_body(environment.direction(self.orbit)), environment.inverse_distance(self.orbit)
         return inverse * inverse * inverse * (1.5 * self.orbit.mu) * body.moment_about(radial)
 
 
@@ -95,10 +97,11 @@ class HarmonicGravity(Potential):
     orbit: Orbit
     field: GravityField
 
-    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: ARG002, D102
-        field, inverse = self.field, sky.inverse_distance(self.orbit)
+    @override
+    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
+        field, inverse = self.field, environment.inverse_distance(self.orbit)
         size = power = field.radius * inverse
-        harmonics = SolidHarmonics(attitude.to_body(-sky.direction(self.orbit)), squared=1)
+        harmonics = SolidHarmonics(attitude.to_body(-environment.direction(self.orbit)), squared=1)
         total: Scalar = 0.0
         for n in range(2, field.degree + 1):
             power = power * size
@@ -112,12 +115,14 @@ class HarmonicGravity(Potential):
             consequence = "the series does not converge there"
             warn_below(type(self).__name__, distance, self.field.extent, "the sphere that holds the body", consequence)
 
-    def check(self, body: Body) -> None:  # noqa: D102
+    @override
+    def check(self, body: Body) -> None:
         hint = "Take body and field from one shape along the same axes, or the body by Body.from_stokes from the field."
         refuse_other_inertia("the field's degree 2", self.field.inertia_deviator, deviator(body.inertia), body, hint)
 
-    def doubts(self, attitude: Attitude, sky: Sky) -> Mapping[str, Scalar]:  # noqa: ARG002, D102
-        return {"inside_sphere": functions.less(1, self.field.extent * sky.inverse_distance(self.orbit))}
+    @override
+    def validity(self, attitude: Attitude, environment: Environment) -> Mapping[str, Scalar]:
+        return {"inside_sphere": functions.less(1, self.field.extent * environment.inverse_distance(self.orbit))}
 
 
 class Oblateness(Potential):
@@ -160,8 +165,9 @@ class Oblateness(Potential):
             consequence = "the field outside the attractor is continued inwards"
             warn_below(type(self).__name__, distance, self.equatorial_radius, "the equatorial radius", consequence)
 
-    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: D102
-        radial, inverse = sky.direction(self.orbit), sky.inverse_distance(self.orbit)
+    @override
+    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
+        radial, inverse = environment.direction(self.orbit), environment.inverse_distance(self.orbit)
         pole = functions.Vector(self.pole) / functions.norm(self.pole)
         height = functions.dot(radial, pole)
         flattening = self.j2 * self.equatorial_radius**2 * (inverse * inverse)

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.dual import composed
@@ -15,7 +16,7 @@ from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.force import Potential
 
 __all__ = ["MasconGravity"]
@@ -56,7 +57,7 @@ class MasconGravity(Potential):
     def __post_init__(self) -> None:
         shape = real_numbers("positions", self.positions).shape
         if len(shape) < 2:
-            raise ValueError(f"positions must have shape (n, 3) or (members, n, 3), but shape {shape} came.")
+            raise ValueError(f"positions must have shape (n, 3) or (members, n, 3), got shape {shape}.")
         super().__post_init__()
 
     @property
@@ -65,19 +66,22 @@ class MasconGravity(Potential):
         return int(np.shape(self.positions)[-2])
 
     @functools.cached_property
-    def structure(self) -> tuple[Any, ...]:  # noqa: D102
+    @override
+    def structure(self) -> tuple[Any, ...]:
         return (*super().structure, self.count)
 
-    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:  # noqa: ARG002, D102
-        inverse = sky.inverse_distance(self.orbit)
-        away = 2 * inverse * attitude.to_body(sky.direction(self.orbit))
+    @override
+    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
+        inverse = environment.inverse_distance(self.orbit)
+        away = 2 * inverse * attitude.to_body(environment.direction(self.orbit))
         terms = [
             mass * composed(_beyond_the_first, functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
             for mass, x in zip(self.masses, self.positions, strict=True)
         ]
         return inverse * -self.orbit.mu * _paired_sum(terms)
 
-    def check(self, body: Body) -> None:  # noqa: D102
+    @override
+    def check(self, body: Body) -> None:
         m, x = np.asarray(self.masses)[..., None], np.asarray(self.positions)
         centre = np.sum(m * x, axis=-2) / np.sum(m, axis=-2)
         off = np.max(np.linalg.norm(centre, axis=-1) / np.max(np.linalg.norm(x, axis=-1), axis=-1))

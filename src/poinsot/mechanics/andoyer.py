@@ -12,7 +12,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.mechanics import euler
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, state_with
 
 __all__ = ["Andoyer"]
@@ -57,20 +57,20 @@ class Andoyer:
         (first, members), *others = [(name, len(x)) for name, x in vars(self).items() if np.ndim(x)] or [("", 0)]
         for name, count in others:
             if count != members:
-                raise ValueError(f"{name} must have as many members as {first}, but {count} and {members} came.")
+                raise ValueError(f"{name} must have as many members as {first}, got {count} and {members}.")
         if not np.all(self.G > 0):
-            raise ValueError(f"G must be positive, but {np.min(self.G)} came. A body at rest has no such variables.")
+            raise ValueError(f"G must be positive, got {np.min(self.G)}. A body at rest has no such variables.")
         for name in ("L", "H"):
             excess = np.max(np.abs(getattr(self, name)) / self.G)
             if excess > 1 + SLACK:
-                raise ValueError(f"{name} must lie between -G and G, but |{name}| = {excess:.13g} G came.")
+                raise ValueError(f"{name} must lie between -G and G, got |{name}| = {excess:.13g} G.")
 
     @classmethod
     @checked
     def of(cls, state: State) -> Andoyer:
         """Return the variables of a state; angles in (-pi, pi]."""
         if not isinstance(state, State):
-            raise TypeError(f"state must be a State, but {came(state)} came.")
+            raise TypeError(f"state must be a State, got {described(state)}.")
         body, space = state.angular_momentum_body, state.angular_momentum_space
         l, h = _azimuth(body[..., 0], body[..., 1]), _azimuth(space[..., 0], -space[..., 1])
         J, I = (np.arctan2(np.hypot(x[..., 0], x[..., 1]), x[..., 2]) for x in (body, space))

@@ -68,7 +68,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> NDArray[np.float64]:
     """
     A = real_numbers("matrix", matrix)
     if A.shape[-2:] != (3, 3):
-        raise ValueError(f"matrix must have shape (..., 3, 3), but shape {A.shape} came.")
+        raise ValueError(f"matrix must have shape (..., 3, 3), got shape {A.shape}.")
     defect = np.max(np.abs(A @ np.swapaxes(A, -1, -2) - np.eye(3)), initial=0.0)
     if not defect <= UNIT_SLACK or np.any(np.linalg.det(A) < 0):
         raise ValueError(
@@ -145,24 +145,24 @@ class Attitude:
         Whether "space" stands for moving axes, in which formulas only see vectors that come from the sky.
     """
 
-    def __init__(self, matrix: Array, carried: bool = False) -> None:
+    def __init__(self, matrix: Array, comoving: bool = False) -> None:
         self.matrix = matrix
-        self.carried = carried
+        self.comoving = comoving
 
     @classmethod
-    def from_quaternion(cls, q: Iterable[Scalar], carried: bool = False) -> Attitude:
+    def from_quaternion(cls, q: Iterable[Scalar], comoving: bool = False) -> Attitude:
         """Return the attitude of one quaternion of four scalars.
 
         All entries of the matrix are of second degree in q. So a potential and its torque belong together also where
         rounding has moved q off the unit sphere, and a kernel keeps the energy.
         """
-        return cls(rotation_matrix(functions.Vector(q)), carried)
+        return cls(rotation_matrix(functions.Vector(q)), comoving)
 
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components along the body axes of a vector given in space."""
-        if self.carried and not isinstance(vector, functions.CarriedVector):
-            raise functions.NotCarried
-        x = vector.components if isinstance(vector, functions.CarriedVector) else functions.Vector(vector)
+        if self.comoving and not isinstance(vector, functions.ComovingVector):
+            raise functions.NotComoving
+        x = vector.components if isinstance(vector, functions.ComovingVector) else functions.Vector(vector)
         return functions.Vector(functions.dot(self.matrix[:, i], x) for i in range(3))
 
     def to_space(self, vector: Iterable[Scalar]) -> Vector:
@@ -172,7 +172,7 @@ class Attitude:
 
     def in_space(self, scalars: Iterable[Scalar]) -> Vector:
         """Return three scalars as a vector in space."""
-        return functions.CarriedVector(scalars) if self.carried else functions.Vector(scalars)
+        return functions.ComovingVector(scalars) if self.comoving else functions.Vector(scalars)
 
 
 def matrix_of(rows: Iterable[Iterable[Scalar]]) -> Array:

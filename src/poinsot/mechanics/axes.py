@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.parameters import Parametric
 
-__all__ = ["SPACE_AXES", "Axes", "SpaceAxes", "TrackingAxes", "TrackingSky"]
+__all__ = ["SPACE_AXES", "Axes", "SpaceAxes", "TrackingAxes", "TrackingEnvironment"]
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ class Axes(Parametric, ABC):
         """Return the variables at a time; shape (..., size)."""
 
     @abstractmethod
-    def sky(self, time: Scalar, variables: Any) -> Sky:
+    def environment(self, time: Scalar, variables: Any) -> Environment:
         """Return the world at an instant, its vectors along these axes."""
 
     @abstractmethod
@@ -43,7 +44,7 @@ class Axes(Parametric, ABC):
     def quaternion(self, time: Array, variables: Array) -> Array:
         """Return the unit quaternions axes -> space; shape (..., 4)."""
 
-    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: ARG002
+    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment | None:  # noqa: ARG002
         """Return the world along the space axes for an orbit that these axes follow; None if they follow none."""
         return None
 
@@ -51,19 +52,24 @@ class Axes(Parametric, ABC):
 class SpaceAxes(Axes):
     """The space axes themselves."""
 
-    def start(self, time: Array) -> Array:  # noqa: D102
+    @override
+    def start(self, time: Array) -> Array:
         return np.empty((*np.shape(time), 0))
 
-    def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: ARG002, D102
-        return Sky(time)
+    @override
+    def environment(self, time: Scalar, variables: Any) -> Environment:
+        return Environment(time)
 
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: ARG002, D102
+    @override
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
         return []
 
-    def omega(self, time: Scalar, variables: Any) -> Vector | None:  # noqa: ARG002, D102
+    @override
+    def omega(self, time: Scalar, variables: Any) -> Vector | None:
         return None
 
-    def quaternion(self, time: Array, variables: Array) -> Array:  # noqa: ARG002, D102
+    @override
+    def quaternion(self, time: Array, variables: Array) -> Array:
         return np.array([1.0, 0.0, 0.0, 0.0])
 
     def along(self, orbits: Sequence[Orbit]) -> SpaceAxes:  # noqa: ARG002
@@ -101,51 +107,61 @@ class TrackingAxes(SpaceAxes):
         return axes
 
     @property
-    def size(self) -> int:  # type: ignore[override]  # noqa: D102
+    @override
+    def size(self) -> int:  # type: ignore[override]
         return self.others.size + (0 if self._shares else self.own.size)
 
     @property
     def _shares(self) -> bool:
         return self.offset < self.others.size
 
-    def start(self, time: Array) -> Array:  # noqa: D102
+    @override
+    def start(self, time: Array) -> Array:
         others = self.others.start(time)
         return others if self._shares else np.concatenate([others, self.own.start(time)], axis=-1)
 
-    def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
-        return TrackingSky(time, self, variables)
+    @override
+    def environment(self, time: Scalar, variables: Any) -> Environment:
+        return TrackingEnvironment(time, self, variables)
 
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+    @override
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
         others = self.others.rates(time, variables[: self.others.size])
         return others if self._shares else [*others, *self.own.rates(time, variables[self.offset :])]
 
-    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky | None:  # noqa: D102
+    @override
+    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment | None:
         if orbit is not self.orbit:
-            return self.others.sky_in_space(orbit, time, variables)
-        return self.own.sky_in_space(orbit, time, variables[self.offset : self.offset + self.own.size])
+            return self.others.environment_in_space(orbit, time, variables)
+        return self.own.environment_in_space(orbit, time, variables[self.offset : self.offset + self.own.size])
 
-    def along(self, orbits: Sequence[Orbit]) -> TrackingAxes:  # noqa: D102
+    @override
+    def along(self, orbits: Sequence[Orbit]) -> TrackingAxes:
         return TrackingAxes(orbits[self.place], self.place, self.offset, self.others.along(orbits))
 
 
-class TrackingSky(Sky):
+class TrackingEnvironment(Environment):
     """The world along the space axes: each orbit by its variables where it has some, else by its formulas."""
 
     def __init__(self, time: Scalar, axes: Axes, variables: Any) -> None:
         super().__init__(time)
         self._axes, self._variables = axes, variables
 
-    def _of(self, orbit: Orbit) -> Sky:
-        return self._axes.sky_in_space(orbit, self.time, self._variables) or Sky(self.time)
+    def _of(self, orbit: Orbit) -> Environment:
+        return self._axes.environment_in_space(orbit, self.time, self._variables) or Environment(self.time)
 
-    def position(self, orbit: Orbit) -> Vector:  # noqa: D102
+    @override
+    def position(self, orbit: Orbit) -> Vector:
         return self._of(orbit).position(orbit)
 
-    def velocity(self, orbit: Orbit) -> Vector:  # noqa: D102
+    @override
+    def velocity(self, orbit: Orbit) -> Vector:
         return self._of(orbit).velocity(orbit)
 
-    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: D102
+    @override
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
         return self._of(orbit).inverse_distance(orbit)
 
-    def direction(self, orbit: Orbit) -> Vector:  # noqa: D102
+    @override
+    def direction(self, orbit: Orbit) -> Vector:
         return self._of(orbit).direction(orbit)

@@ -15,7 +15,7 @@ from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpos
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
-from poinsot.mechanics.parameters import Parametric, Vector, came
+from poinsot.mechanics.parameters import Parametric, Vector, described
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -136,7 +136,7 @@ class Body(Parametric):
             If a moment is zero, as those of points along a line.
         """
         if not hasattr(shape, "circumscribing_radius"):
-            raise TypeError(f"shape must be a shape, such as a Mesh, but {came(shape)} came.")
+            raise TypeError(f"shape must be a shape, such as a Mesh, got {described(shape)}.")
         inertia = shape.inertia
         negligible = np.abs(inertia) <= EQUAL_MOMENTS * np.max(np.diag(inertia))
         body = Body.from_inertia(np.where(negligible & ~np.eye(3, dtype=bool), 0, inertia))
@@ -206,7 +206,7 @@ class Body(Parametric):
         given = {name: ratio for name, ratio in named.items() if ratio is not None}
         if len(given) != 2:
             raise ValueError(
-                f"from_ratios must have exactly two of alpha, beta, gamma, but {' and '.join(given) or 'none'} came."
+                f"from_ratios must have exactly two of alpha, beta, gamma, got {' and '.join(given) or 'none'}."
             )
         shape = _shape_of_ratios(**dict(zip(given, _numbers(**given), strict=True)))
         return Body(shape / shape[2] * _positive("polar_moment", polar_moment))
@@ -235,7 +235,7 @@ class Body(Parametric):
         """Return the body of point masses, shapes (n,) and (n, 3), about their centre of mass."""
         m = _positive("masses", masses, (None,))
         if not m.size:
-            raise ValueError("masses must not be empty, but shape (0,) came.")
+            raise ValueError("masses must not be empty, got shape (0,).")
         x = real_array("positions", positions, (m.size, 3))
         x = x - m @ x / m.sum()
         return Body.from_inertia(inertia_of_spread(np.einsum("n,ni,nj->ij", m, x, x)))
@@ -348,7 +348,7 @@ def _shape_of_ratios(**ratios: float) -> NDArray[np.float64]:
     """Return moments in the proportion that two ratios between them make."""
     for name, ratio in ratios.items():
         if abs(ratio) > 1:
-            raise ValueError(f"{name} must lie in [-1, 1], but {ratio} came. No rigid body has these moments.")
+            raise ValueError(f"{name} must lie in [-1, 1], got {ratio}. No rigid body has these moments.")
     (x, y), names = ratios.values(), set(ratios)
     if "alpha" not in names:
         shape = np.array([1 - x * y, 1 + y, 1 + x])
@@ -388,15 +388,15 @@ def _three(name: str, vectors: ArrayLike) -> Any:
         return scalar(name, vectors)
     array = real_numbers(name, vectors)
     if array.shape[-1:] != (3,):
-        raise ValueError(f"{name} must have shape (..., 3), but shape {array.shape} came.")
+        raise ValueError(f"{name} must have shape (..., 3), got shape {array.shape}.")
     return array
 
 
 def _exactly_one(given: dict[str, Any], frame: Any) -> tuple[str, Any]:
     chosen = [(name, value) for name, value in given.items() if value is not None]
     if len(chosen) != 1:
-        came = " and ".join(name for name, _ in chosen) or "none"
-        raise ValueError(f"state must have exactly one of {', '.join(given)}, but {came} came.")
+        named = " and ".join(name for name, _ in chosen) or "none"
+        raise ValueError(f"state must have exactly one of {', '.join(given)}, got {named}.")
     if frame is not None and not chosen[0][0].startswith("omega"):
-        raise ValueError(f"a rate relative to a frame must be omega_body or omega_space, but {chosen[0][0]} came.")
+        raise ValueError(f"a rate relative to a frame must be omega_body or omega_space, got {chosen[0][0]}.")
     return chosen[0]

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.dual import Dual
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 
-__all__ = ["BRANCHES", "ExploredSky", "Nested", "opened"]
+__all__ = ["BRANCHES", "ExploredEnvironment", "Nested", "opened"]
 
 BRANCHES = 16
 """Samples that take all ways of four conditions."""
@@ -83,7 +84,8 @@ class Wrapped:
 class Nested(Wrapped):
     """A dual that other duals take for a plain scalar, so that a torque derived from an energy is derived again."""
 
-    def wrapped(self, value: Any) -> Any:  # noqa: D102
+    @override
+    def wrapped(self, value: Any) -> Any:
         return Nested(value) if isinstance(value, Dual) else value
 
 
@@ -117,7 +119,7 @@ class Explored(Wrapped):
         return (np.arange(BRANCHES) >> bit & 1).astype(bool) != self._other
 
 
-class ExploredSky(Sky):
+class ExploredEnvironment(Environment):
     """The world at sample times, where conditions on time and orbits go every way, whatever the times are.
 
     Parameters
@@ -134,16 +136,19 @@ class ExploredSky(Sky):
 
     def __init__(self, time: Any, other: bool = False) -> None:
         self.asked: list[str] = []
-        self._plain, self._other = Sky(time), other
+        self._plain, self._other = Environment(time), other
         super().__init__(self._explored(time))
 
-    def position(self, orbit: Orbit) -> Vector:  # noqa: D102
+    @override
+    def position(self, orbit: Orbit) -> Vector:
         return Vector(map(self._explored, self._plain.position(orbit)))
 
-    def velocity(self, orbit: Orbit) -> Vector:  # noqa: D102
+    @override
+    def velocity(self, orbit: Orbit) -> Vector:
         return Vector(map(self._explored, self._plain.velocity(orbit)))
 
-    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: D102
+    @override
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
         return self._explored(self._plain.inverse_distance(orbit))
 
     def _explored(self, scalar: Any) -> Any:

@@ -73,12 +73,10 @@ class Calendar:
     def __post_init__(self) -> None:
         for name, value, known in (("scale", self.scale, SCALES), ("unit", self.unit, SECONDS)):
             if not isinstance(value, str) or value not in known:
-                raise ValueError(f"{name} must be one of {', '.join(known)}, but {value!r} came.")
+                raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}.")
         date, scale = _read(self.zero)
         if scale:
-            raise ValueError(
-                f"zero must be a date without a scale, but {self.zero!r} came. The scale is its own field."
-            )
+            raise ValueError(f"zero must be a date without a scale, got {self.zero!r}. The scale is its own field.")
         object.__setattr__(self, "zero", date)
 
     def time(self, epoch: Any) -> Any:
@@ -101,7 +99,7 @@ class Calendar:
         ValueError
             If a date is none, or does not say its scale.
         ImportError
-            If astropy is missing and a date came.
+            If a date is given and astropy is missing.
         """
         if _is_instant(epoch):
             times = self._counted(epoch)
@@ -117,7 +115,7 @@ class Calendar:
         """Return the instants of times as an `astropy.time.Time`, in the scale of this calendar (GPS as TAI)."""
         times = real_numbers("time", time, self.unit)
         if np.any(np.abs(times) > FURTHEST / SECONDS[self.unit]):
-            raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, but {_short(time)} came.")
+            raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, got {_short(time)}.")
         seconds = times * SECONDS[self.unit]
         counted = SCALES[self.scale]
         with _offline() as astropy:
@@ -141,9 +139,7 @@ class Calendar:
         for scale in {scale for _, scale in read}:
             if scale is None:
                 text = next(text for text, (_, none) in zip(texts, read, strict=True) if none is None)
-                raise ValueError(
-                    f"epoch must say its scale, but {text!r} came. Write '{text.strip()} UTC', or TDB, TT."
-                )
+                raise ValueError(f"epoch must say its scale, got {text!r}. Write '{text.strip()} UTC', or TDB, TT.")
             chosen = [i for i, (_, other) in enumerate(read) if other == scale]
             with _offline() as astropy:
                 times[chosen] = self._counted(_instant(astropy, [read[i][0] for i in chosen], scale))
@@ -165,9 +161,9 @@ class Calendar:
 def checked_calendar(calendar: Any) -> Calendar:
     """Return a calendar of an orbit in km and km/s, which must count seconds."""
     if not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, but {type(calendar).__name__} came.")
+        raise TypeError(f"calendar must be a Calendar, got {type(calendar).__name__}.")
     if calendar.unit != "s":
-        raise ValueError(f"calendar must count seconds for an orbit in km and km/s, but {calendar} came.")
+        raise ValueError(f"calendar must count seconds for an orbit in km and km/s, got {calendar}.")
     return calendar
 
 
@@ -175,9 +171,9 @@ def span_of(calendar: Any, start: Any, stop: Any) -> tuple[float, float]:
     """Return the times of two instants, the second later than the first, in seconds of a calendar."""
     first, last = (checked_calendar(calendar).time(instant) for instant in (start, stop))
     if np.ndim(first) or np.ndim(last):
-        raise ValueError(f"start and stop must be single instants, but {_short(start)} and {_short(stop)} came.")
+        raise ValueError(f"start and stop must be single instants, got {_short(start)} and {_short(stop)}.")
     if not first < last:
-        raise ValueError(f"stop must be later than start, but {_short(stop)} and {_short(start)} came.")
+        raise ValueError(f"stop must be later than start, got {_short(stop)} and {_short(start)}.")
     return first, last
 
 
@@ -189,9 +185,7 @@ def _is_instant(value: Any) -> bool:
 def refuse_date(name: str, value: Any) -> None:
     """Refuse a date where only a number tells the instant."""
     if holds_dates(value) or isinstance(value, dt.date | np.datetime64):
-        raise TypeError(
-            f"{name} must be a number, but {_short(value)} came. A date becomes one: orbit.calendar.time(date)."
-        )
+        raise TypeError(f"{name} must be a number, got {_short(value)}. A date becomes one: orbit.calendar.time(date).")
 
 
 def holds_dates(values: Any) -> bool:
@@ -206,23 +200,19 @@ def _rectangular(epochs: Any) -> NDArray[Any]:
     try:
         return np.asarray(epochs)
     except ValueError:
-        raise ValueError(
-            f"epoch must be an array of dates, but rows of unequal length came: {_short(epochs)}."
-        ) from None
+        raise ValueError(f"epoch must be an array of dates, got rows of unequal length: {_short(epochs)}.") from None
 
 
 def _read(text: Any) -> tuple[str, str | None]:
     """Return a date in full, "2000-01-01T12:00:00", and its scale if it says one."""
     match = _EPOCH.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
-        raise ValueError(f"epoch must be a date such as '2026-11-21T00:00:00 UTC', but {_short(text)} came.")
+        raise ValueError(f"epoch must be a date such as '2026-11-21T00:00:00 UTC', got {_short(text)}.")
     scale = "UTC" if match["scale"] in ("Z", "z") else match["scale"] and match["scale"].upper()
     if scale is not None and scale not in SCALES:
-        raise ValueError(f"epoch must be in one of the scales {', '.join(SCALES)}, but {_short(text)} came.")
+        raise ValueError(f"epoch must be in one of the scales {', '.join(SCALES)}, got {_short(text)}.")
     if scale == "UTC" and int(match["year"]) < FIRST_YEAR_OF_UTC:
-        raise ValueError(
-            f"epoch must be in {FIRST_YEAR_OF_UTC} or later in UTC, but {_short(text)} came. Say it in TT."
-        )
+        raise ValueError(f"epoch must be in {FIRST_YEAR_OF_UTC} or later in UTC, got {_short(text)}. Say it in TT.")
     day = match["day"] if "-" in match["day"] else _month_and_day(match["year"], match["day"], text)
     clock = match["clock"] or "00:00"
     return f"{match['year']}-{day}T{clock}" + (":00" if len(clock) == 5 else ""), scale
@@ -233,7 +223,7 @@ def _month_and_day(year: str, day: str, text: str) -> str:
         date = dt.date(int(year), 1, 1) + dt.timedelta(int(day) - 1)
         if date.year == int(year):
             return date.strftime("%m-%d")
-    raise ValueError(f"epoch must be a date that exists, but {_short(text)} came.")
+    raise ValueError(f"epoch must be a date that exists, got {_short(text)}.")
 
 
 def _instant(astropy: Any, dates: Any, scale: str) -> Any:
@@ -241,7 +231,7 @@ def _instant(astropy: Any, dates: Any, scale: str) -> Any:
     try:
         instants = astropy.Time(dates, format="isot", scale="tai" if scale == "GPS" else scale.lower())
     except (ValueError, optional("erfa", "dates").ErfaWarning):
-        raise ValueError(f"epoch must be a date that exists in {scale}, but {_short(dates)} came.") from None
+        raise ValueError(f"epoch must be a date that exists in {scale}, got {_short(dates)}.") from None
     behind = astropy.TimeDelta(GPS_BEHIND_TAI, format="sec", scale="tai")
     return instants + behind if scale == "GPS" else instants
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from poinsot.mechanics.axes import Axes
     from poinsot.mechanics.frame import Frame
 
-__all__ = ["SPACE_AXES_UNNAMED", "Orbit", "Sky", "frames_of"]
+__all__ = ["SPACE_AXES_UNNAMED", "Environment", "Orbit", "frames_of"]
 
 SPACE_AXES_UNNAMED = "space axes"
 """The reference frame of an orbit whose axes have no other name than the user's."""
@@ -138,7 +138,7 @@ def frames_of(orbits: Iterable[Orbit]) -> list[str]:
     return list(names)
 
 
-class Sky:
+class Environment:
     """The world at one instant, as a formula sees it.
 
     Parameters

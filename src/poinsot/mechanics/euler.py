@@ -31,7 +31,7 @@ SINGULAR_SINE = 1e-6
 def axes_of(sequence: str) -> tuple[int, int, int]:
     """Return the three axes as indices 0, 1, 2."""
     if sequence not in SEQUENCES:
-        raise ValueError(f"sequence must be one of {', '.join(SEQUENCES)}, but {sequence!r} came.")
+        raise ValueError(f"sequence must be one of {', '.join(SEQUENCES)}, got {sequence!r}.")
     i, j, k = (int(digit) - 1 for digit in sequence)
     return i, j, k
 

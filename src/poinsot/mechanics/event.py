@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.parameters import kinds_of, listed
 from poinsot.mechanics.state import State
@@ -47,7 +47,7 @@ class Event(Force):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.slope not in (-1, 0, 1):
-            raise ValueError(f"slope must be -1, 0 or 1, but {self.slope} came.")
+            raise ValueError(f"slope must be -1, 0 or 1, got {self.slope}.")
         if self.terminal and self.acts:
             raise ValueError(f"{type(self).__name__} must either act or be terminal, but it does both.")
 
@@ -58,10 +58,10 @@ class Event(Force):
         return f"{type(self).__name__}({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
 
     @abstractmethod
-    def value(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Scalar:
+    def value(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Scalar:
         """Return the scalar whose zeros are the events; `body.angular_momentum(omega_body)` is the momentum."""
 
-    def condition(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Scalar:  # noqa: ARG002
+    def condition(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Scalar:  # noqa: ARG002
         """Return a scalar that is positive where a zero of the value is an event; by default at all of them."""
         return 1.0
 

@@ -14,7 +14,7 @@ from poinsot import functions
 from poinsot.algebra.dual import partial, seeded
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.parameters import Parametric
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Force(Parametric, ABC):
     def check(self, body: Body) -> None:
         """Raise a ValueError if the force is that on another body; a system asks once, when it is made."""
 
-    def doubts(self, attitude: Attitude, sky: Sky) -> Mapping[str, Scalar]:  # noqa: ARG002
+    def validity(self, attitude: Attitude, environment: Environment) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by name, whether the formula is used where it need not hold: a result counts these times."""
         return {}
 
@@ -38,7 +38,7 @@ class Potential(Force):
     """A conservative effect, by one scalar formula in body-frame vectors; its torque is derived."""
 
     @abstractmethod
-    def energy(self, body: Body, attitude: Attitude, sky: Sky) -> Scalar:
+    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
         """Return the potential energy, written with `attitude.to_body(u)` of space vectors u."""
 
 
@@ -46,7 +46,7 @@ class Torque(Force):
     """An effect that has no potential, by one formula with three body components."""
 
     @abstractmethod
-    def torque(self, body: Body, attitude: Attitude, omega_body: Vector, sky: Sky) -> Any:
+    def torque(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Any:
         """Return the torque along the body axes, three scalars."""
 
 
@@ -54,7 +54,7 @@ class _Recorder(Attitude):
     """An attitude that makes every vector it turns into body axes an independent variable."""
 
     def __init__(self, attitude: Attitude) -> None:
-        super().__init__(attitude.matrix, attitude.carried)
+        super().__init__(attitude.matrix, attitude.comoving)
         self.seen: list[Vector] = []
 
     def to_body(self, vector: Any) -> Vector:
@@ -70,14 +70,16 @@ class _Recorder(Attitude):
 UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
-def derived_torque(potential: Potential, body: Body, attitude: Attitude, sky: Sky, scale: Scalar = 1) -> Vector:
+def derived_torque(
+    potential: Potential, body: Body, attitude: Attitude, environment: Environment, scale: Scalar = 1
+) -> Vector:
     """Return the torque of a potential along the body axes: the sum over u of u_body x dV/du_body.
 
     A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega. The torque is multiplied
     by `scale`.
     """
     recorder = _Recorder(attitude)
-    energy = potential.energy(body, recorder, sky)
+    energy = potential.energy(body, recorder, environment)
     total = Vector((0.0, 0.0, 0.0))
     for k, seen in enumerate(recorder.seen):
         total = total + functions.cross(seen, [scale * partial(energy, k, i) for i in range(3)])

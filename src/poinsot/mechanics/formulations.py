@@ -103,7 +103,7 @@ class LiePoisson(Formulation):
         self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
     ) -> list[Scalar]:
         q, g = self.split(variables)
-        torque = torque_of(Attitude.from_quaternion(q, carried=turning is not None), kinetics.omega(g))
+        torque = torque_of(Attitude.from_quaternion(q, comoving=turning is not None), kinetics.omega(g))
         return [*_turned(q, kinetics.half_omega(g), turning), *(kinetics.gyration(g) + torque)]
 
     def from_state(self, state: State) -> NDArray[np.float64]:
@@ -182,7 +182,7 @@ class Canonical(Formulation):
         half_omega = kinetics.half_omega(g)
         push = quat.product(
             q,
-            quat.pure(2 * torque_of(Attitude.from_quaternion(q, carried=turning is not None), kinetics.omega(g))),
+            quat.pure(2 * torque_of(Attitude.from_quaternion(q, comoving=turning is not None), kinetics.omega(g))),
         )
         return [*_turned(q, half_omega, turning), *(_turned(Q, half_omega, turning) + push)]
 
@@ -207,7 +207,7 @@ class EulerAngles(Formulation):
         self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
     ) -> list[Scalar]:
         if turning is not None:
-            raise ValueError("axes must be the space axes for Euler angles, but turning axes came.")
+            raise ValueError("axes must be the space axes for Euler angles, got turning axes.")
         angles, momenta = self.split(variables)
         attitude = Attitude(euler.rotation_matrix_from_angles(angles, self.sequence))
         axes = euler.rotation_axes(angles, self.sequence)

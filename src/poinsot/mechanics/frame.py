@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_array, real_numbers
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -42,7 +43,7 @@ class Frame(ABC):
 def checked_frame(frame: Any) -> Frame:
     """Return the frame, or raise a TypeError."""
     if not isinstance(frame, Frame):
-        raise TypeError(f"frame must be a Frame, but {came(frame)} came. An orbit has one: orbit.frame.")
+        raise TypeError(f"frame must be a Frame, got {described(frame)}. An orbit has one: orbit.frame.")
     return frame
 
 
@@ -80,7 +81,8 @@ class RotatingFrame(Frame):
         self._omega = real_array("omega_space", omega_space, (3,))
         self._epoch = float(real_array("epoch", epoch, ()))
 
-    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:
         half = 0.5 * (real_numbers("time", time) - self._epoch)
         rate = np.linalg.norm(self._omega)
         turned: Any = np.stack(
@@ -89,5 +91,6 @@ class RotatingFrame(Frame):
         )
         return quat.product(turned, self._start)
 
-    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:
         return np.broadcast_to(self._omega, (*real_numbers("time", time).shape, 3))

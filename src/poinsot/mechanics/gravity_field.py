@@ -59,16 +59,16 @@ class GravityField(Parametric):
 
     def __post_init__(self) -> None:
         if isinstance(self.degree, int) and self.degree < 2:
-            raise ValueError(f"degree must be at least 2, but {self.degree} came.")
+            raise ValueError(f"degree must be at least 2, got {self.degree}.")
         super().__post_init__()
         for name in ("mass", "radius"):
             refuse_nonpositive(name, getattr(self, name))
         if np.any(np.asarray(self.extent) < 0):
-            raise ValueError(f"extent must not be negative, but {np.min(self.extent)} came. 0 means unknown.")
+            raise ValueError(f"extent must not be negative, got {np.min(self.extent)}. 0 means unknown.")
         first = np.ravel(self.C[..., 0, 0])
         wrong = first[(np.abs(first - 1) > SLACK) & (first != 0)]
         if wrong.size:
-            raise ValueError(f"C_00 must be 1, or 0 where it is left out, but {wrong[0]:g} came.")
+            raise ValueError(f"C_00 must be 1, or 0 where it is left out, got {wrong[0]:g}.")
         zonal = np.argwhere(self.S[..., 0])
         if zonal.size:
             raise ValueError(f"S must be zero in order 0, but S_{zonal[0, -1]}0 is not.")
@@ -109,7 +109,7 @@ class GravityField(Parametric):
         """Return the field up to a lower degree."""
         degree = whole_degree(degree)
         if not 2 <= degree <= self.degree:
-            raise ValueError(f"degree must be from 2 to {self.degree}, that of the field, but {degree} came.")
+            raise ValueError(f"degree must be from 2 to {self.degree}, that of the field, got {degree}.")
         kept = slice(degree + 1)
         C, S = self.C[..., kept, kept], self.S[..., kept, kept]
         return GravityField(degree, self.mass, self.radius, C, S, self.extent)
@@ -134,7 +134,7 @@ def whole_degree(degree: Any) -> int:
             return operator.index(degree)
     except TypeError:
         pass
-    raise TypeError(f"degree must be an int, but {type(degree).__name__} {degree!r} came.")
+    raise TypeError(f"degree must be an int, got {type(degree).__name__} {degree!r}.")
 
 
 def norms(degree: int) -> Array:

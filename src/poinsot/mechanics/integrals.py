@@ -20,8 +20,8 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.dual import partial, seeded
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.branch_exploration import BRANCHES, ExploredSky, opened
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.probing import orbits_of, samples, time_scale
 
@@ -134,15 +134,15 @@ class _Rates:
     """The rates of change of energy and angular momentum at sample states, members first."""
 
     def __init__(self, system: System) -> None:
-        parts = [_at_samples(system, samples(system), Sky, lambda t: Sky(np.roll(t, 1)))]
-        skies: list[ExploredSky] = []
+        parts = [_at_samples(system, samples(system), Environment, lambda t: Environment(np.roll(t, 1)))]
+        skies: list[ExploredEnvironment] = []
 
-        def explored(time: Any, other: bool = False) -> Sky:
-            skies.append(ExploredSky(time, other))
+        def explored(time: Any, other: bool = False) -> Environment:
+            skies.append(ExploredEnvironment(time, other))
             return skies[-1]
 
         branches = _at_samples(system, samples(system, BRANCHES), explored, lambda t: explored(t, other=True))
-        if any(sky.asked for sky in skies):
+        if any(environment.asked for environment in skies):
             parts.append(branches)
         plain, shaken = (
             [np.concatenate(values, axis=-1) for values in zip(*half, strict=True)] for half in zip(*parts, strict=True)
@@ -182,16 +182,22 @@ def _largest(values: Any) -> Any:
 
 
 def _at_samples(
-    system: System, sampled: tuple[Array, Array, Array], sky: Callable[[Any], Sky], another: Callable[[Array], Sky]
+    system: System,
+    sampled: tuple[Array, Array, Array],
+    environment: Callable[[Any], Environment],
+    another: Callable[[Array], Environment],
 ) -> tuple[list[Array], list[Array]]:
     """Return rates, members first, at samples and at neighbours a rounding away, which shows their noise."""
     random = np.random.default_rng(1)
     shaken = [values * (1 + EPS * random.uniform(-2, 2, values.shape)) for values in sampled]
-    return _rates_at(system, sampled, sky, another), _rates_at(system, shaken, sky, another)
+    return _rates_at(system, sampled, environment, another), _rates_at(system, shaken, environment, another)
 
 
 def _rates_at(
-    system: System, sampled: Sequence[Array], sky: Callable[[Any], Sky], another: Callable[[Array], Sky]
+    system: System,
+    sampled: Sequence[Array],
+    environment: Callable[[Any], Environment],
+    another: Callable[[Array], Environment],
 ) -> list[Array]:
     """Return omega, energy, its rate, its change to another sky, power and g . torque of torques, and torque.
 
@@ -200,10 +206,12 @@ def _rates_at(
     q, t, omega = sampled
     twin = system.beside_samples
     attitude, rate = Attitude.from_quaternion(functions.Vector(q.T)), functions.Vector(omega.T)
-    energy = twin.potential_at(functions.Vector(q.T), t, sky(seeded([t], "time")[0]))
-    here, there = (opened(twin.potential_at(functions.Vector(q.T), t, world)) for world in (sky(t), another(t)))
-    torque = [opened(x) for x in twin.torque_at(attitude, rate, sky(t))]
-    others = [force.torque(twin.body, attitude, rate, sky(t)) for force in twin.forces if isinstance(force, Torque)]
+    energy = twin.potential_at(functions.Vector(q.T), t, environment(seeded([t], "time")[0]))
+    here, there = (opened(twin.potential_at(functions.Vector(q.T), t, world)) for world in (environment(t), another(t)))
+    torque = [opened(x) for x in twin.torque_at(attitude, rate, environment(t))]
+    others = [
+        force.torque(twin.body, attitude, rate, environment(t)) for force in twin.forces if isinstance(force, Torque)
+    ]
     g = np.moveaxis(system.body.inertia @ omega.T, -2, 0)
     values = opened(getattr(energy, "value", energy)), opened(partial(energy, "time", 0)), here - there
     powers = sum(opened(functions.dot(other, rate)) for other in others), functions.dot(g, torque)

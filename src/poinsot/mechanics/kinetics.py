@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from numpy.typing import ArrayLike
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
@@ -62,13 +63,16 @@ class ObliqueKinetics(Kinetics):
 
     axes: Annotated[Any, (3, 3)]
 
-    def omega(self, g: ArrayLike) -> Array:  # noqa: D102
+    @override
+    def omega(self, g: ArrayLike) -> Array:
         return turned(self.axes, super().omega(turned(self.axes.T, g)))
 
-    def half_omega(self, g: ArrayLike) -> Array:  # noqa: D102
+    @override
+    def half_omega(self, g: ArrayLike) -> Array:
         return turned(self.axes, super().half_omega(turned(self.axes.T, g)))
 
-    def gyration(self, g: ArrayLike) -> Array:  # noqa: D102
+    @override
+    def gyration(self, g: ArrayLike) -> Array:
         return turned(self.axes, super().gyration(turned(self.axes.T, g)))
 
 

@@ -42,13 +42,11 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
         tails = {each.rpartition(".")[2]: each for each in known}
         last = str(name).rpartition(".")[2]
         near = full or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
-        raise ValueError(
-            f"parameters must name single numbers of the system, but {name!r} came. Near: {', '.join(near)}."
-        )
+        raise ValueError(f"parameters must name single numbers of the system, got {name!r}. Near: {', '.join(near)}.")
     integrated = {own for orbit in orbits_of(system) if not orbit.closed_form for own in _owners(orbit)}
     if dict(_names(system))[full[0]][0] in integrated:
         raise ValueError(
-            f"parameters must not be those of an orbit that is integrated along, but {name!r} came. Take differences "
+            f"parameters must not be those of an orbit that is integrated along, got {name!r}. Take differences "
             "of two runs."
         )
     return known[full[0]]

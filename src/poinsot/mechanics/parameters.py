@@ -21,7 +21,7 @@ from poinsot import functions
 from poinsot.errors import member_array
 from poinsot.functions import Scalar
 
-__all__ = ["Parametric", "Table", "Vector", "came", "kinds_of"]
+__all__ = ["Parametric", "Table", "Vector", "described", "kinds_of"]
 
 
 Vector = Annotated[Any, (3,)]
@@ -54,7 +54,7 @@ class Parametric:
             if not isinstance(kind, tuple) and (
                 not isinstance(value, kind) or (kind is int and isinstance(value, bool))
             ):
-                raise TypeError(f"{name} must be {_article(kind)}, but {came(value)} came.")
+                raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
         for name, kind in _fields_of(self).items():
             if isinstance(kind, tuple):
                 object.__setattr__(self, name, member_array(name, getattr(self, name), kind))
@@ -216,6 +216,6 @@ def listed(value: Any) -> str:
     return repr(value.tolist()) if value.size <= 16 else f"<array {value.shape}>"
 
 
-def came(value: Any) -> str:
+def described(value: Any) -> str:
     """Return what a wrong argument was, for an error sentence."""
     return f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__

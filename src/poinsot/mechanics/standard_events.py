@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import field
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import Vector
 
@@ -46,7 +47,8 @@ class AxisCrossing(Event):
         _refuse_zero("direction", self.direction)
         _refuse_other_angle(self.angle)
 
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+    @override
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
         axis, direction = functions.Vector(self.axis), functions.Vector(self.direction)
         size = functions.norm(axis) * functions.norm(direction)
         return functions.dot(axis, attitude.to_body(direction)) - size * functions.cos(self.angle)
@@ -78,8 +80,9 @@ class AttractorCrossing(Event):
         _refuse_zero("axis", self.axis)
         _refuse_other_angle(self.angle)
 
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
-        axis, outwards = functions.Vector(self.axis), attitude.to_body(sky.direction(self.orbit))
+    @override
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
+        axis, outwards = functions.Vector(self.axis), attitude.to_body(environment.direction(self.orbit))
         return -functions.dot(axis, outwards) - functions.norm(axis) * functions.cos(self.angle)
 
 
@@ -106,7 +109,8 @@ class RateCrossing(Event):
         super().__post_init__()
         _refuse_zero("axis", self.axis)
 
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+    @override
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
         axis = functions.Vector(self.axis)
         return functions.dot(axis, omega_body) - functions.norm(axis) * self.rate
 
@@ -131,7 +135,8 @@ class SpinFlip(Event):
         super().__post_init__()
         _refuse_zero("axis", self.axis)
 
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+    @override
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
         return functions.dot(functions.Vector(self.axis), body.angular_momentum(omega_body))
 
 
@@ -162,10 +167,18 @@ class AndoyerCrossing(Event):
         super().__post_init__()
         _refuse_zero("pole", self.pole)
 
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+    @override
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
         return self._sine_and_cosine(body, attitude, omega_body)[0]
 
-    def condition(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
+    @override
+    def condition(
+        self,
+        body: Body,
+        attitude: Attitude,
+        omega_body: functions.Vector,
+        environment: Environment,
+    ) -> Scalar:
         return self._sine_and_cosine(body, attitude, omega_body)[1]
 
     def _sine_and_cosine(self, body: Body, attitude: Attitude, omega_body: functions.Vector) -> tuple[Scalar, Scalar]:
@@ -187,8 +200,9 @@ class Apsis(Event):
 
     orbit: Orbit
 
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
-        return functions.dot(sky.position(self.orbit), sky.velocity(self.orbit))
+    @override
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
+        return functions.dot(environment.position(self.orbit), environment.velocity(self.orbit))
 
 
 class Instant(Event):
@@ -201,8 +215,9 @@ class Instant(Event):
 
     time: float
 
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, sky: Sky) -> Scalar:  # noqa: ARG002, D102
-        return sky.time - self.time
+    @override
+    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
+        return environment.time - self.time
 
 
 def _refuse_zero(name: str, vector: object) -> None:
@@ -214,4 +229,4 @@ def _refuse_other_angle(angle: object) -> None:
     wrong = np.atleast_1d(np.asarray(angle, dtype=float))
     wrong = wrong[(wrong <= 0) | (wrong >= np.pi)]
     if wrong.size:
-        raise ValueError(f"angle must be in (0, pi), but {wrong[0]} came. Along the direction itself nothing crosses.")
+        raise ValueError(f"angle must be in (0, pi), got {wrong[0]}. Along the direction itself nothing crosses.")

@@ -148,7 +148,7 @@ def _check_members(state: State) -> None:
     (first, members), *others = [(name, count) for name, count in counts.items() if count] or [("", ())]
     for name, count in others:
         if count != members:
-            raise ValueError(f"{name} must have as many members as {first}, but {count[0]} and {members[0]} came.")
+            raise ValueError(f"{name} must have as many members as {first}, got {count[0]} and {members[0]}.")
 
 
 def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:

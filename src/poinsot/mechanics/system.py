@@ -15,14 +15,14 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.axes import SPACE_AXES, Axes
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.branch_exploration import BRANCHES, ExploredSky, opened
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Sky, frames_of
+from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment, frames_of
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.integrals import Integral, integrals_of
-from poinsot.mechanics.parameters import came, union_of_knots
+from poinsot.mechanics.parameters import described, union_of_knots
 from poinsot.mechanics.probing import common_axes, orbits_of, sample_time, samples, space_axes, span
 from poinsot.mechanics.state import State
 
@@ -52,7 +52,7 @@ class System:
 
     def __init__(self, body: Body, *forces: Force, units: Mapping[str, str] | None = None) -> None:
         if not isinstance(body, Body):
-            raise TypeError(f"body must be a Body, but {came(body)} came. The order is System(body, *forces).")
+            raise TypeError(f"body must be a Body, got {described(body)}. The order is System(body, *forces).")
         self.body = body
         self.forces = forces
         self.units = _checked_units({} if units is None else units)
@@ -76,17 +76,20 @@ class System:
         return self.beside(g.shape[:-1]).body.kinetic_energy(_scalars(g))
 
     @checked
-    def potential_energy(self, state: State, sky: Sky | None = None) -> Any:
+    def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
         """Return the sum of the energies of the potentials at a state, in the world at its time; shape (...)."""
         shape = state.quaternion.shape[:-1]
-        total = self.beside(shape).potential_at(_scalars(state.quaternion), state.time, sky)
+        total = self.beside(shape).potential_at(_scalars(state.quaternion), state.time, environment)
         return np.broadcast_to(total, shape)[()]
 
-    def doubts(self, state: State, sky: Sky | None = None) -> dict[str, NDArray[np.bool_]]:
+    def validity(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
         """Return, by name, whether a formula is used at a state where it need not hold; each of shape (...)."""
         shape = state.quaternion.shape[:-1]
-        attitude, sky = Attitude.from_quaternion(_scalars(state.quaternion)), sky or Sky(state.time)
-        found = [force.doubts(attitude, sky) for force in self.beside(shape).forces]
+        attitude, environment = (
+            Attitude.from_quaternion(_scalars(state.quaternion)),
+            environment or Environment(state.time),
+        )
+        found = [force.validity(attitude, environment) for force in self.beside(shape).forces]
         out: dict[str, NDArray[np.bool_]] = {}
         for name, condition in (item for each in found for item in each.items()):
             out[name] = np.broadcast_to(condition, shape) | out.get(name, False)
@@ -125,38 +128,38 @@ class System:
         of the axes that the attitude refers to. Momenta are multiplied by `scale`.
         """
         chosen = FORMULATIONS[formulation]
-        own, carried = variables[: chosen.size], variables[chosen.size :]
-        sky = axes.sky(time, carried)
+        own, comoving = variables[: chosen.size], variables[chosen.size :]
+        environment = axes.environment(time, comoving)
 
         def torque_of(attitude: Attitude, omega: Vector) -> Vector:
-            return self.torque_at(attitude, omega, sky, scale)
+            return self.torque_at(attitude, omega, environment, scale)
 
-        rates = chosen.derivatives(own, self.body.kinetics(scale), torque_of, axes.omega(time, carried))
-        return [*rates, *axes.rates(time, carried)]
+        rates = chosen.derivatives(own, self.body.kinetics(scale), torque_of, axes.omega(time, comoving))
+        return [*rates, *axes.rates(time, comoving)]
 
     @checked
-    def torque_body(self, state: State, sky: Sky | None = None) -> Any:
+    def torque_body(self, state: State, environment: Environment | None = None) -> Any:
         """Return the sum of all torques at a state along the body axes, in the world at its time; shape (..., 3)."""
         shape, omega = state.quaternion.shape[:-1], self.omega_body(state)
         attitude = Attitude.from_quaternion(_scalars(state.quaternion))
-        torque = self.beside(shape).torque_at(attitude, _scalars(omega), sky or Sky(state.time))
+        torque = self.beside(shape).torque_at(attitude, _scalars(omega), environment or Environment(state.time))
         return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
 
-    def torque_at(self, attitude: Attitude, omega_body: Vector, sky: Sky, scale: Scalar = 1) -> Vector:
+    def torque_at(self, attitude: Attitude, omega_body: Vector, environment: Environment, scale: Scalar = 1) -> Vector:
         """Return the sum of all torques along the body axes, those of potentials derived, times a scale."""
         total = functions.Vector((0.0, 0.0, 0.0))
         for force in self.forces:
             if isinstance(force, Potential):
-                total = total + derived_torque(force, self.body, attitude, sky, scale)
+                total = total + derived_torque(force, self.body, attitude, environment, scale)
             elif isinstance(force, Torque):
-                torque = force.torque(self.body, attitude, omega_body, sky)
+                torque = force.torque(self.body, attitude, omega_body, environment)
                 total = total + Vector(scale * component for component in torque)
         return total
 
-    def potential_at(self, q: Vector, time: Scalar, sky: Sky | None = None) -> Scalar:
+    def potential_at(self, q: Vector, time: Scalar, environment: Environment | None = None) -> Scalar:
         """Return the potential energy at one quaternion of four scalars, in the world at the time."""
-        attitude, sky = Attitude.from_quaternion(q), sky or Sky(time)
-        return sum(f.energy(self.body, attitude, sky) for f in self.forces if isinstance(f, Potential))
+        attitude, environment = Attitude.from_quaternion(q), environment or Environment(time)
+        return sum(f.energy(self.body, attitude, environment) for f in self.forces if isinstance(f, Potential))
 
     @checked
     def momentum_scale(self, state: State) -> Any:
@@ -174,15 +177,15 @@ class System:
         strongest = self._trial_push
         if branching or self.members:
             q, t, _ = samples(self, BRANCHES)
-            skies = [Sky(t), *[ExploredSky(t)] * branching]
-            strongest = functools.reduce(np.maximum, [self._strongest_push(q, sky) for sky in skies])
+            skies = [Environment(t), *[ExploredEnvironment(t)] * branching]
+            strongest = functools.reduce(np.maximum, [self._strongest_push(q, environment) for environment in skies])
         return np.sqrt(np.max(self.body.moments, axis=-1) * strongest)
 
-    def _strongest_push(self, q: NDArray[np.float64], sky: Sky) -> Any:
+    def _strongest_push(self, q: NDArray[np.float64], environment: Environment) -> Any:
         """Return the largest energy, over the least, or torque of each member's forces on a body at rest."""
         twin, attitude = self.beside_samples, Attitude.from_quaternion(_scalars(q))
         with np.errstate(all="ignore"):
-            pushes = [np.atleast_1d(_push_of(force, twin.body, attitude, sky)) for force in twin.forces]
+            pushes = [np.atleast_1d(_push_of(force, twin.body, attitude, environment)) for force in twin.forces]
         return sum(np.nan_to_num(np.max(push, axis=-1), posinf=0.0) for push in pushes)
 
     # ------------------------------------------------------------------ parameters
@@ -198,7 +201,7 @@ class System:
         shapes = {number.shape for number in self.numbers if number.shape}
         if len(shapes) > 1:
             counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
-            raise ValueError(f"body and forces must have equally many members, but {counts} came.")
+            raise ValueError(f"body and forces must have equally many members, got {counts}.")
         return shapes.pop() if shapes else ()
 
     @functools.cached_property
@@ -287,10 +290,10 @@ def _scalars(array: ArrayLike) -> Vector:
 
 def _checked_units(units: Mapping[str, str]) -> dict[str, str]:
     if not isinstance(units, Mapping):
-        raise TypeError(f'units must be a mapping such as {{"time": "s"}}, but {came(units)} came.')
+        raise TypeError(f'units must be a mapping such as {{"time": "s"}}, got {described(units)}.')
     for key, unit in units.items():
         if key not in ("time", "inertia"):
-            raise ValueError(f"units must name 'time' and 'inertia', but {key!r} came.")
+            raise ValueError(f"units must name 'time' and 'inertia', got {key!r}.")
         if not isinstance(unit, str):
             raise TypeError(f"units must be words, but units[{key!r}] = {unit!r}.")
     return {"time": units.get("time", "1"), "inertia": units.get("inertia", "1")}
@@ -302,19 +305,17 @@ def _dated_units(checked: dict[str, str], given: Mapping[str, str] | None, calen
         return checked
     if given is not None and checked["time"] not in ("1", calendar.unit):
         raise ValueError(
-            f"units['time'] must be {calendar.unit!r}, in which the calendar of the orbits counts, but "
-            f"{checked['time']!r} came."
+            f"units['time'] must be {calendar.unit!r}, in which the calendar of the orbits counts, got "
+            f"{checked['time']!r}."
         )
     return {**checked, "time": calendar.unit}
 
 
 def _check_force(force: Any) -> None:
     if isinstance(force, type):
-        raise TypeError(
-            f"a force must be an instance, but the class {force.__name__} came. Write {force.__name__}(...)."
-        )
+        raise TypeError(f"a force must be an instance, got the class {force.__name__}. Write {force.__name__}(...).")
     if not isinstance(force, Potential | Torque):
-        raise TypeError(f"a force must be a Potential or a Torque, but {came(force)} came.")
+        raise TypeError(f"a force must be a Potential or a Torque, got {described(force)}.")
 
 
 def _check_skies(system: System) -> None:
@@ -328,7 +329,7 @@ def _check_skies(system: System) -> None:
             hint = " Make one, and give calendar= to all." if what == "calendar" else ""
             if SPACE_AXES_UNNAMED in found:
                 hint = " Give reference_frame= to the one or the other."
-            raise ValueError(f"the orbits of a system must have one {what}, but {first} and {second} came.{hint}")
+            raise ValueError(f"the orbits of a system must have one {what}, got {first} and {second}.{hint}")
 
 
 def _try_formula(force: Force, body: Body) -> float:
@@ -353,9 +354,9 @@ def _try_formula(force: Force, body: Body) -> float:
     if isinstance(force, Potential | Event):
         if _components(value) != 1:
             what = "value" if isinstance(force, Event) else "energy"
-            raise TypeError(f"the {what} of {name} must be one scalar, but {_size(value)} came.")
+            raise TypeError(f"the {what} of {name} must be one scalar, got {_size(value)}.")
     elif _components(value) != 3 or any(_components(x) != 1 for x in value):
-        raise TypeError(f"the torque of {name} must be three components along the body axes, but {_size(value)} came.")
+        raise TypeError(f"the torque of {name} must be three components along the body axes, got {_size(value)}.")
     with np.errstate(all="ignore"):
         at_rest = np.linalg.norm([np.atleast_1d(component)[0] for component in torque])
         change = np.ptp(value) if isinstance(force, Potential) else 0.0
@@ -382,16 +383,16 @@ def _branches(alike: _Alike) -> bool:
     system = object.__new__(System)
     system.body, system.forces, system.units = alike.body, (alike.force,), {}
     q, t, _ = samples(system, BRANCHES)
-    sky = ExploredSky(t)
-    system._strongest_push(q, sky)
-    return bool(sky.asked)
+    environment = ExploredEnvironment(t)
+    system._strongest_push(q, environment)
+    return bool(environment.asked)
 
 
-def _push_of(force: Any, body: Body, attitude: Attitude, sky: Sky) -> Any:
+def _push_of(force: Any, body: Body, attitude: Attitude, environment: Environment) -> Any:
     if isinstance(force, Potential):
-        energy = np.atleast_1d(opened(force.energy(body, attitude, sky)))
+        energy = np.atleast_1d(opened(force.energy(body, attitude, environment)))
         return energy - np.min(energy, axis=-1, keepdims=True)
-    return opened(functions.norm(force.torque(body, attitude, Vector((0.0, 0.0, 0.0)), sky)))
+    return opened(functions.norm(force.torque(body, attitude, Vector((0.0, 0.0, 0.0)), environment)))
 
 
 def _formula_on_pairs(force: Any, body: Body) -> tuple[Any, Any]:
@@ -400,14 +401,14 @@ def _formula_on_pairs(force: Any, body: Body) -> tuple[Any, Any]:
     body = body.with_numbers(np.ravel(number)[0] * pair for number in body.numbers)
     force = force.with_numbers(np.ravel(number)[0] * pair for number in force.numbers)
     attitude = Attitude.from_quaternion(Vector(np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]]).T))
-    sky = Sky(sample_time(force) + 0.25 * pair)
+    environment = Environment(sample_time(force) + 0.25 * pair)
     if isinstance(force, Potential):
-        energy = force.energy(body, attitude, sky)
-        return energy, derived_torque(force, body, attitude, sky) if _components(energy) == 1 else ()
+        energy = force.energy(body, attitude, environment)
+        return energy, derived_torque(force, body, attitude, environment) if _components(energy) == 1 else ()
     omega = Vector(np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]]))
     if isinstance(force, Event):
-        return force.value(body, attitude, omega, sky), ()
-    torque = force.torque(body, attitude, omega, sky)
+        return force.value(body, attitude, omega, environment), ()
+    torque = force.torque(body, attitude, omega, environment)
     return torque, torque
 
 

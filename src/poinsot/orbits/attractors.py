@@ -56,9 +56,7 @@ def attractor_mu(name: str, mu: float | None) -> float:
         return mu
     known = NAMES.get(name.upper(), name.upper())
     if known not in MU:
-        raise ValueError(
-            f"mu must be given for an attractor that is not the Sun, a planet or the Moon, but {name!r} came."
-        )
+        raise ValueError(f"mu must be given for an attractor that is not the Sun, a planet or the Moon, got {name!r}.")
     return MU[known]
 
 

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.quaternion import assemble
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
 from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 
@@ -29,7 +30,7 @@ def plane_of(node: Scalar, inclination: Scalar, argument_of_periapsis: Scalar) -
 def check_surface(orbit: Any) -> None:
     """Refuse a negative radius of an orbit's attractor, and warn of a periapsis below it."""
     if np.any(orbit.radius < 0):
-        raise ValueError(f"radius must not be negative, but {np.min(orbit.radius)} came. A point has the radius 0.")
+        raise ValueError(f"radius must not be negative, got {np.min(orbit.radius)}. A point has the radius 0.")
     consequence = "the motion is computed as if the attractor were a point"
     warn_below(type(orbit).__name__, orbit.periapsis_distance, orbit.radius, "the surface", consequence)
 
@@ -60,7 +61,8 @@ class ConicOrbit(Orbit):
         return np.stack(np.broadcast_arrays(*self.plane[2]), axis=-1)
 
     @property
-    def directions(self) -> dict[str, NDArray[np.float64]]:  # noqa: D102
+    @override
+    def directions(self) -> dict[str, NDArray[np.float64]]:
         return {"normal": self.normal}
 
     @property
@@ -92,13 +94,16 @@ class ConicAxes(Axes):
         """Return p/r = 1 + e cos f."""
         return 1 + self.orbit.eccentricity * self.cosines(time, variables)[0]
 
-    def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
+    @override
+    def environment(self, time: Scalar, variables: Any) -> Environment:
         return _ConicSky(time, self, variables)
 
-    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky:  # noqa: ARG002, D102
+    @override
+    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment:
         return _ConicSkyInSpace(time, self, variables)
 
-    def omega(self, time: Scalar, variables: Any) -> functions.Vector:  # noqa: D102
+    @override
+    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
         return functions.Vector((0.0, 0.0, self.anomaly_rate(time, variables)))
 
     def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -135,7 +140,7 @@ class ConicAxes(Axes):
         return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
 
 
-class _ConicSky(Sky):
+class _ConicSky(Environment):
     """The world along radial, transverse, normal axes: the attractor is straight down."""
 
     def __init__(self, time: Scalar, axes: ConicAxes, variables: Any) -> None:
@@ -146,13 +151,13 @@ class _ConicSky(Sky):
         return self._axes.inverse_distance(self.time, self._variables)
 
     def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return functions.CarriedVector((1.0, 0.0, 0.0))
+        return functions.ComovingVector((1.0, 0.0, 0.0))
 
     def position(self, orbit: Orbit) -> functions.Vector:
-        return functions.CarriedVector((1 / self.inverse_distance(orbit), 0.0, 0.0))
+        return functions.ComovingVector((1 / self.inverse_distance(orbit), 0.0, 0.0))
 
     def velocity(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return functions.CarriedVector(self._axes.velocity(self.time, self._variables))
+        return functions.ComovingVector(self._axes.velocity(self.time, self._variables))
 
 
 class _ConicSkyInSpace(_ConicSky):

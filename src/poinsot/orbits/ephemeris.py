@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
@@ -20,7 +21,7 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.parameters import Table, came, listed
+from poinsot.mechanics.parameters import Table, described, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import check_surface
 
@@ -47,13 +48,15 @@ class PolynomialArc(Orbit):
     half_length: float
     coefficients: Annotated[Any, (3, "terms")]
 
-    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def position_at(self, time: Scalar) -> functions.Vector:
         s = (time - self.middle) / self.half_length
         powers = list(itertools.accumulate([s] * (self.terms - 1), operator.mul))
         rows = [self.coefficients[i] for i in range(3)]
         return functions.Vector(sum((c * x for c, x in zip(row[1:], powers, strict=True)), row[0]) for row in rows)
 
-    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def velocity_at(self, time: Scalar) -> functions.Vector:
         (moving,) = seeded([time], "arc")
         return functions.Vector(partial(component, "arc", 0) for component in self.position_at(moving))
 
@@ -152,7 +155,7 @@ class Ephemeris(Orbit):
         """
         first, last = (float(real_array(name, t, ())) for name, t in (("start", start), ("stop", stop)))
         if not first < last:
-            raise ValueError(f"stop must be after start, but start = {first:.10g} and stop = {last:.10g} came.")
+            raise ValueError(f"stop must be after start, got start = {first:.10g} and stop = {last:.10g}.")
 
         tolerance = float(real_array("tolerance", tolerance, ()))
         refuse_nonpositive("tolerance", tolerance)
@@ -237,7 +240,8 @@ class Ephemeris(Orbit):
         return self.pieces.knots
 
     @property
-    def span(self) -> tuple[float, float]:  # noqa: D102
+    @override
+    def span(self) -> tuple[float, float]:
         return float(self.knots[0]), float(self.knots[-1])
 
     @property
@@ -256,15 +260,18 @@ class Ephemeris(Orbit):
         return self.pieces.velocity_jump
 
     @property
-    def reference_frame(self) -> str:  # noqa: D102
+    @override
+    def reference_frame(self) -> str:
         return self.pieces.reference_frame
 
     @property
-    def origin(self) -> str:  # noqa: D102
+    @override
+    def origin(self) -> str:
         return self.pieces.origin
 
     @property
-    def calendar(self) -> Calendar | None:  # noqa: D102
+    @override
+    def calendar(self) -> Calendar | None:
         calendar: Calendar | None = self.pieces.calendar
         return calendar
 
@@ -274,7 +281,8 @@ class Ephemeris(Orbit):
         return EphemerisFrame(self)
 
     @property
-    def sample_time(self) -> float:  # noqa: D102
+    @override
+    def sample_time(self) -> float:
         return float(self.pieces.middles[len(self.pieces.middles) // 2])
 
     # ------------------------------------------------------------------ motion
@@ -312,8 +320,8 @@ class Ephemeris(Orbit):
         outside = time[(time < first) | (time > last)]
         if outside.size:
             raise ValueError(
-                f"time must lie within the span of the ephemeris, [{first!r}, {last!r}], but "
-                f"{float(outside.flat[0])!r} came."
+                f"time must lie within the span of the ephemeris, [{first!r}, {last!r}], got "
+                f"{float(outside.flat[0])!r}."
             )
         return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
 
@@ -327,7 +335,8 @@ class EphemerisFrame(Frame):
     def __init__(self, orbit: Ephemeris) -> None:
         self.orbit = orbit
 
-    def quaternion(self, time: ArrayLike) -> Array:  # noqa: D102
+    @override
+    def quaternion(self, time: ArrayLike) -> Array:
         q = quaternion_from_matrix(np.stack(self._axes(time), axis=-1))
         if q.ndim > 1:
             same = quat.dot(q[1:], q[:-1]) >= 0
@@ -362,9 +371,9 @@ GAP = 1.75
 def _checked_labels(reference_frame: Any, origin: Any, calendar: Any) -> tuple[str, str, Any]:
     for name, value in (("reference_frame", reference_frame), ("origin", origin)):
         if not isinstance(value, str) or not value:
-            raise TypeError(f"{name} must be a name, but {value!r} came.")
+            raise TypeError(f"{name} must be a name, got {value!r}.")
     if calendar is not None and not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, but {came(calendar)} came.")
+        raise TypeError(f"calendar must be a Calendar, got {described(calendar)}.")
     return FRAMES.get(reference_frame.upper(), reference_frame), origin, calendar
 
 
@@ -374,12 +383,12 @@ FRAMES = dict.fromkeys(("ICRF", "GCRF", "EME2000", "J2000"), "ICRF") | {"TEME": 
 
 def _check_times(t: Array) -> None:
     if t.size < 2:
-        raise ValueError(f"times must be two or more, but {t.size} came.")
+        raise ValueError(f"times must be two or more, got {t.size}.")
     steps = np.diff(t)
     if np.any(steps <= 0):
         i = int(np.argmax(steps <= 0))
         raise ValueError(
-            f"times must rise strictly, but times[{i}] = {t[i]:.17g} and times[{i + 1}] = {t[i + 1]:.17g} came. "
+            f"times must rise strictly, got times[{i}] = {t[i]:.17g} and times[{i + 1}] = {t[i + 1]:.17g}. "
             "Sort the rows, and keep one of each time."
         )
     around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 5, mode="symmetric"), 11)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
@@ -163,11 +164,13 @@ class EscapeOrbit(ConicOrbit):
         return self.epoch - self.time_since_periapsis
 
     @property
-    def sample_time(self) -> Any:  # noqa: D102
+    @override
+    def sample_time(self) -> Any:
         return self.periapsis_time
 
     @property
-    def closed_form(self) -> bool:  # noqa: D102
+    @override
+    def closed_form(self) -> bool:
         return False
 
     @property
@@ -177,18 +180,21 @@ class EscapeOrbit(ConicOrbit):
 
     # ------------------------------------------------------------------ motion
 
-    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def position_at(self, time: Scalar) -> functions.Vector:
         S1, S2 = self.place(time)
         q = self.periapsis_distance
         return self.in_space(q * (1 - S2), q * functions.sqrt(1 + self.eccentricity) * S1)
 
-    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def velocity_at(self, time: Scalar) -> functions.Vector:
         S1, S2 = self.place(time)
         e = self.eccentricity
         speed = functions.sqrt(self.mu / self.periapsis_distance) / (1 + e * S2)
         return self.in_space(-speed * S1, speed * functions.sqrt(1 + e) * (1 + (e - 1) * S2))
 
-    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+    @override
+    def inverse_distance_at(self, time: Scalar) -> Scalar:
         return 1 / (self.periapsis_distance * (1 + self.eccentricity * self.place(time)[1]))
 
     def true_anomaly_at(self, time: Scalar) -> Scalar:
@@ -225,24 +231,29 @@ class EscapeAxes(ConicAxes):
 
     orbit: EscapeOrbit
 
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(np.arcsinh(self.orbit.place(time)[0]) / REACH)[..., None]
 
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+    @override
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
         S1, S2 = self._place(time, variables)
         e, own = self.orbit.eccentricity, functions.sqrt(1 + S1 * S1)
         return [self.orbit.rate / REACH * (1 + (e - 1) * S2) / ((1 + e * S2) * own)]
 
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+    @override
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
         return self.orbit.anomaly(*self._place(time, variables))
 
-    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:  # noqa: D102
+    @override
+    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
         S1, S2 = self._place(time, variables)
         e = self.orbit.eccentricity
         inverse = 1 / (1 + e * S2)
         return (1 - S2) * inverse, functions.sqrt(1 + e) * S1 * inverse
 
-    def closeness(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+    @override
+    def closeness(self, time: Scalar, variables: Any) -> Scalar:
         e = self.orbit.eccentricity
         return (1 + e) / (1 + e * self._place(time, variables)[1])
 
@@ -269,7 +280,7 @@ PARABOLIC = 1e-120
 def _refuse_bound(eccentricity: Any) -> None:
     e = np.asarray(eccentricity)
     if np.any(e < 1):
-        raise ValueError(f"eccentricity must be at least 1, but {e[e < 1].flat[0]} came. An ellipse is a KeplerOrbit.")
+        raise ValueError(f"eccentricity must be at least 1, got {e[e < 1].flat[0]}. An ellipse is a KeplerOrbit.")
 
 
 def _periapsis_distance(e: Any, name: str, value: Any) -> Any:
@@ -280,7 +291,7 @@ def _periapsis_distance(e: Any, name: str, value: Any) -> Any:
     _refuse_parabola(e, "semimajor_axis", "Give the periapsis_distance.")
     if np.any(length >= 0):
         raise ValueError(
-            f"semimajor_axis must be negative with an eccentricity above 1, but {length[length >= 0].flat[0]} came. "
+            f"semimajor_axis must be negative with an eccentricity above 1, got {length[length >= 0].flat[0]}. "
             "A hyperbola has a = q/(1 - e)."
         )
     return length * (1 - e)
@@ -294,8 +305,8 @@ def _scaled_time(e: Any, name: str, value: Any) -> Any:
         if np.any(np.abs(anomaly) >= largest):
             i = np.argmax(np.abs(anomaly) >= largest)
             raise ValueError(
-                f"true_anomaly must be within the asymptotes, |f| < {largest.flat[i]:.6g}, but "
-                f"{np.broadcast_to(anomaly, largest.shape).flat[i]} came."
+                f"true_anomaly must be within the asymptotes, |f| < {largest.flat[i]:.6g}, got "
+                f"{np.broadcast_to(anomaly, largest.shape).flat[i]}."
             )
         w = np.tan(0.5 * anomaly) / np.sqrt(1 + e)  # tanh(H/2)/sqrt(e - 1)
         return universal_time(e, _anomaly_of(e, 2 * w / (1 - (e - 1) * w * w)))

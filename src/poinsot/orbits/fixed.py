@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import refuse_nonpositive
@@ -41,10 +42,12 @@ class FixedPoint(Orbit):
         if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
             raise ValueError("position must not be zero, but the body is at the attractor.")
 
-    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: ARG002, D102
+    @override
+    def position_at(self, time: Scalar) -> functions.Vector:
         return functions.Vector(self.position)
 
-    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: ARG002, D102
+    @override
+    def velocity_at(self, time: Scalar) -> functions.Vector:
         return functions.Vector((0.0, 0.0, 0.0))
 
     @property
@@ -53,5 +56,6 @@ class FixedPoint(Orbit):
         return np.linalg.norm(self.position, axis=-1)
 
     @property
-    def directions(self) -> dict[str, NDArray[np.float64]]:  # noqa: D102
+    @override
+    def directions(self) -> dict[str, NDArray[np.float64]]:
         return {"attractor": np.asarray(self.position)}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_numbers
@@ -26,10 +27,12 @@ class OrbitFrame(Frame):
         self.orbit = orbit
         self._axes: Any = orbit.axes
 
-    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:
         return self._quaternion(*self._start(time))
 
-    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:
         t, variables = self._start(time)
         omega = self._axes.omega(t, np.moveaxis(variables, -1, 0))
         return quat.rotate(self._quaternion(t, variables), np.stack(np.broadcast_arrays(*omega), axis=-1))

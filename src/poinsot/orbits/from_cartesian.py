@@ -87,6 +87,6 @@ def exactly_one(what: str, given: dict[str, Any]) -> tuple[str, Any]:
     """Return name and value of the one that is given, or raise a ValueError."""
     chosen = [(name, value) for name, value in given.items() if value is not None]
     if len(chosen) != 1:
-        came = " and ".join(name for name, _ in chosen) or "none"
-        raise ValueError(f"{what} must have exactly one of {', '.join(given)}, but {came} came.")
+        named = " and ".join(name for name, _ in chosen) or "none"
+        raise ValueError(f"{what} must have exactly one of {', '.join(given)}, got {named}.")
     return chosen[0]

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
@@ -169,7 +170,8 @@ class KeplerOrbit(ConicOrbit):
         return twin
 
     @property
-    def tracked(self) -> bool:  # noqa: D102
+    @override
+    def tracked(self) -> bool:
         return self.elongated
 
     @property
@@ -179,14 +181,17 @@ class KeplerOrbit(ConicOrbit):
 
     # ------------------------------------------------------------------ motion
 
-    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def position_at(self, time: Scalar) -> functions.Vector:
         return self.in_space(*self.place(self.phase_at(time)))
 
-    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def velocity_at(self, time: Scalar) -> functions.Vector:
         ahead, aside = self.slope(self.phase_at(time))
         return self.in_space(self.mean_motion * ahead, self.mean_motion * aside)
 
-    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+    @override
+    def inverse_distance_at(self, time: Scalar) -> Scalar:
         return 1 / self.distance(self.phase_at(time))
 
     def mean_anomaly_at(self, time: Scalar) -> Scalar:
@@ -254,13 +259,16 @@ class EllipticAxes(ConicAxes):
     largest variable.
     """
 
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return centre_equation(self.orbit.eccentricity, self.orbit.phase_at(time))
 
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+    @override
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
         return [self.anomaly_rate(time, variables) - self.orbit.mean_motion]
 
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+    @override
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
         return variables[0] + self.orbit.phase_at(time)
 
 
@@ -277,28 +285,33 @@ class LongEllipticAxes(ConicAxes):
     error of the variable is squared, and does not grow from the apoapsis to the periapsis as one of the time would.
     """
 
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         e = self.orbit.eccentricity
         E = functions.eccentric_anomaly(e, self.orbit.phase_at(time))
         return np.asarray(e * np.sin(E))[..., None]
 
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: D102
+    @override
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
         _, _, distance = self._place(time, variables)
         return [self.orbit.mean_motion * (1 / distance - 1)]
 
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+    @override
+    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
         e, (sine, cosine, _) = self.orbit.eccentricity, self._place(time, variables)
         ratio = functions.sqrt((1 - e) * (1 + e))
         beyond = functions.atan2(2 * e * sine * cosine, 1 + ratio - e + 2 * e * sine * sine)  # half of f - E
         return self._anomaly(time, variables) + 2 * beyond
 
-    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:  # noqa: D102
+    @override
+    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
         e, (sine, cosine, distance) = self.orbit.eccentricity, self._place(time, variables)
         inverse = 1 / distance
         ratio = functions.sqrt((1 - e) * (1 + e))
         return ((1 - e) - 2 * (sine * sine)) * inverse, 2 * ratio * (sine * cosine) * inverse
 
-    def closeness(self, time: Scalar, variables: Any) -> Scalar:  # noqa: D102
+    @override
+    def closeness(self, time: Scalar, variables: Any) -> Scalar:
         e = self.orbit.eccentricity
         return (1 - e) * (1 + e) / self._place(time, variables)[2]
 
@@ -343,4 +356,4 @@ def refuse_unbound(eccentricity: Any) -> None:
     e = np.asarray(eccentricity)
     if np.any((e < 0) | (e >= 1)):
         wrong = e[(e < 0) | (e >= 1)].flat[0]
-        raise ValueError(f"eccentricity must be in [0, 1), but {wrong} came. A Kepler orbit is an ellipse.")
+        raise ValueError(f"eccentricity must be in [0, 1), got {wrong}. A Kepler orbit is an ellipse.")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import member_array, real_array, refuse_nonpositive
@@ -53,15 +54,18 @@ class RotatingPoint(Orbit):
         if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
             raise ValueError("position must not be zero, but the body is at the attractor.")
 
-    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def position_at(self, time: Scalar) -> functions.Vector:
         (x, y, z), (c, s) = self._position, self._turn(time)
         return functions.Vector((c * x - s * y, s * x + c * y, z))
 
-    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def velocity_at(self, time: Scalar) -> functions.Vector:
         (x, y, z), (c, s) = self._position, self._turn(time)
         return functions.Vector((-self.rate * (s * x + c * y), self.rate * (c * x - s * y), 0 * z))
 
-    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: ARG002, D102
+    @override
+    def inverse_distance_at(self, time: Scalar) -> Scalar:
         return 1 / functions.norm(self._position)
 
     @property
@@ -126,7 +130,7 @@ class LagrangePoint(CirclingPair):
             object.__setattr__(self, name, float(real_array(name, getattr(self, name), ())))
         self._check_pair()
         if not isinstance(self.point, str) or self.point not in POINTS:
-            raise ValueError(f"point must be one of {', '.join(POINTS)}, but {self.point!r} came.")
+            raise ValueError(f"point must be one of {', '.join(POINTS)}, got {self.point!r}.")
 
     def orbit(self, offset: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> ThreeBodyOrbit:
         """Return the path of a body that is free to move, from near the point.

@@ -94,8 +94,8 @@ def fitted(
             break
         if sum(len(part[0]) for part in done) + 2 * np.sum(~good) > MOST_PIECES:
             raise ValueError(
-                f"start and stop must be so near that {MOST_PIECES} polynomials suffice, but "
-                f"[{start:.10g}, {stop:.10g}] came. Shorten the span, or loosen the tolerance."
+                f"start and stop must be so near that {MOST_PIECES} polynomials suffice, got "
+                f"[{start:.10g}, {stop:.10g}]. Shorten the span, or loosen the tolerance."
             )
         middle = 0.5 * (left[~good] + right[~good])
         left, right = np.concatenate([left[~good], middle]), np.concatenate([middle, right[~good]])

@@ -88,7 +88,7 @@ def planet_orbit(body: str, attractor: str, start: Any, stop: Any, *, calendar: 
     first, last = span_of(calendar, start, stop)
     between = J2000.converted(np.array([first, last]), calendar)
     if between[0] < FIRST or between[1] > LAST:
-        raise ValueError(f"start and stop must be in the years -4000 to 8000, but {start!r} and {stop!r} came.")
+        raise ValueError(f"start and stop must be in the years -4000 to 8000, got {start!r} and {stop!r}.")
     name = attractor.upper() + (" BARYCENTER" if attractor in WITH_MOONS else "")
 
     def position(times: Array) -> Array:
@@ -109,7 +109,7 @@ def planet_orbit(body: str, attractor: str, start: Any, stop: Any, *, calendar: 
 
 def _checked(argument: str, name: Any) -> str:
     if not isinstance(name, str) or name.lower() not in BODIES:
-        raise ValueError(f"{argument} must be one of {', '.join(BODIES)}, but {name!r} came.")
+        raise ValueError(f"{argument} must be one of {', '.join(BODIES)}, got {name!r}.")
     return name.lower()
 
 

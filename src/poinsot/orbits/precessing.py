@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
@@ -112,7 +113,8 @@ class PrecessingOrbit(Orbit):
         return OrbitFrame(self)
 
     @property
-    def tracked(self) -> bool:  # noqa: D102
+    @override
+    def tracked(self) -> bool:
         return self.orbit.elongated
 
     @property
@@ -139,10 +141,12 @@ class PrecessingOrbit(Orbit):
 
     # ------------------------------------------------------------------ motion
 
-    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def position_at(self, time: Scalar) -> functions.Vector:
         return self._in_space(time, *self.orbit.place(self.phase_at(time)))
 
-    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def velocity_at(self, time: Scalar) -> functions.Vector:
         phase = self.phase_at(time)
         (x, y), (dx, dy) = self.orbit.place(phase), self.orbit.slope(phase)
         n, turn = self.mean_motion, self.periapsis_rate
@@ -150,7 +154,8 @@ class PrecessingOrbit(Orbit):
         east, north, _ = self._in_space(time, x, y)
         return along + functions.Vector((-self.node_rate * north, self.node_rate * east, 0.0))
 
-    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+    @override
+    def inverse_distance_at(self, time: Scalar) -> Scalar:
         return 1 / self.orbit.distance(self.phase_at(time))
 
     def phase_at(self, time: Scalar) -> Scalar:

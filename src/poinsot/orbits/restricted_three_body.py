@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.quaternion import assemble
 from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.environment import Orbit, Sky
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Parametric, Vector
 from poinsot.orbits.three_body_path import ThreeBodyPath
@@ -47,7 +48,7 @@ class CirclingPair:
         if np.any(secondary > primary):
             wrong = np.argmax(secondary > primary)
             raise ValueError(
-                f"mu_secondary must not exceed mu_primary, but {secondary.flat[wrong]} and {primary.flat[wrong]} came. "
+                f"mu_secondary must not exceed mu_primary, got {secondary.flat[wrong]} and {primary.flat[wrong]}. "
                 "The primary is the heavier one."
             )
 
@@ -172,11 +173,13 @@ class ThreeBodyView(Orbit):
         return SynodicAxes(self.path)
 
     @property
-    def closed_form(self) -> bool:  # noqa: D102
+    @override
+    def closed_form(self) -> bool:
         return False
 
     @property
-    def sample_time(self) -> Any:  # noqa: D102
+    @override
+    def sample_time(self) -> Any:
         return self.path.epoch
 
     @property
@@ -184,16 +187,19 @@ class ThreeBodyView(Orbit):
         """Half a revolution of the attractors, in which no path becomes chaotic."""
         return np.pi / self.path.mean_motion
 
-    def position_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def position_at(self, time: Scalar) -> functions.Vector:
         return self._sky(time).position(self)
 
-    def velocity_at(self, time: Scalar) -> functions.Vector:  # noqa: D102
+    @override
+    def velocity_at(self, time: Scalar) -> functions.Vector:
         return self._sky(time).velocity(self)
 
-    def inverse_distance_at(self, time: Scalar) -> Scalar:  # noqa: D102
+    @override
+    def inverse_distance_at(self, time: Scalar) -> Scalar:
         return self._sky(time).inverse_distance(self)
 
-    def _sky(self, time: Scalar) -> Sky:
+    def _sky(self, time: Scalar) -> Environment:
         return _SynodicSkyInSpace(time, self.axes, self.path.variables_at(time))
 
 
@@ -207,16 +213,20 @@ class SynodicAxes(Axes):
     path: ThreeBodyOrbit
     size = 6
 
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: D102
+    @override
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.stack(np.broadcast_arrays(*self.path.variables_at(time)), axis=-1)
 
-    def sky(self, time: Scalar, variables: Any) -> Sky:  # noqa: D102
+    @override
+    def environment(self, time: Scalar, variables: Any) -> Environment:
         return _SynodicSky(time, self, variables)
 
-    def sky_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Sky:  # noqa: ARG002, D102
+    @override
+    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment:
         return _SynodicSkyInSpace(time, self, variables)
 
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:  # noqa: ARG002, D102
+    @override
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
         x, y, z, u, v, w = variables
         mu, n = self.path.mass_ratio, self.path.mean_motion
         far, near = (inverse * inverse * inverse for inverse in _inverse_distances(variables).values())
@@ -225,10 +235,12 @@ class SynodicAxes(Axes):
         ahead = x - both * x + (1 - mu) - pull + 2 * v
         return [n * u, n * v, n * w, n * ahead, n * (y - both * y - 2 * u), -(n * (both * z))]
 
-    def omega(self, time: Scalar, variables: Any) -> functions.Vector:  # noqa: ARG002, D102
+    @override
+    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
         return functions.Vector((0.0, 0.0, self.path.mean_motion))
 
-    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ARG002, D102
+    @override
+    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
         half = 0.5 * self.phase(time)
         return assemble((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)))
 
@@ -237,7 +249,7 @@ class SynodicAxes(Axes):
         return self.path.mean_motion * (time - self.path.epoch)
 
 
-class _SynodicSky(Sky):
+class _SynodicSky(Environment):
     """The world along the axes that turn with the attractors."""
 
     def __init__(self, time: Scalar, axes: SynodicAxes, variables: Any) -> None:
@@ -266,7 +278,7 @@ class _SynodicSky(Sky):
         return (x + 1 if orbit.attractor == "primary" else x), y, z
 
     def _vector(self, x: Scalar, y: Scalar, z: Scalar) -> functions.Vector:
-        return functions.CarriedVector((x, y, z))
+        return functions.ComovingVector((x, y, z))
 
 
 class _SynodicSkyInSpace(_SynodicSky):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.orbits.ephemeris import Ephemeris
 
 __all__ = ["orbit_sum"]
@@ -46,9 +46,9 @@ def orbit_sum(*orbits: Orbit, start: Any = None, stop: Any = None) -> Ephemeris:
     """
     for orbit in orbits:
         if not isinstance(orbit, Orbit):
-            raise TypeError(f"orbits must be Orbits, but {came(orbit)} came.")
+            raise TypeError(f"orbits must be Orbits, got {described(orbit)}.")
     if len(orbits) < 2:
-        raise ValueError(f"orbits must be two or more, but {len(orbits)} came.")
+        raise ValueError(f"orbits must be two or more, got {len(orbits)}.")
     frame = _common("reference frame", frames_of(orbits) or [SPACE_AXES_UNNAMED], None)
     calendar = _common("calendar", (orbit.calendar for orbit in orbits), None)
     first, last = _span(orbits, calendar, start, stop)
@@ -72,7 +72,7 @@ def _common(what: str, values: Iterable[Any], unsaid: Any) -> Any:
     """Return the one thing that those orbits that say it say."""
     said = list(dict.fromkeys(value for value in values if value != unsaid))
     if len(said) > 1:
-        raise ValueError(f"orbits must have one {what} to be added, but {' and '.join(map(str, said))} came.")
+        raise ValueError(f"orbits must have one {what} to be added, got {' and '.join(map(str, said))}.")
     return said[0] if said else unsaid
 
 

@@ -64,7 +64,7 @@ def refuse_symbols(name: str, *scalars: Scalar, variable: str = "universal varia
         value = getattr(scalar, "value", scalar)
         if functions._engine(value).__name__ in ("heyoka", "sympy") or hasattr(value, "apply"):
             raise TypeError(
-                f"the formulas of {'an' if name[0] in 'AEIOU' else 'a'} {name} must have numbers, but a symbol came. "
+                f"the formulas of {'an' if name[0] in 'AEIOU' else 'a'} {name} must have numbers, got a symbol. "
                 f"In a kernel its {variable} is integrated along: ask the sky for the position."
             )
 

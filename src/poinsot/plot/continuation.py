@@ -11,7 +11,7 @@ from poinsot.analysis.continuation import Branch
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.errors import real_array
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
 
 if TYPE_CHECKING:
@@ -96,17 +96,17 @@ def plot_branch(
 
 
 def _checked(branch: Any, quantity: Any, labels: Any) -> list[Branch]:
-    """Return the branches, or refuse what came."""
+    """Return the branches, or refuse what is none."""
     if not callable(quantity):
-        raise TypeError(f"quantity must be a function of a PeriodicMotion, but {came(quantity)} came.")
+        raise TypeError(f"quantity must be a function of a PeriodicMotion, got {described(quantity)}.")
     if isinstance(labels, str) or len(labels) != 2:
-        raise ValueError(f"labels must be a pair of them, but {labels!r} came.")
+        raise ValueError(f"labels must be a pair of them, got {labels!r}.")
     branches = list(branch) if isinstance(branch, Sequence) else [branch]
     if not branches:
-        raise ValueError("branch must be a Branch or several, but none came.")
+        raise ValueError("branch must be a Branch or several, got none.")
     for each in branches:
         if not isinstance(each, Branch):
-            raise TypeError(f"branch must be a Branch or several, but {came(each)} came.")
+            raise TypeError(f"branch must be a Branch or several, got {described(each)}.")
     return branches
 
 

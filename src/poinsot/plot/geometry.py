@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
 from poinsot.mechanics.attitude import rotation_matrix
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.plot.energy_curves import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, checked_motion, instant, rate_label
 from poinsot.plot.solids import (
@@ -294,8 +294,8 @@ def _torque_free(motion: Trajectory) -> Trajectory:
 
 def _checked_index(index: Any, count: int) -> int:
     if isinstance(index, bool) or not hasattr(index, "__index__"):
-        raise TypeError(f"time_index must be an int, but {came(index)} came.")
+        raise TypeError(f"time_index must be an int, got {described(index)}.")
     i = operator.index(index)
     if not -count <= i < count:
-        raise ValueError(f"time_index must lie within [{-count}, {count - 1}], but {i} came.")
+        raise ValueError(f"time_index must lie within [{-count}, {count - 1}], got {i}.")
     return i

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Trajectory
 
@@ -37,10 +37,10 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 def checked_motion(motion: Any, name: str = "motion") -> Trajectory:
     """Return the trajectory of one body; refuse anything else."""
     if not isinstance(motion, Trajectory):
-        raise TypeError(f"{name} must be a Trajectory, but {came(motion)} came.")
+        raise TypeError(f"{name} must be a Trajectory, got {described(motion)}.")
     if motion.quaternion.ndim != 2:
         raise ValueError(
-            f"{name} must be of one body, but an ensemble of {len(motion.quaternion)} members came. "
+            f"{name} must be of one body, got an ensemble of {len(motion.quaternion)} members. "
             "Propagate the member to draw alone."
         )
     return motion

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.analysis.chaos import ChaosIndicators
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, bracketed
 
 if TYPE_CHECKING:
@@ -85,10 +85,10 @@ def plot_chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = 
     array (2,) of matplotlib Axes
     """
     if not isinstance(found, ChaosIndicators):
-        raise TypeError(f"found must be ChaosIndicators, but {came(found)} came.")
+        raise TypeError(f"found must be ChaosIndicators, got {described(found)}.")
     curves = [np.atleast_2d(part) for part in (found.mean_megno, found.fli)]
     if labels and len(labels) != len(curves[0]):
-        raise ValueError(f"labels must name each of {len(curves[0])} members, but {len(labels)} came.")
+        raise ValueError(f"labels must name each of {len(curves[0])} members, got {len(labels)}.")
     left, right = panels = _panels(2, (11, 4))
     since = np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), curves[0].shape)
     for panel, values in zip(panels, curves, strict=True):
@@ -167,7 +167,7 @@ def _checked_limits(limits: tuple[float, float], centre: float | None) -> tuple[
     inside = low < high if centre is None else low < centre < high
     if not inside:
         around = "" if centre is None else f" around {centre:g}"
-        raise ValueError(f"limits must rise{around}, but ({low:g}, {high:g}) came.")
+        raise ValueError(f"limits must rise{around}, got ({low:g}, {high:g}).")
     return float(low), float(high)
 
 
@@ -175,17 +175,17 @@ def _monotonic(name: str, axis: ArrayLike) -> Array:
     found = real_array(name, axis, (None,))
     steps = np.diff(found)
     if found.size < 2 or np.any(steps * steps[0] <= 0):
-        raise ValueError(f"{name} must be strictly monotonic with two values at least, but {found} came.")
+        raise ValueError(f"{name} must be strictly monotonic with two values at least, got {found}.")
     return found
 
 
 def _grid(values: ArrayLike, shape: tuple[int, int]) -> Array:
     found = array_of("values", values)
     if found.dtype.kind not in "iuf":
-        raise TypeError(f"values must be real numbers, but {came(values)} came.")
+        raise TypeError(f"values must be real numbers, got {described(values)}.")
     if found.shape not in (shape, (shape[0] * shape[1],)):
         raise ValueError(
-            f"values must have shape {shape} or ({shape[0] * shape[1]},), but shape {found.shape} came. "
+            f"values must have shape {shape} or ({shape[0] * shape[1]},), got shape {found.shape}. "
             "Take one time, as in mean_megno[:, -1]."
         )
     if not np.any(np.isfinite(found)):

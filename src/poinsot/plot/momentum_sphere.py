@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State
 from poinsot.plot.energy_curves import energy_curve, energy_curves, principal, separatrices, spherical
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, checked_motion, instant
@@ -146,9 +146,9 @@ def _facing(moments: Array, n: Array) -> Array:
 
 def _one_body(body: Any) -> Body:
     if not isinstance(body, Body):
-        raise TypeError(f"body must be a Body, but {came(body)} came. The order is plot_momentum_sphere(body, state).")
+        raise TypeError(f"body must be a Body, got {described(body)}. The order is plot_momentum_sphere(body, state).")
     if np.ndim(body.moments) != 1:
-        raise ValueError(f"body must be one body, but an ensemble of {len(body.moments)} members came.")
+        raise ValueError(f"body must be one body, got an ensemble of {len(body.moments)} members.")
     return body
 
 
@@ -156,10 +156,10 @@ def _checked_state(body: Body, state: Any) -> State | Trajectory:
     if isinstance(state, State):
         return state
     if not isinstance(state, Trajectory):
-        raise TypeError(f"state must be a State or a Trajectory, but {came(state)} came.")
+        raise TypeError(f"state must be a State or a Trajectory, got {described(state)}.")
     other = checked_motion(state, "state").system.body
     if not np.allclose(body.inertia, other.inertia, rtol=0, atol=1e-12 * np.max(body.inertia)):
-        raise ValueError(f"state must be a motion of {body!r}, but one of {other!r} came. Pass motion.system.body.")
+        raise ValueError(f"state must be a motion of {body!r}, got one of {other!r}. Pass motion.system.body.")
     return state
 
 

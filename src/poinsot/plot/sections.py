@@ -8,7 +8,7 @@ import numpy as np
 
 from poinsot.analysis.sections import Section
 from poinsot.checked import checked
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def plot_section(section: Section, title: str = "") -> Axes:
     from poinsot.plot.figure import TextFigure
 
     if not isinstance(section, Section):
-        raise TypeError(f"section must be a Section, but {came(section)} came.")
+        raise TypeError(f"section must be a Section, got {described(section)}.")
     shape: Any = {"figsize": (7, 6), "layout": "constrained", "FigureClass": TextFigure}
     axes: Axes = plt.subplots(**shape)[1]
     points = np.isfinite(section.x)

@@ -9,7 +9,7 @@ import numpy as np
 
 from poinsot.analysis.frequencies import LineSpectrum
 from poinsot.checked import checked
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLUE, VERMILION, bracketed, rate_label
 
 if TYPE_CHECKING:
@@ -53,10 +53,10 @@ def plot_spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", t
     from poinsot.plot.figure import TextFigure
 
     if not isinstance(spectrum, LineSpectrum):
-        raise TypeError(f"spectrum must be a LineSpectrum, but {came(spectrum)} came.")
+        raise TypeError(f"spectrum must be a LineSpectrum, got {described(spectrum)}.")
     if spectrum.frequencies.ndim != 1:
         raise ValueError(
-            f"spectrum must be of one signal, but frequencies of shape {spectrum.frequencies.shape} came. "
+            f"spectrum must be of one signal, got frequencies of shape {spectrum.frequencies.shape}. "
             "Take the signal to draw apart alone."
         )
     shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}

@@ -15,7 +15,7 @@ from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.frame import LEVEL, roll_pitch_yaw
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.probing import orbits_of, same
 from poinsot.plot.labels import (
     BLACK,
@@ -163,7 +163,7 @@ def plot_roll_pitch_yaw(
     """
     motion = _checked(motion)
     if not isinstance(orbit, Orbit | None):
-        raise TypeError(f"orbit must be an Orbit, but {came(orbit)} came.")
+        raise TypeError(f"orbit must be an Orbit, got {described(orbit)}.")
     frame = (_only_orbit(motion) if orbit is None else orbit).frame
     angles = _roll_pitch_yaw(motion.relative_to(frame).quaternion)
     names = ("roll", "pitch", "yaw")
@@ -298,7 +298,7 @@ def plot_difference(motion: Trajectory, other: Trajectory, *, degrees: bool = Fa
 
 def _checked(motion: Any, name: str = "motion") -> Trajectory:
     if not isinstance(motion, Trajectory):
-        raise TypeError(f"{name} must be a Trajectory, but {came(motion)} came.")
+        raise TypeError(f"{name} must be a Trajectory, got {described(motion)}.")
     if not motion.times.size:
         raise ValueError(f"{name} must have times to draw, but it has none.")
     if np.all(np.any(np.isnan(motion.quaternion), axis=(-2, -1))):
@@ -317,7 +317,7 @@ def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
         return motion.quaternion
     if not motion.has_dense_output:
         raise ValueError(
-            f"other must have the times of motion, but {_span(other)} and {_span(motion)} came. "
+            f"other must have the times of motion, got {_span(other)} and {_span(motion)}. "
             "Propagate to the same times, or motion with dense=True."
         )
     return np.asarray(motion(other.times).quaternion)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.state_transition import StateTransition
 from poinsot.checked import checked
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, VERMILION, bracketed, checked_motion, momentum_unit, time_label
 
 __all__ = ["plot_uncertainty"]
@@ -35,7 +35,7 @@ def plot_uncertainty(transition: StateTransition, initial: ArrayLike, of_paramet
     from poinsot.plot.figure import TextFigure
 
     if not isinstance(transition, StateTransition):
-        raise TypeError(f"transition must be a StateTransition, but {came(transition)} came.")
+        raise TypeError(f"transition must be a StateTransition, got {described(transition)}.")
     motion = checked_motion(transition.motion, "transition.motion")
     covariance = transition.covariance(initial, of_parameters)
     if covariance.shape[-1] != 6:

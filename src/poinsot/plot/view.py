@@ -135,7 +135,7 @@ def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool 
         return View(_page(motion))
     path = Path(path)
     if path.suffix != ".html":
-        raise ValueError(f"path must end in .html, but {path.name!r} came.")
+        raise ValueError(f"path must end in .html, got {path.name!r}.")
     return write_text(path, _page(motion), overwrite)
 
 
@@ -172,7 +172,7 @@ def _content(motion: Trajectory) -> dict[str, Any]:
     """Return what the page shows, as JSON takes it."""
     motion = checked_motion(motion)
     if motion.times.size < 2:
-        raise ValueError(f"motion must have two times or more, but {motion.times.size} came.")
+        raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     forwards = slice(None, None, 1 if motion.times[1] > motion.times[0] else -1)
     times = motion.times[forwards]
     rate = np.linalg.norm(motion.omega_body, axis=-1)[forwards]

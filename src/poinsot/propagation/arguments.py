@@ -13,7 +13,7 @@ from poinsot.engine.ensemble import allowed_threads
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 
@@ -40,14 +40,14 @@ def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
     """Refuse an argument that is of another class than its name says."""
     for name, (value, kind) in arguments.items():
         if not isinstance(value, kind):
-            raise TypeError(f"{name} must be a {kind.__name__}, but {came(value)} came. The order is {call}.")
+            raise TypeError(f"{name} must be a {kind.__name__}, got {described(value)}. The order is {call}.")
 
 
 def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.float64]:
     """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
     t = checked_time("times", times, system, (None,))
     if t.size == 0:
-        raise ValueError("times must not be empty, but shape (0,) came.")
+        raise ValueError("times must not be empty, got shape (0,).")
     steps = np.diff(t)
     wrong = np.flatnonzero(np.sign(steps) * np.sign(steps[:1]) <= 0)
     if wrong.size:
@@ -74,8 +74,8 @@ def check_span(system: System, state: State, times: NDArray[np.float64]) -> None
         outside = values[(values < first) | (values > last)]
         if outside.size:
             raise ValueError(
-                f"{name} must lie within the span of the orbits, [{first!r}, {last!r}], but "
-                f"{float(outside[0])!r} came.{hint}"
+                f"{name} must lie within the span of the orbits, [{first!r}, {last!r}], got "
+                f"{float(outside[0])!r}.{hint}"
             )
 
 
@@ -84,7 +84,7 @@ def members_of(system: System, state: State) -> tuple[int, ...]:
     shapes = {shape for shape in (state.quaternion.shape[:-1], state.time.shape, system.members) if shape}
     if len(shapes) > 1:
         counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
-        raise ValueError(f"state and system must have equally many members, but {counts} came.")
+        raise ValueError(f"state and system must have equally many members, got {counts}.")
     return shapes.pop() if shapes else ()
 
 
@@ -100,7 +100,7 @@ def checked_threads(threads: int | None) -> int:
     if threads is None:
         return allowed_threads()
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
-        raise ValueError(f"threads must be a positive whole number, but {threads!r} came.")
+        raise ValueError(f"threads must be a positive whole number, got {threads!r}.")
     return threads
 
 
@@ -108,23 +108,21 @@ def checked_formulation(name: str | None) -> str:
     """Return the name of a formulation."""
     name = DEFAULT_FORMULATION if name is None else name
     if not isinstance(name, str) or name not in FORMULATIONS:
-        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, but {name!r} came.")
+        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, got {name!r}.")
     return name
 
 
 def checked_tolerance(tolerance: float | None, precision: str) -> float:
     """Return a tolerance for the engine, 0 for the rounding unit of the precision, which is the smallest."""
     if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
-        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, but {precision!r} came.")
+        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {precision!r}.")
     if not kernels.available(precision):
-        raise ValueError(
-            f"precision must be one that the engine has on this machine, but {precision!r} came. Use 'double'."
-        )
+        raise ValueError(f"precision must be one that the engine has on this machine, got {precision!r}. Use 'double'.")
     if tolerance is None:
         return 0.0
     value = float(real_array("tolerance", tolerance, ()))
     if not 0 < value < 1:
-        raise ValueError(f"tolerance must be between 0 and 1, but {value} came.")
+        raise ValueError(f"tolerance must be between 0 and 1, got {value}.")
     least = ROUNDING[precision]
     if value < least:
         raise ValueError(

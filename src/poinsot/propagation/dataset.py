@@ -169,9 +169,9 @@ class _Variables:
         matrix = body.principal_matrix
         meaning = "principal axes along the body axes, in columns"
         self._fixed("principal_axes", matrix, "1", meaning, "axis", "principal_axis", frame="body")
-        carried = getattr(motion.sky, "carried", None)
-        if carried is not None:
-            self._put("carried", carried, "1", "variables of the orbits that were integrated along", "variable")
+        comoving = getattr(motion.environment, "comoving", None)
+        if comoving is not None:
+            self._put("carried", comoving, "1", "variables of the orbits that were integrated along", "variable")
 
     def _fixed(self, name: str, values: Any, unit: str, meaning: str, *axes: str, **attributes: str) -> None:
         values = np.asarray(values)

@@ -13,7 +13,7 @@ from poinsot.checked import checked
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import Coordinates
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
 
@@ -74,10 +74,10 @@ class Crossings:
 def checked_events(events: Any) -> tuple[Event, ...]:
     """Return the events, or raise a TypeError."""
     if isinstance(events, Event) or not isinstance(events, Sequence):
-        raise TypeError(f"events must be a list of Event, but {came(events)} came.")
+        raise TypeError(f"events must be a list of Event, got {described(events)}.")
     for i, event in enumerate(events):
         if not isinstance(event, Event):
-            raise TypeError(f"events must be a list of Event, but events[{i}] is {came(event)}.")
+            raise TypeError(f"events must be a list of Event, but events[{i}] is {described(event)}.")
     return tuple(events)
 
 

@@ -154,9 +154,11 @@ def _propagate_members(
     )
     order = slice(None, None, 1 if _rises(t) else -1)
     canonical = done.quaternion[:, order], done.conjugate_momenta[:, order]
-    sky = functools.partial(variables.sky, watched, t, done.carried[:, order]) if done.carried.size else None
+    environment = (
+        functools.partial(variables.environment, watched, t, done.comoving[:, order]) if done.comoving.size else None
+    )
     failures = dict(sorted(done.failures.items()))
-    motion = Trajectory(system, state, t, lambda: canonical, run, failures=failures, sky=sky)
+    motion = Trajectory(system, state, t, lambda: canonical, run, failures=failures, environment=environment)
     motion.events = crossings(system, watched.events, variables, done.happened, _rises(t))
     if done.interrupted:
         message = f"propagation was interrupted: {done.finished} of {len(done.steps)} members are done."
@@ -362,10 +364,12 @@ def _join(
         rows, times = rows[::-1], times[::-1]
     dense_output = functools.partial(_canonical_at, halves, variables)
     interpolant = (dense_output, halves[1].reached, halves[0].reached) if dense else None
-    sky = None
+    environment = None
     if tracked_orbits(watched):
-        sky = functools.partial(variables.sky, watched, times, rows[:, variables.formulation.size :])
-    motion = Trajectory(system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant, sky=sky)
+        environment = functools.partial(variables.environment, watched, times, rows[:, variables.formulation.size :])
+    motion = Trajectory(
+        system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant, environment=environment
+    )
     found = [(0, record) for half in halves for record in half.happened]
     motion.events = crossings(system, watched.events, variables, found, _rises(t))
     return motion
@@ -403,4 +407,4 @@ def _in_precision(state: State, precision: str) -> State:
 def _check_single(dense: bool, precision: str) -> None:
     if dense or precision != "double":
         what = "dense=True" if dense else f"precision={precision!r}"
-        raise ValueError(f"an ensemble must be propagated without {what}, but it came. Propagate members one by one.")
+        raise ValueError(f"an ensemble must be propagated without {what}, got it. Propagate members one by one.")

@@ -107,7 +107,7 @@ def _check(*records: Any) -> None:
     """Refuse what no file can name, all of it at once."""
     outside = {type(x).__qualname__: None for x in _all(records) if _is_outside(x)}
     if outside:
-        raise ValueError(f"the classes of a scenario must be the package's own, but {' and '.join(outside)} came.")
+        raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
 
 
 def _all(records: Any) -> Iterator[Parametric]:

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run, Trajectory
 
-__all__ = ["Record", "RecordedMotion", "RecordedSky", "RecordedSystem"]
+__all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ class Record:
     summary: Mapping[str, Any] = field(default_factory=dict)
 
 
-class RecordedSystem:
+class StoredSystem:
     """A body under forces of which a file has no more than their names: it cannot be run.
 
     Attributes
@@ -67,43 +68,49 @@ class RecordedSystem:
         return self._free.kinetic_energy(state)
 
 
-class RecordedSky(Sky):
-    """The world at the times of a motion, with the variables of orbits that were integrated along as they came out."""
+class StoredEnvironment(Environment):
+    """The environment at the times of a motion: orbits integrated along as they were stored."""
 
-    def __init__(self, time: Array, carried: Array) -> None:
+    def __init__(self, time: Array, comoving: Array) -> None:
         super().__init__(time)
-        self.carried = carried
+        self.comoving = comoving
 
 
-class RecordedMotion(Trajectory):
+class StoredTrajectory(Trajectory):
     """A trajectory whose potential energy, integrals, drift and summary are those of its file."""
 
     def __init__(
         self,
-        system: RecordedSystem,
+        system: StoredSystem,
         initial: State,
         pair: tuple[Array, ...],
         run: Run,
         record: Record,
-        sky: RecordedSky | None = None,
+        environment: StoredEnvironment | None = None,
     ) -> None:
         times, q, Q = pair
         known: Any = system
-        super().__init__(known, initial, times, lambda: (q, Q), run, sky=None if sky is None else lambda: sky)
+        super().__init__(
+            known, initial, times, lambda: (q, Q), run, environment=None if environment is None else lambda: environment
+        )
         self._record = record
 
     @property
-    def potential_energy(self) -> Array:  # noqa: D102
+    @override
+    def potential_energy(self) -> Array:
         return self._record.potential_energy
 
     @property
-    def integrals(self) -> dict[str, Array]:  # noqa: D102
+    @override
+    def integrals(self) -> dict[str, Array]:
         return dict(self._record.integrals)
 
     @property
-    def drift(self) -> dict[str, Array]:  # noqa: D102
+    @override
+    def drift(self) -> dict[str, Array]:
         return dict(self._record.drift)
 
     @property
-    def summary(self) -> dict[str, Any]:  # noqa: D102
+    @override
+    def summary(self) -> dict[str, Any]:
         return dict(self._record.summary)

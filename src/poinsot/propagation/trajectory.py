@@ -16,7 +16,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import real_numbers
 from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
@@ -99,7 +99,7 @@ class Trajectory:
         run: Run,
         interpolant: tuple[Interpolant, float, float] | None = None,
         failures: Mapping[int, str] | None = None,
-        sky: Callable[[], Sky] | None = None,
+        environment: Callable[[], Environment] | None = None,
     ) -> None:
         self.system = system
         self.initial = initial
@@ -108,14 +108,14 @@ class Trajectory:
         self.run = run
         self.failures = dict(failures or {})
         self._interpolant = interpolant
-        self._sky = sky
+        self._environment = environment
         self.events: tuple[Crossings, ...] = ()
         self.provenance: dict[str, Any] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the motion as numbers: what computes them on demand has computed them."""
-        computed = {"_pair": self._pair, "sky": self.sky}
-        return {**vars(self), **computed, "_canonical": None, "_sky": None}
+        computed = {"_pair": self._pair, "environment": self.environment}
+        return {**vars(self), **computed, "_canonical": None, "_environment": None}
 
     # ------------------------------------------------------------------ reading
 
@@ -124,12 +124,12 @@ class Trajectory:
         return self._canonical()
 
     @functools.cached_property
-    def sky(self) -> Sky:
-        """The world at the times: `motion.sky.position(orbit)`, along the space axes, three arrays (n,).
+    def environment(self) -> Environment:
+        """The environment at the times: `motion.environment.position(orbit)`, along the space axes, three arrays (n,).
 
         An orbit that was integrated along is where it came out, any other where its formulas say.
         """
-        return Sky(self.times) if self._sky is None else self._sky()
+        return Environment(self.times) if self._environment is None else self._environment()
 
     @property
     def quaternion(self) -> Array:
@@ -174,7 +174,7 @@ class Trajectory:
     @property
     def potential_energy(self) -> Array:
         """The sum of the potentials; shape (n,)."""
-        return np.asarray(self.system.potential_energy(_computed_state(self), self.sky))
+        return np.asarray(self.system.potential_energy(_computed_state(self), self.environment))
 
     @property
     def energy(self) -> Array:
@@ -214,7 +214,7 @@ class Trajectory:
         t = real_numbers("time", time, self.system.units["time"])
         if t.size and (t.min() < first or t.max() > last):
             outside = t.min() if t.min() < first else t.max()
-            raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], but {outside:.15g} came.")
+            raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
         q, Q = interpolant(t.ravel())
         return computed_state(q.reshape(*t.shape, 4), Q.reshape(*t.shape, 4), t)
 
@@ -257,13 +257,13 @@ class Trajectory:
     def summary(self) -> dict[str, Any]:
         """How the motion was computed and how far its invariants moved, as one flat record."""
         largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
-        doubts = self.system.doubts(_computed_state(self), self.sky).items()
+        validity = self.system.validity(_computed_state(self), self.environment).items()
         return {
             **{key: value for key, value in asdict(self.run).items() if key != "versions"},
             "norm_error": _largest(self.norm_error),
             "tangency_error": _largest(self.tangency_error),
             **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
-            **{name: f"{np.count_nonzero(at)} of {at.size} times" for name, at in doubts if np.any(at)},
+            **{name: f"{np.count_nonzero(at)} of {at.size} times" for name, at in validity if np.any(at)},
         }
 
     def __repr__(self) -> str:

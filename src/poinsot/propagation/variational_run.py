@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
-from poinsot.engine.ensemble import Outcome, integrate_members
+from poinsot.engine.ensemble import EnsembleOutput, integrate_members
 from poinsot.engine.state_vector import SMALL, Coordinates
 from poinsot.engine.variational import Neighbours
 from poinsot.errors import PropagationInterrupted
@@ -79,7 +79,7 @@ class TangentRun:
         self.tangent = FORMULATIONS[chosen].tangent
         if not self.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
-            raise ValueError(f"formulation must be one of {able} for neighbours of a motion, but {chosen!r} came.")
+            raise ValueError(f"formulation must be one of {able} for neighbours of a motion, got {chosen!r}.")
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
         self.system, self.members = system, members_of(system, state)
@@ -93,7 +93,7 @@ class TangentRun:
         first = 1 + len(variables.axes.numbers)
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
 
-    def integrate(self, vectors: Array, times: Array, out: Outcome, state: State | None = None) -> Coordinates:
+    def integrate(self, vectors: Array, times: Array, out: EnsembleOutput, state: State | None = None) -> Coordinates:
         """Integrate to times, which rise, with tangent vectors from the start; shape (..., count, k). Return variables.
 
         The state is by default that of the run.
@@ -104,12 +104,12 @@ class TangentRun:
         integrate_members(self.system, start, times, variables, self._tolerance, self._threads, self._progress, out)
         return variables
 
-    def run(self, out: Outcome) -> Run:
+    def run(self, out: EnsembleOutput) -> Run:
         """Return how it was computed."""
         name, steps = self._variables.formulation.name, int(out.steps.sum())
         return Run(METHOD, name, "double", out.tolerance, out.order, steps, out.wall_time, versions())
 
-    def raise_interrupted(self, out: Outcome, result: object) -> None:
+    def raise_interrupted(self, out: EnsembleOutput, result: object) -> None:
         """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
         if out.interrupted:
             message = f"the integration was interrupted: {out.finished} of {len(out.steps)} members are done."

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.mechanics.body import inertia_of_spread
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.shapes.shape import Shape
 
 __all__ = ["Assembly"]
@@ -33,21 +34,24 @@ class Assembly(Shape):
             raise ValueError("parts must not be empty, but there are none.")
         for part in self.parts:
             if not isinstance(part, Shape):
-                raise TypeError(f"parts must be shapes, but {came(part)} came.")
+                raise TypeError(f"parts must be shapes, got {described(part)}.")
 
     def __repr__(self) -> str:
         return f"Assembly([{', '.join(map(repr, self.parts))}])"
 
     @property
-    def mass(self) -> float:  # noqa: D102
+    @override
+    def mass(self) -> float:
         return sum(part.mass for part in self.parts)
 
     @property
-    def center_of_mass(self) -> Array:  # noqa: D102
+    @override
+    def center_of_mass(self) -> Array:
         return np.asarray(sum(part.mass * part.center_of_mass for part in self.parts) / self.mass)
 
     @property
-    def inertia(self) -> Array:  # noqa: D102
+    @override
+    def inertia(self) -> Array:
         center, total = self.center_of_mass, np.zeros((3, 3))
         for part in self.parts:
             arm = part.center_of_mass - center

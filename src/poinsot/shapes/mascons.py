@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
@@ -35,7 +36,7 @@ class Mascons(Shape):
         self.masses = real_array("masses", masses, (None,))
         refuse_nonpositive("masses", self.masses)
         if not self.masses.size:
-            raise ValueError("masses must not be empty, but shape (0,) came.")
+            raise ValueError("masses must not be empty, got shape (0,).")
         self.positions = real_array("positions", positions, (self.masses.size, 3))
         self.masses.flags.writeable = self.positions.flags.writeable = False
 
@@ -43,20 +44,24 @@ class Mascons(Shape):
         return f"Mascons({len(self.masses)} points, mass={self.mass:g})"
 
     @property
-    def mass(self) -> float:  # noqa: D102
+    @override
+    def mass(self) -> float:
         return float(self.masses.sum())
 
     @property
-    def center_of_mass(self) -> Array:  # noqa: D102
+    @override
+    def center_of_mass(self) -> Array:
         return np.asarray(self.masses @ self.positions / self.mass)
 
     @property
-    def inertia(self) -> Array:  # noqa: D102
+    @override
+    def inertia(self) -> Array:
         x = self.positions - self.center_of_mass
         return inertia_of_spread(np.einsum("n,ni,nj->ij", self.masses, x, x))
 
     @property
-    def circumscribing_radius(self) -> float:  # noqa: D102
+    @override
+    def circumscribing_radius(self) -> float:
         return float(np.linalg.norm(self.positions - self.center_of_mass, axis=-1).max())
 
     def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
@@ -85,20 +86,24 @@ class Mesh(Shape):
         return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces, mass={self.mass:g})"
 
     @property
-    def mass(self) -> float:  # noqa: D102
+    @override
+    def mass(self) -> float:
         return self._mass
 
     @property
-    def center_of_mass(self) -> Array:  # noqa: D102
+    @override
+    def center_of_mass(self) -> Array:
         return self._center.copy()
 
     @property
-    def inertia(self) -> Array:  # noqa: D102
+    @override
+    def inertia(self) -> Array:
         density = self.mass / self.volume
         return inertia_of_spread(density * polyhedron.second_moments(self.vertices - self._center, self.faces))
 
     @property
-    def circumscribing_radius(self) -> float:  # noqa: D102
+    @override
+    def circumscribing_radius(self) -> float:
         used = self.vertices[np.unique(self.faces)]
         return float(np.linalg.norm(used - self._center, axis=-1).max())
 
@@ -126,12 +131,12 @@ class Mesh(Shape):
 def _faces(faces: Any, vertices: int) -> Faces:
     array = array_of("faces", faces)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"faces must have shape (n, 3), but shape {array.shape} came.")
+        raise ValueError(f"faces must have shape (n, 3), got shape {array.shape}.")
     if array.dtype.kind not in "iu":
-        raise TypeError(f"faces must be whole numbers, but {array.dtype} came.")
+        raise TypeError(f"faces must be whole numbers, got {array.dtype}.")
     wrong = array[(array < 0) | (array >= vertices)]
     if wrong.size:
-        raise ValueError(f"faces must name vertices from 0 to {vertices - 1}, but {wrong[0]} came.")
+        raise ValueError(f"faces must name vertices from 0 to {vertices - 1}, got {wrong[0]}.")
     return array.astype(np.int64)
 
 

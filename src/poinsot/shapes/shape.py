@@ -106,7 +106,7 @@ class Shape(ABC):
         """
         degree = whole_degree(degree)
         if not 2 <= degree <= HIGHEST_DEGREE:
-            raise ValueError(f"degree must be from 2 to {HIGHEST_DEGREE}, but {degree} came.")
+            raise ValueError(f"degree must be from 2 to {HIGHEST_DEGREE}, got {degree}.")
         length = self.circumscribing_radius if radius is None else float(real_array("radius", radius, ()))
         refuse_nonpositive("radius", length)
         integrals = self._multipoles(degree, self.center_of_mass, length) / self.mass
@@ -148,7 +148,7 @@ class Shape(ABC):
 def _points(points: ArrayLike) -> tuple[Array, Array]:
     array = real_numbers("points", points)
     if array.shape[-1:] != (3,):
-        raise ValueError(f"points must have shape (..., 3), but shape {array.shape} came.")
+        raise ValueError(f"points must have shape (..., 3), got shape {array.shape}.")
     return array, array.reshape(-1, 3)
 
 
@@ -156,7 +156,7 @@ def mass_of(volume: float, mass: float | None, density: float | None) -> float:
     """Return the mass of a homogeneous solid of which exactly one of mass and density is given."""
     given = {name: value for name, value in {"mass": mass, "density": density}.items() if value is not None}
     if len(given) != 1:
-        raise ValueError(f"a solid must have exactly one of mass, density, but {' and '.join(given) or 'none'} came.")
+        raise ValueError(f"a solid must have exactly one of mass, density, got {' and '.join(given) or 'none'}.")
     ((name, value),) = given.items()
     number = float(real_array(name, value, ()))
     refuse_nonpositive(name, number)

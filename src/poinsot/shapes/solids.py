@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.body import Body
@@ -92,7 +93,8 @@ class Ellipsoid(Solid):
         return f"Ellipsoid({self.semiaxes.tolist()}, mass={self.mass:g})"
 
     @property
-    def circumscribing_radius(self) -> float:  # noqa: D102
+    @override
+    def circumscribing_radius(self) -> float:
         return float(self.semiaxes.max())
 
     def _own_body(self) -> Body:
@@ -182,7 +184,8 @@ class Cylinder(Solid):
         return f"Cylinder({self.radius:g}, {self.height:g}, mass={self.mass:g})"
 
     @property
-    def circumscribing_radius(self) -> float:  # noqa: D102
+    @override
+    def circumscribing_radius(self) -> float:
         return float(np.hypot(self.radius, self.height / 2))
 
     def _own_body(self) -> Body:

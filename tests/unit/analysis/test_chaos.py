@@ -189,8 +189,8 @@ class Pole(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        return (1 / (self.instant - sky.time) ** 2, 0.0, 0.0)
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return (1 / (self.instant - environment.time) ** 2, 0.0, 0.0)
 
 
 def test_a_member_that_stops_is_nan_from_there_on():
@@ -266,17 +266,17 @@ def test_no_bar_is_shown_where_none_is_wanted(capsys):
 @pytest.mark.parametrize(
     ("arguments", "options", "sentence"),
     [
-        (([1.0],), {"vectors": 7}, "vectors must be a whole number from 1 to 6, but 7 came."),
-        (([1.0],), {"momentum_unit": 0.0}, "momentum_unit must be positive, but 0.0 came."),
+        (([1.0],), {"vectors": 7}, "vectors must be a whole number from 1 to 6, got 7."),
+        (([1.0],), {"momentum_unit": 0.0}, "momentum_unit must be positive, got 0.0."),
         (
             ([-1.0, 1.0],),
             {},
-            "times must all lie after the state's time or all before, but [-1, 1] came, from 0.",
+            "times must all lie after the state's time or all before, got [-1, 1] from 0.",
         ),
         (
             ([1.0],),
             {"formulation": "canonical"},
-            "formulation must be one of lie_poisson, planar for neighbours of a motion, but 'canonical' came.",
+            "formulation must be one of lie_poisson, planar for neighbours of a motion, got 'canonical'.",
         ),
     ],
 )
@@ -288,12 +288,12 @@ def test_bad_input(arguments, options, sentence):
 @pytest.mark.parametrize(
     ("times", "state", "sentence"),
     [
-        ([0.0, 1.0], states(2), "times must rise from the state's time, 0, but [0, ... 1] came."),
-        ([2.0, 1.0], states(2), "times must rise from the state's time, 0, but [2, ... 1] came."),
+        ([0.0, 1.0], states(2), "times must rise from the state's time, 0, got [0, ... 1]."),
+        ([2.0, 1.0], states(2), "times must rise from the state's time, 0, got [2, ... 1]."),
         (
             [9.0],
             states(2, time=np.array([0.0, 2.0])),
-            "state must have one time for a spectrum, but 0 and 2 came.",
+            "state must have one time for a spectrum, got 0 and 2.",
         ),
     ],
 )
@@ -307,7 +307,7 @@ class Controller(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         fn = pt.functions
         return fn.where(fn.less(omega_body[0], 0.0), self.size, -self.size), 0.0, 0.0
 

@@ -171,7 +171,7 @@ class Windmill(pt.Torque):
 
     strength: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         normal = attitude.to_body(tuple(CIRCLE.normal))
         return tuple(-self.strength * (w - n) for w, n in zip(omega_body, normal, strict=True))
 
@@ -264,15 +264,15 @@ def test_picture_changes_its_line_where_stability_changes(branch):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moment [kg m²]", "period [s]")
     both = pt.plot_branch([branch, branch], lambda motion: motion.period, ("a", "b"))
     assert len(both.get_legend().get_texts()) == 3
-    with pytest.raises(TypeError, match=r"a list, each a Branch, but list of PeriodicMotion came\."):
+    with pytest.raises(TypeError, match=r"a list, each a Branch, got list of PeriodicMotion\."):
         pt.plot_branch([branch.motions[0]], lambda motion: motion.period, ("a", "b"))
-    with pytest.raises(TypeError, match=r"branch must be a Branch or a list, each a Branch, but PeriodicMotion came\."):
+    with pytest.raises(TypeError, match=r"branch must be a Branch or a list, each a Branch, got PeriodicMotion\."):
         pt.plot_branch(branch.motions[0], lambda motion: motion.period, ("a", "b"))
-    with pytest.raises(ValueError, match=r"branch must be a Branch or several, but none came\."):
+    with pytest.raises(ValueError, match=r"branch must be a Branch or several, got none\."):
         pt.plot_branch([], lambda motion: motion.period, ("a", "b"))
     with pytest.raises(TypeError, match=r"quantity must be a function, got str 'period'\."):
         pt.plot_branch(branch, "period", ("a", "b"))
-    with pytest.raises(ValueError, match=r"the quantity of a motion must have shape \(\), but shape \(6, 6\) came\."):
+    with pytest.raises(ValueError, match=r"the quantity of a motion must have shape \(\), got shape \(6, 6\)\."):
         pt.plot_branch(branch, lambda motion: motion.matrix, ("a", "b"))
     with pytest.raises(TypeError, match=r"labels must be a list of 2, each a text, got str 'e'\."):
         pt.plot_branch(branch, lambda motion: motion.period, "e")
@@ -327,24 +327,24 @@ WRONG = {
     "motion": (
         lambda: continue_motion(system(CIRCLE), "mu", 2.0),
         TypeError,
-        r"motion must be a PeriodicMotion or a Bifurcation, but System came\. The order is continue_motion\(.*\)\.",
+        r"motion must be a PeriodicMotion or a Bifurcation, got System\. The order is continue_motion\(.*\)\.",
     ),
     "name": (lambda: continue_motion(at_rest(), "eccentric", 0.1), ValueError, r".*Near: forces\[0\]\.orbit\.ecc.*"),
     "value": (
         lambda: continue_motion(at_rest(), "moments[0]", 1.0),
         ValueError,
-        r"to must be another value than that of body\.moments\[0\], but 1\.0 came\.",
+        r"to must be another value than that of body\.moments\[0\], got 1\.0\.",
     ),
     "not finite": (lambda: continue_motion(at_rest(), "moments[0]", np.nan), ValueError, r"to must be finite, .*"),
     "frame": (
         lambda: continue_motion(at_rest(), "mu", 2.0, frame=lambda _: 1),
         TypeError,
-        r"frame must be a Frame, but int came\. .*",
+        r"frame must be a Frame, got int\. .*",
     ),
     "period": (
         lambda: continue_motion(at_rest(), "mu", 2.0, period=lambda _: -1.0),
         ValueError,
-        r"period must be positive, but -1\.0 came\.",
+        r"period must be positive, got -1\.0\.",
     ),
     "another period": (
         lambda: continue_motion(spinning(), "moments[0]", 1.1, period=lambda _: 5.0),

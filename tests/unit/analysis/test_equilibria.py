@@ -28,7 +28,7 @@ class Bent(pt.Potential):
 
     along: pt.Vector
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         x, y, z = attitude.to_body(self.along)
         smooth = fn.atan2(x, 2 + y) + fn.exp(0.3 * z) * fn.sin(x + 0.2) / (2 - z) + fn.sqrt(2 + x * y) ** 1.5
         return 0.3 * (smooth + 2**z + fn.where(fn.less(x, 5.0), z * z * x, 7.0) + fn.asin(0.5 * x) * fn.log(3 + z))
@@ -39,7 +39,7 @@ class Thruster(pt.Torque):
 
     lever: pt.Vector
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return fn.cross(self.lever, attitude.to_body((0.0, 0.0, 1.0))) - 0.2 * omega_body
 
 
@@ -48,7 +48,7 @@ class Gyroscope(pt.Torque):
 
     spin_body: pt.Vector
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return fn.cross(self.spin_body, omega_body)
 
 
@@ -57,7 +57,7 @@ class Drag(pt.Torque):
 
     coefficient: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return -self.coefficient * fn.norm(omega_body) * omega_body
 
 
@@ -66,8 +66,8 @@ class Growing(pt.Potential):
 
     slope: float
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
-        return self.slope * sky.time * attitude.to_body((0, 0, 1))[0]
+    def energy(self, body, attitude, environment):  # noqa: ARG002
+        return self.slope * environment.time * attitude.to_body((0, 0, 1))[0]
 
 
 def rotation_vector(p0, p):
@@ -281,17 +281,17 @@ WRONG = {
     "system": (
         lambda: equilibria(BODY),
         TypeError,
-        r"system must be a System, but Body came\.",
+        r"system must be a System, got Body\.",
     ),
     "frame": (
         lambda: equilibria(SATELLITE, CIRCLE),
         TypeError,
-        r"frame must be a Frame, but KeplerOrbit came\. An orbit has one: orbit\.frame\.",
+        r"frame must be a Frame, got KeplerOrbit\. An orbit has one: orbit\.frame\.",
     ),
     "members": (
         lambda: equilibria(pt.System(pt.Body([(1, 1, 1), (1, 1, 1.5)]))),
         ValueError,
-        r"system must be a single one, but 2 members came\. Take the members one by one\.",
+        r"system must be a single one, got 2 members\. Take the members one by one\.",
     ),
     "ellipse": (
         lambda: equilibria(pt.System(BODY, pt.GravityGradient(ELLIPSE)), ELLIPSE.frame),
@@ -334,7 +334,7 @@ WRONG = {
     "instant": (
         lambda: equilibria(SATELLITE, CIRCLE.frame, time=(0, 1)),
         ValueError,
-        r"time must have shape \(\), but shape \(2,\) came\.",
+        r"time must have shape \(\), got shape \(2,\)\.",
     ),
 }
 

@@ -613,22 +613,22 @@ BAD = {
     "order": (
         lambda: pt.FreeRotation(STATE, BODY),
         TypeError,
-        "body must be a Body, but State came. The order is FreeRotation(body, state).",
+        "body must be a Body, got State. The order is FreeRotation(body, state).",
     ),
     "system": (
         lambda: pt.FreeRotation(pt.System(BODY), STATE),
         TypeError,
-        "body must be a Body, but System came. The order is FreeRotation(body, state).",
+        "body must be a Body, got System. The order is FreeRotation(body, state).",
     ),
     "state": (
         lambda: pt.FreeRotation(BODY, (1, 0, 0, 0)),
         TypeError,
-        "state must be a State, but tuple came. The order is FreeRotation(body, state).",
+        "state must be a State, got tuple. The order is FreeRotation(body, state).",
     ),
     "members": (
         lambda: pt.FreeRotation(pt.Body(np.ones((3, 3))), pt.State(np.tile(IDENTITY, (2, 1)), (0, 1, 0, 0))),
         ValueError,
-        "state and system must have equally many members, but 2 and 3 came.",
+        "state and system must have equally many members, got 2 and 3.",
     ),
     "angles_at_rest": (
         lambda: special((1, 1, 1), (0, 0, 0)).angles,
@@ -638,7 +638,7 @@ BAD = {
     "andoyer_at_rest": (
         lambda: special((1, 1, 1), (0, 0, 0)).andoyer,
         ValueError,
-        "G must be positive, but 0.0 came. A body at rest has no such variables.",
+        "G must be positive, got 0.0. A body at rest has no such variables.",
     ),
 }
 

@@ -178,27 +178,26 @@ def shifted():
     ("call", "error", "sentence"),
     [
         (lambda: pt.frequencies(with_nan(), 0.1), ValueError, "signal must be finite, but signal[1, 7] = nan."),
-        (lambda: pt.frequencies(["a"], 0.1), TypeError, "signal must be real or complex numbers, but list came."),
+        (lambda: pt.frequencies(["a"], 0.1), TypeError, "signal must be real or complex numbers, got list."),
         (
             lambda: pt.frequencies(SIGNAL, EVEN, count=20),
             ValueError,
-            "signal must have at least 160 samples along its last axis for 20 lines in the run, but shape (100,) came.",
+            "signal must have at least 160 samples along its last axis for 20 lines in the run, got shape (100,).",
         ),
         (
             lambda: pt.diffusion(SIGNAL, EVEN),
             ValueError,
-            "signal must have at least 128 samples along its last axis for 8 lines in each half, "
-            "but shape (100,) came.",
+            "signal must have at least 128 samples along its last axis for 8 lines in each half, got shape (100,).",
         ),
         (
             lambda: pt.frequencies(SIGNAL, shifted()),
             ValueError,
             "times must be evenly spaced, but times[40] = 4.01 is 0.01 from even ones. Propagate at np.linspace(...).",
         ),
-        (lambda: pt.frequencies(SIGNAL, EVEN[:-1]), ValueError, "times must be as many as the samples, but 99 for 100"),
-        (lambda: pt.frequencies(SIGNAL, 0.0), ValueError, "times, as a step, must be positive, but 0.0 came."),
-        (lambda: pt.frequencies(SIGNAL, 1j), TypeError, "times must be real numbers, but complex 1j came."),
-        (lambda: pt.frequencies(SIGNAL, 0.1, count=0), ValueError, "count must be positive, but 0 came."),
+        (lambda: pt.frequencies(SIGNAL, EVEN[:-1]), ValueError, "times must be as many as the samples, got 99 for 100"),
+        (lambda: pt.frequencies(SIGNAL, 0.0), ValueError, "times, as a step, must be positive, got 0.0."),
+        (lambda: pt.frequencies(SIGNAL, 1j), TypeError, "times must be real numbers, got complex 1j."),
+        (lambda: pt.frequencies(SIGNAL, 0.1, count=0), ValueError, "count must be positive, got 0."),
         (
             lambda: pt.frequencies(SIGNAL, 0.1, count=2.0),
             TypeError,

@@ -217,8 +217,8 @@ class Swing(pt.Potential):
     depth: float
     rate: float
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
-        pull = 1 + self.depth * pt.functions.cos(self.rate * sky.time)
+    def energy(self, body, attitude, environment):  # noqa: ARG002
+        pull = 1 + self.depth * pt.functions.cos(self.rate * environment.time)
         return -pull * sum(attitude.to_body(np.eye(3)[k])[k] for k in range(3)) / 2
 
 
@@ -236,8 +236,8 @@ class Growing(pt.Potential):
 
     slope: float
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
-        return self.slope * sky.time * attitude.to_body((0, 0, 1))[0]
+    def energy(self, body, attitude, environment):  # noqa: ARG002
+        return self.slope * environment.time * attitude.to_body((0, 0, 1))[0]
 
 
 class Motor(pt.Torque):
@@ -246,7 +246,7 @@ class Motor(pt.Torque):
     strength: float
     growth: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         x, y, z = omega_body
         return 0.0 * x, 0.0 * y, self.strength + self.growth * z * z
 
@@ -259,32 +259,32 @@ WRONG = {
     "system": (
         lambda: periodic_motion(BODY, FREE, 1.0),
         TypeError,
-        r"system must be a System, but Body came\. The order is periodic_motion\(system, guess, period\)\.",
+        r"system must be a System, got Body\. The order is periodic_motion\(system, guess, period\)\.",
     ),
     "guess": (
         lambda: periodic_motion(pt.System(BODY), IDENTITY, 1.0),
         TypeError,
-        r"guess must be a State, but tuple came\. The order is .*",
+        r"guess must be a State, got tuple\. The order is .*",
     ),
     "members": (
         lambda: periodic_motion(MEMBERS, FREE, 1.0),
         ValueError,
-        r"system and guess must be single ones, but 2 members came\. Take the members one by one\.",
+        r"system and guess must be single ones, got 2 members\. Take the members one by one\.",
     ),
     "members of the guess": (
         lambda: periodic_motion(pt.System(BODY), BODY.state([IDENTITY] * 3, omega_body=(0, 0, 1)), 1.0),
         ValueError,
-        r"system and guess must be single ones, but 3 members came\. .*",
+        r"system and guess must be single ones, got 3 members\. .*",
     ),
     "period": (
         lambda: periodic_motion(pt.System(BODY), FREE, -1.0),
         ValueError,
-        r"period must be positive, but -1\.0 came\.",
+        r"period must be positive, got -1\.0\.",
     ),
     "frame": (
         lambda: periodic_motion(pt.System(BODY), FREE, 1.0, CIRCLE),
         TypeError,
-        r"frame must be a Frame, but KeplerOrbit came\. An orbit has one: orbit\.frame\.",
+        r"frame must be a Frame, got KeplerOrbit\. An orbit has one: orbit\.frame\.",
     ),
     "frame that does not repeat itself": (
         lambda: periodic_motion(pt.System(BODY), FREE, 1.0, ELLIPSE.frame),
@@ -333,18 +333,18 @@ WRONG = {
     "body": (
         lambda: cassini_state(PRECESSING, MOON),
         TypeError,
-        r"body must be a Body, but PrecessingOrbit came\. The order is cassini_state\(body, orbit\)\.",
+        r"body must be a Body, got PrecessingOrbit\. The order is cassini_state\(body, orbit\)\.",
     ),
-    "orbit": (lambda: cassini_state(MOON, ELLIPSE), TypeError, r"orbit must be a PrecessingOrbit, but KeplerOrbit .*"),
+    "orbit": (lambda: cassini_state(MOON, ELLIPSE), TypeError, r"orbit must be a PrecessingOrbit, got KeplerOrbit .*"),
     "spin": (
         lambda: cassini_state(MOON, PRECESSING, 1.3),
         ValueError,
-        r"spin must be a positive multiple of 1/2, but 1\.3 came\. It is 1 of moons, 1\.5 of Mercury\.",
+        r"spin must be a positive multiple of 1/2, got 1\.3\. It is 1 of moons, 1\.5 of Mercury\.",
     ),
     "members of the body": (
         lambda: cassini_state(pt.Body([(1, 1, 1), (1, 1, 1.5)]), PRECESSING),
         ValueError,
-        r"body and orbit must be single ones, but 2 members came\. Take the members one by one\.",
+        r"body and orbit must be single ones, got 2 members\. Take the members one by one\.",
     ),
 }
 

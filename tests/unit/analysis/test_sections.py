@@ -87,7 +87,7 @@ class Spinner(pt.Torque):
     size: float
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return pt.functions.Vector((0.0, 0.0, self.size))
 
 
@@ -98,7 +98,7 @@ def test_forces_may_share_the_orbit_of_a_spin_orbit_section():
     both = pt.spin_orbit_section(pt.System(BODY, gravity, Spinner(0.0, orbit)), 0.3, 1.4, 3)
     assert np.allclose(both.y, alone.y, rtol=1e-12)
     other = Spinner(0.0, pt.KeplerOrbit(3.0, 2.5, 0.2, 0.5, 0.6, 0.7))
-    with pytest.raises(TypeError, match=r"must have one KeplerOrbit, but KeplerOrbit, KeplerOrbit came\."):
+    with pytest.raises(TypeError, match=r"must have one KeplerOrbit, got KeplerOrbit, KeplerOrbit\."):
         pt.spin_orbit_section(pt.System(BODY, gravity, other), 0.3, 1.4, 3)
 
 
@@ -123,31 +123,29 @@ def test_wrong_arguments_are_refused_in_a_sentence():
     motion = pt.propagate(FREE, spinning(1.0), [5.0], events=[ACROSS])
     orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7)
     system = pt.System(BODY, pt.GravityGradient(orbit))
-    with pytest.raises(TypeError, match=r"motion must be a Trajectory, but int came\."):
+    with pytest.raises(TypeError, match=r"motion must be a Trajectory, got int\."):
         pt.section(3, time_and_rate)
-    with pytest.raises(ValueError, match=r"event must be below the 1 events of the motion, but 1 came\."):
+    with pytest.raises(ValueError, match=r"event must be below the 1 events of the motion, got 1\."):
         pt.section(motion, time_and_rate, 1)
-    with pytest.raises(
-        ValueError, match=r"coordinates must be two arrays of shape \(1,\), but \(1,\) and \(1, 3\) came\."
-    ):
+    with pytest.raises(ValueError, match=r"coordinates must be two arrays of shape \(1,\), got \(1,\) and \(1, 3\)\."):
         pt.section(motion, lambda points: (points.times, points.omega_body), 0)
     with pytest.raises(TypeError, match=r"event must be a whole number of at most 63 bits, got float 0\.0\."):
         pt.section(motion, time_and_rate, 0.0)
-    with pytest.raises(TypeError, match=r"coordinates must be a function of the points, but str came\."):
+    with pytest.raises(TypeError, match=r"coordinates must be a function of the points, got str\."):
         pt.section(motion, "x")
-    with pytest.raises(TypeError, match=r"coordinates must return x and y, but NoneType came\."):
+    with pytest.raises(TypeError, match=r"coordinates must return x and y, got NoneType\."):
         pt.section(motion, lambda _: None)
-    with pytest.raises(ValueError, match=r"labels must be two words, but \('x',\) came\."):
+    with pytest.raises(ValueError, match=r"labels must be two words, got \('x',\)\."):
         pt.section(motion, time_and_rate, labels=("x",))
-    with pytest.raises(ValueError, match=r"angle and rate must have one number of members, but 3 and 2 came\."):
+    with pytest.raises(ValueError, match=r"angle and rate must have one number of members, got 3 and 2\."):
         pt.spin_orbit_section(system, [0.0, 1.0, 2.0], [1.0, 1.5], 3)
-    with pytest.raises(TypeError, match=r"the forces of the system must have one KeplerOrbit, but none came\."):
+    with pytest.raises(TypeError, match=r"the forces of the system must have one KeplerOrbit, got none\."):
         pt.spin_orbit_section(FREE, 0.0, 1.0, 3)
-    with pytest.raises(ValueError, match=r"revolutions must be a positive whole number, but 0 came\."):
+    with pytest.raises(ValueError, match=r"revolutions must be a positive whole number, got 0\."):
         pt.spin_orbit_section(system, 0.0, 1.0, 0)
     with pytest.raises(ValueError, match=r"one for all members"):
         pt.spin_orbit_section(
             pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(3.0, 2.0, [0.2, 0.3], 0.5, 0.6, 0.7))), 0.0, 1.0, 3
         )
-    with pytest.raises(TypeError, match=r"section must be a Section, but int came\."):
+    with pytest.raises(TypeError, match=r"section must be a Section, got int\."):
         pt.plot_section(3)

@@ -70,7 +70,7 @@ class Kick(pt.Torque):
 
     limit: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         """Return the torque."""
         return functions.Vector((functions.where(functions.less(self.limit, omega_body[0]), -0.1, 0.0), 0.0, 0.0))
 
@@ -80,9 +80,9 @@ class Timed(pt.Torque):
 
     end: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         """Return the torque."""
-        return functions.Vector((functions.where(functions.less(sky.time, self.end), 0.1, 0.0), 0.0, 0.0))
+        return functions.Vector((functions.where(functions.less(environment.time, self.end), 0.1, 0.0), 0.0, 0.0))
 
 
 def test_torques_that_end_at_a_time_are_taken():
@@ -95,7 +95,7 @@ def test_torques_that_end_at_a_time_are_taken():
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ({"parameters": ["eccentricty"]}, "'eccentricty' came. Near: forces[0].orbit.eccentricity"),
+        ({"parameters": ["eccentricty"]}, "'eccentricty'. Near: forces[0].orbit.eccentricity"),
         ({"parameters": ["moments"]}, "must name single numbers"),
         ({"parameters": "moments[0]"}, "parameters must be a list, each a text, got str"),
         ({"order": 3}, "order must be 1 or 2"),

@@ -19,8 +19,10 @@ class Thruster(pt.Torque):
     on: float
     off: float
 
-    def torque(self, body, attitude, omega_body, sky):
-        burns = fn.where(fn.less(sky.time, self.on), 0.0, fn.where(fn.less(sky.time, self.off), 1.0, 0.0))
+    def torque(self, body, attitude, omega_body, environment):
+        burns = fn.where(
+            fn.less(environment.time, self.on), 0.0, fn.where(fn.less(environment.time, self.off), 1.0, 0.0)
+        )
         return burns * fn.Vector(self.size)
 
 
@@ -29,7 +31,7 @@ class BangBang(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):
+    def torque(self, body, attitude, omega_body, environment):
         _, sine, _ = attitude.to_body((-1, 0, 0))
         return fn.Vector((0.0, 0.0, self.size * fn.where(fn.less(sine, 0.0), 1.0, -1.0)))
 
@@ -39,7 +41,7 @@ class Ridge(pt.Potential):
 
     strength: float
 
-    def energy(self, body, attitude, sky):
+    def energy(self, body, attitude, environment):
         x, _, _ = attitude.to_space((0, 0, 1))
         return self.strength * fn.where(fn.less(x, 0.0), -x, x)
 
@@ -49,7 +51,7 @@ class Friction(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):
+    def torque(self, body, attitude, omega_body, environment):
         return fn.Vector((0.0, 0.0, self.size * fn.where(fn.less(omega_body[2], 0.0), 1.0, -1.0)))
 
 
@@ -61,8 +63,8 @@ class Shadow(pt.Torque):
     size: float
     unit: float = 1.0
 
-    def torque(self, body, attitude, omega_body, sky):
-        x, y, z = sky.position(self.orbit)
+    def torque(self, body, attitude, omega_body, environment):
+        x, y, z = environment.position(self.orbit)
         lit = fn.where(
             fn.less(0.0, x), 1.0, fn.where(fn.less(self.unit * self.radius**2, self.unit * (y * y + z * z)), 1.0, 0.0)
         )
@@ -159,7 +161,7 @@ def test_a_parameter_that_branches_needs_no_switch():
     class Either(pt.Torque):
         size: float
 
-        def torque(self, body, attitude, omega_body, sky):
+        def torque(self, body, attitude, omega_body, environment):
             return fn.Vector((0.0, 0.0, fn.where(fn.less(self.size, 0.0), 0.4, self.size)))
 
     motion = pt.propagate(pt.System(BODY, Either([-1.0, 0.8])), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [1.0])
@@ -200,9 +202,9 @@ def test_a_potential_that_is_switched_on_has_no_energy_to_keep():
         on: float
         off: float
 
-        def energy(self, body, attitude, sky):
-            lasts = fn.where(fn.less(sky.time, self.off), 1.0, 0.0)
-            return fn.where(fn.less(sky.time, self.on), 0.0, lasts) * attitude.to_body((0, 0, 1))[2]
+        def energy(self, body, attitude, environment):
+            lasts = fn.where(fn.less(environment.time, self.off), 1.0, 0.0)
+            return fn.where(fn.less(environment.time, self.on), 0.0, lasts) * attitude.to_body((0, 0, 1))[2]
 
     assert [integral.symbol for integral in pt.System(BODY, Weight(3.0, 7.0)).integrals] == ["G3"]
     assert [integral.symbol for integral in pt.System(BODY, Ridge(0.7)).integrals] == ["H", "G1"]

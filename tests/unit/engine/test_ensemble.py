@@ -111,8 +111,8 @@ class Pole(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        return (1 / (self.instant - sky.time) ** 2, 0.0, 0.0)
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return (1 / (self.instant - environment.time) ** 2, 0.0, 0.0)
 
 
 def test_a_failure_is_isolated_and_explained():
@@ -199,13 +199,13 @@ def test_progress_is_shown_where_it_is_wanted(capsys, monkeypatch):
     [
         (
             {"dense": True},
-            "an ensemble must be propagated without dense=True, but it came. Propagate members one by one.",
+            "an ensemble must be propagated without dense=True, got it. Propagate members one by one.",
         ),
         (
             {"precision": "extended"},
-            "an ensemble must be propagated without precision='extended', but it came. Propagate members one by one.",
+            "an ensemble must be propagated without precision='extended', got it. Propagate members one by one.",
         ),
-        ({"threads": 0}, "threads must be a positive whole number, but 0 came."),
+        ({"threads": 0}, "threads must be a positive whole number, got 0."),
         ({"threads": 1.5}, "threads must be a whole number of at most 63 bits, got float 1.5."),
     ],
 )
@@ -216,15 +216,15 @@ def test_what_an_ensemble_cannot_do(options, sentence):
 
 def test_unequal_members_are_refused():
     system = pt.System(pt.Body(np.ones((4, 3))))
-    with pytest.raises(ValueError, match=r"^state and system must have equally many members, but 3 and 4 came\.$"):
+    with pytest.raises(ValueError, match=r"^state and system must have equally many members, got 3 and 4\.$"):
         pt.propagate(system, states(3), TIMES)
-    with pytest.raises(ValueError, match=r"^body and forces must have equally many members, but 2 and 4 came\.$"):
+    with pytest.raises(ValueError, match=r"^body and forces must have equally many members, got 2 and 4\.$"):
         pt.propagate(pt.System(system.body, pt.UniformGravity([1, 2], (1, 0, 0))), states(4), TIMES)
 
 
 def test_a_picture_in_space_is_of_one_body():
     motion = pt.propagate(TOP, states(3), TIMES)
-    with pytest.raises(ValueError, match=r"^motion must be of one body, but an ensemble of 3 members came\. "):
+    with pytest.raises(ValueError, match=r"^motion must be of one body, got an ensemble of 3 members\. "):
         pt.plot_herpolhode(motion)
 
 

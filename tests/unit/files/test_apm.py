@@ -182,10 +182,10 @@ def test_version_1(read):
         (WHOLE.replace("EPOCH = 2026-11-21T00:00:03.5\n", ""), r"a\.apm must have EPOCH, but it has none"),
         (WHOLE.replace("TIME_SYSTEM = TAI\n", ""), r"a\.apm must have TIME_SYSTEM, but it has none"),
         (WHOLE.replace("T00:00:03.5", "T00:00:0x"), r"a\.apm, line 9: epoch must be a date"),
-        (WHOLE.replace("QUAT_STOP\n", ""), r"must be KEY = VALUE or QUAT_STOP, but 'QUAT_START'"),
+        (WHOLE.replace("QUAT_STOP\n", ""), r"must be KEY = VALUE or QUAT_STOP, got 'QUAT_START'"),
         (HEAD + QUAT[:-10], r"a\.apm, line 10 must be followed by QUAT_STOP, but the file ends"),
         (WHOLE.replace(f"QC = {QC!r}\n", ""), r"a\.apm, line 18 must have QC, but it has none"),
-        (WHOLE.replace(f"QC = {QC!r}", "QC = nan"), r"line 2\d must have a number for QC, but 'nan'"),
+        (WHOLE.replace(f"QC = {QC!r}", "QC = nan"), r"line 2\d must have a number for QC, got 'nan'"),
         (WHOLE.replace(f"QC = {QC!r}", "QC = 0.1"), r"must have a quaternion of unit norm"),
         (WHOLE.replace("[deg/s]", "[rad/s]", 1), r"must have ANGVEL_X in deg/s, but it is in 'rad/s'"),
         (WHOLE.replace("[kg*m**2]", "[g]", 1), r"must have IXX in kg\*m\*\*2, but it is in 'g'"),
@@ -217,12 +217,10 @@ def test_written_state_comes_back(tmp_path, ending, version):
 
 def test_bad_arguments(tmp_path):
     path = tmp_path / "a.apm"
-    with pytest.raises(
-        TypeError, match=r"^state must be a State, but PosixPath came\. The order is write_apm\(body, sta"
-    ):
+    with pytest.raises(TypeError, match=r"^state must be a State, got PosixPath\. The order is write_apm\(body, sta"):
         pt.write_apm(BODY, path, STATE, **NAMED)
     two = BODY.state(np.array([(1.0, 0, 0, 0)] * 2), omega_body=(0, 0, 1.0))
-    with pytest.raises(ValueError, match=r"^state must be one state of one body, but an ensemble came\.$"):
+    with pytest.raises(ValueError, match=r"^state must be one state of one body, got an ensemble\.$"):
         pt.write_apm(BODY, two, path, **NAMED)
     with pytest.raises(ValueError, match=r"^reference_frame must be one of ICRF"):
         pt.write_apm(BODY, STATE, path, calendar=CALENDAR, reference_frame="LVLH")

@@ -83,15 +83,15 @@ def test_other_frames_of_spice():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"frame": "FOO"}, r"^frame must be one that SPICE knows, but 'FOO' came\.$"),
+        ({"frame": "FOO"}, r"^frame must be one that SPICE knows, got 'FOO'\.$"),
         ({"frame": 3}, r"^frame must be a text, got int 3\.$"),
-        ({"reference_frame": "IAU_EARTH"}, r"^frame must be one that does not rotate, but 'IAU_EARTH' came\.$"),
+        ({"reference_frame": "IAU_EARTH"}, r"^frame must be one that does not rotate, got 'IAU_EARTH'\.$"),
         (
             {"times": [11.0]},
             r"^kernels must say the attitude of 'SC_BODY_1' at all times, but SPICE says SPICE\(NOFRAME",
         ),
         ({"times": [3.0, 2.0]}, r"^times must rise"),
-        ({"calendar": "UTC"}, r"^calendar must be a Calendar, but str came\.$"),
+        ({"calendar": "UTC"}, r"^calendar must be a Calendar, got str\.$"),
         ({"kernels": ["none.bc"]}, r"^kernels must be files, but there is no none\.bc\.$"),
     ],
 )
@@ -128,11 +128,11 @@ def test_truncated_kernel(kernels):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"path": "m.ck"}, r"^path must end in \.bc, but 'm\.ck' came\.$"),
-        ({"reference_frame": "TEME"}, r"^reference_frame must be the ICRF for a C-kernel, but TEME came\.$"),
+        ({"path": "m.ck"}, r"^path must end in \.bc, got 'm\.ck'\.$"),
+        ({"reference_frame": "TEME"}, r"^reference_frame must be the ICRF for a C-kernel, got TEME\.$"),
         ({"body_frame": "J2000"}, r"^reference_frame and body_frame must lead between the body and a frame"),
         ({"body_frame": "two words"}, r"^body_frame must be up to 26 letters"),
-        ({"spacecraft": 5}, r"^spacecraft must be a negative number above -2000000, but 5 came\.$"),
+        ({"spacecraft": 5}, r"^spacecraft must be a negative number above -2000000, got 5\.$"),
         ({"motion": pt.free_motion(BODY, START, [0.0])}, r"^motion must have two times or more for a C-kernel"),
     ],
 )

@@ -59,10 +59,10 @@ def test_the_zero_that_is_said_counts_the_times(result, tmp_path):
 
 
 def test_what_a_conversion_has_no_use_for_is_refused(result, tmp_path):
-    with pytest.raises(ValueError, match=r"^scenario must go with attitudes that become a result, but other"):
+    with pytest.raises(ValueError, match=r"^scenario must go with attitudes that become a result, got other"):
         convert(result, tmp_path / "m.csv", scenario=tmp_path / "it.toml")
     for said in ({"zero": "2026-11-21 UTC"}, {"frame": "ICRF"}):
-        with pytest.raises(ValueError, match=rf"^{next(iter(said))} must go with attitudes, but two results came\.$"):
+        with pytest.raises(ValueError, match=rf"^{next(iter(said))} must go with attitudes, got two results\.$"):
             convert(result, tmp_path / "m.zarr", **said)
 
 

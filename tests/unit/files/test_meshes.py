@@ -95,7 +95,7 @@ def test_the_unit_is_that_of_the_file(tmp_path):
     assert mesh.mass == pytest.approx(12e9)
     with pytest.raises(ValueError, match="unit must be positive"):
         pt.read_mesh(path, mass=1, unit=0)
-    with pytest.raises(ValueError, match="exactly one of mass, density, but none came"):
+    with pytest.raises(ValueError, match="exactly one of mass, density, got none"):
         pt.read_mesh(path)
 
 
@@ -182,15 +182,15 @@ def test_surfaces_that_are_not_closed_or_inverted_name_the_file(tmp_path):
         ("a.tab", plates().replace("-0.5", "-0.5,", 1), "but it has more than numbers between spaces"),
         ("a.tab", plates().replace("-0.5", "nan", 1), "vertices must be finite"),
         ("a.tab", plates(first=0), "its rows are not numbered from 1 on"),
-        ("a.tab", plates(faces=BOX.faces), "plates must name vertices from 1 to 8, but 0 came"),
-        ("a.tab", plates(faces=BOX.faces + 2), "plates must name vertices from 1 to 8, but 9 came"),
-        ("a.tab", plates(faces=BOX.faces + 0.5), "plates must name vertices from 1 to 8, but 0.5 came"),
+        ("a.tab", plates(faces=BOX.faces), "plates must name vertices from 1 to 8, got 0"),
+        ("a.tab", plates(faces=BOX.faces + 2), "plates must name vertices from 1 to 8, got 9"),
+        ("a.tab", plates(faces=BOX.faces + 0.5), "plates must name vertices from 1 to 8, got 0.5"),
         ("a.tab", plates(faces=[]), "faces must not be empty"),
         ("a.ply", b"", "a PLY file must have a header with an end"),
         ("a.ply", b"ply\nend_header\n", "the file must be PLY"),
         ("a.ply", ply("ascii").replace(b"face 12", b"face 12000000"), "a PLY file must have a byte for each element"),
         ("a.ply", ply("binary_little_endian")[:-20], "a.ply: "),
-        ("a.ply", ply("ascii").replace(b"\n3 ", b"\n3 9"), "faces must name vertices from 0 to 7, but 9"),
+        ("a.ply", ply("ascii").replace(b"\n3 ", b"\n3 9"), "faces must name vertices from 0 to 7, got 9"),
         ("a.stl", b"", "the file must"),
         ("a.stl", stl_text().replace("vertex -0.5", "vertex 1e999"), "vertices must be finite"),
         ("a.stl", stl_text().replace("vertex -0.5", "vertex one"), "the file must be STL"),
@@ -213,7 +213,7 @@ def test_too_large_files_and_other_formats_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(meshes, "MOST_BYTES", 100)
     with pytest.raises(ValueError, match="must have at most 100 bytes, but it has more"):
         pt.read_mesh(path, mass=1)
-    with pytest.raises(ValueError, match=r"path must end in \.obj, \.tab, \.ply, \.stl, but box\.glb came"):
+    with pytest.raises(ValueError, match=r"path must end in \.obj, \.tab, \.ply, \.stl, got box\.glb"):
         pt.read_mesh(tmp_path / "box.glb", mass=1)
     with pytest.raises(FileNotFoundError):
         pt.read_mesh(tmp_path / "none.obj", mass=1)

@@ -1,6 +1,7 @@
 """Orbit Ephemeris Messages: laid out as in CCSDS 502.0-B-3, with positions from Kepler's equation solved here."""
 
 import datetime as dt
+import re
 
 import numpy as np
 import pytest
@@ -247,7 +248,7 @@ ROWS = lines().splitlines(keepends=True)
             OPENING + metadata() + "".join(ROWS[:60]),
             r"lines? .*rows must reach STOP_TIME = .* The file is not whole\.$",
         ),
-        (WHOLE[:9000], r"a\.oem, line \d+ must have a time, three km and three km/s, but '2026"),
+        (WHOLE[:9000], r"a\.oem, line \d+ must have a time, three km and three km/s, got '2026"),
         (OPENING + metadata() + "".join(ROWS[:40] + ROWS[60:]), r"line 18 to line 118: times must have no gaps"),
         (OPENING + metadata(STOP_TIME=None) + ROWS[0], r"line 17 to line 17: times must be two or more"),
         (WHOLE.replace(" -7", " 3e5.7", 1), r"must have a time, three km and three km/s"),
@@ -327,4 +328,4 @@ def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, data):
         assert np.all(np.isfinite(np.stack(orbit.position_at(np.array(orbit.span)))))
     except ValueError as error:
         said = str(error)
-    assert ", but " in said
+    assert re.search(", (but|got) ", said)

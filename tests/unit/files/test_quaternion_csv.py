@@ -67,7 +67,7 @@ def test_calendars(read):
         (SAYS, r"a\.csv must have the names of columns and rows, but it has no rows"),
         (text(FIRST)[:-30], r"a\.csv, line 44 must have 5 numbers|must have a number|quaternion of unit norm"),
         (text(FIRST).replace("0.25,", "0.0,", 1), r"a\.csv, line 5 must be later than the row before"),
-        (text(FIRST).replace("0.25,", "inf,", 1), r"a\.csv, line 5 must have a number for t, but 'inf'"),
+        (text(FIRST).replace("0.25,", "inf,", 1), r"a\.csv, line 5 must have a number for t, got 'inf'"),
         (text(2 * FIRST), r"a\.csv, line \d+ must have a quaternion of unit norm"),
         ("# time: fortnights from now\n" + WHOLE, r"time in .*a\.csv must be such as 's from 2026"),
         (b"\x00", r"must be text in UTF-8"),

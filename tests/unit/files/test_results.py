@@ -28,7 +28,7 @@ class Magnet(pt.Potential):
 
     moment_body: pt.Vector
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return -fn.dot(self.moment_body, attitude.to_body((0, 0, 1.0)))
 
 
@@ -109,7 +109,7 @@ def test_orbits_are_where_they_were_integrated(motions, tmp_path):
     motion = motions["orbit integrated along"]
     read = pt.load(pt.save(motion, tmp_path / "it.nc"))
     for here, there in zip(motion.system.forces, read.system.forces, strict=True):
-        own, other = motion.sky.position(here.orbit), read.sky.position(there.orbit)
+        own, other = motion.environment.position(here.orbit), read.environment.position(there.orbit)
         assert np.array_equal(np.array(own), np.array(other))
 
 
@@ -174,13 +174,13 @@ MOTION_RUN = pt.free_motion(BODY, start(), [0.0]).run
 def test_forces_of_others_are_named_and_not_run(tmp_path):
     motion = run(BODY, Magnet((1, 2, 3)), *BOTH, state=start(time=5.0))
     read = pt.load(pt.save(motion, tmp_path / "it.nc"))
-    assert read.system.not_rerunnable == "the classes of a scenario must be the package's own, but Magnet came."
+    assert read.system.not_rerunnable == "the classes of a scenario must be the package's own, got Magnet."
     for name in ("quaternion", "omega_space", "kinetic_energy", "potential_energy", "energy", "norm_error"):
         assert np.array_equal(getattr(read, name), getattr(motion, name)), name
     assert_same(motion, read)
-    with pytest.raises(TypeError, match="system must be a System, but RecordedSystem came"):
+    with pytest.raises(TypeError, match="system must be a System, got StoredSystem"):
         pt.propagate(read.system, read.initial, TIMES)
-    with pytest.raises(ValueError, match=r"it\.nc cannot be run again: .* but Magnet came"):
+    with pytest.raises(ValueError, match=r"it\.nc cannot be run again: .* got Magnet"):
         repetition(read, "it.nc")
     again = pt.load(pt.save(read, tmp_path / "again.nc"))
     assert_same(motion, again)
@@ -276,9 +276,9 @@ def test_what_is_no_result(tmp_path, motions):
     assert time.process_time() - began < 1
     with pytest.raises(FileNotFoundError, match=r"path must lead to a file, but there is no .*gone\.nc"):
         pt.load(tmp_path / "gone.nc")
-    with pytest.raises(ValueError, match=r"path must end in \.nc or \.zarr, but 'it\.csv' came"):
+    with pytest.raises(ValueError, match=r"path must end in \.nc or \.zarr, got 'it\.csv'"):
         pt.load("it.csv")
-    with pytest.raises(TypeError, match="path must be a str or a Path, but int came"):
+    with pytest.raises(TypeError, match="path must be a str or a Path, got int"):
         pt.load(3)
     data = motions["in orbit"].dataset
     with pytest.raises(ValueError, match="the dataset must have the variable initial_time, but it has not"):

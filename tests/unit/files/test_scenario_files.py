@@ -55,8 +55,8 @@ class Push(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        on = pt.functions.where(pt.functions.less(sky.time, 0.5), self.size, 0.0)
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        on = pt.functions.where(pt.functions.less(environment.time, 0.5), self.size, 0.0)
         return (on, 0.0, 0.0)
 
 
@@ -164,9 +164,9 @@ def test_shapes_are_kept_where_forces_are_not(tmp_path):
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
     motion = pt.propagate(pt.System(body, Push(1.0)), start, [0.0, 1.0])
     back = pt.load(pt.save(motion, tmp_path / "it.nc"))
-    assert back.system.not_rerunnable == "the classes of a scenario must be the package's own, but Push came."
+    assert back.system.not_rerunnable == "the classes of a scenario must be the package's own, got Push."
     assert np.array_equal(back.system.body.shape.positions, body.shape.positions)
-    with pytest.raises(ValueError, match=r"it\.nc cannot be run again: .* but Push came"):
+    with pytest.raises(ValueError, match=r"it\.nc cannot be run again: .* got Push"):
         repetition(back, "it.nc")
 
 
@@ -265,12 +265,12 @@ def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
 
 
 OUT = {
-    "../secret.obj": "must be a path from the folder of the scenario to a file in it or below, but '../secret.obj' ",
-    "below/../../secret.obj": "must be a path from the folder of the scenario to a file in it or below, but",
-    "/etc/passwd": "must be a path from the folder of the scenario to a file in it or below, but '/etc/passwd' came.",
-    "~/secret.obj": "must be a path from the folder of the scenario to a file in it or below, but",
-    "C:\\\\secret.obj": "must be a path from the folder of the scenario to a file in it or below, but",
-    "": "must be a path from the folder of the scenario to a file in it or below, but '' came.",
+    "../secret.obj": "must be a path from the folder of the scenario to a file in it or below, got '../secret.obj'.",
+    "below/../../secret.obj": "must be a path from the folder of the scenario to a file in it or below, got",
+    "/etc/passwd": "must be a path from the folder of the scenario to a file in it or below, got '/etc/passwd'.",
+    "~/secret.obj": "must be a path from the folder of the scenario to a file in it or below, got",
+    "C:\\\\secret.obj": "must be a path from the folder of the scenario to a file in it or below, got",
+    "": "must be a path from the folder of the scenario to a file in it or below, got ''.",
     "link.obj": "must lead to a file in the folder of the scenario, but 'link.obj' links out of it.",
     "out/secret.obj": "must lead to a file in the folder of the scenario, but 'out/secret.obj' links out of it.",
     "loop.obj": "must lead to a file, but there is no 'loop.obj' beside the scenario.",

@@ -87,9 +87,9 @@ def test_euler_sequence_is_about_axes_that_turn_along(read):
         (WHOLE.replace("BEGIN Attitude", "BEGIN Ephemeris"), r"a\.a must have a block BEGIN Attitude"),
         (
             WHOLE.replace("QuatAngVels", "YPRAngles"),
-            r"must hold AttitudeTimeQuaternions, .*, but 'AttitudeTimeYPRAngles'",
+            r"must hold AttitudeTimeQuaternions, .*, got 'AttitudeTimeYPRAngles'",
         ),
-        (HEAD, r"must hold AttitudeTimeQuaternions, .*, but none came"),
+        (HEAD, r"must hold AttitudeTimeQuaternions, .*, got none"),
         (HEAD + "END Attitude\n", r"a\.a, line 10 must be a keyword and its value"),
         (WHOLE.replace("J2000", "Fixed"), r"CoordinateAxes in .*a\.a must be one of ICRF, .*, but it is 'Fixed'"),
         (WHOLE.replace("CoordinateAxes", "Axes"), r"a\.a must have CoordinateAxes, but it has none"),
@@ -139,5 +139,5 @@ def test_days_and_axes(tmp_path):
     table = pt.read_stk_attitude(path)
     np.testing.assert_allclose(table.times, 100 * TIMES, atol=1e-9)
     np.testing.assert_allclose(table.omega_body, motion.omega_body / 86400, rtol=1e-14)
-    with pytest.raises(ValueError, match=r"^reference_frame must be one that STK knows, but MCI came\.$"):
+    with pytest.raises(ValueError, match=r"^reference_frame must be one that STK knows, got MCI\.$"):
         pt.write_stk_attitude(motion, tmp_path / "n.a", calendar=days, reference_frame="MCI")

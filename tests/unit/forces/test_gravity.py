@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot import functions
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.environment import Sky
+from poinsot.mechanics.environment import Environment
 
 TURN = Rotation.from_rotvec([0.7, -0.2, 1.1])
 BODY = pt.Body((1.25, 1.0, 0.75))
@@ -24,7 +24,7 @@ def torque(body, force, time=0.0):
     system = pt.System(body, force)
     twin = system.with_numbers(sympy.Float(float(x), 30) for x in system.numbers)
     attitude = Attitude.from_quaternion(functions.Vector(symbols))
-    components = twin.torque_at(attitude, functions.Vector((0, 0, 0)), Sky(time))
+    components = twin.torque_at(attitude, functions.Vector((0, 0, 0)), Environment(time))
     values = dict(zip(symbols, TURN.as_quat(scalar_first=True), strict=True))
     return np.array([float(sympy.sympify(x).subs(values)) for x in components])
 
@@ -191,12 +191,12 @@ def test_integrals_about_an_oblate_attractor(orbit, pole, expected):
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
-        ({"radius": 0.0}, "equatorial_radius must be positive, but 0.0 came."),
+        ({"radius": 0.0}, "equatorial_radius must be positive, got 0.0."),
         (
             {"pole": (0, 0, 0)},
             "pole must not be zero, but it is. It is a direction, along the attractor's axis.",
         ),
-        ({"pole": (0, 1)}, "pole must have shape (3,) or (members, 3), but shape (2,) came."),
+        ({"pole": (0, 1)}, "pole must have shape (3,) or (members, 3), got shape (2,)."),
         ({"j2": np.nan}, "j2 must be finite, but j2 = nan."),
     ],
 )

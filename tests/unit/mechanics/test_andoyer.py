@@ -234,52 +234,52 @@ def test_free_motion_obeys_hamiltons_equations(rng, moments):
 
 BAD = {
     "nan": (lambda: pt.Andoyer(0, np.nan, 0, 0, 1, 0), ValueError, "g must be finite, but g = nan."),
-    "word": (lambda: pt.Andoyer("x", 0, 0, 0, 1, 0), TypeError, "l must be real numbers, but str 'x' came."),
+    "word": (lambda: pt.Andoyer("x", 0, 0, 0, 1, 0), TypeError, "l must be real numbers, got str 'x'."),
     "shape": (
         lambda: pt.Andoyer(0, 0, 0, 0, [[1]], 0),
         ValueError,
-        "G must have shape () or (members,), but shape (1, 1) came.",
+        "G must have shape () or (members,), got shape (1, 1).",
     ),
     "no_momentum": (
         lambda: pt.Andoyer(0, 0, 0, 0, [1, 0], 0),
         ValueError,
-        "G must be positive, but 0.0 came. A body at rest has no such variables.",
+        "G must be positive, got 0.0. A body at rest has no such variables.",
     ),
     "negative": (
         lambda: pt.Andoyer(0, 0, 0, 0, -1.5, 0),
         ValueError,
-        "G must be positive, but -1.5 came. A body at rest has no such variables.",
+        "G must be positive, got -1.5. A body at rest has no such variables.",
     ),
-    "kind": (lambda: pt.Andoyer.of((1, 0, 0, 0)), TypeError, "state must be a State, but tuple came."),
+    "kind": (lambda: pt.Andoyer.of((1, 0, 0, 0)), TypeError, "state must be a State, got tuple."),
     "rest": (
         lambda: pt.Andoyer.of(pt.State((1, 0, 0, 0), (0, 0, 0, 0))),
         ValueError,
-        "G must be positive, but 0.0 came. A body at rest has no such variables.",
+        "G must be positive, got 0.0. A body at rest has no such variables.",
     ),
     "L": (
         lambda: pt.Andoyer(0, 0, 0, -3, 2, 0),
         ValueError,
-        "L must lie between -G and G, but |L| = 1.5 G came.",
+        "L must lie between -G and G, got |L| = 1.5 G.",
     ),
     "H_of_a_member": (
         lambda: pt.Andoyer(0, 0, 0, 0, [2, 1], [1.5, 1.5]),
         ValueError,
-        "H must lie between -G and G, but |H| = 1.5 G came.",
+        "H must lie between -G and G, got |H| = 1.5 G.",
     ),
     "barely_too_large": (
         lambda: pt.Andoyer(0, 0, 0, 1 + 1e-11, 1, 0),
         ValueError,
-        "L must lie between -G and G, but |L| = 1.00000000001 G came.",
+        "L must lie between -G and G, got |L| = 1.00000000001 G.",
     ),
     "members": (
         lambda: pt.Andoyer([0, 1], 0, [1, 2, 3], 0, 1, 0),
         ValueError,
-        "h must have as many members as l, but 3 and 2 came.",
+        "h must have as many members as l, got 3 and 2.",
     ),
     "members_of_momenta": (
         lambda: pt.Andoyer(0, 0, 0, [0, 0.1], [1, 2, 3], 0),
         ValueError,
-        "G must have as many members as L, but 3 and 2 came.",
+        "G must have as many members as L, got 3 and 2.",
     ),
 }
 

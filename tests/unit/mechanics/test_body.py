@@ -168,7 +168,7 @@ def test_the_polar_moment_changes_nothing_of_what_gravity_does():
 def test_ratios_of_flat_plates(names):
     """A plate across the third axis has alpha = beta = 1, which leaves its own shape open."""
     if names == ("alpha", "beta"):
-        with pytest.raises(ValueError, match=r"^moments must be positive, but 0\.0 came\.$"):
+        with pytest.raises(ValueError, match=r"^moments must be positive, got 0\.0\.$"):
             pt.Body.from_ratios(alpha=1, beta=1)
     else:
         body = pt.Body.from_ratios(**{names[0]: 1.0}, gamma=0.2)
@@ -178,7 +178,7 @@ def test_ratios_of_flat_plates(names):
 BAD_CONSTRUCTORS = {
     "stokes_of_no_body": (
         lambda: pt.Body.from_stokes(-0.25, 0.125, 0.375),
-        "moments must be positive, but -0.125 came.",
+        "moments must be positive, got -0.125.",
     ),
     "stokes_beyond_the_triangle": (
         lambda: pt.Body.from_stokes(-0.25, 0, 0.5 - 2**-5),
@@ -187,11 +187,11 @@ BAD_CONSTRUCTORS = {
     ),
     "no_polar_moment": (
         lambda: pt.Body.from_stokes(-1e-3, 1e-4, 0.0),
-        "polar_moment_factor must be positive, but 0.0 came.",
+        "polar_moment_factor must be positive, got 0.0.",
     ),
     "coefficient_of_members": (
         lambda: pt.Body.from_stokes([-1e-3], 1e-4, 0.4),
-        "C20 must have shape (), but shape (1,) came.",
+        "C20 must have shape (), got shape (1,).",
     ),
     "coefficient_that_is_none": (
         lambda: pt.Body.from_stokes(-1e-3, np.nan, 0.4),
@@ -199,19 +199,19 @@ BAD_CONSTRUCTORS = {
     ),
     "one_ratio": (
         lambda: pt.Body.from_ratios(beta=0.1),
-        "from_ratios must have exactly two of alpha, beta, gamma, but beta came.",
+        "from_ratios must have exactly two of alpha, beta, gamma, got beta.",
     ),
     "three_ratios": (
         lambda: pt.Body.from_ratios(alpha=0.1, beta=0.2, gamma=0.1),
-        "from_ratios must have exactly two of alpha, beta, gamma, but alpha and beta and gamma came.",
+        "from_ratios must have exactly two of alpha, beta, gamma, got alpha and beta and gamma.",
     ),
     "no_ratio": (
         lambda: pt.Body.from_ratios(),
-        "from_ratios must have exactly two of alpha, beta, gamma, but none came.",
+        "from_ratios must have exactly two of alpha, beta, gamma, got none.",
     ),
     "ratio_of_no_body": (
         lambda: pt.Body.from_ratios(alpha=0.1, gamma=-1.2),
-        "gamma must lie in [-1, 1], but -1.2 came. No rigid body has these moments.",
+        "gamma must lie in [-1, 1], got -1.2. No rigid body has these moments.",
     ),
 }
 

@@ -44,7 +44,7 @@ def test_normalised_members():
 
 @pytest.mark.parametrize("shape", [(5, 4), (5,), (), (2, 2, 5, 5), (3, 5, 4)])
 def test_normalised_coefficients_are_squares(shape):
-    with pytest.raises(ValueError, match=r"^C must have shape \((\d), \1\) or \(members, \1, \1\), but shape"):
+    with pytest.raises(ValueError, match=r"^C must have shape \((\d), \1\) or \(members, \1, \1\), got shape"):
         pt.GravityField.from_normalized(1.0, 1.0, np.zeros(shape), np.zeros(shape))
 
 
@@ -85,13 +85,13 @@ DOUBLE[0, 0], SINE[2, 0] = 2, 1e-9
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
-        ((1, 1.0, 1.0, C[:2, :2], S[:2, :2]), "degree must be at least 2, but 1 came."),
-        ((2, 0.0, 1.0, C, S), "mass must be positive, but 0.0 came."),
-        ((2, 1.0, -1.0, C, S), "radius must be positive, but -1.0 came."),
-        ((2, 1.0, 1.0, C, S, -2.0), "extent must not be negative, but -2.0 came. 0 means unknown."),
-        ((3, 1.0, 1.0, C, S), "C must have shape (4, 4) or (members, 4, 4), but shape (3, 3) came."),
-        ((2, 1.0, 1.0, DOUBLE, S), "C_00 must be 1, or 0 where it is left out, but 2 came."),
-        ((2, 1.0, 1.0, [C, 0 * C, DOUBLE], S), "C_00 must be 1, or 0 where it is left out, but 2 came."),
+        ((1, 1.0, 1.0, C[:2, :2], S[:2, :2]), "degree must be at least 2, got 1."),
+        ((2, 0.0, 1.0, C, S), "mass must be positive, got 0.0."),
+        ((2, 1.0, -1.0, C, S), "radius must be positive, got -1.0."),
+        ((2, 1.0, 1.0, C, S, -2.0), "extent must not be negative, got -2.0. 0 means unknown."),
+        ((3, 1.0, 1.0, C, S), "C must have shape (4, 4) or (members, 4, 4), got shape (3, 3)."),
+        ((2, 1.0, 1.0, DOUBLE, S), "C_00 must be 1, or 0 where it is left out, got 2."),
+        ((2, 1.0, 1.0, [C, 0 * C, DOUBLE], S), "C_00 must be 1, or 0 where it is left out, got 2."),
         ((2, 1.0, 1.0, C, SINE), "S must be zero in order 0, but S_20 is not."),
         ((2, 1.0, 1.0, C, [S, SINE]), "S must be zero in order 0, but S_20 is not."),
         (
@@ -107,7 +107,7 @@ def test_what_is_no_field(wrong, sentence):
 
 @pytest.mark.parametrize("degree", [1, 5])
 def test_what_is_no_lower_degree(degree):
-    with pytest.raises(ValueError, match=rf"^degree must be from 2 to 4, that of the field, but {degree} came\.$"):
+    with pytest.raises(ValueError, match=rf"^degree must be from 2 to 4, that of the field, got {degree}\.$"):
         pt.GravityField(4, 1.0, 1.0, *coefficients(4)).truncated(degree)
 
 

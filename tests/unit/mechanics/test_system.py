@@ -16,7 +16,7 @@ class Spring(pt.Potential):
     stiffness: float
     axis: pt.Vector
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return 0.5 * self.stiffness * functions.dot(self.axis, attitude.to_body((0, 0, 1))) ** 2
 
 
@@ -25,7 +25,7 @@ class Push(pt.Torque):
 
     strength: float
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
         return (self.strength * omega_body[0], 0.0, 0)
 
 
@@ -35,7 +35,7 @@ class Choice(pt.Potential):
     degree: int
     factor: float
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         u = attitude.to_body((0, 0, 1))[0]
         return self.factor * (u if self.degree == 1 else u**2)
 
@@ -45,7 +45,7 @@ class Table(pt.Potential):
 
     coefficients: Annotated[Any, (3, 3)]
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         u = attitude.to_body((0, 0, 1))
         return sum(self.coefficients[i, j] * u[i] * u[j] for i in range(3) for j in range(3))
 
@@ -183,7 +183,7 @@ def test_a_users_torque_may_be_constant(body):
     class Steady(pt.Torque):
         size: float
 
-        def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
+        def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
             return (0.0, 0.0, self.size)
 
     state = body.state((1, 0, 0, 0), omega_body=(0, 0, 0))
@@ -195,7 +195,7 @@ def test_a_users_potential_with_where(body):
     class OneSided(pt.Potential):
         stiffness: float
 
-        def energy(self, body, attitude, sky):  # noqa: ARG002
+        def energy(self, body, attitude, environment):  # noqa: ARG002
             u = attitude.to_body((0, 0, 1))[2]
             return functions.where(functions.less(u, 0.0), self.stiffness * u**2, 0.0)
 

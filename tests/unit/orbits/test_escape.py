@@ -132,7 +132,7 @@ def test_derivatives_with_respect_to_time(name):
 
 @pytest.mark.parametrize("time", [hy.time, sympy.Symbol("t")])
 def test_symbols_are_refused_with_a_sentence(time):
-    with pytest.raises(TypeError, match=r"^the formulas of an EscapeOrbit must have numbers, but a symbol came\. "):
+    with pytest.raises(TypeError, match=r"^the formulas of an EscapeOrbit must have numbers, got a symbol\. "):
         ORBITS["hyperbola"].position_at(time)
 
 
@@ -149,9 +149,9 @@ class Wind(pt.Torque):
     orbit: pt.Orbit
     wind_space: pt.Vector
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        push = attitude.to_body(sky.velocity(self.orbit) + self.wind_space)
-        return 0.1 * sky.inverse_distance(self.orbit) * push + 0.1 * sky.position(self.orbit)[2] * push
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        push = attitude.to_body(environment.velocity(self.orbit) + self.wind_space)
+        return 0.1 * environment.inverse_distance(self.orbit) * push + 0.1 * environment.position(self.orbit)[2] * push
 
 
 def systems(name):

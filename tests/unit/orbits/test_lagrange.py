@@ -83,10 +83,10 @@ def test_motion_at_the_point_keeps_the_jacobi_integral():
 
 
 WRONG = {
-    "mu_secondary must not exceed mu_primary, but 2.0 and 1.0 came. The primary is the heavier one.": (1, 2, 1, "L1"),
-    "separation must be positive, but 0.0 came.": (1, 0.1, 0, "L1"),
-    "point must be one of L1, L2, L3, L4, L5, but 'L6' came.": (1, 0.1, 1, "L6"),
-    "mu_primary must be positive, but -1.0 came.": (-1, -2, 1, "L1"),
+    "mu_secondary must not exceed mu_primary, got 2.0 and 1.0. The primary is the heavier one.": (1, 2, 1, "L1"),
+    "separation must be positive, got 0.0.": (1, 0.1, 0, "L1"),
+    "point must be one of L1, L2, L3, L4, L5, got 'L6'.": (1, 0.1, 1, "L6"),
+    "mu_primary must be positive, got -1.0.": (-1, -2, 1, "L1"),
 }
 
 

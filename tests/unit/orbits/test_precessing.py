@@ -131,19 +131,21 @@ class Stream(pt.Torque):
 
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        wind = attitude.to_body(sky.velocity(self.orbit))
-        return 0.1 * pt.functions.cross(attitude.to_body(sky.position(self.orbit)), wind) + 0.05 * wind
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        wind = attitude.to_body(environment.velocity(self.orbit))
+        return 0.1 * pt.functions.cross(attitude.to_body(environment.position(self.orbit)), wind) + 0.05 * wind
 
 
 @each
 @pytest.mark.parametrize("force", [pt.GravityGradient, Stream])
 def test_axes_of_its_own_and_space_axes_agree(name, force):
-    carried, fixed = (pt.System(BODY, force(ORBITS[name]), *more) for more in ([], [pt.UniformGravity(0.0, (1, 0, 0))]))
-    axes = [kernels.coordinates(system, START, "lie_poisson", "double").axes for system in (carried, fixed)]
+    comoving, fixed = (
+        pt.System(BODY, force(ORBITS[name]), *more) for more in ([], [pt.UniformGravity(0.0, (1, 0, 0))])
+    )
+    axes = [kernels.coordinates(system, START, "lie_poisson", "double").axes for system in (comoving, fixed)]
     assert axes[0] is not SPACE_AXES
     assert axes[1] is SPACE_AXES
-    motions = [pt.propagate(system, START, RUN) for system in (carried, fixed)]
+    motions = [pt.propagate(system, START, RUN) for system in (comoving, fixed)]
     np.testing.assert_allclose(motions[0].quaternion, motions[1].quaternion, atol=1e-13)
     np.testing.assert_allclose(motions[0].conjugate_momenta, motions[1].conjugate_momenta, atol=1e-13)
 

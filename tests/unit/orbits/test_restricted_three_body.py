@@ -152,10 +152,10 @@ AT_SECONDARY, AT_PRIMARY = (SEPARATION * MU1 / (MU1 + MU2), 0, 0), (-SEPARATION 
 WRONG = {
     "position must be apart from both attractors, but the body is at the secondary.": (3.1, 0.4, 2.5, AT_SECONDARY),
     "position must be apart from both attractors, but the body is at the primary.": (3.1, 0.4, 2.5, AT_PRIMARY),
-    "mu_secondary must not exceed mu_primary, but 2.0 and 1.0 came. The primary is the heavier one.": (1, 2, 1, PLACE),
-    "separation must be positive, but 0.0 came.": (1, 0.1, 0, PLACE),
-    "mu_primary must be positive, but -1.0 came.": (-1, -2, 1, PLACE),
-    "position must have shape (3,) or (members, 3), but shape (2,) came.": (3.1, 0.4, 2.5, (1, 2)),
+    "mu_secondary must not exceed mu_primary, got 2.0 and 1.0. The primary is the heavier one.": (1, 2, 1, PLACE),
+    "separation must be positive, got 0.0.": (1, 0.1, 0, PLACE),
+    "mu_primary must be positive, got -1.0.": (-1, -2, 1, PLACE),
+    "position must have shape (3,) or (members, 3), got shape (2,).": (3.1, 0.4, 2.5, (1, 2)),
 }
 
 
@@ -169,7 +169,7 @@ def test_wrong_paths_are_refused(sentence):
 @pytest.mark.parametrize("time", [hy.time, sympy.Symbol("t")])
 def test_symbols_are_refused_with_a_sentence(time):
     sentence = (
-        r"^the formulas of a ThreeBodyOrbit must have numbers, but a symbol came\. "
+        r"^the formulas of a ThreeBodyOrbit must have numbers, got a symbol\. "
         r"In a kernel its path is integrated along: ask the sky for the position\.$"
     )
     with pytest.raises(TypeError, match=sentence):
@@ -188,8 +188,8 @@ class Push(pt.Torque):
 
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, sky):  # noqa: ARG002
-        return 0.1 * attitude.to_body(sky.velocity(self.orbit) + 0.3 * sky.position(self.orbit))
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return 0.1 * attitude.to_body(environment.velocity(self.orbit) + 0.3 * environment.position(self.orbit))
 
 
 def both(path):
@@ -253,10 +253,10 @@ def test_sky_of_a_motion_is_the_integrated_one(name, monkeypatch):
             if view in tracked:
                 blinded.delattr(type(view), "position_at")
                 blinded.delattr(type(view), "inverse_distance_at")
-            assert np.max(np.abs(stacked(motion.sky.position(view)) - place)) < 1e-12
-            assert np.max(np.abs(motion.sky.inverse_distance(view) - inverse)) < 1e-12
+            assert np.max(np.abs(stacked(motion.environment.position(view)) - place)) < 1e-12
+            assert np.max(np.abs(motion.environment.inverse_distance(view) - inverse)) < 1e-12
     assert np.max(np.abs(motion.potential_energy - energy)) < 1e-12 * np.max(np.abs(energy) + 1)
-    assert np.max(np.abs(system.torque_body(state, motion.sky) - torque)) < 1e-12 * np.max(np.abs(torque))
+    assert np.max(np.abs(system.torque_body(state, motion.environment) - torque)) < 1e-12 * np.max(np.abs(torque))
 
 
 @pytest.mark.parametrize("name", ["synodic", "space"])
@@ -273,15 +273,15 @@ def test_members_along_paths_of_their_own(name):
         alone = pt.propagate(system(i), START, RUN)
         assert np.max(np.abs(together.quaternion[i] - alone.quaternion)) < 1e-12
         assert np.max(np.abs(together.potential_energy[i] / alone.potential_energy - 1)) < 1e-12
-        r = alone.sky.position(alone.system.forces[0].orbit)
-        assert np.max(np.abs(np.stack(together.sky.position(primary))[:, i] - np.stack(r))) < 1e-12
+        r = alone.environment.position(alone.system.forces[0].orbit)
+        assert np.max(np.abs(np.stack(together.environment.position(primary))[:, i] - np.stack(r))) < 1e-12
 
 
 def test_attitudes_that_differ_go_along_one_path():
     starts = BODY.state(np.array([(0.6, 0.8, 0, 0), (1, 0, 0, 0)]), omega_body=(0.1, 0.2, 0.3), time=0.2)
     system = pt.System(BODY, *both(PATH))
     motion = pt.propagate(system, starts, RUN)
-    r = np.stack(motion.sky.position(PATH.from_primary))
+    r = np.stack(motion.environment.position(PATH.from_primary))
     assert r.shape == (3, 2, 6)
     assert np.max(np.abs(r - np.stack(PATH.from_primary.position_at(RUN))[:, None])) < 1e-12
 

@@ -43,8 +43,8 @@ def test_labels_and_the_common_span():
 @pytest.mark.parametrize(
     ("orbits", "options", "error", "sentence"),
     [
-        ((SATELLITE,), {}, ValueError, "orbits must be two or more, but 1 came"),
-        ((SATELLITE, 3), {}, TypeError, "orbits must be Orbits, but int came"),
+        ((SATELLITE,), {}, ValueError, "orbits must be two or more, got 1"),
+        ((SATELLITE, 3), {}, TypeError, "orbits must be Orbits, got int"),
         (
             (SATELLITE, EARTH),
             {},
@@ -52,18 +52,18 @@ def test_labels_and_the_common_span():
             "orbits must be known at common times with an end, but they are from -inf",
         ),
         ((SATELLITE, EARTH), {"start": 1.0, "stop": 0.0}, ValueError, "orbits must be known at common times"),
-        ((SATELLITE, EARTH), {"start": "2026-01-01Z"}, TypeError, "start must be real numbers, but str"),
+        ((SATELLITE, EARTH), {"start": "2026-01-01Z"}, TypeError, "start must be real numbers, got str"),
         (
             (tabulated(SATELLITE, reference_frame="TEME"), tabulated(EARTH, reference_frame="ICRF")),
             {},
             ValueError,
-            "orbits must have one reference frame to be added, but TEME and ICRF came",
+            "orbits must have one reference frame to be added, got TEME and ICRF",
         ),
         (
             (tabulated(SATELLITE, calendar=ZERO), tabulated(EARTH, calendar=pt.Calendar("2026-01-01", "UTC"))),
             {},
             ValueError,
-            "orbits must have one calendar to be added, but Calendar",
+            "orbits must have one calendar to be added, got Calendar",
         ),
     ],
 )

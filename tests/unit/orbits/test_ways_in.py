@@ -255,33 +255,33 @@ def hyperbola(e=1.5, **others):
 WRONG = {
     "bound_escape": (
         lambda: EscapeOrbit(1, 1, 0.5, 0, 0, 0),
-        "eccentricity must be at least 1, but 0.5 came. An ellipse is a KeplerOrbit.",
+        "eccentricity must be at least 1, got 0.5. An ellipse is a KeplerOrbit.",
     ),
     "bound_member": (
         lambda: EscapeOrbit(1, 1, [1.5, -3], 0, 0, 0),
-        "eccentricity must be at least 1, but -3.0 came. An ellipse is a KeplerOrbit.",
+        "eccentricity must be at least 1, got -3.0. An ellipse is a KeplerOrbit.",
     ),
-    "mu_of_escape": (lambda: EscapeOrbit(0, 1, 1.5, 0, 0, 0), "mu must be positive, but 0.0 came."),
-    "periapsis": (lambda: EscapeOrbit(1, -1, 1.5, 0, 0, 0), "periapsis_distance must be positive, but -1.0 came."),
+    "mu_of_escape": (lambda: EscapeOrbit(0, 1, 1.5, 0, 0, 0), "mu must be positive, got 0.0."),
+    "periapsis": (lambda: EscapeOrbit(1, -1, 1.5, 0, 0, 0), "periapsis_distance must be positive, got -1.0."),
     "no_anomaly": (
         lambda: pt.KeplerOrbit.from_elements(*ELEMENTS),
-        f"elements must have exactly one of {ANOMALIES}, but none came.",
+        f"elements must have exactly one of {ANOMALIES}, got none.",
     ),
     "two_anomalies": (
         lambda: pt.KeplerOrbit.from_elements(*ELEMENTS, true_anomaly=1, mean_anomaly=1),
-        f"elements must have exactly one of {ANOMALIES}, but true_anomaly and mean_anomaly came.",
+        f"elements must have exactly one of {ANOMALIES}, got true_anomaly and mean_anomaly.",
     ),
     "unbound_ellipse": (
         lambda: pt.KeplerOrbit.from_elements(1, 2, 1.5, 0, 0, 0, mean_anomaly=0),
-        "eccentricity must be in [0, 1), but 1.5 came. A Kepler orbit is an ellipse.",
+        "eccentricity must be in [0, 1), got 1.5. A Kepler orbit is an ellipse.",
     ),
     "negative_axis_of_an_ellipse": (
         lambda: pt.KeplerOrbit.from_elements(1, -2, 0.5, 0, 0, 0, mean_anomaly=0),
-        "semimajor_axis must be positive, but -2.0 came.",
+        "semimajor_axis must be positive, got -2.0.",
     ),
     "positive_axis": (
         lambda: hyperbola(semimajor_axis=2, true_anomaly=0),
-        "semimajor_axis must be negative with an eccentricity above 1, but 2.0 came. A hyperbola has a = q/(1 - e).",
+        "semimajor_axis must be negative with an eccentricity above 1, got 2.0. A hyperbola has a = q/(1 - e).",
     ),
     "axis_of_a_parabola": (
         lambda: hyperbola(1, semimajor_axis=-2, true_anomaly=0),
@@ -293,12 +293,12 @@ WRONG = {
     ),
     "beyond_the_asymptote": (
         lambda: hyperbola(2, periapsis_distance=1, true_anomaly=2.5),
-        "true_anomaly must be within the asymptotes, |f| < 2.0944, but 2.5 came.",
+        "true_anomaly must be within the asymptotes, |f| < 2.0944, got 2.5.",
     ),
     "two_lengths": (
         lambda: hyperbola(periapsis_distance=1, semimajor_axis=-2, true_anomaly=0),
         "elements must have exactly one of periapsis_distance, semimajor_axis, "
-        "but periapsis_distance and semimajor_axis came.",
+        "got periapsis_distance and semimajor_axis.",
     ),
     "ellipse_for_an_escape": (
         lambda: EscapeOrbit.from_vectors(1, (1, 0, 0), (0, 1, 0)),
@@ -319,20 +319,20 @@ WRONG = {
     ),
     "hollow": (
         lambda: pt.KeplerOrbit(*ELEMENTS, radius=-1),
-        "radius must not be negative, but -1.0 came. A point has the radius 0.",
+        "radius must not be negative, got -1.0. A point has the radius 0.",
     ),
     "hollow_escape": (
         lambda: EscapeOrbit(1, 1, 1.5, 0, 0, 0, radius=[0, -2]),
-        "radius must not be negative, but -2.0 came. A point has the radius 0.",
+        "radius must not be negative, got -2.0. A point has the radius 0.",
     ),
-    "repelling": (lambda: two_body_orbit(-1, (1, 0, 0), (0, 1, 0)), "mu must be positive, but -1.0 came."),
+    "repelling": (lambda: two_body_orbit(-1, (1, 0, 0), (0, 1, 0)), "mu must be positive, got -1.0."),
     "backwards": (
         lambda: PrecessingOrbit(ONE_ORBIT, 0, 0, -2),
-        "mean_motion must be positive, but -1.6464466094067263 came.",
+        "mean_motion must be positive, got -1.6464466094067263.",
     ),
     "mean_motion": (
         lambda: PrecessingOrbit.from_mean_motion(ONE_ORBIT, 0),
-        "mean_motion must be positive, but 0.0 came.",
+        "mean_motion must be positive, got 0.0.",
     ),
     "rate": (
         lambda: PrecessingOrbit(ONE_ORBIT, float("nan")),
@@ -349,5 +349,5 @@ def test_wrong_input_gives_one_sentence(name):
 
 
 def test_only_ellipses_precess():
-    with pytest.raises(TypeError, match=r"^orbit must be a KeplerOrbit, but EscapeOrbit came\.$"):
+    with pytest.raises(TypeError, match=r"^orbit must be a KeplerOrbit, got EscapeOrbit\.$"):
         PrecessingOrbit(EscapeOrbit(1, 1, 1.5, 0, 0, 0))

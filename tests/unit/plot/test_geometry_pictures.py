@@ -496,8 +496,8 @@ REST = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0))
 FREE = pt.System(BODY)
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)))
 MANY = BODY.state([(1, 0, 0, 0)] * 3, omega_body=(0.4, -0.3, 0.6))
-ENSEMBLE = "must be of one body, but an ensemble of 3 members came. Propagate the member to draw alone."
-NO_MOTION = "motion must be a Trajectory, but State came."
+ENSEMBLE = "must be of one body, got an ensemble of 3 members. Propagate the member to draw alone."
+NO_MOTION = "motion must be a Trajectory, got State."
 AT_REST = "motion must have an angular momentum, but g = 0. A body at rest has no axis of rotation."
 NO_TIMES = "motion must have times to draw, but it has none."
 
@@ -514,7 +514,7 @@ REFUSED = {
     "index_beyond": (
         lambda: plot_poinsot(free(), 2),
         ValueError,
-        "time_index must lie within [-2, 1], but 2 came.",
+        "time_index must lie within [-2, 1], got 2.",
     ),
     "index_float": (
         lambda: plot_poinsot(free(), 1.0),
@@ -529,27 +529,27 @@ REFUSED = {
     "view": (
         lambda: plot_poinsot(free(), view=(1, 2, 3)),
         ValueError,
-        "view must have shape (2,), but shape (3,) came.",
+        "view must have shape (2,), got shape (3,).",
     ),
     "view_word": (
         lambda: plot_momentum_sphere(BODY, view="top"),
         TypeError,
-        "view must be real numbers, but str 'top' came.",
+        "view must be real numbers, got str 'top'.",
     ),
     "order": (
         lambda: plot_momentum_sphere(START, BODY),
         TypeError,
-        "body must be a Body or a Trajectory, but State came.",
+        "body must be a Body or a Trajectory, got State.",
     ),
     "bodies": (
         lambda: plot_momentum_sphere(pt.Body([(1, 1, 1)] * 3)),
         ValueError,
-        "body must be one body, but an ensemble of 3 members came.",
+        "body must be one body, got an ensemble of 3 members.",
     ),
     "state": (
         lambda: plot_momentum_sphere(BODY, (1, 0, 0)),
         TypeError,
-        "state must be a State or a Trajectory, but tuple came.",
+        "state must be a State or a Trajectory, got tuple.",
     ),
     "state_at_rest": (
         lambda: plot_momentum_sphere(BODY, REST),
@@ -565,7 +565,7 @@ REFUSED = {
     "another_body": (
         lambda: plot_momentum_sphere(pt.Body((1, 1, 1)), free()),
         ValueError,
-        "state must be a motion of Body(moments=[1.0, 1.0, 1.0]), but one of Body(moments=[1.25, 1.0, 0.75]) came. "
+        "state must be a motion of Body(moments=[1.0, 1.0, 1.0]), got one of Body(moments=[1.25, 1.0, 0.75]). "
         "Pass motion.system.body.",
     ),
 }

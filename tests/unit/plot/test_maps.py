@@ -79,13 +79,13 @@ def test_indicators_against_time(members):
         (
             (X, Y, VALUES.T),
             {},
-            "values must have shape (2, 3) or (6,), but shape (3, 2) came. Take one time, as in mean_megno[:, -1].",
+            "values must have shape (2, 3) or (6,), got shape (3, 2). Take one time, as in mean_megno[:, -1].",
         ),
         ((X, Y, VALUES * np.nan), {}, "values must have something to draw, but all are NaN."),
-        ((X[:1], Y, VALUES), {}, "x must be strictly monotonic with two values at least, but [0.] came."),
-        ((X, Y[[0, 0]], VALUES), {}, "y must be strictly monotonic with two values at least, but [10. 10.] came."),
-        ((X, Y, VALUES), {"limits": (3, 1)}, "limits must rise, but (3, 1) came."),
-        ((X, Y, VALUES), {"limits": (3, 9), "centre": 2}, "limits must rise around 2, but (3, 9) came."),
+        ((X[:1], Y, VALUES), {}, "x must be strictly monotonic with two values at least, got [0.]."),
+        ((X, Y[[0, 0]], VALUES), {}, "y must be strictly monotonic with two values at least, got [10. 10.]."),
+        ((X, Y, VALUES), {"limits": (3, 1)}, "limits must rise, got (3, 1)."),
+        ((X, Y, VALUES), {"limits": (3, 9), "centre": 2}, "limits must rise around 2, got (3, 9)."),
     ],
 )
 def test_bad_maps(arguments, options, sentence):
@@ -94,9 +94,9 @@ def test_bad_maps(arguments, options, sentence):
 
 
 def test_bad_indicators():
-    with pytest.raises(TypeError, match=r"^found must be a ChaosIndicators, but int came\.$"):
+    with pytest.raises(TypeError, match=r"^found must be a ChaosIndicators, got int\.$"):
         pt.plot_chaos(3)
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
     found = pt.chaos_indicators(pt.System(BODY, pt.GravityGradient(ORBIT)), start, [1.0, 2.0], formulation="planar")
-    with pytest.raises(ValueError, match=r"^labels must name each of 1 members, but 2 came\.$"):
+    with pytest.raises(ValueError, match=r"^labels must name each of 1 members, got 2\.$"):
         pt.plot_chaos(found, ["one", "two"])

@@ -66,8 +66,8 @@ def test_a_signal_without_lines_and_one_without_rest():
 
 def test_only_one_signal_is_drawn():
     two = pt.frequencies(np.cos(np.arange(64) * [[0.5], [0.7]]), 1.0, count=2)
-    sentence = "spectrum must be of one signal, but frequencies of shape (2, 2) came."
+    sentence = "spectrum must be of one signal, got frequencies of shape (2, 2)."
     with pytest.raises(ValueError, match="^" + re.escape(sentence)):
         pt.plot_spectrum(two)
-    with pytest.raises(TypeError, match=r"^spectrum must be a LineSpectrum, but list came\.$"):
+    with pytest.raises(TypeError, match=r"^spectrum must be a LineSpectrum, got list\.$"):
         pt.plot_spectrum([1.0])

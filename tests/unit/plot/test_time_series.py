@@ -52,7 +52,7 @@ def curves(axes):
 def replaced(motion, q, times=TIMES):
     """The motion with other attitudes, at other times, and momenta that are all the same in the body."""
     g = np.broadcast_to((0.3, -0.2, 0.5), (*q.shape[:-1], 3))
-    Q = 2 * pt.mechanics.quaternion.product(q, np.concatenate([np.zeros_like(g[..., :1]), g], axis=-1))
+    Q = 2 * pt.algebra.quaternion.product(q, np.concatenate([np.zeros_like(g[..., :1]), g], axis=-1))
     return pt.Trajectory(motion.system, motion.initial, times, lambda: (q, Q), motion.run)
 
 
@@ -266,10 +266,10 @@ def test_difference_is_the_angle_between_attitudes(motion):
 def test_times_that_a_file_of_dates_rounded_are_the_same_times(motion):
     near = replaced(motion, motion.quaternion, TIMES + 4e-7)
     assert np.max(curves(pt.plot_difference(motion, near))) < 1e-15
-    with pytest.raises(ValueError, match=r"^other must have the times of motion, but 61 times"):
+    with pytest.raises(ValueError, match=r"^other must have the times of motion, got 61 times"):
         pt.plot_difference(motion, replaced(motion, motion.quaternion, TIMES + 6e-7))
     unnamed = replaced(pt.propagate(pt.System(BODY), motion.initial, TIMES), motion.quaternion)
-    with pytest.raises(ValueError, match=r"^other must have the times of motion, but 61 times"):
+    with pytest.raises(ValueError, match=r"^other must have the times of motion, got 61 times"):
         pt.plot_difference(unnamed, near)
 
 
@@ -339,10 +339,10 @@ def test_a_vector_file_is_small_and_has_text(motion, tmp_path):
 def test_bad_input(motion):
     other = pt.propagate(SYSTEM, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.001)), TIMES[:9])
     with pytest.raises(
-        ValueError, match=r"other must have the times of motion, but 9 times from 0 to 800 and 61 times"
+        ValueError, match=r"other must have the times of motion, got 9 times from 0 to 800 and 61 times"
     ):
         pt.plot_difference(motion, other)
-    with pytest.raises(TypeError, match=r"orbit must be an Orbit, but OrbitFrame came"):
+    with pytest.raises(TypeError, match=r"orbit must be an Orbit, got OrbitFrame"):
         pt.plot_roll_pitch_yaw(motion, ORBIT.frame)
     free = pt.propagate(pt.System(BODY), motion.initial, (0.0, 1.0))
     with pytest.raises(ValueError, match=r"orbit must be named where the system has not exactly one, but it has none"):
@@ -358,5 +358,5 @@ def test_bad_input(motion):
     with pytest.raises(ValueError, match=r"^motion must have a member that reached its last time, but none did\.$"):
         pt.plot_rates(replaced(motion, stopped))
     for plot in PLOTS.values():
-        with pytest.raises(TypeError, match=r"motion must be a Trajectory, but State came"):
+        with pytest.raises(TypeError, match=r"motion must be a Trajectory, got State"):
             plot(motion.initial)

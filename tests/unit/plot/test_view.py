@@ -196,7 +196,7 @@ HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
 class Named(pt.Potential):
     """A force whose name is markup."""
 
-    def energy(self, body, attitude, sky):  # noqa: ARG002
+    def energy(self, body, attitude, environment):  # noqa: ARG002
         return 0.0 * attitude.to_body((1.0, 0.0, 0.0))[0]
 
     def __repr__(self):
@@ -268,21 +268,21 @@ def test_a_notebook_shows_the_page_in_a_frame():
 
 MANY = OBLIQUE.state([(1, 0, 0, 0)] * 3, omega_body=(0.4, -0.3, 0.6))
 REFUSED = {
-    "state": (lambda _: pt.view(MANY), TypeError, "motion must be a Trajectory, but State came."),
+    "state": (lambda _: pt.view(MANY), TypeError, "motion must be a Trajectory, got State."),
     "ensemble": (
         lambda _: pt.view(pt.propagate(pt.System(OBLIQUE), MANY, (0.0, 1.0))),
         ValueError,
-        "motion must be of one body, but an ensemble of 3 members came. Propagate the member to draw alone.",
+        "motion must be of one body, got an ensemble of 3 members. Propagate the member to draw alone.",
     ),
     "one_time": (
         lambda _: pt.view(free(times=(0.0,))),
         ValueError,
-        "motion must have two times or more, but 1 came.",
+        "motion must have two times or more, got 1.",
     ),
     "suffix": (
         lambda folder: pt.view(free(), folder / "motion.htm"),
         ValueError,
-        "path must end in .html, but 'motion.htm' came.",
+        "path must end in .html, got 'motion.htm'.",
     ),
     "folder": (
         lambda folder: pt.view(free(), folder / "no" / "motion.html"),

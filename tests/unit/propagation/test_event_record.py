@@ -37,7 +37,7 @@ class Kick(pt.Event):
 
     impulse: float
 
-    def value(self, body, attitude, omega_body, sky):
+    def value(self, body, attitude, omega_body, environment):
         return attitude.to_body((0, 1, 0))[0]  # sin(angle)
 
     def act(self, body, state):
@@ -50,7 +50,7 @@ class Bounce(pt.Event):
 
     restitution: float
 
-    def value(self, body, attitude, omega_body, sky):
+    def value(self, body, attitude, omega_body, environment):
         return attitude.to_body((1, 0, 0))[1]  # -sin(angle)
 
     def act(self, body, state):
@@ -62,7 +62,7 @@ class Bounce(pt.Event):
 class Push(pt.Torque):
     size: float
 
-    def torque(self, body, attitude, omega_body, sky):
+    def torque(self, body, attitude, omega_body, environment):
         return fn.Vector((0.0, 0.0, self.size))
 
 
@@ -275,15 +275,15 @@ class Late(pt.Event):
     impulse: float
     factor: float
 
-    def value(self, body, attitude, omega_body, sky):
-        return self.factor * (sky.time - self.time)
+    def value(self, body, attitude, omega_body, environment):
+        return self.factor * (environment.time - self.time)
 
     act = Kick.act
 
 
 def test_an_event_where_a_formula_branches_is_not_lost():
     class Brake(pt.Torque):
-        def torque(self, body, attitude, omega_body, sky):
+        def torque(self, body, attitude, omega_body, environment):
             return fn.Vector((0.0, 0.0, fn.where(fn.less(omega_body[2], 0.1), -0.3, -0.9)))
 
     for members in (1.0, np.linspace(0.2, 2.5, 97)):
@@ -295,7 +295,7 @@ def test_an_event_where_a_formula_branches_is_not_lost():
 
 def test_an_action_sets_the_branches_anew():
     class Wall(pt.Torque):
-        def torque(self, body, attitude, omega_body, sky):
+        def torque(self, body, attitude, omega_body, environment):
             return fn.Vector((0.0, 0.0, fn.where(fn.less(omega_body[2], 1.0), 0.0, 0.6)))
 
     motion = pt.propagate(pt.System(BODY, Wall()), spinning(0.5), [1.0, 3.0], events=[Late(2.0, 3.0, 1.0)])
@@ -304,7 +304,7 @@ def test_an_action_sets_the_branches_anew():
 
 def test_a_touch_without_a_crossing_is_an_even_number_of_zeros_or_none():
     class Touch(pt.Event):
-        def value(self, body, attitude, omega_body, sky):
+        def value(self, body, attitude, omega_body, environment):
             return 1 + attitude.to_body((1, 0, 0))[0]  # 1 + cos
 
     found = pt.propagate(FREE, spinning(1.0), [7.0], events=[Touch()]).events[0]
@@ -314,8 +314,8 @@ def test_a_touch_without_a_crossing_is_an_even_number_of_zeros_or_none():
 
 def test_values_that_are_not_finite_stop_the_run():
     class Root(pt.Event):
-        def value(self, body, attitude, omega_body, sky):
-            return fn.sqrt(1.5 - sky.time) - 2
+        def value(self, body, attitude, omega_body, environment):
+            return fn.sqrt(1.5 - environment.time) - 2
 
     with pytest.raises(pt.PropagationError, match="stopped at t = 1"):
         pt.propagate(FREE, spinning(), [1.0, 2.0], events=[Root()])
@@ -351,8 +351,8 @@ def test_an_event_that_grows_from_nothing_costs_no_digit():
     class Distance(pt.Event):
         """Zero with its derivatives at the start, and large later."""
 
-        def value(self, body, attitude, omega_body, sky):
-            return sky.time**2 * (1e9 + sky.time) * attitude.to_body((1, 0, 0))[0]
+        def value(self, body, attitude, omega_body, environment):
+            return environment.time**2 * (1e9 + environment.time) * attitude.to_body((1, 0, 0))[0]
 
     times = np.linspace(0, 300, 4)
     motion = pt.propagate(FREE, spinning(), times, events=[Distance()])
@@ -387,8 +387,8 @@ def test_orbits_that_are_integrated_along_and_actions_on_their_way(members):
     downwards = -np.stack(other.position_at(seen.times), axis=-1)
     axes = seen.states.attitude.apply([1.0, 0.0, 0.0])
     assert np.max(np.abs(np.sum(downwards * axes, axis=-1))) < 1e-12
-    sky = np.stack(motion.sky.position(orbit), axis=-1)
-    assert np.allclose(sky, np.stack(orbit.position_at(motion.times), axis=-1), rtol=0, atol=1e-12)
+    environment = np.stack(motion.environment.position(orbit), axis=-1)
+    assert np.allclose(environment, np.stack(orbit.position_at(motion.times), axis=-1), rtol=0, atol=1e-12)
 
 
 def test_events_where_tables_change_their_polynomials():
@@ -423,30 +423,30 @@ def test_wrong_events_are_refused_in_a_sentence():
     def run(*events):
         pt.propagate(FREE, spinning(), [1.0], events=list(events))
 
-    with pytest.raises(TypeError, match=r"events must be a list of Event, but AxisCrossing came\."):
+    with pytest.raises(TypeError, match=r"events must be a list of Event, got AxisCrossing\."):
         pt.propagate(FREE, spinning(), [1.0], events=ACROSS)
     with pytest.raises(TypeError, match=r"events must be a list of Event, but events\[1\] is int\."):
         run(ACROSS, 3)
-    with pytest.raises(ValueError, match=r"slope must be -1, 0 or 1, but 2 came\."):
+    with pytest.raises(ValueError, match=r"slope must be -1, 0 or 1, got 2\."):
         pt.Instant(1.0, slope=2)
     with pytest.raises(ValueError, match=r"Kick must either act or be terminal, but it does both\."):
         Kick(1.0, terminal=True)
     with pytest.raises(ValueError, match=r"axis must not be zero"):
         pt.RateCrossing((0, 0, 0))
-    with pytest.raises(ValueError, match=r"angle must be in \(0, pi\), but 4\.0 came\."):
+    with pytest.raises(ValueError, match=r"angle must be in \(0, pi\), got 4\.0\."):
         pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=4.0)
-    with pytest.raises(TypeError, match=r"a force must be a Potential or a Torque, but AxisCrossing came\."):
+    with pytest.raises(TypeError, match=r"a force must be a Potential or a Torque, got AxisCrossing\."):
         pt.System(BODY, ACROSS)
 
     class Wrong(pt.Event):
-        def value(self, body, attitude, omega_body, sky):
+        def value(self, body, attitude, omega_body, environment):
             return omega_body
 
-    with pytest.raises(TypeError, match=r"the value of Wrong must be one scalar, but 3 components came\."):
+    with pytest.raises(TypeError, match=r"the value of Wrong must be one scalar, got 3 components\."):
         run(Wrong())
 
     class Constant(pt.Event):
-        def value(self, body, attitude, omega_body, sky):
+        def value(self, body, attitude, omega_body, environment):
             return 1.0
 
     with pytest.raises(ValueError, match=r"the value of Constant must depend on the motion, but it is constant"):

@@ -116,23 +116,23 @@ def test_open_and_disagreeing_and_inward_surfaces_are_refused():
 
 def test_bad_arrays_are_refused():
     vertices, faces = BOX.vertices, BOX.faces
-    with pytest.raises(ValueError, match="faces must name vertices from 0 to 7, but 8 came"):
+    with pytest.raises(ValueError, match="faces must name vertices from 0 to 7, got 8"):
         pt.Mesh(vertices, np.where(faces == 7, 8, faces), mass=1)
-    with pytest.raises(ValueError, match="faces must name vertices from 0 to 7, but -1 came"):
+    with pytest.raises(ValueError, match="faces must name vertices from 0 to 7, got -1"):
         pt.Mesh(vertices, np.where(faces == 7, -1, faces), mass=1)
     with pytest.raises(ValueError, match="vertices must be finite"):
         pt.Mesh(np.where(vertices == 0.5, np.nan, vertices), faces, mass=1)
-    with pytest.raises(TypeError, match="faces must be whole numbers, but float64 came"):
+    with pytest.raises(TypeError, match="faces must be whole numbers, got float64"):
         pt.Mesh(vertices, faces.astype(float), mass=1)
-    with pytest.raises(ValueError, match=r"faces must have shape \(n, 3\), but shape \(12, 2\) came"):
+    with pytest.raises(ValueError, match=r"faces must have shape \(n, 3\), got shape \(12, 2\)"):
         pt.Mesh(vertices, faces[:, :2], mass=1)
     with pytest.raises(ValueError, match="faces must not be empty"):
         pt.Mesh(vertices, np.empty((0, 3), dtype=int), mass=1)
     with pytest.raises(ValueError, match="face 12 names one twice"):
         pt.Mesh(vertices, np.vstack([faces, (0, 0, 1)]), mass=1)
-    with pytest.raises(ValueError, match="a solid must have exactly one of mass, density, but none came"):
+    with pytest.raises(ValueError, match="a solid must have exactly one of mass, density, got none"):
         pt.Mesh(vertices, faces)
-    with pytest.raises(ValueError, match="exactly one of mass, density, but mass and density came"):
+    with pytest.raises(ValueError, match="exactly one of mass, density, got mass and density"):
         pt.Mesh(vertices, faces, mass=1, density=1)
     with pytest.raises(ValueError, match="density must be positive"):
         pt.Mesh(vertices, faces, density=-1)

@@ -177,7 +177,7 @@ def test_a_shape_is_neither_structure_nor_a_number_of_its_body():
 
 
 def test_a_body_of_something_else_is_refused():
-    with pytest.raises(TypeError, match="shape must be a shape, such as a Mesh, but float came"):
+    with pytest.raises(TypeError, match="shape must be a shape, such as a Mesh, got float"):
         pt.Body.from_shape(1.0)
     with pytest.raises(ValueError, match="moments must be positive"):
         pt.Body.from_shape(pt.Mascons([1, 1], [(0, 0, 1), (0, 0, -1)]))
@@ -186,13 +186,13 @@ def test_a_body_of_something_else_is_refused():
 @every_kind
 def test_bad_arguments_are_refused_in_one_sentence(kind):
     shape = make(kind)
-    with pytest.raises(ValueError, match="degree must be from 2 to 80, but 81 came"):
+    with pytest.raises(ValueError, match="degree must be from 2 to 80, got 81"):
         shape.field(81)
-    with pytest.raises(ValueError, match="degree must be from 2 to 80, but 1 came"):
+    with pytest.raises(ValueError, match="degree must be from 2 to 80, got 1"):
         shape.field(1)
     with pytest.raises(ValueError, match="radius must be positive, but -1"):
         shape.field(2, radius=-1)
-    with pytest.raises(ValueError, match=r"points must have shape \(\.\.\., 3\), but shape \(2,\) came"):
+    with pytest.raises(ValueError, match=r"points must have shape \(\.\.\., 3\), got shape \(2,\)"):
         shape.potential((1, 2))
     with pytest.raises(ValueError, match="position must have shape"):
         shape.moved((1, 2))

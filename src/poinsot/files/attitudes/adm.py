@@ -62,7 +62,7 @@ def sequence_of(text: str, place: str) -> str:
     """Return a sequence of rotations, 321 or ZYX, as digits."""
     sequence = text.upper().translate(str.maketrans("XYZ", "123"))
     if sequence not in euler.SEQUENCES:
-        raise ValueError(f"{place} must have a sequence of three axes in EULER_ROT_SEQ, but {text[:20]!r} came.")
+        raise ValueError(f"{place} must have a sequence of three axes in EULER_ROT_SEQ, got {text[:20]!r}.")
     return sequence
 
 
@@ -100,7 +100,7 @@ def attitude_of(
 def checked_period(period: float, place: str) -> float:
     """Return a period of nutation that is one."""
     if not period > SHORTEST_PERIOD:
-        raise ValueError(f"{place} must have a positive NUTATION_PER, but {period} came.")
+        raise ValueError(f"{place} must have a positive NUTATION_PER, got {period}.")
     return period
 
 

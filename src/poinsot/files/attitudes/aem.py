@@ -167,7 +167,7 @@ def _chosen(segments: list[_Segment], index: int | None, name: str) -> list[_Seg
     if index is None:
         return segments
     if not 0 <= index < len(segments):
-        raise ValueError(f"segment must be a number from 0 to {len(segments) - 1}, but {index} came.")
+        raise ValueError(f"segment must be a number from 0 to {len(segments) - 1}, got {index}.")
     return [segments[index]]
 
 
@@ -263,7 +263,7 @@ def _read_block(
 def _read_row(line: str, segment: _Segment, columns: tuple[str, ...], place: str) -> None:
     epoch, *texts = line.split()
     if len(texts) != len(columns):
-        raise ValueError(f"{place} must have a time and {', '.join(columns)}, but {line[:100]!r} came.")
+        raise ValueError(f"{place} must have a time and {', '.join(columns)}, got {line[:100]!r}.")
     row = {key: ccsds.number(ccsds.Entry(key, text, place)) for key, text in zip(columns, texts, strict=True)}
     segment.add(place, epoch, row)
 

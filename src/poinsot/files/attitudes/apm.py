@@ -20,7 +20,7 @@ from poinsot.files.ccsds import Entry
 from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State
 
 __all__ = ["read_apm", "write_apm"]
@@ -333,10 +333,10 @@ def _one_row(body: Any, state: Any, calendar: Any, reference_frame: Any, body_fr
     for name, value, kind in (("body", body, Body), ("state", state, State)):
         if not isinstance(value, kind):
             raise TypeError(
-                f"{name} must be a {kind.__name__}, but {came(value)} came. The order is write_apm(body, state, path)."
+                f"{name} must be a {kind.__name__}, got {described(value)}. The order is write_apm(body, state, path)."
             )
     if state.quaternion.ndim > 1 or body.inertia.ndim > 2:
-        raise ValueError("state must be one state of one body, but an ensemble came.")
+        raise ValueError("state must be one state of one body, got an ensemble.")
     omega = body.omega(state.angular_momentum_body)
     row = AttitudeTable(state.time[None], state.quaternion[None], omega[None])
     return table_of(row, calendar, reference_frame, body_frame)

@@ -16,7 +16,7 @@ from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, uni
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.probing import orbits_of
 from poinsot.mechanics.state import State, computed_state
 from poinsot.mechanics.system import System
@@ -74,7 +74,7 @@ class AttitudeTable:
     def __post_init__(self) -> None:
         times = real_array("times", self.times, (None,))
         if not times.size:
-            raise ValueError("times must not be empty, but shape (0,) came.")
+            raise ValueError("times must not be empty, got shape (0,).")
         wrong = np.flatnonzero(np.diff(times) <= 0)
         if wrong.size:
             i = int(wrong[0])
@@ -121,7 +121,7 @@ class AttitudeTable:
             fewer than four rows.
         """
         if not isinstance(system, System):
-            raise TypeError(f"system must be a System, but {came(system)} came.")
+            raise TypeError(f"system must be a System, got {described(system)}.")
         if system.members:
             raise ValueError(f"system must be of one body, but it has {system.members[0]} members.")
         (times, unit), q = self._times_of(system), self.quaternion
@@ -153,9 +153,7 @@ class AttitudeTable:
         calendar = calendar or system.calendar
         frame = _frame_of(system)
         if frame != self.reference_frame and SPACE_AXES_UNNAMED not in (frame, self.reference_frame):
-            raise ValueError(
-                f"the table must be along the axes of the system, {frame}, but {self.reference_frame} came."
-            )
+            raise ValueError(f"the table must be along the axes of the system, {frame}, got {self.reference_frame}.")
         if self.calendar is None:
             return self.times, 1.0
         own = SECONDS[self.calendar.unit]
@@ -216,9 +214,9 @@ def table_of(
             space_axes_of(motion),
         )
     if calendar is not None and not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, but {came(calendar)} came.")
+        raise TypeError(f"calendar must be a Calendar, got {described(calendar)}.")
     if calendar is not None and own.calendar is not None and calendar != own.calendar:
-        raise ValueError(f"calendar must be that of the motion, {own.calendar}, but {calendar} came.")
+        raise ValueError(f"calendar must be that of the motion, {own.calendar}, got {calendar}.")
     calendar = calendar or own.calendar
     _check_unit(motion, calendar)
     table = dataclasses.replace(
@@ -236,7 +234,7 @@ def calendar_of(table: AttitudeTable) -> Calendar:
     """Return the calendar of a table, which must have one."""
     if table.calendar is None:
         raise ValueError(
-            "calendar must be given for a motion without one, but none came. It says what instant t = 0 is: "
+            "calendar must be given for a motion without one, got none. It says what instant t = 0 is: "
             "calendar=Calendar('2026-11-21T00:00:00', 'UTC'), or --zero '2026-11-21T00:00:00 UTC' on the command line."
         )
     return table.calendar
@@ -261,7 +259,7 @@ def check_rising(times: Array, places: list[str]) -> None:
 
 def _check_motion(motion: Any) -> None:
     if not isinstance(motion, Trajectory):
-        raise TypeError(f"motion must be a Trajectory or an AttitudeTable, but {came(motion)} came.")
+        raise TypeError(f"motion must be a Trajectory or an AttitudeTable, got {described(motion)}.")
     if motion.quaternion.ndim == 3:
         raise ValueError(f"motion must be of one body, but it is of an ensemble of {len(motion.quaternion)} members.")
 
@@ -269,14 +267,14 @@ def _check_motion(motion: Any) -> None:
 def _named(own: str, given: str | None, dated: bool) -> str:
     """Return the name of the reference frame, as given if it is the one of the motion."""
     if given is not None and own != SPACE_AXES_UNNAMED and FRAMES.get(given, given) != FRAMES.get(own, own):
-        raise ValueError(f"reference_frame must be that of the motion, {own!r}, but {given!r} came.")
+        raise ValueError(f"reference_frame must be that of the motion, {own!r}, got {given!r}.")
     if dated and given is None and own == SPACE_AXES_UNNAMED:
         raise ValueError(
-            "reference_frame must be given for a motion whose space axes have no name, but none came. "
+            "reference_frame must be given for a motion whose space axes have no name, got none. "
             "reference_frame='ICRF', or --frame ICRF on the command line, says that they are the ICRF."
         )
     if dated and (given or own) not in FRAMES:
-        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, but {given or own!r} came.")
+        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {given or own!r}.")
     return given or own
 
 

@@ -113,7 +113,7 @@ def spice_attitude(
         If spiceypy is missing.
     """
     if not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, but {type(calendar).__name__} came.")
+        raise TypeError(f"calendar must be a Calendar, got {type(calendar).__name__}.")
     t = real_array("times", calendar.time(times), (None,))
     with loaded(kernels) as spice:
         matrices, *rates = spice.ask("turned", frame, reference_frame, times=ET.converted(t, calendar))[1]
@@ -223,14 +223,14 @@ def write_ck(
 
 def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: Any) -> None:
     if path.suffix != ".bc":
-        raise ValueError(f"path must end in .bc, but {path.name!r} came.")
+        raise ValueError(f"path must end in .bc, got {path.name!r}.")
     if FRAMES[table.reference_frame] != "ICRF":
-        raise ValueError(f"reference_frame must be the ICRF for a C-kernel, but {table.reference_frame} came.")
+        raise ValueError(f"reference_frame must be the ICRF for a C-kernel, got {table.reference_frame}.")
     body_and_reference(table.reference_frame, frame, "reference_frame and body_frame")
     if not re.fullmatch(r"[A-Z]\w{0,25}", frame, re.ASCII):
-        raise ValueError(f"body_frame must be up to 26 letters, digits and underscores, but {frame!r} came.")
+        raise ValueError(f"body_frame must be up to 26 letters, digits and underscores, got {frame!r}.")
     if isinstance(spacecraft, bool) or not isinstance(spacecraft, int) or not -2_000_000 < spacecraft < 0:
-        raise ValueError(f"spacecraft must be a negative number above -2000000, but {spacecraft!r} came.")
+        raise ValueError(f"spacecraft must be a negative number above -2000000, got {spacecraft!r}.")
     if table.times.size < 2:
         raise ValueError(f"motion must have two times or more for a C-kernel, but it has {table.times.size}.")
 

@@ -120,24 +120,24 @@ def _columns(line: str, says: dict[str, str], place: str) -> list[str]:
     names = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
     shape = "".join(column[:1] for column in columns)
     if shape not in ("tqqqq", "tqqqqooo"):
-        raise ValueError(f"{place} must name the columns, such as {names}, but {line[:80]!r} came.")
+        raise ValueError(f"{place} must name the columns, such as {names}, got {line[:80]!r}.")
     if len(columns) == 8 and says.get("rate") != RATE:
-        raise ValueError(f"{place} must come after a line that says what rates are, '# rate: {RATE}', but none came.")
+        raise ValueError(f"{place} must come after a line that says what rates are, '# rate: {RATE}', got none.")
     return columns
 
 
 def _numbers(line: str, columns: list[str], place: str) -> list[float]:
     texts = line.split(",")
     if len(texts) != len(columns):
-        raise ValueError(f"{place} must have {len(columns)} numbers, but {line[:100]!r} came.")
+        raise ValueError(f"{place} must have {len(columns)} numbers, got {line[:100]!r}.")
     return [ccsds.number(ccsds.Entry(key, text.strip(), place)) for key, text in zip(columns, texts, strict=True)]
 
 
 def _said(says: dict[str, str], key: str, known: Mapping[str, object], name: str) -> str:
     value = says.get(key)
     if value not in known:
-        came = "it does not" if value is None else f"it says {value[:40]!r}"
-        raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, but {came}. Write {EXAMPLE}.")
+        given = "it does not" if value is None else f"it says {value[:40]!r}"
+        raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, but {given}. Write {EXAMPLE}.")
     return str(value)
 
 

@@ -124,7 +124,7 @@ def _parsed(text: str, name: str) -> _File:
             file.data_format = key
             break
         if not re.fullmatch(r"\w+", key) or re.fullmatch(r"END\s+\w+", line, re.IGNORECASE):
-            raise ValueError(f"{name}, line {count} must be a keyword and its value, but {line[:60]!r} came.")
+            raise ValueError(f"{name}, line {count} must be a keyword and its value, got {line[:60]!r}.")
         file.says[key.upper()] = value.strip()
     _check_keywords(file)
     _read_rows(file, lines, len(FORMATS[file.data_format.upper()][1]))
@@ -143,8 +143,8 @@ def _check_keywords(file: _File) -> None:
         raise ValueError(f"{file.name} must have a block BEGIN Attitude, but it has none.")
     if file.data_format.upper() not in FORMATS:
         known = "AttitudeTimeQuaternions, -QuatScalarFirst, -QuatAngVels or -EulerAngles"
-        came = repr(file.data_format[:40]) if file.data_format else "none"
-        raise ValueError(f"{file.name} must hold {known}, but {came} came.")
+        given = repr(file.data_format[:40]) if file.data_format else "none"
+        raise ValueError(f"{file.name} must hold {known}, got {given}.")
     time_format = file.says.get("TIMEFORMAT", "EpSec")
     if time_format.upper() != "EPSEC":
         raise ValueError(f"TimeFormat in {file.name} must be EpSec, but it is {time_format[:40]!r}.")
@@ -159,7 +159,7 @@ def _read_rows(file: _File, lines: Iterator[tuple[int, str]], columns: int) -> N
         place = f"{file.name}, line {count}"
         texts = line.split()
         if len(texts) != columns + 1:
-            raise ValueError(f"{place} must have a time and {columns} numbers, but {line[:100]!r} came.")
+            raise ValueError(f"{place} must have a time and {columns} numbers, got {line[:100]!r}.")
         file.rows.append([ccsds.number(ccsds.Entry("a column", text, place)) for text in texts])
         file.places.append(place)
     if not file.rows:
@@ -265,5 +265,5 @@ def _axes(frame: str) -> str:
         return "J2000"
     known = ccsds.FRAMES[frame]
     if known not in WRITTEN_AXES and known != "ICRF":
-        raise ValueError(f"reference_frame must be one that STK knows, but {frame} came.")
+        raise ValueError(f"reference_frame must be one that STK knows, got {frame}.")
     return WRITTEN_AXES.get(known, known)

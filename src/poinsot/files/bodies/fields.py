@@ -88,7 +88,7 @@ def read_field(
 def _checked_degree(degree: int, most: int) -> int:
     degree, highest = whole_degree(degree), min(most, HIGHEST_DEGREE)
     if not 2 <= degree <= highest:
-        raise ValueError(f"degree must be from 2 to {highest}, but {degree} came. The table has {most}.")
+        raise ValueError(f"degree must be from 2 to {highest}, got {degree}. The table has {most}.")
     return degree
 
 
@@ -102,7 +102,7 @@ def _shadr(text: str) -> _Table:
         )
     radius, degree, order, flag = _number(1, header[0]), *(_whole(1, header[k]) for k in (3, 4, 5))
     if flag not in (0, 1):
-        raise ValueError(f"the normalization must be 0 (none) or 1 (full), but {flag} came.")
+        raise ValueError(f"the normalization must be 0 (none) or 1 (full), got {flag}.")
     if any(_number(1, turn) for turn in header[6:]):
         raise ValueError("the reference longitude and latitude must be 0, but they are not.")
     return _Table(radius, degree, order, flag == 1, ((k, _fields(line)) for k, line in lines))
@@ -116,7 +116,7 @@ def _icgem(text: str) -> _Table:
             raise ValueError(f"the header must have {name}, but it has not.")
     norm = known.get("norm", "fully_normalized")
     if norm not in ("fully_normalized", "unnormalized"):
-        raise ValueError(f"norm must be fully_normalized or unnormalized, but {norm[:40]} came.")
+        raise ValueError(f"norm must be fully_normalized or unnormalized, got {norm[:40]}.")
     degree = _whole(0, known["max_degree"])
     return _Table(_number(0, known["radius"]), degree, degree, norm == "fully_normalized", _static(head, body))
 

@@ -79,7 +79,7 @@ def read_mesh(
     path = Path(path)
     kind = KINDS.get(path.suffix.lower())
     if kind is None:
-        raise ValueError(f"path must end in {', '.join(KINDS)}, but {path.name} came.")
+        raise ValueError(f"path must end in {', '.join(KINDS)}, got {path.name}.")
     factor = float(real_array("unit", unit, ()))
     refuse_nonpositive("unit", factor)
     content = read_bytes(path, MOST_BYTES)
@@ -123,8 +123,8 @@ def _most_faces(kind: str, content: bytes) -> int:
 def _refuse_spare(vertices: int, faces: int) -> int:
     """Refuse far more vertices than faces can have, before they are read; return the number of faces."""
     if vertices > SPARE * (faces + 1000):
-        came = f"{faces} faces for {vertices} vertices" if faces else "none"
-        raise ValueError(f"the file must have faces, but it has {came}.")
+        given = f"{faces} faces for {vertices} vertices" if faces else "none"
+        raise ValueError(f"the file must have faces, but it has {given}.")
     return faces
 
 
@@ -145,7 +145,7 @@ def _plates(content: bytes) -> tuple[Any, Any]:
     plates = corners[:, 1:]
     wrong = plates[~((plates % 1 == 0) & (plates >= 1) & (plates <= len(places)))]
     if wrong.size:
-        raise ValueError(f"plates must name vertices from 1 to {len(places)}, but {wrong[0]:g} came.")
+        raise ValueError(f"plates must name vertices from 1 to {len(places)}, got {wrong[0]:g}.")
     return places[:, 1:], plates.astype(np.int64) - 1
 
 
@@ -218,10 +218,10 @@ def _joined(points: Any, polygons: Any) -> tuple[NDArray[np.float64], NDArray[An
 def _triangles(polygons: Any, vertices: int) -> NDArray[np.int64]:
     array = np.asarray(polygons)
     if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "iu":
-        raise ValueError(f"faces must be triangles or quadrilaterals, but an array of shape {array.shape} came.")
+        raise ValueError(f"faces must be triangles or quadrilaterals, got an array of shape {array.shape}.")
     wrong = array[(array < 0) | (array >= vertices)]
     if wrong.size:
-        raise ValueError(f"faces must name vertices from 0 to {vertices - 1}, but {wrong[0]} came.")
+        raise ValueError(f"faces must name vertices from 0 to {vertices - 1}, got {wrong[0]}.")
     halves = [array[:, :3], array[:, [0, 2, 3]]] if array.shape[1] == 4 else [array]
     return np.concatenate(halves).astype(np.int64)
 

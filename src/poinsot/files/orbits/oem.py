@@ -49,8 +49,8 @@ class _Segment:
         except ValueError:
             row = []
         if len(row) != 6 or not max(map(abs, row[:3])) < MOST_DISTANCE or not max(map(abs, row[3:])) < MOST_SPEED:
-            came = " ".join([epoch, *components])[:100]
-            raise ValueError(f"{self.name}, {place} must have a time, three km and three km/s, but {came!r} came.")
+            given = " ".join([epoch, *components])[:100]
+            raise ValueError(f"{self.name}, {place} must have a time, three km and three km/s, got {given!r}.")
         self.places.append(place)
         self.epochs.append(epoch)
         self.rows.append(row)
@@ -192,7 +192,7 @@ def _chosen(segments: list[_Segment], index: int | None, name: str) -> _Segment:
     if index is None:
         return _joined(segments, name)
     if not 0 <= index < len(segments):
-        raise ValueError(f"segment must be a number from 0 to {len(segments) - 1}, but {index} came.")
+        raise ValueError(f"segment must be a number from 0 to {len(segments) - 1}, got {index}.")
     return segments[index]
 
 

@@ -108,4 +108,4 @@ def spice_orbit(
 
 
 def _body(spice: Kernels, name: str, body: str | int) -> int:
-    return int(spice.ask("number", f"{name} must be a body that SPICE knows, but {body!r} came.", str(body))[0])
+    return int(spice.ask("number", f"{name} must be a body that SPICE knows, got {body!r}.", str(body))[0])

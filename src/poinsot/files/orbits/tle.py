@@ -17,7 +17,7 @@ from poinsot.checked import checked
 from poinsot.errors import optional, real_array
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
-from poinsot.mechanics.parameters import came
+from poinsot.mechanics.parameters import described
 from poinsot.orbits.attractors import attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 
@@ -170,7 +170,7 @@ def _orbit(
     calendar: Calendar | None,
 ) -> Ephemeris:
     if reference_frame not in FRAMES:
-        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, but {reference_frame!r} came.")
+        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {reference_frame!r}.")
     calendar = epoch if calendar is None else calendar
     first, last = span_of(calendar, start, stop)
     _check_age(epoch, epoch.converted(np.array([first, last]), calendar), max_age)
@@ -239,18 +239,18 @@ def _set_of(lines: str | Sequence[str]) -> tuple[str, str]:
     """Return the two lines of the one set, checked."""
     if isinstance(lines, str):
         if len(lines) > MOST_CHARACTERS:
-            raise ValueError(f"lines must be one set of elements, but {len(lines)} characters came.")
+            raise ValueError(f"lines must be one set of elements, got {len(lines)} characters.")
         lines = lines.splitlines()
     if not isinstance(lines, Sequence) or not all(isinstance(line, str) for line in lines):
-        raise TypeError(f"lines must be the two lines of a set as text, but {came(lines)} came.")
+        raise TypeError(f"lines must be the two lines of a set as text, got {described(lines)}.")
     kept = [line.rstrip() for line in lines if line.strip()]
     if len(kept) == 3:
         kept = kept[1:]  # after the name
     if len(kept) != 2:
-        raise ValueError(f"lines must be the two lines of one set, perhaps after its name, but {len(kept)} lines came.")
+        raise ValueError(f"lines must be the two lines of one set, perhaps after its name, got {len(kept)} lines.")
     numbers = [_checked_line(line, i) for i, line in enumerate(kept)]
     if numbers[0] != numbers[1]:
-        raise ValueError(f"lines must be of one satellite, but {numbers[0].strip()} and {numbers[1].strip()} came.")
+        raise ValueError(f"lines must be of one satellite, got {numbers[0].strip()} and {numbers[1].strip()}.")
     return kept[0], kept[1]
 
 
@@ -258,9 +258,7 @@ def _checked_line(line: str, index: int) -> str:
     """Return the number of the satellite."""
     match = LINES[index].fullmatch(line)
     if match is None:
-        raise ValueError(
-            f"line {index + 1} must have the 69 columns of line {index + 1} of a set, but {line[:80]!r} came."
-        )
+        raise ValueError(f"line {index + 1} must have the 69 columns of line {index + 1} of a set, got {line[:80]!r}.")
     checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[:68]) % 10
     if checksum != int(line[68]):
         raise ValueError(f"line {index + 1} must end in its checksum {checksum}, but it ends in {line[68]}.")
@@ -286,9 +284,9 @@ def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if isinstance(message, Mapping):
         return {str(key): str(value) for key, value in message.items() if value is not None}
     if not isinstance(message, str):
-        raise TypeError(f"message must be text or fields by name, but {came(message)} came.")
+        raise TypeError(f"message must be text or fields by name, got {described(message)}.")
     if len(message) > MOST_CHARACTERS:
-        raise ValueError(f"message must be about one satellite, but {len(message)} characters came.")
+        raise ValueError(f"message must be about one satellite, got {len(message)} characters.")
     text = message.strip().lstrip("\ufeff")
     if text.startswith("<"):
         found = _fields_of_xml(text)
@@ -299,7 +297,7 @@ def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     else:
         found = _fields_of_csv(text)
     if len(found) != 1:
-        raise ValueError(f"message must be about one satellite, but {len(found)} came.")
+        raise ValueError(f"message must be about one satellite, got {len(found)}.")
     return {str(key): str(value).strip() for key, value in found[0].items() if value is not None}
 
 
@@ -340,13 +338,13 @@ def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
             raise ValueError(f"message must have the field {name}, but it has none.")
     for name, (low, high) in ELEMENTS.items():
         if not low <= _number(fields[name]) <= high:
-            raise ValueError(f"{name} must be a number from {low} to {high}, but {fields[name][:40]!r} came.")
+            raise ValueError(f"{name} must be a number from {low} to {high}, got {fields[name][:40]!r}.")
     for name, allowed in ONLY.items():
         if fields.get(name) and fields[name].upper() not in allowed:
-            raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, but {fields[name][:40]!r} came.")
+            raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, got {fields[name][:40]!r}.")
     theory = fields.get("MEAN_ELEMENT_THEORY") or "SGP4"
     if theory.upper() not in ("SGP4", "SGP/SGP4"):
-        raise ValueError(f"MEAN_ELEMENT_THEORY must be SGP4, but {theory[:40]!r} came.")
+        raise ValueError(f"MEAN_ELEMENT_THEORY must be SGP4, got {theory[:40]!r}.")
     return UNUSED | {name: fields[name] for name in ("EPOCH", *ELEMENTS)}
 
 
@@ -361,5 +359,5 @@ def _epoch_of_message(text: str) -> tuple[str, str]:
     """Return the date to the second, and six digits of the second."""
     date, _, fraction = Calendar(text.removesuffix("Z"), "UTC").zero.partition(".")
     if len(fraction) > 6 and fraction[6:].strip("0"):
-        raise ValueError(f"EPOCH must have at most six digits of a second, but {text[:40]!r} came.")
+        raise ValueError(f"EPOCH must have at most six digits of a second, got {text[:40]!r}.")
     return date, fraction[:6].ljust(6, "0")

@@ -100,7 +100,7 @@ class Parts:
     def _check_once(self, data: dict[str, Any]) -> None:
         for name in ONCE:
             if isinstance(data.get(name), list):
-                raise self._errors.at((name,), f"must be one table, but a list came. A scenario has one: [{name}].")
+                raise self._errors.at((name,), f"must be one table, got a list. A scenario has one: [{name}].")
 
     def _calendar_of(self, data: dict[str, Any]) -> None:
         """Find the unit of time, and what the times are as dates."""
@@ -111,7 +111,7 @@ class Parts:
             self.calendar = self._errors.called(("calendar",), _calendar, **told)
             if unit not in (None, self.calendar.unit):
                 raise self._errors.at(
-                    ("units", "time"), f"must be that of the calendar, {self.calendar.unit}, but {short(unit)} came."
+                    ("units", "time"), f"must be that of the calendar, {self.calendar.unit}, got {short(unit)}."
                 )
             unit = self.calendar.unit
         self.time_unit = unit if isinstance(unit, str) and unit in SECONDS else None
@@ -150,14 +150,14 @@ class Parts:
         except (TypeError, ValueError) as error:
             raise self._errors.prefixed((*place, "size"), _about_size(str(error))) from None
         if np.any(size < 0):
-            raise self._errors.at((*place, "size"), f"must not be negative, but {np.min(size):g} came.")
+            raise self._errors.at((*place, "size"), f"must not be negative, got {np.min(size):g}.")
         uniform = distribution == "uniform"
         return np.asarray(value + size * (random.uniform(-1, 1, shape) if uniform else random.standard_normal(shape)))
 
     def _any_turn(self, random: Any, spread: dict[str, Any], members: int, place: Path) -> Array:
         """Return rotation vectors of turns in any direction by any angle, each attitude as likely as another."""
         if spread["of"] != "state.turn":
-            raise self._errors.at((*place, "of"), f"must be state.turn if it is isotropic, but {spread['of']!r} came.")
+            raise self._errors.at((*place, "of"), f"must be state.turn if it is isotropic, got {spread['of']!r}.")
         if spread.get("size") is not None:
             raise self._errors.at((*place, "size"), "must not be beside isotropic, but it is.")
         return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
@@ -243,9 +243,7 @@ class Parts:
         tables = self.values.get("orbits", {})
         if name not in tables:
             known = nearest(name, tables) or (f" There is {', '.join(tables)}." if tables else " There is none.")
-            raise self._errors.at(
-                place, f"must be the name of a table under orbits, but {short(reference)} came.{known}"
-            )
+            raise self._errors.at(place, f"must be the name of a table under orbits, got {short(reference)}.{known}")
         if name in self._making:
             raise self._errors.at(place, f"must be an orbit that needs not this one, but {short(name)} does.")
         if name not in self._made:
@@ -258,8 +256,7 @@ class Parts:
         if side not in FROM or not hasattr(orbit, side):
             raise self._errors.at(
                 place,
-                f"must be an orbit, or {' or '.join(FROM)} of a path beside two attractors, "
-                f"but {short(reference)} came.",
+                f"must be an orbit, or {' or '.join(FROM)} of a path beside two attractors, got {short(reference)}.",
             )
         return getattr(orbit, side)
 
@@ -309,7 +306,7 @@ class Parts:
         if len(given) != 1:
             raise self._errors.at(
                 ("state",),
-                f"must have exactly one of {', '.join(ATTITUDES)}, but {' and '.join(given) or 'none'} came.",
+                f"must have exactly one of {', '.join(ATTITUDES)}, got {' and '.join(given) or 'none'}.",
             )
         (name,) = given
         if "sequence" in table and name != "euler_angles":
@@ -340,7 +337,7 @@ class Parts:
         if frames and reference.partition(".")[0] not in self.values.get("orbits", {}):
             known = nearest(reference, [*frames, *self.values.get("orbits", {})])
             raise self._errors.at(
-                place, f"must be the name of a table under frames or orbits, but {short(reference)} came.{known}"
+                place, f"must be the name of a table under frames or orbits, got {short(reference)}.{known}"
             )
         orbit = self._orbit(reference, place)
         found: Frame = self._errors.called(place, lambda: orbit.frame)
@@ -354,7 +351,7 @@ class Parts:
             return value
         calendar = calendar or self.calendar
         if calendar is None:
-            raise self._errors.at(place, f"must be a number where there is no calendar, but {short(value)} came.")
+            raise self._errors.at(place, f"must be a number where there is no calendar, got {short(value)}.")
         return self._errors.called(place[:-1], calendar.time, value)
 
     def times(self, system: System, state: State) -> Array:
@@ -365,7 +362,7 @@ class Parts:
         for name in named:
             if np.ndim(read[name]) != (name == "values"):
                 rule = "a list of times" if name == "values" else "one number"
-                raise self._errors.at(("times", name), f"must be {rule}, but shape {np.shape(read[name])} came.")
+                raise self._errors.at(("times", name), f"must be {rule}, got shape {np.shape(read[name])}.")
         if "values" in read:
             self._alone("values", table)
             times = self._errors.called(("times", "values"), checked_times, np.asarray(read["values"], dtype=float))
@@ -376,7 +373,7 @@ class Parts:
         members = (self._errors.called(("state",), members_of, system, state) or (1,))[0]
         if times.size * members > MOST_ROWS:
             raise self._errors.at(
-                ("times",), f"must be at most {MOST_ROWS} with all members, but {times.size * members} came."
+                ("times",), f"must be at most {MOST_ROWS} with all members, got {times.size * members}."
             )
         return np.asarray(times)
 
@@ -404,7 +401,7 @@ class Parts:
         if "count" in table:
             count = table["count"]
             if not 1 <= count <= MOST_TIMES:
-                raise self._errors.at(("times", "count"), f"must be from 1 to {MOST_TIMES}, but {short(count)} came.")
+                raise self._errors.at(("times", "count"), f"must be from 1 to {MOST_TIMES}, got {short(count)}.")
             return np.linspace(start, stop, count)
         step = float(table["step"])
         if not (step and (stop - start) / step >= 0):
@@ -434,11 +431,11 @@ class Parts:
         for kind, name in found.items():
             if re.fullmatch(r"\w[\w .+-]*", name) is None or len(name) > 200:
                 raise self._errors.at(
-                    ("outputs", kind), f"must be the name of a file, without a folder, but {short(name)} came."
+                    ("outputs", kind), f"must be the name of a file, without a folder, got {short(name)}."
                 )
             if not name.endswith(ENDINGS[kind]):
                 raise self._errors.at(
-                    ("outputs", kind), f"must end in {' or '.join(ENDINGS[kind])}, but {short(name)} came."
+                    ("outputs", kind), f"must end in {' or '.join(ENDINGS[kind])}, got {short(name)}."
                 )
         return dict(found)
 
@@ -449,7 +446,7 @@ def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
     try:
         dt.datetime.fromisoformat(re.sub(r":60(\..*)?$", ":59", calendar.zero))
     except ValueError:
-        raise ValueError(f"zero must be a date that exists, but {zero!r} came.") from None
+        raise ValueError(f"zero must be a date that exists, got {zero!r}.") from None
     return calendar
 
 
@@ -476,7 +473,7 @@ def _triple(name: str, angles: Array) -> Array:
 
 def _one(tolerance: Any, precision: str) -> float:
     if np.ndim(tolerance):
-        raise ValueError(f"tolerance must be one number, but shape {np.shape(tolerance)} came.")
+        raise ValueError(f"tolerance must be one number, got shape {np.shape(tolerance)}.")
     checked_tolerance(float(tolerance), precision)
     return float(tolerance)
 

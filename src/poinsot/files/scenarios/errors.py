@@ -59,7 +59,7 @@ class Errors:
         """Return one of pydantic's errors as a sentence: of an unknown key, which explains others, or the first."""
         errors = error.errors(include_url=False)
         first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
-        place, kind, came = _place_in(data, first["loc"]), first["type"], first["input"]
+        place, kind, given = _place_in(data, first["loc"]), first["type"], first["input"]
         if kind == "extra_forbidden":
             *outer, key = place
             return self.at(place, f"must be a key that it can have, but it is none.{self._near(data, outer, key)}")
@@ -67,16 +67,16 @@ class Errors:
             return self.at((*place, str(first["loc"][-1])), MISSING)
         if kind == "value_error":
             return self.prefixed(place, str(first["ctx"]["error"]))
-        if kind == "union_tag_not_found" and isinstance(came, dict):
+        if kind == "union_tag_not_found" and isinstance(given, dict):
             return self.at((*place, "type"), f"{MISSING}{_types_of(first)}")
         if kind == "union_tag_invalid":
-            place, came = (*place, "type"), first["ctx"]["tag"]
+            place, given = (*place, "type"), first["ctx"]["tag"]
         context = first.get("ctx", {})
-        near = nearest(came, re.findall(r"'([^']*)'", context.get("expected", context.get("expected_tags", ""))))
+        near = nearest(given, re.findall(r"'([^']*)'", context.get("expected", context.get("expected_tags", ""))))
         if kind == "union_tag_invalid":
             near = near or _types_of(first)
         return self.at(
-            place, f"must {KINDS.get(kind, KINDS['model_type']).format(**context)}, but {short(came)} came.{near}"
+            place, f"must {KINDS.get(kind, KINDS['model_type']).format(**context)}, got {short(given)}.{near}"
         )
 
     def _near(self, data: Any, outer: Iterable[Any], key: Any) -> str:

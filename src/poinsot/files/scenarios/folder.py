@@ -37,7 +37,7 @@ class Folder:
         parts = PurePosixPath(name).parts
         if not parts or name.startswith(("/", "~")) or ".." in parts or any(mark in name for mark in "\\:\0\n"):
             raise ValueError(
-                f"must be a path from the folder of the scenario to a file in it or below, but {_short(name)} came."
+                f"must be a path from the folder of the scenario to a file in it or below, got {_short(name)}."
             )
         path = self._path / name
         try:

@@ -41,11 +41,11 @@ def quantity(text: str, kind: str, time_unit: str | None) -> float:
     Raises
     ------
     ValueError
-        With the second half of a sentence: what it must be, and what came.
+        With the second half of a sentence: what it must be, and what it is.
     """
     found = _QUANTITY.fullmatch(text) if len(text) < 100 else None
     if found is None:
-        raise ValueError(f"must be a number, alone or with a unit such as {EXAMPLES[kind]}, but {_short(text)} came.")
+        raise ValueError(f"must be a number, alone or with a unit such as {EXAMPLES[kind]}, got {_short(text)}.")
     unit = "".join(found["unit"].split())
     return float(found["number"]) * _factor(unit, kind, time_unit, text)
 
@@ -62,7 +62,7 @@ def _factor(unit: str, kind: str, time_unit: str | None, text: str) -> float:
     if angle not in ANGLES or per not in SECONDS:
         raise ValueError(
             f"must be a rate: rpm, or an angle ({', '.join(ANGLES)}) over a time ({', '.join(SECONDS)}), "
-            f"but {_short(text)} came."
+            f"got {_short(text)}."
         )
     return ANGLES[angle] * _seconds(time_unit, text) / SECONDS[per]
 
@@ -70,14 +70,14 @@ def _factor(unit: str, kind: str, time_unit: str | None, text: str) -> float:
 def _known(unit: str, units: dict[str, float] | dict[str, int], kind: str, text: str) -> str:
     if unit not in units:
         article = "an" if kind == "angle" else "a"
-        raise ValueError(f"must be {article} {kind} in {', '.join(units)}, but {_short(text)} came.")
+        raise ValueError(f"must be {article} {kind} in {', '.join(units)}, got {_short(text)}.")
     return unit
 
 
 def _seconds(time_unit: str | None, text: str) -> int:
     if time_unit is None:
         raise ValueError(
-            f"must be a number where the file does not say its unit of time, but {_short(text)} came. "
+            f"must be a number where the file does not say its unit of time, got {_short(text)}. "
             f"Say units.time: {', '.join(SECONDS)}."
         )
     return SECONDS[time_unit]

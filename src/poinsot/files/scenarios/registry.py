@@ -262,7 +262,7 @@ def stored_ephemeris(
     """
     times = real_array("knots", knots, (None,))
     if times.size < 2 or np.any(np.diff(times) <= 0):
-        raise ValueError("knots must be two or more that rise, but others came.")
+        raise ValueError("knots must be two or more that rise, got others.")
     polynomials = real_array("coefficients", coefficients, (times.size - 1, 3, None))
     if not polynomials.size:
         raise ValueError("coefficients must not be empty, but there are none.")

@@ -89,11 +89,11 @@ def read_scenario(path: str | Path) -> Scenario:
     OSError
         If the file cannot be read.
     ValueError
-        If it is not right: the sentence has the file, the line and the key, what must be there and what came.
+        If it is not right: the sentence has the file, the line and the key, what must be there and what is.
     """
     path = Path(path)
     if path.suffix != ".toml":
-        raise ValueError(f"path must end in .toml, but {path.name!r} came.")
+        raise ValueError(f"path must end in .toml, got {path.name!r}.")
     try:
         text = read_bytes(path, 4 * MOST_CHARACTERS).decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -299,16 +299,14 @@ def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
             raise ValueError(f"{name} {error}") from None
     if isinstance(value, bool) or not isinstance(value, int | float):
         rule = "a number in your own units" if isinstance(value, str) else "a number"
-        raise ValueError(f"{name} must be {rule}, but {short(value)} came.")
+        raise ValueError(f"{name} must be {rule}, got {short(value)}.")
     if abs(value) > LARGEST_WHOLE and isinstance(value, int):
-        raise ValueError(
-            f"{name} must be at most 2^53 where it is whole, but more came. Write it with a decimal point."
-        )
+        raise ValueError(f"{name} must be at most 2^53 where it is whole, got more. Write it with a decimal point.")
     return value
 
 
 def short(value: Any) -> str:
-    """Return what came, for a sentence."""
+    """Return a value as an error sentence shows it."""
     named = {dict: "a table", list: "a list", bool: str(value).lower() if isinstance(value, bool) else ""}
     if type(value) in named:
         return named[type(value)]
