@@ -335,7 +335,7 @@ WRONG = {
         TypeError,
         r"body must be a Body, got PrecessingOrbit\. The order is cassini_state\(body, orbit\)\.",
     ),
-    "orbit": (lambda: cassini_state(MOON, ELLIPSE), TypeError, r"orbit must be a PrecessingOrbit, got KeplerOrbit .*"),
+    "orbit": (lambda: cassini_state(MOON, ELLIPSE), TypeError, r"orbit must be a PrecessingOrbit, got KeplerOrbit.*"),
     "spin": (
         lambda: cassini_state(MOON, PRECESSING, 1.3),
         ValueError,
