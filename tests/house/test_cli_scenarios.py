@@ -104,7 +104,7 @@ def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch
             motion.system,
             motion.initial,
             motion.times[:50],
-            lambda: (motion.quaternion[:50], motion.conjugate_momenta[:50]),
+            lambda: {name: values[:50] for name, values in motion.phase.items()},
             motion.run,
         )
         raise pt.PropagationError("it stopped.", 5.0, half)

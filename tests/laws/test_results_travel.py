@@ -123,7 +123,8 @@ def contents(thing, seen=()):
     return repr(thing) if not callable(thing) else getattr(thing, "__qualname__", "")
 
 
-READ = ("quaternion", "conjugate_momenta", "energy", "drift", "integrals", "matrix", "numbers", "structure", "args")
+STATE = ("phase", "quaternion", "conjugate_momenta", "angular_momentum_body")
+READ = (*STATE, "energy", "drift", "integrals", "matrix", "numbers", "structure", "args")
 UNREAD = ("environment", "beside_samples", "origin_of")
 
 
@@ -142,7 +143,7 @@ def test_dense_output_comes_back_with_its_polynomials(tmp_path, name):
     thing = RESULTS[name](tmp_path)
     times = np.linspace(thing.times[0], thing.times[-1], 101)
     for back in (COPIES["pickle"](thing), COPIES["deepcopy"](thing), COPIES["pickle"](COPIES["pickle"](thing))):
-        for part in ("quaternion", "conjugate_momenta"):
+        for part in STATE[1:]:
             np.testing.assert_array_equal(getattr(back(times), part), getattr(thing(times), part))
 
 

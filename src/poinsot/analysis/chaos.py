@@ -20,8 +20,9 @@ from poinsot.engine.ensemble import Ensemble, EnsembleOutput
 from poinsot.engine.progress import bar
 from poinsot.engine.state_vector import Coordinates
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
+from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.probing import orbits_of, time_scale
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run
 from poinsot.propagation.variational_run import TangentRun, units
@@ -272,7 +273,7 @@ def lyapunov_spectrum(
     k, rate = len(job.tangent), _fastest(system, job.state)
     weights = units(job.tangent, job.scale * _momentum_unit(system, rate))
     vectors = np.broadcast_to(_directions(k, k), (len(job.state.time), k, k))
-    now, total = job.state, _Ends(len(vectors), k)
+    now, total = job.state, _Ends(len(vectors), k, job.formulation)
     growth, kept = np.zeros((len(vectors), k)), np.empty((len(vectors), 0, k))
 
     def result() -> LyapunovSpectrum:
@@ -285,7 +286,7 @@ def lyapunov_spectrum(
     try:
         with bar("time", float(stops[-1]) - start, wanted) as report:
             for stop in stops:
-                out = _Ends(len(vectors), k)
+                out = _Ends(len(vectors), k, job.formulation)
                 job.integrate(vectors * weights, np.array([stop]), out, now)
                 total.add(out)
                 if out.interrupted:
@@ -296,7 +297,7 @@ def lyapunov_spectrum(
                 vectors, sizes = _orthogonal(out.vectors / weights)
                 growth = growth + np.log(sizes) + out.bits * np.log(2)
                 report(float(stop - now.time[0]))
-                now = computed_state(out.quaternion[:, 0], out.conjugate_momenta[:, 0], np.full(len(vectors), stop))
+                now = state_of(changed(out.phase, lambda x: x[:, 0]), np.full(len(vectors), stop))
                 if stop == job.times[kept.shape[1]]:
                     kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
     except KeyboardInterrupt:
@@ -309,8 +310,8 @@ def lyapunov_spectrum(
 class _Ends(Ensemble):
     """States and tangent vectors at one time."""
 
-    def __init__(self, members: int, k: int) -> None:
-        super().__init__(members, 1, 0)
+    def __init__(self, members: int, k: int, formulation: Formulation) -> None:
+        super().__init__(members, 1, formulation)
         self.vectors, self.bits = np.full((members, k, k), np.nan), np.zeros((members, k))
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
@@ -322,8 +323,8 @@ class _Ends(Ensemble):
 
     def replace(self, members: list[int], state: State, vectors: Array) -> None:
         """Put something finite where members have stopped: they go on beside the others; their growth stays NaN."""
-        self.quaternion[members, 0] = state.quaternion[members]
-        self.conjugate_momenta[members, 0] = state.conjugate_momenta[members]
+        for name, values in self.phase.items():
+            values[members, 0] = getattr(state, name)[members]
         self.vectors[members] = vectors[members]
 
     def add(self, other: EnsembleOutput) -> None:

@@ -25,7 +25,7 @@ from poinsot.checked import checked
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.replaced import NamedNumber
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import State, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import check_kinds
 
@@ -76,8 +76,8 @@ class Branch:
     def state(self) -> State:
         """Where the motions start, as one State of n members."""
         states = [motion.state for motion in self.motions]
-        parts = ([s.quaternion for s in states], [s.conjugate_momenta for s in states], [s.time for s in states])
-        return computed_state(*(np.array(part) for part in parts))
+        phase = {name: np.array([getattr(state, name) for state in states]) for name in states[0].phase}
+        return state_of(phase, np.array([state.time for state in states]))
 
     @property
     def periods(self) -> Array:

@@ -13,7 +13,7 @@ from poinsot.checked import checked
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import State, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, check_kinds, members_of
 from poinsot.propagation.free_motion.elements import Elements, elements_of
@@ -221,9 +221,9 @@ def _period(rate: Any) -> Any:
 def _with_axes(state: State, e: Elements) -> State:
     """Return the state of the axes 1, 2, 3 of the elements; at rest, with a momentum in place of none."""
     axes = quaternion_from_matrix(e.axes)
-    q, Q = quat.product(state.quaternion, axes), quat.product(state.conjugate_momenta, axes)
-    Q = np.where(np.asarray(e.scale)[..., None] > 0, Q, quat.product(q, np.array([0.0, 0.0, 0.0, 2.0])))
-    return computed_state(q, Q, state.time)
+    size = np.where(e.scale > 0, e.scale, 1.0)
+    g = np.stack(np.broadcast_arrays(*(component.hi * size for component in e.momentum)), axis=-1)
+    return state_of({"quaternion": quat.product(state.quaternion, axes), "angular_momentum_body": g}, state.time)
 
 
 def _is_about_middle_axis(e: Elements) -> Any:

@@ -19,7 +19,7 @@ from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.probing import orbits_of, same
 from poinsot.mechanics.standard_events import AndoyerCrossing, Instant
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.propagation.event_record import Crossings
@@ -118,10 +118,10 @@ def _is_whole(number: Any) -> bool:
 
 def _all_times(motion: Trajectory) -> Crossings:
     members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
-    q, Q = (np.reshape(part, (-1, 4)) for part in (motion.quaternion, motion.conjugate_momenta))
+    phase = changed(motion.phase, lambda x: np.reshape(x, (-1, x.shape[-1])))
     times, whose = np.tile(motion.times, members), np.repeat(np.arange(members), motion.times.size)
-    got = np.isfinite(q[:, 0])
-    states = computed_state(q[got], Q[got], times[got])
+    got = np.isfinite(phase["quaternion"][:, 0])
+    states = state_of(changed(phase, lambda x: x[got]), times[got])
     slopes = np.ones(int(got.sum()), dtype=int)
     return Crossings(Instant(0.0), motion.system, times[got], states, slopes, whose[got])
 

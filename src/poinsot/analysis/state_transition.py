@@ -17,7 +17,7 @@ from poinsot.engine.ensemble import Ensemble
 from poinsot.engine.state_vector import Coordinates
 from poinsot.errors import PropagationError, real_numbers
 from poinsot.mechanics.parameter_names import resolve
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import TangentRun, units
@@ -134,17 +134,20 @@ def state_transition(
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
     k = len(job.tangent)
-    out = _Columns(len(job.state.time), job.times.size, k, k + len(inputs), order, job.scale)
+    out = _Columns(job, k, k + len(inputs), order)
     job.integrate(np.eye(k), np.sort(job.times), out)
     rows = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
-    arrays = [x[:, rows] for x in (out.quaternion, out.conjugate_momenta, out.directions, out.growth, out.second)]
-    q, Q, directions, growth, second = arrays if job.members else [x[0] for x in arrays]
+    kept = (slice(None) if job.members else 0, rows)
+    phase, directions, growth, second = (
+        changed(out.phase, lambda x: x[kept]),
+        *(x[kept] for x in (out.directions, out.growth, out.second)),
+    )
     failures = dict(sorted(out.failures.items())) if job.members else {}
-    motion = Trajectory(system, state, job.times, lambda: (q, Q), job.run(out), failures=failures)
+    motion = Trajectory(system, state, job.times, lambda: phase, job.run(out), failures=failures)
     result = StateTransition(motion, tuple(parameters), directions, growth, second if order == 2 else None)
     job.raise_interrupted(out, result)
     if out.failures and not job.members:
-        reached = job.times[np.isfinite(q[:, 0])]
+        reached = job.times[np.isfinite(motion.quaternion[:, 0])]
         raise PropagationError(out.failures[0], float(reached[-1]) if reached.size else float(state.time), result)
     return result
 
@@ -152,14 +155,15 @@ def state_transition(
 class _Columns(Ensemble):
     """Motions with their matrices, in the units of the user."""
 
-    def __init__(self, members: int, times: int, k: int, columns: int, order: int, scale: float) -> None:
-        super().__init__(members, times, 0)
+    def __init__(self, job: TangentRun, k: int, columns: int, order: int) -> None:
+        members, times = len(job.state.time), job.times.size
+        super().__init__(members, times, job.formulation)
         self.directions = np.full((members, times, k, columns), np.nan)
         self.growth = np.full((members, times, columns), np.nan)
         self.second = (
             np.full((members, times, k, *(columns,) * 2), np.nan) if order == 2 else np.empty((members, times))
         )
-        self._scale = scale
+        self._scale = job.scale
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
         neighbours = variables.companion

@@ -201,17 +201,16 @@ def _compare(original: Any, motion: Any) -> bool:
     if np.sum(shared) != original.times.size:
         answer(f"It has other times: {original.times.size} before, {motion.times.size} now.")
         return False
-    known = np.isfinite(original.quaternion)
-    pairs = [
-        (getattr(original, name)[known], getattr(motion, name)[..., shared, :][known])
-        for name in ("quaternion", "conjugate_momenta")
-    ]
+    known = np.isfinite(original.quaternion[..., 0])
+    pairs = [(values[known], getattr(motion, name)[..., shared, :][known]) for name, values in original.phase.items()]
     if all(before.tobytes() == now.tobytes() for before, now in pairs):
-        whole = motion.times.size == original.times.size and np.array_equal(known, np.isfinite(motion.quaternion))
+        whole = motion.times.size == original.times.size and np.array_equal(
+            known, np.isfinite(motion.quaternion[..., 0])
+        )
         answer("The same to the bit." if whole else "The same to the bit, as far as the original goes.")
         return True
     largest = max(float(np.nanmax(np.abs(now - before), initial=0.0)) for before, now in pairs)
-    answer(f"It differs by up to {largest:.2g} in q and Q.")
+    answer(f"It differs by up to {largest:.2g} in q and the momenta.")
     before, now = original.run.versions, motion.run.versions
     others = [f"{name} {before.get(name)} -> {now[name]}" for name in now if before.get(name) != now[name]]
     answer(f"Versions that differ: {', '.join(others) or 'none'}.")

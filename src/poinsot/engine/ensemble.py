@@ -17,7 +17,8 @@ from poinsot.engine.event_detection import Recorded
 from poinsot.engine.progress import bar
 from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 
 __all__ = ["Ensemble", "EnsembleOutput", "allowed_threads", "integrate_members"]
@@ -26,7 +27,7 @@ STEPS_AT_A_TIME = 5_000
 """Steps of a batch between two looks at the keyboard: some hundredths of a second."""
 
 SLAB_BYTES = 8_000_000
-"""The most that a thread holds of its members' variables before it hands their q and Q over."""
+"""The most that a thread holds of its members' variables before it hands them over."""
 
 BATCHES_IN_A_SLAB = 16
 
@@ -72,21 +73,21 @@ class Ensemble(EnsembleOutput):
 
     Attributes
     ----------
-    quaternion, conjugate_momenta : array (members, n, 4)
+    phase : dict of arrays (members, n, 4) and (members, n, 3 or 4)
         NaN where a member did not get.
     carried : array (members, n, any)
         The variables of the axes, kept if they are those of orbits without formulas on symbols.
     """
 
-    def __init__(self, members: int, times: int, comoving: int) -> None:
+    def __init__(self, members: int, times: int, formulation: Formulation, comoving: int = 0) -> None:
         super().__init__(members)
-        self.quaternion = np.full((members, times, 4), np.nan)
-        self.conjugate_momenta = np.full((members, times, 4), np.nan)
+        self.phase = formulation.to_phase(np.full((members, times, formulation.size), np.nan))
         self.comoving = np.full((members, times, comoving), np.nan)
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        """Keep q, Q and the variables of the axes."""
-        self.quaternion[members], self.conjugate_momenta[members] = variables.to_canonical(times, rows)
+        """Keep q, the momenta and the variables of the axes."""
+        for name, values in variables.to_phase(times, rows).items():
+            self.phase[name][members] = values
         self.comoving[members] = rows[..., variables.comoving][..., : self.comoving.shape[-1]]
 
 
@@ -100,18 +101,11 @@ def integrate_members(
     progress: bool,
     out: EnsembleOutput,
 ) -> None:
-    """Integrate every member from its state to all the times, which rise; what is finished is kept on Ctrl-C."""
-    members = len(out.steps)
-    state = computed_state(
-        np.broadcast_to(state.quaternion, (members, 4)),
-        np.broadcast_to(state.conjugate_momenta, (members, 4)),
-        np.broadcast_to(state.time, (members,)),
-        np.broadcast_to(state.angular_momentum_body, (members, 3)),
-    )
+    """Integrate members from their states to all the times, which rise; what is finished is kept on Ctrl-C."""
     work = _Work(system, state, times, variables, tolerance, out)
-    threads = min(threads, -(-members // work.width))
+    threads = min(threads, -(-len(out.steps) // work.width))
     began = clock.perf_counter()
-    with bar("members", members, progress) as report, ThreadPoolExecutor(threads) as pool:
+    with bar("members", len(out.steps), progress) as report, ThreadPoolExecutor(threads) as pool:
         workers = []
         try:
             workers += [pool.submit(work.serve, report) for _ in range(threads)]

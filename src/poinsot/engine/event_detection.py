@@ -35,7 +35,7 @@ from poinsot.functions import Vector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
 __all__ = ["Recorded", "Watch", "event_functions"]
@@ -314,17 +314,17 @@ class Watch:
         variables = self._variables.of_members(np.array([member]))
         rows = self.scales.outward(np.asarray(own, dtype=float), lane)[None]
         batched = np.ndim(variables.scale) > 0 or any(np.ndim(number) for number in variables.axes.numbers)
-        q, Q = variables.to_canonical(np.array([time]), rows[None] if batched else rows)
-        state = computed_state(np.reshape(q, 4), np.reshape(Q, 4), np.array(time))
+        phase = variables.to_phase(np.array([time]), rows[None] if batched else rows)
+        state = state_of(changed(phase, np.ravel), np.array(time))
         event, body = (_of_member(part, member) for part in (self._system.events[number], self._system.body))
-        changed = event.act(body, state)
-        if not isinstance(changed, State) or changed.quaternion.shape != (4,):
-            what = described(changed) if not isinstance(changed, State) else "one of several members"
+        after = event.act(body, state)
+        if not isinstance(after, State) or after.quaternion.shape != (4,):
+            what = described(after) if not isinstance(after, State) else "one of several members"
             raise TypeError(f"an action must return a State of one body, got {what}.")
-        largest = np.max(np.abs(changed.conjugate_momenta))
+        largest = np.max(np.abs(after.conjugate_momenta))
         if largest > LARGEST:
             raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
-        new = _rewritten(variables, changed, time, own)
+        new = _rewritten(variables, after, time, own)
         variables.formulation.check_variables(new)
         inward: NDArray[Any] = self.scales.inward(new, lane)
         return inward

@@ -15,7 +15,7 @@ from poinsot.mechanics.axes import Axes, SpaceAxes, TrackingEnvironment
 from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.probing import same, tracked_orbits
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 
 if TYPE_CHECKING:
@@ -112,17 +112,15 @@ class Coordinates:
         for block in self.formulation.quaternions:
             own[..., block] = quat.product(turn, own[..., block])
 
-    def to_canonical(self, times: Array, variables: Array) -> tuple[Array, Array]:
-        """Return q and Q of the variables along the times; shapes (..., n, 4)."""
+    def to_phase(self, times: Array, variables: Array) -> Phase:
+        """Return q and the momenta of the variables along the times; shapes (..., n, 4) and (..., n, 3 or 4)."""
         if variables.ndim == 3 or len(times) <= BLOCK:
             return self._converted(times, variables)
-        q, Q = np.empty((len(times), 4)), np.empty((len(times), 4))
-        for i in range(0, len(times), BLOCK):
-            block = slice(i, i + BLOCK)
-            q[block], Q[block] = self._converted(times[block], variables[block])
-        return q, Q
+        blocks = [slice(i, i + BLOCK) for i in range(0, len(times), BLOCK)]
+        parts = [self._converted(times[block], variables[block]) for block in blocks]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def _converted(self, times: Array, variables: Array) -> tuple[Array, Array]:
+    def _converted(self, times: Array, variables: Array) -> Phase:
         own, comoving = variables[..., : self.formulation.size].copy(), variables[..., self.comoving]
         own[..., self.formulation.momenta] /= np.expand_dims(self.scale, (-1, -2))
         if self.axes.size:
@@ -130,7 +128,7 @@ class Coordinates:
             if variables.ndim == 3:  # members first: their numbers go beside the times
                 axes = axes.with_numbers(number[..., None] for number in axes.numbers)
             self._turn(own, axes.quaternion(times, comoving))
-        return self.formulation.to_canonical(own)
+        return self.formulation.to_phase(own)
 
     def environment(self, system: System, times: Array, comoving: Array) -> Environment:
         """Return the world at the times, with the variables of the axes there, shape (..., n, axes.size)."""

@@ -23,7 +23,7 @@ from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import Phase, State, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import PROVENANCE, WITH_FILES
 from poinsot.propagation.stored_trajectory import Record, StoredEnvironment, StoredSystem, StoredTrajectory
@@ -38,15 +38,16 @@ Array = NDArray[np.float64]
 
 SUFFIXES = (".nc", ".zarr")
 
-NEEDED = ("time", "quaternion", "conjugate_momenta", "initial_quaternion", "initial_conjugate_momenta", "initial_time")
+NEEDED = ("time", "initial_time")
+PHASES = ({"quaternion": 4, "angular_momentum_body": 3}, {"quaternion": 4, "conjugate_momenta": 4})
+"""What states may be made of, with the sizes."""
 BODY = ("moments", "principal_axes")
-GIVEN = "initial_angular_momentum_body"
-"""What older files do not have: they have its image Q alone."""
 RECORDED = ("potential_energy",)
 NAMED = ("system_", "shape_")
 """Beginnings of the names of arrays that a text names."""
 
-NAMES = (*NEEDED, *BODY, GIVEN, *RECORDED, "carried")
+OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"initial_{each}")}
+NAMES = (*NEEDED, *sorted(OF_STATES), *BODY, *RECORDED, "carried")
 BEGINNINGS = ("integral_", "drift_", *NAMED)
 """Of all variables that are read."""
 
@@ -100,11 +101,11 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
 def load(source: str | Path | xarray.Dataset) -> Trajectory:
     """Return the trajectory in a file that `save` wrote, or in a dataset as `motion.dataset`.
 
-    Times, q, Q, the start and the orbits that were integrated along come back to the bit. Body, forces and orbits are
-    made again from the text in the file and the arrays that it names. Where it has none (classes from outside the
-    package), the trajectory has the body alone: its potential energy and its integrals are those of the file, and its
-    system says why it cannot be run, `motion.system.not_rerunnable`. The wall time is NaN, and there is no dense
-    output.
+    Times, q, the momenta, the start and the orbits that were integrated along come back to the bit. Body, forces and
+    orbits are made again from the text in the file and the arrays that it names. Where it has none (classes from
+    outside the package), the trajectory has the body alone: its potential energy and its integrals are those of the
+    file, and its system says why it cannot be run, `motion.system.not_rerunnable`. The wall time is NaN, and there is
+    no dense output.
 
     Only what `save` writes is read, no chunks and no codecs: a dataset that xarray made of another file that you trust
     is taken as it is.
@@ -214,22 +215,26 @@ class _Reading:
 
     def __init__(self, data: xarray.Dataset, name: str) -> None:
         self.data, self.name = data, name
-        for needed in (*NEEDED, *BODY):
+        said = data.attrs.get("state_variables")
+        self.sizes = next((sizes for sizes in PHASES if " ".join(sizes) == said), PHASES[0])
+        self.initial = next((s for s in PHASES if all(f"initial_{each}" in data.variables for each in s)), PHASES[0])
+        for needed in (*NEEDED, *self.sizes, *(f"initial_{each}" for each in self.initial), *BODY):
             if needed not in data.variables:
                 raise ValueError(f"{name} must have the variable {needed}, but it has not.")
-        for key in (*RUN, "units_time", "units_inertia"):
+        for key in (*RUN, "units_time", "units_inertia", "state_variables"):
             if key not in data.attrs:
                 raise ValueError(f"{name} must have the attribute {key}, but it has not.")
+        if said != " ".join(self.sizes):
+            raise ValueError(f"{name} must have state_variables that are q and momenta, got {described(said)}.")
         self._check_shapes()
 
     def _check_shapes(self) -> None:
         shape = self.data["quaternion"].shape
         count, members = self.data["time"].size, shape[:-2]
-        allowed = {name: [(*members, count, 4)] for name in ("quaternion", "conjugate_momenta")}
-        allowed |= {name: [(4,), (*members, 4)] for name in ("initial_quaternion", "initial_conjugate_momenta")}
+        allowed = {name: [(*members, count, size)] for name, size in self.sizes.items()}
+        allowed |= {f"initial_{name}": [(size,), (*members, size)] for name, size in self.initial.items()}
         allowed |= {"initial_time": [(), members], "moments": [(3,), (*members, 3)], "time": [(count,)]}
         allowed |= {"principal_axes": [(3, 3), (*members, 3, 3)]}
-        allowed |= {GIVEN: [(3,), (*members, 3)]} if GIVEN in self.data.variables else {}
         for name, shapes in allowed.items():
             array = self.data[name]
             if array.shape not in shapes or array.dtype.kind != "f" or len(members) > 1:
@@ -279,13 +284,13 @@ class _Reading:
         except (ValueError, TypeError, ImportError) as error:
             return self._recorded(str(error))
         object.__setattr__(system.body, "shape", self._shape() or system.body.shape)
-        q, Q, times = (self._array(name) for name in ("quaternion", "conjugate_momenta", "time"))
+        phase, times = self._phase(), self._array("time")
         initial, run = self._initial(), self._run()
         environment = None
         if "carried" in self.data.variables:
             variables = kernels.coordinates(system, initial, run.formulation, run.precision)
             environment = partial(variables.environment, system, times, self._array("carried"))
-        return Trajectory(system, initial, times, lambda: (q, Q), run, environment=environment)
+        return Trajectory(system, initial, times, lambda: phase, run, environment=environment)
 
     def _system(self) -> System:
         """Return body and forces, made again from the text in the file."""
@@ -324,9 +329,9 @@ class _Reading:
             {name: self._array(f"drift_{name}") for name in names},
             {str(key): value for key, value in summary.items()},
         )
-        arrays = tuple(self._array(name) for name in ("time", "quaternion", "conjugate_momenta"))
-        environment = StoredEnvironment(arrays[0], self._array("carried")) if "carried" in data.variables else None
-        return StoredTrajectory(system, self._initial(), arrays, self._run(), record, environment)
+        times = self._array("time")
+        environment = StoredEnvironment(times, self._array("carried")) if "carried" in data.variables else None
+        return StoredTrajectory(system, self._initial(), times, self._phase(), self._run(), record, environment)
 
     def _array(self, name: str) -> Array:
         return np.array(self.data[name].values, dtype=float)
@@ -335,8 +340,11 @@ class _Reading:
         return {name: str(self.data.attrs[f"units_{name}"]) for name in ("time", "inertia")}
 
     def _initial(self) -> State:
-        q, Q, time = (self._array(f"initial_{name}") for name in ("quaternion", "conjugate_momenta", "time"))
-        return computed_state(q, Q, time, self._array(GIVEN) if GIVEN in self.data.variables else None)
+        phase = {name: self._array(f"initial_{name}") for name in self.initial}
+        return state_of(phase, self._array("initial_time"))
+
+    def _phase(self) -> Phase:
+        return {name: self._array(name) for name in self.sizes}
 
     def _run(self) -> Run:
         said = self.data.attrs

@@ -22,7 +22,7 @@ from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.kinetics import Kinetics
 from poinsot.mechanics.probing import time_scale
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import Phase, State, computed_state
 
 __all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation"]
 
@@ -31,8 +31,6 @@ TorqueOf = Callable[[Attitude, Any], Vector]
 
 FLAT = 1e-9
 """What a planar motion may have of other components, relative."""
-
-Phase = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Formulation(ABC):
@@ -88,8 +86,8 @@ class Formulation(ABC):
         """Return the variables of a state, shape (..., size)."""
 
     @abstractmethod
-    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
-        """Return q and Q, each of shape (..., 4)."""
+    def to_phase(self, variables: NDArray[np.float64]) -> Phase:
+        """Return q, and g or Q, whichever the variables hold; shapes (..., 4) and (..., 3) or (..., 4)."""
 
 
 class LiePoisson(Formulation):
@@ -109,9 +107,8 @@ class LiePoisson(Formulation):
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate([state.quaternion, state.angular_momentum_body], axis=-1)
 
-    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
-        q, g = variables[..., :4], variables[..., 4:]
-        return q, 2 * quat.product(q, quat.pure(g))
+    def to_phase(self, variables: NDArray[np.float64]) -> Phase:
+        return {"quaternion": variables[..., :4], "angular_momentum_body": variables[..., 4:]}
 
 
 class Planar(LiePoisson):
@@ -189,8 +186,8 @@ class Canonical(Formulation):
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate([state.quaternion, state.conjugate_momenta], axis=-1)
 
-    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
-        return variables[..., :4], variables[..., 4:]
+    def to_phase(self, variables: NDArray[np.float64]) -> Phase:
+        return {"quaternion": variables[..., :4], "conjugate_momenta": variables[..., 4:]}
 
 
 class EulerAngles(Formulation):
@@ -224,11 +221,12 @@ class EulerAngles(Formulation):
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate(state.euler(self.sequence), axis=-1)
 
-    def to_canonical(self, variables: NDArray[np.float64]) -> Phase:
+    def to_phase(self, variables: NDArray[np.float64]) -> Phase:
         angles, momenta = variables[..., :3], variables[..., 3:]
-        q = euler.quaternion_from_angles(angles, self.sequence)
-        g = euler.angular_momentum_from_momenta(angles, momenta, self.sequence)
-        return q, 2 * quat.product(q, quat.pure(g))
+        return {
+            "quaternion": euler.quaternion_from_angles(angles, self.sequence),
+            "angular_momentum_body": euler.angular_momentum_from_momenta(angles, momenta, self.sequence),
+        }
 
 
 def _turned(x: Any, half_omega: Any, turning: Vector | None) -> Any:

@@ -1,7 +1,8 @@
-"""The state of a rotating body: the attitude quaternion q and its conjugate momentum Q."""
+"""The state of a rotating body: the attitude quaternion q with its conjugate momentum Q or the body's own, g."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +18,14 @@ from poinsot.mechanics.parameters import listed
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["State", "project_to_tangent"]
+__all__ = ["Phase", "State", "project_to_tangent"]
 
-ROUNDINGS = 32 * np.finfo(float).eps
-"""What Q and q may lose of an angular momentum along the body axes, relative to its size."""
+Phase = dict[str, NDArray[Any]]
+"""What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
+
+Each of the two momenta follows from the other and q. Q mixes the components of g, so that a g that comes from Q has the
+rounding of the largest component in all of them; a Q that comes from g is tangent to the unit sphere by construction.
+"""
 
 TANGENT_SLACK = 1e-9
 """How large |q . Q| / |Q| may be in what a user gives."""
@@ -45,21 +50,18 @@ class State:
 
     Notes
     -----
-    A state knows no moments of inertia; rates come from `body.omega` or from a trajectory. The paper's
-    Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
+    A state knows no moments of inertia; rates come from `body.omega` or from a trajectory. One of `body.state` holds g
+    in place of Q, which follows from it. The paper's Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
     """
 
-    _given: NDArray[np.float64] | None = (
-        None  # the angular momentum along the body axes of which Q is the rounded image
-    )
-
     def __init__(self, quaternion: ArrayLike, conjugate_momenta: ArrayLike, time: ArrayLike = 0.0) -> None:
-        self.quaternion = unit_quaternion(quaternion, "quaternion")
-        self.conjugate_momenta = member_array("conjugate_momenta", conjugate_momenta, (4,))
+        q = unit_quaternion(quaternion, "quaternion")
+        Q = member_array("conjugate_momenta", conjugate_momenta, (4,))
         self.time = member_array("time", time, ())
-        _check_members(self)
-        self.quaternion, self.conjugate_momenta = np.broadcast_arrays(self.quaternion, self.conjugate_momenta)
-        _check_tangent(self.quaternion, self.conjugate_momenta)
+        _check_members(quaternion=q.shape[:-1], conjugate_momenta=Q.shape[:-1], time=self.time.shape)
+        q, Q = np.broadcast_arrays(q, Q)
+        _check_tangent(q, Q)
+        self.phase: Phase = {"quaternion": q, "conjugate_momenta": Q}
 
     @classmethod
     @checked
@@ -88,21 +90,28 @@ class State:
         return angles, euler.momenta_from_angular_momentum(angles, self.angular_momentum_body, sequence)
 
     @property
+    def quaternion(self) -> NDArray[np.float64]:
+        """The unit quaternion q, scalar first, body -> space; shape (..., 4)."""
+        return self.phase["quaternion"]
+
+    @property
+    def conjugate_momenta(self) -> NDArray[np.float64]:
+        """The momentum Q conjugate to q, Q = 2 q (0, g); shape (..., 4)."""
+        if (Q := self.phase.get("conjugate_momenta")) is not None:
+            return Q
+        return 2 * quat.product(self.quaternion, quat.pure(self.phase["angular_momentum_body"]))
+
+    @property
     def attitude(self) -> Rotation:
         """The attitude as a scipy rotation, body -> space."""
         return rotation(self.quaternion)
 
     @property
     def angular_momentum_body(self) -> NDArray[np.float64]:
-        """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3).
-
-        That which a state was made of, where Q is its image: the small components of a slender body keep their digits.
-        """
-        g = 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.conjugate_momenta))
-        if self._given is None:
+        """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3)."""
+        if (g := self.phase.get("angular_momentum_body")) is not None:
             return g
-        apart = np.linalg.norm(self._given - g, axis=-1, keepdims=True)
-        return np.where(apart <= ROUNDINGS * np.linalg.norm(g, axis=-1, keepdims=True), self._given, g)
+        return 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.phase["conjugate_momenta"]))
 
     @property
     def angular_momentum_space(self) -> NDArray[np.float64]:
@@ -118,17 +127,26 @@ class State:
 
 def state_with(q: ArrayLike, g: ArrayLike, time: ArrayLike) -> State:
     """Return the state with an angular momentum along the body axes, which it keeps to the last digit."""
-    state = State(q, 2 * quat.product(q, quat.pure(g)), time)
-    state._given = np.broadcast_to(g, (*state.quaternion.shape[:-1], 3))
-    return state
+    checked = State(q, 2 * quat.product(q, quat.pure(g)), time)
+    momenta = np.array(np.broadcast_to(g, (*checked.quaternion.shape[:-1], 3)), dtype=float)
+    return state_of({"quaternion": checked.quaternion, "angular_momentum_body": momenta}, checked.time)
 
 
-def computed_state(q: Any, Q: Any, time: Any, g: Any = None) -> State:
+def state_of(phase: Phase, time: Any) -> State:
     """Return a state of computed values, whose small defects are measurements and not mistakes."""
     state = object.__new__(State)
-    state.quaternion, state.conjugate_momenta, state.time = q, Q, time
-    state._given = g
+    state.phase, state.time = phase, time
     return state
+
+
+def computed_state(q: Any, Q: Any, time: Any) -> State:
+    """Return a state of computed q and Q."""
+    return state_of({"quaternion": q, "conjugate_momenta": Q}, time)
+
+
+def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
+    """Return a phase with each of its arrays changed."""
+    return {name: change(values) for name, values in phase.items()}
 
 
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
@@ -142,9 +160,7 @@ def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> N
     return np.asarray(Q - (quat.dot(q, Q) / quat.dot(q, q))[..., None] * q)
 
 
-def _check_members(state: State) -> None:
-    counts = {"quaternion": state.quaternion.shape[:-1], "conjugate_momenta": state.conjugate_momenta.shape[:-1]}
-    counts["time"] = state.time.shape
+def _check_members(**counts: tuple[int, ...]) -> None:
     (first, members), *others = [(name, count) for name, count in counts.items() if count] or [("", ())]
     for name, count in others:
         if count != members:

@@ -14,7 +14,7 @@ from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
 __all__ = [
@@ -90,9 +90,8 @@ def members_of(system: System, state: State) -> tuple[int, ...]:
 
 def broadcast_members(state: State, members: tuple[int, ...]) -> State:
     """Return a state for each member."""
-    arrays = (state.quaternion, state.conjugate_momenta, state.time, state.angular_momentum_body)
-    tails: tuple[tuple[int, ...], ...] = ((4,), (4,), (), (3,))
-    return computed_state(*(np.broadcast_to(x, (*members, *tail)) for x, tail in zip(arrays, tails, strict=True)))
+    phase = changed(state.phase, lambda x: np.broadcast_to(x, (*members, x.shape[-1])))
+    return state_of(phase, np.broadcast_to(state.time, members))
 
 
 def checked_threads(threads: int | None) -> int:

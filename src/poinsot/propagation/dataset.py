@@ -55,6 +55,7 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
             "conventions": CONVENTIONS,
             "system": repr(motion.system),
             "initial_state": repr(motion.initial),
+            "state_variables": " ".join(motion.phase),
             **{key: value for key, value in motion.summary.items() if key != "wall_time"},
             **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
             **{f"version_{name}": version for name, version in motion.run.versions.items()},
@@ -123,6 +124,12 @@ class _Variables:
         self.units = _Units(motion.system.units["time"], motion.system.units["inertia"])
         self.leading = ("time",) if motion.quaternion.ndim == 2 else ("member", "time")
         self.found: list[tuple[str, tuple[str, ...], Any, dict[str, str]]] = []
+        momentum = self.units.momentum
+        self._of_states: dict[str, tuple[str, str, str, dict[str, str]]] = {
+            "quaternion": ("1", "Euler parameters q, body to space", "parameter", {}),
+            "conjugate_momenta": (momentum, "momenta Q conjugate to q", "parameter", {}),
+            "angular_momentum_body": (momentum, "angular momentum", "axis", {"frame": "body"}),
+        }
 
     def all(self) -> list[tuple[str, tuple[str, ...], Any, dict[str, str]]]:
         self._motion()
@@ -136,11 +143,12 @@ class _Variables:
 
     def _motion(self) -> None:
         motion, units, put = self.motion, self.units, self._put
-        put("quaternion", motion.quaternion, "1", "Euler parameters q, body to space", "parameter")
-        put("conjugate_momenta", motion.conjugate_momenta, units.momentum, "momenta Q conjugate to q", "parameter")
+        for name, (unit, meaning, axis, said) in self._of_states.items():
+            put(name, getattr(motion, name), unit, meaning, axis, **said)
+        momentum = motion.angular_momentum_space
+        put("angular_momentum_space", momentum, units.momentum, "angular momentum", "axis", frame="space")
         for frame in ("body", "space"):
-            momentum, omega = getattr(motion, f"angular_momentum_{frame}"), getattr(motion, f"omega_{frame}")
-            put(f"angular_momentum_{frame}", momentum, units.momentum, "angular momentum", "axis", frame=frame)
+            omega = getattr(motion, f"omega_{frame}")
             put(f"omega_{frame}", omega, units.rate, "inertial angular velocity", "axis", frame=frame)
         put("kinetic_energy", motion.kinetic_energy, units.energy, "rotational kinetic energy T")
         put("potential_energy", motion.potential_energy, units.energy, "potential energy U")
@@ -160,10 +168,9 @@ class _Variables:
         """Add what the motion started from, and what was integrated along with it."""
         motion, units = self.motion, self.units
         state, body = motion.initial, motion.system.body
-        self._fixed("initial_quaternion", state.quaternion, "1", "q at the start", "parameter")
-        self._fixed("initial_conjugate_momenta", state.conjugate_momenta, units.momentum, "Q at the start", "parameter")
-        given, meaning = state.angular_momentum_body, "angular momentum at the start, of which Q is the rounded image"
-        self._fixed("initial_angular_momentum_body", given, units.momentum, meaning, "axis", frame="body")
+        for name, values in state.phase.items():
+            unit, meaning, axis, said = self._of_states[name]
+            self._fixed(f"initial_{name}", values, unit, f"{meaning}, at the start", axis, **said)
         self._fixed("initial_time", state.time, units.time, "time of the start")
         self._fixed("moments", body.moments, units.inertia, "principal moments of inertia", "axis")
         matrix = body.principal_matrix

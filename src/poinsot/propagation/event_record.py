@@ -14,7 +14,7 @@ from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import Coordinates
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 
 __all__ = ["Crossings", "checked_events", "crossings"]
@@ -59,9 +59,7 @@ class Crossings:
     def of(self, member: int) -> Crossings:
         """Return those of one member."""
         chosen = self.members == member
-        states = computed_state(
-            self.states.quaternion[chosen], self.states.conjugate_momenta[chosen], self.times[chosen]
-        )
+        states = state_of(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
         return Crossings(self.event, self.system, self.times[chosen], states, self.slopes[chosen], self.members[chosen])
 
     @property
@@ -92,21 +90,20 @@ def crossings(
     rows = np.empty((len(found), variables.size))
     for i, (_, record) in enumerate(found):
         rows[i] = record[4]
-    q, Q = np.empty((2, len(found), 4))
-    for first in range(0, len(found), BLOCK):
-        part = slice(first, first + BLOCK)
-        q[part], Q[part] = _canonical(variables, members[part], times[part], rows[part])
+    blocks = [slice(first, first + BLOCK) for first in range(0, len(found), BLOCK)]
+    parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
+    parts = parts or [variables.formulation.to_phase(rows[:, : variables.formulation.size])]
+    phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     out = []
     for number, event in enumerate(events):
         mine = np.flatnonzero(numbers == number)
         mine = mine[np.lexsort((times[mine] if rising else -times[mine], members[mine]))]
-        states = computed_state(q[mine], Q[mine], times[mine])
+        states = state_of({name: values[mine] for name, values in phase.items()}, times[mine])
         out.append(Crossings(event, system, times[mine], states, slopes[mine], members[mine]))
     return tuple(out)
 
 
-def _canonical(variables: Coordinates, members: Array, times: Array, rows: Array) -> tuple[Array, Array]:
+def _phase(variables: Coordinates, members: Array, times: Array, rows: Array) -> Phase:
     if not (np.ndim(variables.scale) or any(np.ndim(number) for number in variables.axes.numbers)):
-        return variables.to_canonical(times, rows)
-    q, Q = variables.of_members(members).to_canonical(times[:, None], rows[:, None, :])
-    return q[:, 0], Q[:, 0]
+        return variables.to_phase(times, rows)
+    return changed(variables.of_members(members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])

@@ -22,7 +22,7 @@ from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.probing import tracked_orbits
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
@@ -146,19 +146,19 @@ def _propagate_members(
 ) -> Trajectory:
     system, watched = systems
     count = members_of(watched, state)[0]
-    done = Ensemble(count, t.size, variables.axes.size if tracked_orbits(watched) else 0)
+    done = Ensemble(count, t.size, variables.formulation, variables.axes.size if tracked_orbits(watched) else 0)
     integrate_members(watched, state, np.sort(t), variables, tolerance, threads, progress, done)
     name, steps = variables.formulation.name, int(done.steps.sum())
     run = Run(
         "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, versions()
     )
     order = slice(None, None, 1 if _rises(t) else -1)
-    canonical = done.quaternion[:, order], done.conjugate_momenta[:, order]
+    phase = changed(done.phase, lambda x: x[:, order])
     environment = (
         functools.partial(variables.environment, watched, t, done.comoving[:, order]) if done.comoving.size else None
     )
     failures = dict(sorted(done.failures.items()))
-    motion = Trajectory(system, state, t, lambda: canonical, run, failures=failures, environment=environment)
+    motion = Trajectory(system, state, t, lambda: phase, run, failures=failures, environment=environment)
     motion.events = crossings(system, watched.events, variables, done.happened, _rises(t))
     if done.interrupted:
         message = f"propagation was interrupted: {done.finished} of {len(done.steps)} members are done."
@@ -362,13 +362,13 @@ def _join(
     times = np.concatenate([earlier.grid[: count[1]][::-1], later.grid[: count[0]]])
     if not _rises(t):
         rows, times = rows[::-1], times[::-1]
-    dense_output = functools.partial(_canonical_at, halves, variables)
+    dense_output = functools.partial(_phase_at, halves, variables)
     interpolant = (dense_output, halves[1].reached, halves[0].reached) if dense else None
     environment = None
     if tracked_orbits(watched):
         environment = functools.partial(variables.environment, watched, times, rows[:, variables.formulation.size :])
     motion = Trajectory(
-        system, state, times, lambda: variables.to_canonical(times, rows), run, interpolant, environment=environment
+        system, state, times, lambda: variables.to_phase(times, rows), run, interpolant, environment=environment
     )
     found = [(0, record) for half in halves for record in half.happened]
     motion.events = crossings(system, watched.events, variables, found, _rises(t))
@@ -385,23 +385,22 @@ def _stacked(parts: list[Array], size: int) -> Array:
     return parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, size)), *parts])
 
 
-def _canonical_at(halves: list[_Half], variables: Coordinates, times: Array) -> tuple[Array, Array]:
-    """Return q and Q at times, from the polynomials of both halves."""
+def _phase_at(halves: list[_Half], variables: Coordinates, times: Array) -> Phase:
+    """Return q and the momenta at times, from the polynomials of both halves."""
     if not halves[1].pieces and halves[0].pieces:
-        return variables.to_canonical(times, halves[0].evaluate(times))
+        return variables.to_phase(times, halves[0].evaluate(times))
     out = np.empty((times.size, variables.size))
     for half, chosen in zip(halves, (times >= halves[0].origin, times < halves[0].origin), strict=True):
         if np.any(chosen):
             out[chosen] = half.evaluate(times[chosen]) if half.pieces else half.start
-    return variables.to_canonical(times, out)
+    return variables.to_phase(times, out)
 
 
 def _in_precision(state: State, precision: str) -> State:
     if precision == "double":
         return state
     kind = kernels.PRECISIONS[precision]
-    q, Q = (Vector(kind(x) for x in array) for array in (state.quaternion, state.conjugate_momenta))
-    return computed_state(q, Q, state.time)
+    return state_of(changed(state.phase, lambda array: Vector(map(kind, array))), state.time)
 
 
 def _check_single(dense: bool, precision: str) -> None:

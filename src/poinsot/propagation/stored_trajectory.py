@@ -13,7 +13,7 @@ from typing_extensions import override
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run, Trajectory
 
@@ -83,15 +83,15 @@ class StoredTrajectory(Trajectory):
         self,
         system: StoredSystem,
         initial: State,
-        pair: tuple[Array, ...],
+        times: Array,
+        phase: Phase,
         run: Run,
         record: Record,
         environment: StoredEnvironment | None = None,
     ) -> None:
-        times, q, Q = pair
         known: Any = system
         super().__init__(
-            known, initial, times, lambda: (q, Q), run, environment=None if environment is None else lambda: environment
+            known, initial, times, lambda: phase, run, environment=None if environment is None else lambda: environment
         )
         self._record = record
 

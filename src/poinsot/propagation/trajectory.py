@@ -18,7 +18,7 @@ from poinsot.errors import real_numbers
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["RelativeMotion", "Run", "Trajectory", "versions"]
 
 Array = NDArray[np.float64]
-Interpolant = Callable[[Array], tuple[Array, Array]]
+Interpolant = Callable[[Array], Phase]
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Trajectory:
         system: System,
         initial: State,
         times: Array,
-        canonical: Callable[[], tuple[Array, Array]],
+        phase: Callable[[], Phase],
         run: Run,
         interpolant: tuple[Interpolant, float, float] | None = None,
         failures: Mapping[int, str] | None = None,
@@ -104,7 +104,7 @@ class Trajectory:
         self.system = system
         self.initial = initial
         self.times = times
-        self._canonical = canonical
+        self._computed = phase
         self.run = run
         self.failures = dict(failures or {})
         self._interpolant = interpolant
@@ -114,14 +114,22 @@ class Trajectory:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the motion as numbers: what computes them on demand has computed them."""
-        computed = {"_pair": self._pair, "environment": self.environment}
-        return {**vars(self), **computed, "_canonical": None, "_environment": None}
+        computed = {"phase": self.phase, "environment": self.environment}
+        return {**vars(self), **computed, "_computed": None, "_environment": None}
 
     # ------------------------------------------------------------------ reading
 
     @functools.cached_property
-    def _pair(self) -> tuple[Array, Array]:
-        return self._canonical()
+    def phase(self) -> Phase:
+        """What the motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
+
+        The momenta are those that were integrated; from them follow the others.
+        """
+        return self._computed()
+
+    @property
+    def _state(self) -> State:
+        return state_of(self.phase, self.times)
 
     @functools.cached_property
     def environment(self) -> Environment:
@@ -134,12 +142,12 @@ class Trajectory:
     @property
     def quaternion(self) -> Array:
         """Euler parameters, scalar first, body -> space; shape (n, 4). Their drift is a measurement."""
-        return self._pair[0]
+        return self.phase["quaternion"]
 
     @property
     def conjugate_momenta(self) -> Array:
         """Q = 2 q (0, g); shape (n, 4)."""
-        return self._pair[1]
+        return self._state.conjugate_momenta
 
     @property
     def attitude(self) -> Rotation:
@@ -149,17 +157,17 @@ class Trajectory:
     @property
     def angular_momentum_body(self) -> Array:
         """The angular momentum g = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
-        return _computed_state(self).angular_momentum_body
+        return self._state.angular_momentum_body
 
     @property
     def angular_momentum_space(self) -> Array:
         """The angular momentum G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
-        return _computed_state(self).angular_momentum_space
+        return self._state.angular_momentum_space
 
     @property
     def omega_body(self) -> Array:
         """The inertial angular velocity along the body axes; shape (n, 3)."""
-        return np.asarray(self.system.omega_body(_computed_state(self)))
+        return np.asarray(self.system.omega_body(self._state))
 
     @property
     def omega_space(self) -> Array:
@@ -169,12 +177,12 @@ class Trajectory:
     @property
     def kinetic_energy(self) -> Array:
         """T, eq. (9); shape (n,)."""
-        return np.asarray(self.system.kinetic_energy(_computed_state(self)))
+        return np.asarray(self.system.kinetic_energy(self._state))
 
     @property
     def potential_energy(self) -> Array:
         """The sum of the potentials; shape (n,)."""
-        return np.asarray(self.system.potential_energy(_computed_state(self), self.environment))
+        return np.asarray(self.system.potential_energy(self._state, self.environment))
 
     @property
     def energy(self) -> Array:
@@ -189,7 +197,7 @@ class Trajectory:
     @checked
     def euler(self, sequence: str = "313") -> tuple[Array, Array]:
         """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does."""
-        return _computed_state(self).euler(sequence)
+        return self._state.euler(sequence)
 
     @checked
     def relative_to(self, frame: Frame) -> RelativeMotion:
@@ -215,8 +223,7 @@ class Trajectory:
         if t.size and (t.min() < first or t.max() > last):
             outside = t.min() if t.min() < first else t.max()
             raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
-        q, Q = interpolant(t.ravel())
-        return computed_state(q.reshape(*t.shape, 4), Q.reshape(*t.shape, 4), t)
+        return state_of(changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1])), t)
 
     # ------------------------------------------------------------------ proof
 
@@ -233,7 +240,7 @@ class Trajectory:
     @property
     def integrals(self) -> dict[str, Array]:
         """The conserved quantities of the system along the motion, by name; empty where there is none."""
-        state = _computed_state(self)
+        state = self._state
         return {integral.name: np.asarray(integral.value(state)) for integral in self.system.integrals}
 
     @property
@@ -257,7 +264,7 @@ class Trajectory:
     def summary(self) -> dict[str, Any]:
         """How the motion was computed and how far its invariants moved, as one flat record."""
         largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
-        validity = self.system.validity(_computed_state(self), self.environment).items()
+        validity = self.system.validity(self._state, self.environment).items()
         return {
             **{key: value for key, value in asdict(self.run).items() if key != "versions"},
             "norm_error": _largest(self.norm_error),
@@ -316,10 +323,6 @@ class RelativeMotion:
     def omega_frame(self) -> Array:
         """The rate relative to the frame, along the frame's axes; shape (n, 3)."""
         return quat.rotate(self.quaternion, self.omega_body)
-
-
-def _computed_state(motion: Trajectory) -> State:
-    return computed_state(motion.quaternion, motion.conjugate_momenta, motion.times)
 
 
 def _largest(values: Array) -> float:

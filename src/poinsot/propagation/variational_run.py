@@ -54,6 +54,7 @@ class TangentRun:
         () for one body.
     tangent : tuple of int
         Which of the six tangent coordinates there are.
+    formulation : Formulation
     scale : float
         The momenta of the variables over those of the user, the same for all members.
     """
@@ -76,7 +77,8 @@ class TangentRun:
         self.times = checked_times(times, system)
         check_span(system, state, self.times)
         chosen = checked_formulation(formulation)
-        self.tangent = FORMULATIONS[chosen].tangent
+        self.formulation = FORMULATIONS[chosen]
+        self.tangent = self.formulation.tangent
         if not self.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
             raise ValueError(f"formulation must be one of {able} for neighbours of a motion, got {chosen!r}.")
@@ -106,8 +108,8 @@ class TangentRun:
 
     def run(self, out: EnsembleOutput) -> Run:
         """Return how it was computed."""
-        name, steps = self._variables.formulation.name, int(out.steps.sum())
-        return Run(METHOD, name, "double", out.tolerance, out.order, steps, out.wall_time, versions())
+        steps = int(out.steps.sum())
+        return Run(METHOD, self.formulation.name, "double", out.tolerance, out.order, steps, out.wall_time, versions())
 
     def raise_interrupted(self, out: EnsembleOutput, result: object) -> None:
         """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""

@@ -65,12 +65,7 @@ class Reference:
     """The rotation in 60 digits by Landau and Lifshitz, Mechanics, Sec. 37: in T and G, where digits are plenty."""
 
     def __init__(self, rotation):
-        q, Q = ([Fraction(x) for x in array] for array in (rotation.state.quaternion, rotation.state.conjugate_momenta))
-        g = (
-            (q[0] * Q[1] - q[1] * Q[0] - q[2] * Q[3] + q[3] * Q[2]) / 2,
-            (q[0] * Q[2] - q[2] * Q[0] - q[3] * Q[1] + q[1] * Q[3]) / 2,
-            (q[0] * Q[3] - q[3] * Q[0] - q[1] * Q[2] + q[2] * Q[1]) / 2,
-        )
+        g = [Fraction(x) for x in rotation.state.angular_momentum_body]
         moments = [Fraction(x) for x in rotation.body.moments]
         self.twice_energy = self.exact(sum(x * x / moment for x, moment in zip(g, moments, strict=True)))
         self.G2 = self.exact(sum(x * x for x in g))

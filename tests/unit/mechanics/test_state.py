@@ -179,12 +179,12 @@ def test_a_state_keeps_what_it_was_made_of(ratio, given):
     assert np.array_equal(variables[4:], state.angular_momentum_body)
 
 
-def test_a_state_follows_the_momenta_that_it_has():
-    body = pt.Body((1e-6, 1.0, 1.0))
-    state = body.state((0.6, 0, 0.8, 0), omega_body=(1e-3, -2e-3, 3e-3))
-    state.conjugate_momenta = 2 * state.conjugate_momenta
-    again = pt.State(state.quaternion, state.conjugate_momenta)
-    assert np.array_equal(state.angular_momentum_body, again.angular_momentum_body)
+def test_the_momenta_of_a_state_are_not_set():
+    """One of the two would no longer be that of the other."""
+    state = pt.Body((1e-6, 1.0, 1.0)).state((0.6, 0, 0.8, 0), omega_body=(1e-3, -2e-3, 3e-3))
+    for name in ("conjugate_momenta", "angular_momentum_body"):
+        with pytest.raises(AttributeError):
+            setattr(state, name, 2 * getattr(state, name))
 
 
 @pytest.mark.parametrize("members", [None, 3])

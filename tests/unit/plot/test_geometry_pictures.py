@@ -506,8 +506,8 @@ def free(state=START):
     return pt.propagate(FREE, state, (0.0, 1.0))
 
 
-NOTHING = np.empty((0, 4))
-EMPTY = pt.Trajectory(FREE, START, np.empty(0), lambda: (NOTHING, NOTHING), free().run)
+NOTHING = {"quaternion": np.empty((0, 4)), "angular_momentum_body": np.empty((0, 3))}
+EMPTY = pt.Trajectory(FREE, START, np.empty(0), lambda: NOTHING, free().run)
 
 
 REFUSED = {

@@ -51,9 +51,8 @@ def curves(axes):
 
 def replaced(motion, q, times=TIMES):
     """The motion with other attitudes, at other times, and momenta that are all the same in the body."""
-    g = np.broadcast_to((0.3, -0.2, 0.5), (*q.shape[:-1], 3))
-    Q = 2 * pt.algebra.quaternion.product(q, np.concatenate([np.zeros_like(g[..., :1]), g], axis=-1))
-    return pt.Trajectory(motion.system, motion.initial, times, lambda: (q, Q), motion.run)
+    phase = {"quaternion": q, "angular_momentum_body": (0.3, -0.2, 0.5) + 0 * q[..., :3]}
+    return pt.Trajectory(motion.system, motion.initial, times, lambda: phase, motion.run)
 
 
 def labels(axes):
@@ -89,8 +88,8 @@ def test_failed_members_are_left_out(members):
     import copy
 
     failed = copy.copy(members)
-    failed.__dict__["_pair"] = (members.quaternion.copy(), members.conjugate_momenta.copy())
-    failed._pair[0][3, 40:] = np.nan
+    failed.__dict__["phase"] = {name: values.copy() for name, values in members.phase.items()}
+    failed.quaternion[3, 40:] = np.nan
     drawn = curves(pt.plot_quaternions(failed))[0]
     assert np.allclose(drawn, np.median(np.delete(members.quaternion, 3, axis=0)[..., 0], axis=0))
 

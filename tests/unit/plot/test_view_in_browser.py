@@ -106,8 +106,8 @@ def test_the_body_takes_the_shorter_way(motion, browser, tmp_path):
     shown = pt.free_motion(BODY, STATE, times[:: {"flipped": 1, "backwards": -1, "apart": 16}[motion]])
     if motion == "flipped":
         signs = np.where(np.random.default_rng(2).random(times.size) < 0.5, -1.0, 1.0)[:, None]
-        pair = (signs * shown.quaternion, signs * shown.conjugate_momenta)
-        shown = pt.Trajectory(shown.system, shown.initial, times, lambda: pair, shown.run)
+        phase = {**shown.phase, "quaternion": signs * shown.quaternion}
+        shown = pt.Trajectory(shown.system, shown.initial, times, lambda: phase, shown.run)
     visit = Visit(browser, pt.view(shown, tmp_path / "motion.html"), webgl=False)
     forwards = np.argsort(shown.times)
     great_circles = Slerp(shown.times[forwards], shown.attitude[forwards])

@@ -18,7 +18,7 @@ from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.probing import orbits_of
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import calendar_of as dates_of_motion
 from poinsot.propagation.dataset import space_axes_of
@@ -125,10 +125,10 @@ class AttitudeTable:
         if system.members:
             raise ValueError(f"system must be of one body, but it has {system.members[0]} members.")
         (times, unit), q = self._times_of(system), self.quaternion
-        Q = 2 * quat.product(q, quat.pure(system.body.angular_momentum(unit * self._rates())))
+        phase = {"quaternion": q, "angular_momentum_body": system.body.angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = Run("table", given, "double", 0.0, 0, 0, 0.0, versions())
-        motion = Trajectory(system, computed_state(q[0], Q[0], times[0]), times, lambda: (q, Q), run)
+        motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, lambda: phase, run)
         motion.provenance = self._known_of(system)
         return motion
 

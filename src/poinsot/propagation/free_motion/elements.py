@@ -159,20 +159,24 @@ def _elements(moments: Any, principal: Any, state: State) -> Elements:
 
 
 def _scaled_momentum(principal: Any, state: State) -> tuple[tuple[DoubleDouble, ...], Any, Any]:
-    """Return Im(q~ Q) / 2 along the principal axes, its largest component between 1/2 and 1, without rounding.
+    """Return g, or Im(q~ Q) / 2, along the principal axes, its largest component between 1/2 and 1, without rounding.
 
     Components that are next to nothing are zero. Also the exponent of the power of two that was taken out, and
     whether the momentum is zero, which makes it (0, 0, 1).
     """
-    first = _exponent(state.conjugate_momenta)
-    q = Vector(map(DoubleDouble, _along(state.quaternion)))
-    Q = Vector(map(DoubleDouble, _along(np.ldexp(state.conjugate_momenta, -first[..., None]))))
-    g = turned(np.swapaxes(principal, -1, -2), quat.imaginary(quat.product(quat.conjugate(q), Q)))
+    held = state.phase.get("angular_momentum_body")
+    momenta = state.conjugate_momenta if held is None else held
+    first = _exponent(momenta)
+    body: Any = Vector(map(DoubleDouble, _along(np.ldexp(momenta, -first[..., None]))))
+    if held is None:
+        q = Vector(map(DoubleDouble, _along(state.quaternion)))
+        body, first = quat.imaginary(quat.product(quat.conjugate(q), body)), first - 1
+    g = turned(np.swapaxes(principal, -1, -2), body)
     high = np.stack([x.hi for x in g], axis=-1)
     second, at_rest = _exponent(high), np.all(high == 0, axis=-1)
     g1, g2, g3 = (x.scaled(np.exp2(-second)[()]) for x in g)
     g1, g2, g3 = (pick(np.abs(x.hi) < NOTHING, 0.0, x) for x in (g1, g2, g3))
-    return (g1, g2, pick(at_rest, 1.0, g3)), first + second - 1, at_rest
+    return (g1, g2, pick(at_rest, 1.0, g3)), first + second, at_rest
 
 
 def _exponent(numbers: Any) -> Any:

@@ -14,7 +14,7 @@ from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.state import State, computed_state
+from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, check_kinds, checked_times, members_of
 from poinsot.propagation.free_motion.elements import Elements, elements_of
@@ -68,14 +68,14 @@ def free_motion(body: Body, state: State, times: ArrayLike, *, units: Mapping[st
     members = members_of(system, state)
     began = clock.perf_counter()
     if members:
-        pair = _ensemble(body, broadcast_members(state, members), t)
+        phase = _ensemble(body, broadcast_members(state, members), t)
         interpolant = None
     else:
         rotation = _Rotation(elements_of(body.moments, body.principal_matrix, state), state)
-        pair = rotation.canonical(t)
-        interpolant = (rotation.canonical, -np.inf, np.inf)
+        phase = rotation.phase(t)
+        interpolant = (rotation.phase, -np.inf, np.inf)
     run = Run("closed form", "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions())
-    return Trajectory(system, state, t, lambda: pair, run, interpolant)
+    return Trajectory(system, state, t, lambda: phase, run, interpolant)
 
 
 class _Rotation:
@@ -85,33 +85,32 @@ class _Rotation:
         self.theta = theta_functions(elements, bool(np.all(is_near_separatrix(elements))))
         self.time = state.time
         axes = quaternion_from_matrix(elements.axes)
-        q, Q = state.quaternion, state.conjugate_momenta
-        start = quat.product(quat.product(q, axes), quat.conjugate(self.theta.first()))
-        momentum = quat.imaginary(quat.product(Q, quat.conjugate(q))) / np.sum(q * q, axis=-1)[..., None]
-        # Row k is what the k-th component of the theta functions' quaternion adds to q or Q.
+        start = quat.product(quat.product(state.quaternion, axes), quat.conjugate(self.theta.first()))
+        # Row k is what the k-th component of the theta functions' quaternion adds to q.
         rows = quat.product(start[..., None, :], np.eye(4))
         self.to_q = quat.product(rows, quat.conjugate(axes)[..., None, :])
-        self.to_Q = quat.product(quat.pure(momentum)[..., None, :], self.to_q)
+        self.to_g = np.swapaxes(elements.axes, -1, -2)
 
-    def canonical(self, times: Array) -> tuple[Array, Array]:
-        """Return q and Q at times; shapes (..., n, 4)."""
-        shape = (*np.shape(self.time), times.size, 4)
-        q, Q = np.empty(shape), np.empty(shape)
+    def phase(self, times: Array) -> Phase:
+        """Return q and g at times; shapes (..., n, 4) and (..., n, 3)."""
+        shape = (*np.shape(self.time), times.size)
+        q, g = np.empty((*shape, 4)), np.empty((*shape, 3))
         for i in range(0, times.size, BLOCK):
             block = slice(i, i + BLOCK)
             elapsed = DoubleDouble.difference(times[block], np.asarray(self.time)[..., None])
-            turned = self.theta.quaternions(elapsed)
-            q[..., block, :], Q[..., block, :] = turned @ self.to_q, turned @ self.to_Q
-        return q, Q
+            turned, along = self.theta.motion(elapsed)
+            q[..., block, :], g[..., block, :] = turned @ self.to_q, along @ self.to_g
+        return {"quaternion": q, "angular_momentum_body": g}
 
 
-def _ensemble(body: Body, state: State, times: Array) -> tuple[Array, Array]:
-    """Return q and Q of all members; shapes (members, n, 4)."""
-    members = len(state.quaternion)
-    q, Q = np.empty((2, members, times.size, 4))
+def _ensemble(body: Body, state: State, times: Array) -> Phase:
+    """Return q and g of all members; shapes (members, n, 4) and (members, n, 3)."""
+    shape = (len(state.quaternion), times.size)
+    phase = {"quaternion": np.empty((*shape, 4)), "angular_momentum_body": np.empty((*shape, 3))}
     for chosen, rotation in _rotations(body, state, max(1, BLOCK // times.size)):
-        q[chosen], Q[chosen] = rotation.canonical(times)
-    return q, Q
+        for name, values in rotation.phase(times).items():
+            phase[name][chosen] = values
+    return phase
 
 
 def _rotations(body: Body, state: State, at_once: int) -> Iterator[tuple[Any, _Rotation]]:
@@ -127,4 +126,4 @@ def _rotations(body: Body, state: State, at_once: int) -> Iterator[tuple[Any, _R
 
 
 def _members(state: State, chosen: Any) -> State:
-    return computed_state(state.quaternion[chosen], state.conjugate_momenta[chosen], state.time[chosen])
+    return state_of(changed(state.phase, lambda x: x[chosen]), state.time[chosen])

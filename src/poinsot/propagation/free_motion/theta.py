@@ -12,6 +12,9 @@ Where the nome is large, near the separatrix, the same functions are summed in t
 exp(-pi K/(2 K')), by Jacobi's imaginary transformation (DLMF 20.7.30-33), in x = pi u/(4 K'). On the separatrix
 one term is left of the series, a hyperbolic function.
 
+The momentum along the axes 1, 2, 3 is that of Euler's equations, by the theta functions of a real argument (DLMF
+22.2): each component has the rounding of its own amplitude, which for a slender body is far below |g|.
+
 What grows with time is reduced in twice the double precision: its error does not grow.
 """
 
@@ -67,7 +70,15 @@ class Theta(ABC):
         self.before_pole = np.where(turning, np.sqrt(P3 / G2) * elliprf(P1 / G2, P1 / r_other / G2, 1.0), np.inf)
         self.half_turns = ((e.precession - e.winding * e.sense) / PI).scaled(0.25)  # mu/2 in turns
         self._prepare()
-        alpha, _, common = self._at(DoubleDouble(np.zeros((*np.shape(g1), 1))))
+        self.amplitudes = np.stack(
+            [
+                e.scale * np.sqrt(P1),
+                e.scale * e.sense * np.sqrt(np.where(turning, (e.P1 / e.r_other).hi, 0.0)),
+                e.scale * np.sqrt(P3),
+            ],
+            axis=-1,
+        )
+        alpha, _, common = self._at(self._place(DoubleDouble(np.zeros((*np.shape(g1), 1)))))
         self.first_angle = np.angle(alpha) + common
 
     @abstractmethod
@@ -75,21 +86,31 @@ class Theta(ABC):
         """Find the coefficients of the series."""
 
     @abstractmethod
-    def _at(self, elapsed: DoubleDouble) -> tuple[Any, Any, Any]:
+    def _place(self, elapsed: DoubleDouble) -> Any:
+        """Return the argument of the functions, reduced to a period."""
+
+    @abstractmethod
+    def _at(self, place: Any) -> tuple[Any, Any, Any]:
         """Return theta_4 and theta_1 up to a common factor, and a common phase; shapes (..., times)."""
+
+    @abstractmethod
+    def _elliptic(self, place: Any) -> tuple[Any, Any, Any]:
+        """Return cn u, sn u and dn u; shapes (..., times)."""
 
     def first(self) -> Array:
         """Return the quaternions at the start: the shortest rotation that takes the momentum to the third axis."""
         g1, g2, g3 = (component.hi for component in self.e.momentum)
         return _unit(np.stack(np.broadcast_arrays(self.e.G.hi + g3, g2, -g1, 0.0), axis=-1))
 
-    def quaternions(self, elapsed: DoubleDouble) -> Array:
-        """Return the quaternions of the axes 1, 2, 3 after some times; shape (..., times, 4)."""
-        alpha, beta, common = self._at(elapsed)
+    def motion(self, elapsed: DoubleDouble) -> tuple[Array, Array]:
+        """Return the quaternions of the axes 1, 2, 3 after some times, and the momentum along them."""
+        place = self._place(elapsed)
+        alpha, beta, common = self._at(place)
+        momenta = np.stack(self._elliptic(place), axis=-1) * self.amplitudes[..., None, :]
         angle = _radians(_columns(self.half_turns) * elapsed) - self.sense * (common - self.first_angle)
         c, s = np.cos(angle), np.sin(angle)
         ar, ai, br, bi = alpha.real, -self.sense * alpha.imag, self.sense * beta.real, -beta.imag
-        return _unit(np.stack([c * ar - s * ai, c * br - s * bi, c * bi + s * br, c * ai + s * ar], axis=-1))
+        return _unit(np.stack([c * ar - s * ai, c * br - s * bi, c * bi + s * br, c * ai + s * ar], axis=-1)), momenta
 
 
 class Far(Theta):
@@ -102,10 +123,32 @@ class Far(Theta):
         self.ahead, self.behind = (_column(np.exp(-2 * mean * v)) for v in (self.before_pole, self.pole))
         self.nome = self.ahead * self.behind
         self.terms = _terms(self.nome, lambda n: 2 * n * n - n)
+        self.real_terms = _terms(self.nome, lambda n: n * n)
+        self.at_zero = self._theta(np.ones_like(self.nome, dtype=complex))
 
-    def _at(self, elapsed: DoubleDouble) -> tuple[Any, Any, Any]:
+    def _place(self, elapsed: DoubleDouble) -> Any:
         z = _radians(self.turns * elapsed + self.start_turns)
-        w = np.cos(z) + 1j * np.sin(z)
+        return np.cos(z) + 1j * np.sin(z)
+
+    def _theta(self, w: Any) -> tuple[Any, Any, Any, Any]:
+        """Return theta_1 and theta_2 of z, without 2 nome^(1/4), theta_3 and theta_4; w = exp(i z)."""
+        first, second, power = w.imag, w.real, w
+        third = fourth = np.ones_like(second)
+        for n in range(1, self.real_terms + 1):
+            power, sign = power * w, (-1) ** n
+            even = 2 * self.nome ** (n * n) * power.real
+            power = power * w
+            size = self.nome ** (n * n + n)
+            first, second = first + sign * size * power.imag, second + size * power.real
+            third, fourth = third + even, fourth + sign * even
+        return first, second, third, fourth
+
+    def _elliptic(self, place: Any) -> tuple[Any, Any, Any]:
+        (first, second, third, fourth), (_, of2, of3, of4) = self._theta(place), self.at_zero
+        return of4 / of2 * second / fourth, of3 / of2 * first / fourth, of4 / of3 * third / fourth
+
+    def _at(self, place: Any) -> tuple[Any, Any, Any]:
+        w = place
         square, power = w * w, w
         alpha, beta = 1.0, w.conj() - self.behind * w
         for n in range(1, self.terms + 1):
@@ -113,7 +156,7 @@ class Far(Theta):
             even, power = power * w, power * square
             alpha = alpha + size * (even.conj() + self.behind ** (2 * n) * even)
             beta = beta + size * self.nome ** (2 * n) * (power.conj() - self.behind ** (2 * n + 1) * power)
-        return alpha + 0j * z, 1j * np.sqrt(self.ahead) * beta, 0.0
+        return alpha + 0j * w, 1j * np.sqrt(self.ahead) * beta, 0.0
 
 
 class Near(Theta):
@@ -132,13 +175,39 @@ class Near(Theta):
         self.pole_angle = _column(0.5 * other.hi * self.pole)
         self.terms = _terms(self.nome, lambda n: n * n)
 
-    def _at(self, elapsed: DoubleDouble) -> tuple[Any, Any, Any]:
+    def _place(self, elapsed: DoubleDouble) -> Any:
         x = self.rate * elapsed + self.start_x
         periods = np.where(self.endless, 0.0, np.rint(x.hi / self.length.hi))
         x = (x - self.length * periods).hi
         side = np.where(x < 0, -1.0, 1.0)
         falling = np.exp(-2 * np.abs(x))
         rising = np.exp(np.where(self.endless, -np.inf, 2 * np.abs(x) - self.length.hi))
+        return x, side, 1 - 2 * (periods % 2), falling, rising
+
+    def _elliptic(self, place: Any) -> tuple[Any, Any, Any]:
+        """Return them by theta functions of i y, y = 2 x, in the nome p^2, all of them times exp(-|y|)."""
+        _, side, parity, falling, rising = place
+        first, second, third, fourth = self._theta(falling, rising)
+        _, of2, of3, of4 = self._theta(np.ones_like(self.nome), self.nome)
+        return (
+            parity * of2 / of4 * fourth / second,
+            side * parity * of3 / of4 * first / second,
+            of2 / of3 * third / second,
+        )
+
+    def _theta(self, falling: Any, rising: Any) -> tuple[Any, Any, Any, Any]:
+        first, second, third, fourth = 1 - falling**2, 1 + falling**2, falling, falling
+        for n in range(1, self.terms + 1):
+            grown, small, sign = rising ** (2 * n) * self.nome ** (2 * n * n), falling ** (2 * n + 2), (-1) ** n
+            small = small * self.nome ** (2 * n * n + 2 * n)
+            even = rising ** (2 * n - 1) * self.nome ** (2 * n * n - 2 * n + 1)
+            even = even + self.nome ** (2 * n * n) * falling ** (2 * n + 1)
+            first, second = first + sign * (grown - small), second + grown + small
+            third, fourth = third + even, fourth + sign * even
+        return first, second, third, fourth
+
+    def _at(self, place: Any) -> tuple[Any, Any, Any]:
+        x, side, parity, falling, rising = place
         v = np.cos(self.pole_angle) + 1j * side * np.sin(self.pole_angle)
         alpha, beta, power = 0.0, 0.0, v
         for n in range(self.terms + 1):
@@ -146,7 +215,6 @@ class Near(Theta):
             mirrored = falling ** (2 * n + 1) * power.conj()
             alpha, beta = alpha + size * (power + mirrored), beta + (-1) ** n * size * (power - mirrored)
             power = power * v * v
-        parity = 1 - 2 * (periods % 2)
         return alpha, side * parity * beta, -self.drift * x
 
 
