@@ -76,7 +76,8 @@ def propagate(
     events : list of Event
         What to watch for: `motion.events` has the times and the states of each.
     formulation : {"lie_poisson", "canonical", "euler_angles"}, optional
-        The variables integrated; results look the same. Default: the fastest, "lie_poisson".
+        The variables integrated; results look the same. Default: the fastest, "lie_poisson", (q, g). The others
+        have g from their own: the rate about an axis of small moment loses I_max / I_min roundings of theirs.
     tolerance : float, optional
         Relative error per step; default: the rounding unit of the precision, which is the smallest.
     dense : bool

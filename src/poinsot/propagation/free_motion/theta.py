@@ -196,12 +196,13 @@ class Near(Theta):
         )
 
     def _theta(self, falling: Any, rising: Any) -> tuple[Any, Any, Any, Any]:
-        first, second, third, fourth = 1 - falling**2, 1 + falling**2, falling, falling
+        up, down, nome = 1.0, falling**2, self.nome
+        first, second, third, fourth = 1 - down, 1 + down, falling, falling
         for n in range(1, self.terms + 1):
-            grown, small, sign = rising ** (2 * n) * self.nome ** (2 * n * n), falling ** (2 * n + 2), (-1) ** n
-            small = small * self.nome ** (2 * n * n + 2 * n)
-            even = rising ** (2 * n - 1) * self.nome ** (2 * n * n - 2 * n + 1)
-            even = even + self.nome ** (2 * n * n) * falling ** (2 * n + 1)
+            up, down, sign = up * rising, down * falling, (-1) ** n
+            even = nome ** (2 * n * n - 2 * n + 1) * up + nome ** (2 * n * n) * down
+            up, down = up * rising, down * falling
+            grown, small = nome ** (2 * n * n) * up, nome ** (2 * n * n + 2 * n) * down
             first, second = first + sign * (grown - small), second + grown + small
             third, fourth = third + even, fourth + sign * even
         return first, second, third, fourth
