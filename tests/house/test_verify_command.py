@@ -86,8 +86,8 @@ INTEGRATIONS = [case for case in verify.CASES if case.title not in ("Chaos of Hy
 @pytest.mark.parametrize("case", INTEGRATIONS, ids=lambda case: case.title)
 def test_careless_integrator_is_noticed(monkeypatch, case):
     right, transition = verify.propagate, period_map.state_transition
-    # The published rates of the brick have ten digits, the others are exact to rounding.
-    tolerance = 1e-9 if case.title == "Tumbling brick" else 1e-11
+    # The published rates of the brick have ten digits, and g has no part in the drift of q; others are exact.
+    tolerance = 1e-8 if case.title == "Tumbling brick" else 1e-11
 
     def careless(system, state, times, **options):
         if options.get("precision", "double") == "double":
