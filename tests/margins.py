@@ -59,6 +59,7 @@ class Margins:
     def __init__(self, path):
         self.path, self.worst, self.test = path, defaultdict(lambda: (0.0, "", "")), ""
         _record_arrays(self)
+        _record_approximations(self)
 
     @pytest.hookimpl
     def pytest_runtest_setup(self, item):
@@ -106,3 +107,21 @@ def _telling(margins, plain, name, default):
         return plain(actual, desired, rtol, atol, *args, **kwargs)
 
     return told
+
+
+def _record_approximations(margins):
+    """Let `pytest.approx` tell its margins too: those of arrays and sequences come to its numbers."""
+    kind = type(pytest.approx(1.0))
+    plain = kind.__eq__
+
+    def told(self, actual):
+        numbers = all(isinstance(x, float | complex) and np.isfinite(x) for x in (actual, self.expected))
+        if numbers and 0 < abs(actual - self.expected) <= self.tolerance:
+            place = sys._getframe(1)
+            while place and "/tests/" not in place.f_code.co_filename:
+                place = place.f_back
+            where = f"{Path(place.f_code.co_filename).name}:{place.f_lineno}" if place else "?"
+            margins.note(where, float(abs(actual - self.expected)), float(self.tolerance), f"approx {self}")
+        return plain(self, actual)
+
+    kind.__eq__ = told
