@@ -1,6 +1,7 @@
 """Every reader, given files that were changed by seeds: each is read, or ends in one sentence, in time and memory."""
 
 import json
+import re
 import resource
 import time
 import warnings
@@ -130,6 +131,8 @@ READERS = {
 }
 """What reads each kind of file, by a name."""
 
+NUMBER = re.compile(rb"(?<![\w.:-])-?\d+(\.\d+)?(e[-+]?\d+)?(?![\w.:])")
+
 BINARY = ("it.nc", "it.bc", "binary.stl")
 
 
@@ -192,6 +195,18 @@ def test_files_that_were_changed(good, name):
 @pytest.mark.parametrize("name", READERS)
 def test_many_files_that_were_changed(good, name):
     assert tried(good, name, 500, 2) < 500
+
+
+@pytest.mark.parametrize("number", [b"1e999", b"-1e999", b"nan"])
+@pytest.mark.parametrize("name", sorted(set(READERS) - {*BINARY, "it.zarr"}))
+def test_numbers_that_are_infinite_or_none(good, name, number):
+    path = good / name
+    before = path.read_bytes()
+    found = list(NUMBER.finditer(before))
+    for one in found[:: len(found) // 40 + 1]:
+        path.write_bytes(before[: one.start()] + number + before[one.end() :])
+        outcome(name, path)
+    path.write_bytes(before)
 
 
 def test_every_reader_is_tried():

@@ -143,7 +143,7 @@ def _plates(content: bytes) -> tuple[Any, Any]:
         if not np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
             raise ValueError(f"{PLATES} its rows are not numbered from 1 on.")
     plates = corners[:, 1:]
-    wrong = plates[~((plates % 1 == 0) & (plates >= 1) & (plates <= len(places)))]
+    wrong = plates[~((plates == np.floor(plates)) & (plates >= 1) & (plates <= len(places)))]
     if wrong.size:
         raise ValueError(f"plates must name vertices from 1 to {len(places)}, got {wrong[0]:g}.")
     return places[:, 1:], plates.astype(np.int64) - 1
