@@ -137,7 +137,7 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
     ----------
     system : System
         Of forces with one Kepler orbit, which has no members; several forces may share it.
-    angle : float or array (members,)
+    angle : float
         Radians, at the first periapsis.
     rate : float or array (members,)
         Inertial, in radians per unit of time as all rates: `1.5 * orbit.mean_motion` for three turns in two
@@ -213,12 +213,13 @@ def andoyer_section(system: System, state: State, time: float, *, angle: float =
     event = AndoyerCrossing(angle=angle, slope=1)
     motion = propagate(system, state, [time], events=[event], **options)
     found = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
-    return _with_starts(found, Andoyer.of(state), float(event.angle))
+    return _with_starts(found, Andoyer.of(state), event.angle)
 
 
-def _with_starts(found: Section, starts: Andoyer, angle: float) -> Section:
+def _with_starts(found: Section, starts: Andoyer, angle: ArrayLike) -> Section:
     """Return a section with the starts that lie on it as first points: no zero is an event where a motion starts."""
-    off, l, height = (np.atleast_1d(part) for part in (starts.g - angle, starts.l, starts.L / starts.G))
+    own = (starts.g - angle, starts.l, starts.L / starts.G)
+    off, l, height = (np.broadcast_to(part, len(found.x)) for part in own)
     on = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) <= ON_SECTION
     if not np.any(on):
         return found

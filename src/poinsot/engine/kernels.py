@@ -224,8 +224,8 @@ class Borrowed:
                 part.spans = spans
         self._longest = np.full(spans.size, LONGEST)
         if self._looks:
-            share = np.where(spans > 0, SHARE * SHORTER**tries * spans, LONGEST)
-            self._longest = np.minimum(self._longest, share)
+            share = np.maximum(SHARE * SHORTER**tries * spans, np.finfo(float).tiny)  # no step is of length 0
+            self._longest = np.minimum(self._longest, np.where(spans > 0, share, LONGEST))
         if self._limited:
             longest = list(self._longest)
             self.limits["max_delta_t"] = longest if len(longest) > 1 else self._kind(longest[0])

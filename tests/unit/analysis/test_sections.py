@@ -55,6 +55,22 @@ def test_andoyer_of_no_passage_is_empty():
     assert pt.andoyer_section(FREE, start, 1e-3).x.shape == (1, 0)
 
 
+def test_angles_of_andoyers_section_may_have_members():
+    start, angles = pt.Andoyer(l=0.3, g=0.8, h=0.2, L=0.5, G=1.0, H=0.3).state(), np.array([0.1, 0.8, 2.0])
+    together = pt.andoyer_section(FREE, start, 20.0, angle=angles)
+    for k, angle in enumerate(angles):
+        alone = pt.andoyer_section(FREE, start, 20.0, angle=angle)
+        for own, rows in ((alone.x, together.x[k]), (alone.y, together.y[k])):
+            assert np.allclose(own[0], rows[np.isfinite(rows)], rtol=0, atol=1e-12)
+    assert (together.x[1, 0], together.y[1, 0]) == pytest.approx((0.3, 0.5), abs=1e-15)
+
+
+def test_a_section_of_the_shortest_motion_is_its_start():
+    start = pt.Andoyer(l=0.3, g=0.8, h=0.2, L=0.5, G=1.0, H=0.3).state()
+    for time in (5e-324, -5e-324):
+        assert pt.andoyer_section(FREE, start, time, angle=0.8).x == pytest.approx(np.array([[0.3]]), abs=1e-15)
+
+
 def test_the_first_point_of_a_spin_orbit_section_is_the_start():
     orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7, 2.0, epoch=-3.0)
     system = pt.System(BODY, pt.GravityGradient(orbit))
