@@ -72,7 +72,7 @@ def test_detest_b5(free, moments):
     start = body.state(IDENTITY, omega_body=scales * [0, 1, 1])
     published = [(-0.93965707987292035, -0.34211777540007499, 0.74141265961999536), (0, 1, 1)]
     motion = free(body, start, [20.0, 2 * 7.4505632093309542])
-    assert largest(motion.omega_body / scales - published) < (1e-13 if free is integrated else 4e-15)
+    assert largest(motion.omega_body / scales - published) < (1e-13 if free is integrated else 8e-15)
 
 
 def test_dzhanibekov_flip(free):
@@ -96,7 +96,7 @@ def test_constant_momentum_next_to_a_separatrix(free):
     motion = free(body, start, [10.0])
     assert largest(motion.omega_body[0] - momentum / 3) < 2e-14
     turned = Rotation.from_rotvec(10 * momentum / 3)
-    assert (motion.attitude[0] * turned.inv()).magnitude() < 1e-14
+    assert (motion.attitude[0] * turned.inv()).magnitude() < 2e-14
 
 
 def toutatis(free):

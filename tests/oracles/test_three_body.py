@@ -108,7 +108,7 @@ def test_published_orbit_closes_and_keeps_its_jacobi_constant(name):
     system = pt.System(BODY, *gradients(path))
     motion = pt.propagate(system, START, np.linspace(0, period, 41))
     by_series = np.stack(path.from_secondary.position_at(motion.times))
-    assert np.max(np.abs(np.stack(motion.environment.position(path.from_secondary)) - by_series)) < 7e-13
+    assert np.max(np.abs(np.stack(motion.environment.position(path.from_secondary)) - by_series)) < 2e-12
     for environment in (
         motion.environment,
         pt.Environment(motion.times),
@@ -208,8 +208,8 @@ def test_body_left_at_a_triangular_point_stays_there(name):
     path, times = point.orbit(), np.linspace(-5, 10, 16)
     motion = pt.propagate(pt.System(BODY, *gradients(path)), START, times)
     r, v = synodic(path, motion.environment)
-    assert np.max(np.abs(r - point.from_secondary.position)) < 3e-14
+    assert np.max(np.abs(r - point.from_secondary.position)) < 5e-14
     assert np.max(np.abs(v)) < 3e-14
     held = pt.propagate(pt.System(BODY, *gradients(point)), START, times)
-    assert np.max(np.abs(motion.quaternion - held.quaternion)) < 1e-13
-    assert np.max(np.abs(motion.energy - held.energy)) < 2e-13
+    assert np.max(np.abs(motion.quaternion - held.quaternion)) < 2e-13
+    assert np.max(np.abs(motion.energy - held.energy)) < 3e-13

@@ -87,10 +87,10 @@ THRUSTED = pt.System(BODY, Thruster((0, 0, 0.5), 1.0, 2.5))
 def test_a_thrust_arc_is_exact_from_any_time_both_ways(start, ways):
     state = BODY.state((1, 0, 0, 0), omega_body=(0, 0, rate(start)), time=start)
     motion = pt.propagate(THRUSTED, state, TIMES, **ways)
-    assert np.max(np.abs(motion.omega_body[:, 2] - rate(TIMES))) < 4e-16
+    assert np.max(np.abs(motion.omega_body[:, 2] - rate(TIMES))) < 1.2e-15
     if "dense" in ways:
         between = np.linspace(0, 10, 101)
-        assert np.max(np.abs(motion(between).angular_momentum_body[:, 2] / 4 - rate(between))) < 4e-16
+        assert np.max(np.abs(motion(between).angular_momentum_body[:, 2] / 4 - rate(between))) < 1.2e-15
 
 
 def test_the_angle_is_the_integral_of_the_rate():
@@ -98,14 +98,14 @@ def test_the_angle_is_the_integral_of_the_rate():
     motion = pt.propagate(THRUSTED, start, [10.0])
     angle = 0.1 * 10 + 0.125 * (1.5**2 / 2 + 1.5 * 7.5)
     expected = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
-    assert np.max(np.abs(motion.quaternion[0] - expected)) < 1e-15
+    assert np.max(np.abs(motion.quaternion[0] - expected)) < 1.5e-15
 
 
 def test_members_switch_each_at_its_own_time():
     on = np.linspace(0.5, 3, 21)
     system = pt.System(BODY, Thruster(np.tile([0, 0, 0.5], (21, 1)), on, on + 1.5))
     motion = pt.propagate(system, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0.1)), TIMES)
-    assert np.max(np.abs(motion.omega_body[..., 2] - rate(TIMES, on[:, None], on[:, None] + 1.5))) < 4e-16
+    assert np.max(np.abs(motion.omega_body[..., 2] - rate(TIMES, on[:, None], on[:, None] + 1.5))) < 1.2e-15
 
 
 def test_switches_of_several_forces_at_one_time():

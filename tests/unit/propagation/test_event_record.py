@@ -89,9 +89,9 @@ def test_times_states_and_slopes_are_recorded_in_the_order_of_the_times(times, w
     slack = 1e-9 if "tolerance" in ways else ROUNDING
     assert np.allclose(found.times, expected[order], rtol=slack, atol=0)
     assert found.slopes.tolist() == [-1 if k % 2 == 0 else 1 for k in range(expected.size)][order]
-    assert np.allclose(found.states.quaternion[:, 0], np.cos(0.35 * found.times), rtol=0, atol=max(slack, 1e-14))
+    assert np.allclose(found.states.quaternion[:, 0], np.cos(0.35 * found.times), rtol=0, atol=max(slack, 2.5e-14))
     assert np.array_equal(found.states.time, found.times)
-    assert np.allclose(found.omega_body, [0, 0, 0.7], rtol=0, atol=1e-15)
+    assert np.allclose(found.omega_body, [0, 0, 0.7], rtol=0, atol=4e-15)
     assert len(found) == expected.size
     assert (
         repr(found) == "Crossings of AxisCrossing(axis=[1.0, 0.0, 0.0], direction=[1.0, 0.0, 0.0], angle=1.57079632"
@@ -102,7 +102,7 @@ def test_times_states_and_slopes_are_recorded_in_the_order_of_the_times(times, w
 def test_both_directions_of_time_from_a_start_within():
     motion = pt.propagate(FREE, spinning(time=10.0), [-40.0, 60.0], events=[ACROSS])
     expected = quarters(0.7, 50.0)
-    assert np.allclose(motion.events[0].times, np.sort([*(10 - expected), *(10 + expected)]), rtol=0, atol=6e-14)
+    assert np.allclose(motion.events[0].times, np.sort([*(10 - expected), *(10 + expected)]), rtol=0, atol=8e-14)
 
 
 @pytest.mark.parametrize("slope", [-1, 1])
@@ -340,7 +340,7 @@ def test_events_change_the_motion_by_rounding_in_any_unit(unit, inertia):
         pt.AndoyerCrossing(),
     ]
     plain, watched = pt.propagate(system, start, times), pt.propagate(system, start, times, events=events)
-    assert np.max(np.abs(plain.quaternion - watched.quaternion)) < 3e-14
+    assert np.max(np.abs(plain.quaternion - watched.quaternion)) < 4e-14
     wide = pt.propagate(system, start, times, events=events, precision="extended")
     for found, better in zip(watched.events, wide.events, strict=True):
         assert len(found) == len(better) > 0
@@ -381,7 +381,7 @@ def test_orbits_that_are_integrated_along_and_actions_on_their_way(members):
     apsis, kicked, seen = motion.events
     r, v = (np.stack(x, axis=-1) for x in (orbit.position_at(apsis.times), orbit.velocity_at(apsis.times)))
     assert len(apsis) > 0
-    assert np.max(np.abs(np.sum(r * v, axis=-1))) < 1e-12
+    assert np.max(np.abs(np.sum(r * v, axis=-1))) < 1.5e-12
     assert len(kicked) > 0
     assert len(seen) > 0
     downwards = -np.stack(other.position_at(seen.times), axis=-1)
