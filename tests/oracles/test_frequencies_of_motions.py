@@ -107,7 +107,7 @@ def test_libration_of_phobos_on_a_circle(amplitude):
     pendulum = np.pi / (2 * ellipk(np.sin(amplitude) ** 2))  # of its small oscillations
     exact = np.sqrt(3 * (PHOBOS[1] - PHOBOS[0]) / PHOBOS[2]) * pendulum
     # Three times the worst of 20 starts shaken by an ulp; the roundings of an attitude, beside a small amplitude.
-    assert found.frequencies[0] == pytest.approx(exact, rel=4e-17 / amplitude + 6e-15, abs=0)
+    assert found.frequencies[0] == pytest.approx(exact, rel=4e-17 / amplitude + 8e-15, abs=0)
 
 
 def test_librations_of_a_satellite_are_those_of_linear_theory():
