@@ -47,7 +47,7 @@ print(f"standard deviations after an orbit: {np.degrees(predicted[-1, :3]).round
 print(f"{members} satellites over the matrix: {ratio.min():.3f} ... {ratio.max():.3f}")
 assert np.sum(np.abs(ratio - 1) > 0.06) == 1  # the first momentum where it is best known: the second order shows
 
-axes = pt.plot_uncertainty(transition, initial, of_moments)
+axes = pt.plot.uncertainty(transition, initial, of_moments)
 for ax, drawn_ones in zip(axes, measured, strict=True):
     dots = ax.plot(times[every], drawn_ones, ".", color="#8C8C8C")
     dots[0].set_label(f"{members} drawn")

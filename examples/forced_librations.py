@@ -51,7 +51,7 @@ print(f"Phobos, e = 0.0151: {amplitude(phobos):.3f} deg, observed -1.1 deg")
 assert abs(amplitude(phobos) + 1.1) < 0.03
 assert [each.kind for each in branches[-1].bifurcations if each.kind == "fold"] == ["fold"]
 
-axes = pt.plot_branch(branches, amplitude, ("eccentricity", "forced libration in longitude [deg]"))
+axes = pt.plot.branch(branches, amplitude, ("eccentricity", "forced libration in longitude [deg]"))
 for (name, _), branch in zip(BODIES.items(), branches, strict=True):
     axes.annotate(name, (branch.values[-1], amplitude(branch.motions[-1])), xytext=(5, 3), textcoords="offset points")
 axes.margins(x=0.15)

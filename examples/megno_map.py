@@ -39,7 +39,7 @@ print(", ".join(f"{name}: MEGNO {value:.2f}" for name, value in zip(names, three
 assert three.mean_megno[1, -1] > 20
 assert np.all(three.mean_megno[[0, 2], -1] < 2.2)
 
-panel = pt.plot_map(
+panel = pt.plot.map(
     np.degrees(angles),
     rates,
     megno,
@@ -50,4 +50,4 @@ panel = pt.plot_map(
     limits=(0, 10),
 )
 panel.figure.savefig("megno_map.png", dpi=150)
-pt.plot_chaos(three, names)[0].figure.savefig("megno_against_time.png", dpi=150)
+pt.plot.chaos(three, names)[0].figure.savefig("megno_against_time.png", dpi=150)

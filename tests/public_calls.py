@@ -51,7 +51,19 @@ INTERNAL = {
 """Methods that formulas call, on scalars of any kind, and not a user on numbers."""
 
 NOT_CALLED = {
-    *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Vector", "functions"),
+    *(
+        "Event",
+        "Frame",
+        "Orbit",
+        "Potential",
+        "Shape",
+        "Torque",
+        "Attitude",
+        "Environment",
+        "Vector",
+        "functions",
+        "plot",
+    ),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "Crossings", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "Section", "StateTransition", "Trajectory"),
@@ -446,45 +458,48 @@ def public_calls(folder):
             pt.planet_orbit,
             {"body": "EARTH", "attractor": "SUN", "start": 0.0, "stop": 1e5, "calendar": CALENDAR},
         ),
-        "plot_angular_momentum": (pt.plot_angular_momentum, {"motion": motion(), **shown}),
-        "plot_branch": (
-            pt.plot_branch,
+        "plot.angular_momentum": (pt.plot.angular_momentum, {"motion": motion(), **shown}),
+        "plot.branch": (
+            pt.plot.branch,
             {"branch": branch(), "quantity": energy_of, "labels": ("x", "y"), **shown},
         ),
-        "plot_chaos": (pt.plot_chaos, {"found": indicators(), "labels": ("a",), **shown}),
-        "plot_difference": (
-            pt.plot_difference,
+        "plot.chaos": (pt.plot.chaos, {"found": indicators(), "labels": ("a",), **shown}),
+        "plot.difference": (
+            pt.plot.difference,
             {"motion": motion(), "other": motion(), "degrees": False, **shown},
         ),
-        "plot_drift": (pt.plot_drift, {"motion": motion(), **shown}),
-        "plot_euler_angles": (
-            pt.plot_euler_angles,
+        "plot.drift": (pt.plot.drift, {"motion": motion(), **shown}),
+        "plot.euler_angles": (
+            pt.plot.euler_angles,
             {"motion": motion(), "sequence": "313", "degrees": False, **shown},
         ),
-        "plot_herpolhode": (pt.plot_herpolhode, {"motion": free()}),
-        "plot_map": (
-            pt.plot_map,
+        "plot.herpolhode": (pt.plot.herpolhode, {"motion": free()}),
+        "plot.map": (
+            pt.plot.map,
             {
                 **{"x": (0.0, 1.0), "y": (0.0, 1.0), "values": ((1.0, 2.0), (3.0, 4.0)), "x_label": "x", **shown},
                 **{"y_label": "y", "label": "v", "centre": 2.0, "limits": (0.0, 5.0)},
             },
         ),
-        "plot_momentum_sphere": (pt.plot_momentum_sphere, {"body": BODY, "state": START, "view": (10.0, 20.0)}),
-        "plot_poinsot": (pt.plot_poinsot, {"motion": free(), "time_index": 1, "view": (10.0, 20.0)}),
-        "plot_polhode": (pt.plot_polhode, {"motion": motion(), "view": (10.0, 20.0)}),
-        "plot_quaternions": (pt.plot_quaternions, {"motion": motion(), **shown}),
-        "plot_rates": (pt.plot_rates, {"motion": motion(), **shown}),
-        "plot_roll_pitch_yaw": (
-            pt.plot_roll_pitch_yaw,
+        "plot.momentum_sphere": (pt.plot.momentum_sphere, {"body": BODY, "state": START, "view": (10.0, 20.0)}),
+        "plot.poinsot_construction": (
+            pt.plot.poinsot_construction,
+            {"motion": free(), "time_index": 1, "view": (10.0, 20.0)},
+        ),
+        "plot.polhode": (pt.plot.polhode, {"motion": motion(), "view": (10.0, 20.0)}),
+        "plot.quaternions": (pt.plot.quaternions, {"motion": motion(), **shown}),
+        "plot.angular_velocity": (pt.plot.angular_velocity, {"motion": motion(), **shown}),
+        "plot.roll_pitch_yaw": (
+            pt.plot.roll_pitch_yaw,
             {"motion": along_orbit(), "orbit": CIRCLE, "degrees": True, **shown},
         ),
-        "plot_section": (pt.plot_section, {"section": pt.section(motion(), where), **shown}),
-        "plot_spectrum": (
-            pt.plot_spectrum,
+        "plot.section": (pt.plot.section, {"section": pt.section(motion(), where), **shown}),
+        "plot.spectrum": (
+            pt.plot.spectrum,
             {"spectrum": pt.frequencies(SIGNAL, 0.1, 2), "time": "s", "unit": "m", **shown},
         ),
-        "plot_uncertainty": (
-            pt.plot_uncertainty,
+        "plot.uncertainty": (
+            pt.plot.uncertainty,
             {"transition": transition(), "initial": 1e-6 * np.eye(6), "of_parameters": 1e-6 * np.eye(1)},
         ),
         "project_to_tangent": (
@@ -597,6 +612,7 @@ OMM = {
 
 def public_names():
     """Yield every public name and every public method that takes arguments, less those that are not a user's."""
+    yield from (f"plot.{name}" for name in pt.plot.__all__)
     for name in pt.__all__:
         thing = getattr(pt, name)
         if name not in NOT_CALLED:

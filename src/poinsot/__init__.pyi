@@ -1,6 +1,6 @@
 """The public names, by the module of each; imported when they are used first."""
 
-from . import functions
+from . import functions, plot
 from .analysis.chaos import ChaosIndicators, LyapunovSpectrum, chaos_indicators, lyapunov_spectrum
 from .analysis.continuation import Bifurcation, Branch, continue_motion
 from .analysis.equilibria import Equilibrium, equilibria
@@ -58,22 +58,6 @@ from .orbits.precessing import PrecessingOrbit
 from .orbits.restricted_three_body import ThreeBodyOrbit
 from .orbits.sums import orbit_sum
 from .orbits.two_body import two_body_orbit
-from .plot.continuation import plot_branch
-from .plot.geometry import plot_herpolhode, plot_poinsot, plot_polhode
-from .plot.maps import plot_chaos, plot_map
-from .plot.momentum_sphere import plot_momentum_sphere
-from .plot.sections import plot_section
-from .plot.spectrum import plot_spectrum
-from .plot.time_series import (
-    plot_angular_momentum,
-    plot_difference,
-    plot_drift,
-    plot_euler_angles,
-    plot_quaternions,
-    plot_rates,
-    plot_roll_pitch_yaw,
-)
-from .plot.uncertainty import plot_uncertainty
 from .plot.view import view
 from .propagation.event_record import Crossings
 from .propagation.free_motion.motion import free_motion
@@ -161,23 +145,7 @@ __all__ = [
     "orbit_sum",
     "periodic_motion",
     "planet_orbit",
-    "plot_angular_momentum",
-    "plot_branch",
-    "plot_chaos",
-    "plot_difference",
-    "plot_drift",
-    "plot_euler_angles",
-    "plot_herpolhode",
-    "plot_map",
-    "plot_momentum_sphere",
-    "plot_poinsot",
-    "plot_polhode",
-    "plot_quaternions",
-    "plot_rates",
-    "plot_roll_pitch_yaw",
-    "plot_section",
-    "plot_spectrum",
-    "plot_uncertainty",
+    "plot",
     "project_to_tangent",
     "propagate",
     "read_aem",

@@ -24,7 +24,7 @@ from poinsot.mechanics.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.plot.time_series import plot_quaternions
+from poinsot.plot.time_series import quaternions
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 
@@ -145,7 +145,7 @@ def write(motion: Trajectory, problem: Problem, folder: Path) -> None:
     """Write the figure of a problem as PNG and PDF, and its motion as NetCDF."""
     import matplotlib.pyplot as plt
 
-    figure = plot_quaternions(motion, problem.title)[0].figure
+    figure = quaternions(motion, problem.title)[0].figure
     for suffix in (".png", ".pdf"):
         with new_file(folder / f"{problem.name}{suffix}", overwrite=True) as part:
             figure.savefig(part, dpi=150)

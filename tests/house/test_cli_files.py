@@ -158,8 +158,8 @@ def test_options_of_other_pictures_are_refused_before_the_result_is_read():
         (("--orbit", 1), "roll_pitch_yaw"),
         (("--with", "sat.nc"), "difference"),
     ):
-        told = refused("plot", "sat.nc", "--kind", "rates", *option)
-        assert told == f"{option[0]} must go with --kind {kinds}, got --kind rates."
+        told = refused("plot", "sat.nc", "--kind", "angular_velocity", *option)
+        assert told == f"{option[0]} must go with --kind {kinds}, got --kind angular_velocity."
     pt.save(pt.free_motion(BODY, START, [0]), "instant.nc")
     assert refused("view", "instant.nc") == "the result must have two times or more, got 1."
     assert refused("plot", "sat.nc", "--kind", "difference").startswith("--with must be another result")

@@ -860,7 +860,7 @@ def test_files_and_pictures_are_of_trajectories(tmp_path):
             FileNotFoundError,
             f"path must be in a folder that exists, but there is no {gone}.",
         ),
-        "picture": (lambda: pt.plot_quaternions(3), TypeError, "motion must be a Trajectory, got int."),
+        "picture": (lambda: pt.plot.quaternions(3), TypeError, "motion must be a Trajectory, got int."),
         "units": (
             lambda: pt.System(BODY, units="SI"),
             TypeError,

@@ -17,18 +17,18 @@ __all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
 
 KINDS = (
     "angular_momentum",
+    "angular_velocity",
     "difference",
     "drift",
     "euler_angles",
     "herpolhode",
     "momentum_sphere",
-    "poinsot",
+    "poinsot_construction",
     "polhode",
     "quaternions",
-    "rates",
     "roll_pitch_yaw",
 )
-"""What can be drawn of a result: the functions `plot_...` of the package that need no more than a motion."""
+"""What can be drawn of a result: the functions of `poinsot.plot` that need no more than a motion."""
 
 OPTIONS = {"other": "--with", "orbit": "--orbit", "degrees": "--degrees"}
 """Of the command, by the arguments that they are."""
@@ -57,7 +57,7 @@ def plot(
     degrees: Annotated[bool, typer.Option("--degrees", help="Angles in degrees instead of radians.")] = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw a result, as the functions `plot_...` of the package do.
+    """Draw a result, as the functions of `poinsot.plot` do.
 
     For example:
 
@@ -111,7 +111,7 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> P
 
     from poinsot.atomic_write import new_file
 
-    draw = getattr(poinsot, f"plot_{kind}")
+    draw = getattr(poinsot.plot, kind)
     with writing(path):
         figure = np.ravel(draw(**_arguments(kind, motion, **said)))[0].figure
         content = io.BytesIO()
@@ -144,7 +144,7 @@ def _check_options(kind: str, given: dict[str, Any]) -> None:
 
 def _wanted(kind: str) -> Iterable[str]:
     """Return the names of the arguments of a function of the package."""
-    return inspect.signature(getattr(poinsot, f"plot_{kind}")).parameters
+    return inspect.signature(getattr(poinsot.plot, kind)).parameters
 
 
 def _arguments(

@@ -1,1 +1,8 @@
-"""Figures of a trajectory, and the page that shows it in three dimensions."""
+"""Pictures of motions and of what analyses return: `poinsot.plot.quaternions(motion)`, ...
+
+The names are in `__init__.pyi`; each is imported when it is used first, and matplotlib when a picture is drawn.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

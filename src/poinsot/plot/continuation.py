@@ -17,7 +17,7 @@ from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_branch"]
+__all__ = ["branch"]
 
 STYLES: dict[bool, dict[str, Any]] = {
     True: {"color": BLUE, "linestyle": "-"},
@@ -35,7 +35,7 @@ MARKS = {
 
 
 @checked
-def plot_branch(
+def branch(
     branch: Branch | Sequence[Branch],
     quantity: Callable[[PeriodicMotion], float],
     labels: tuple[str, str],

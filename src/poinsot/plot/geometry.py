@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
 from poinsot.checked import checked
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.mechanics.parameters import described
-from poinsot.plot.energy_curves import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, checked_motion, instant, rate_label
 from poinsot.plot.solids import (
     Ellipsoid,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from poinsot.propagation.trajectory import Trajectory
 
-__all__ = ["plot_herpolhode", "plot_poinsot", "plot_polhode"]
+__all__ = ["herpolhode", "poinsot_construction", "polhode"]
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ YELLOW = "#F0E442"
 
 
 @checked
-def plot_poinsot(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | None = None) -> Axes:
+def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | None = None) -> Axes:
     """Draw Poinsot's construction at one instant: the inertia ellipsoid rolling on the invariable plane.
 
     The ellipsoid omega . I omega = 2T, fixed in the body, touches the plane omega . G = 2T, fixed in space, at
@@ -90,7 +90,7 @@ def plot_poinsot(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | 
 
 
 @checked
-def plot_polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
+def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
     """Draw the path of omega along the body axes, on the ellipsoid omega . I omega = 2T.
 
     Thin lines are other polhodes of the same energy, the black ones the separatrices. Where forces change
@@ -140,7 +140,7 @@ def plot_polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
 
 
 @checked
-def plot_herpolhode(motion: Trajectory) -> Axes:
+def herpolhode(motion: Trajectory) -> Axes:
     """Draw the path of omega in the invariable plane, between the two circles that bound it.
 
     With k the axis that the polhode encircles and D = 2T/G^2, the circles about the line of G have the radii
@@ -155,7 +155,7 @@ def plot_herpolhode(motion: Trajectory) -> Axes:
     Returns
     -------
     matplotlib Axes
-        Seen from the tip of G, one unit as long on both axes, which are the first two of `plot_poinsot`.
+        Seen from the tip of G, one unit as long on both axes, which are the first two of `poinsot_construction`.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, bracketed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_chaos", "plot_map"]
+__all__ = ["chaos", "map"]
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ REGULAR = 2.0
 
 
 @checked
-def plot_map(
+def map(  # noqa: A001
     x: ArrayLike,
     y: ArrayLike,
     values: ArrayLike,
@@ -69,7 +69,7 @@ def plot_map(
 
 
 @checked
-def plot_chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -> NDArray[Any]:
+def chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -> NDArray[Any]:
     """Draw the mean MEGNO (left) and the fast Lyapunov indicator (right) against the time from the start.
 
     Parameters

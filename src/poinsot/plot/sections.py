@@ -14,7 +14,7 @@ from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_section"]
+__all__ = ["section"]
 
 COLOURS = (BLACK, BLUE, VERMILION, GREEN, "#CC79A7")
 
@@ -23,7 +23,7 @@ INK = 3e4
 
 
 @checked
-def plot_section(section: Section, title: str = "") -> Axes:
+def section(section: Section, title: str = "") -> Axes:
     """Draw the points of a section; neighbouring members have different colours.
 
     Parameters

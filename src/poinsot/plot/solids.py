@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.analysis.polhodes import TURN
 from poinsot.errors import real_array
-from poinsot.plot.energy_curves import TURN
 from poinsot.plot.labels import GREY
 
 __all__ = [

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
+from poinsot.mechanics import frame
 from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
-from poinsot.mechanics.frame import LEVEL, roll_pitch_yaw
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.probing import orbits_of, same
 from poinsot.plot.labels import (
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = [
+    "angular_momentum",
+    "angular_velocity",
+    "difference",
     "different_orbits",
-    "plot_angular_momentum",
-    "plot_difference",
-    "plot_drift",
-    "plot_euler_angles",
-    "plot_quaternions",
-    "plot_rates",
-    "plot_roll_pitch_yaw",
+    "drift",
+    "euler_angles",
+    "quaternions",
+    "roll_pitch_yaw",
 ]
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ BROKEN = 0.4
 
 
 @checked
-def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
+def quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
     """Draw the four components of q (left) and of Q (right) against time, as in the paper's figures.
 
     Parameters
@@ -103,7 +103,7 @@ def plot_quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
 
 
 @checked
-def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: bool = False, title: str = "") -> Axes:
+def euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: bool = False, title: str = "") -> Axes:
     """Draw Euler angles, without jumps by whole turns.
 
     Parameters
@@ -133,9 +133,7 @@ def plot_euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: boo
 
 
 @checked
-def plot_roll_pitch_yaw(
-    motion: Trajectory, orbit: Orbit | None = None, *, degrees: bool = True, title: str = ""
-) -> Axes:
+def roll_pitch_yaw(motion: Trajectory, orbit: Orbit | None = None, *, degrees: bool = True, title: str = "") -> Axes:
     """Draw roll, pitch and yaw from the axes of an orbit, of one motion within half a turn.
 
     They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
@@ -178,7 +176,7 @@ def plot_roll_pitch_yaw(
 
 
 @checked
-def plot_rates(motion: Trajectory, title: str = "") -> NDArray[Any]:
+def angular_velocity(motion: Trajectory, title: str = "") -> NDArray[Any]:
     """Draw the inertial angular velocity along the body axes (left) and along the space axes (right).
 
     Parameters
@@ -204,7 +202,7 @@ def plot_rates(motion: Trajectory, title: str = "") -> NDArray[Any]:
 
 
 @checked
-def plot_angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
+def angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
     """Draw the angular momentum along the body axes (left) and along the space axes (right).
 
     Parameters
@@ -230,7 +228,7 @@ def plot_angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
 
 
 @checked
-def plot_drift(motion: Trajectory, title: str = "") -> Axes:
+def drift(motion: Trajectory, title: str = "") -> Axes:
     """Draw how far the conserved quantities are from where they started, on a log axis.
 
     They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named.
@@ -261,7 +259,7 @@ def plot_drift(motion: Trajectory, title: str = "") -> Axes:
 
 
 @checked
-def plot_difference(motion: Trajectory, other: Trajectory, *, degrees: bool = False, title: str = "") -> Axes:
+def difference(motion: Trajectory, other: Trajectory, *, degrees: bool = False, title: str = "") -> Axes:
     """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
 
     Parameters
@@ -338,7 +336,7 @@ def _only_orbit(motion: Trajectory) -> Orbit:
     if len(orbits) != 1:
         raise ValueError(
             f"orbit must be named where the system has not exactly one, but it has {len(orbits) or 'none'}. "
-            "Pass plot_roll_pitch_yaw(motion, orbit)."
+            "Pass roll_pitch_yaw(motion, orbit)."
         )
     return orbits[0]
 
@@ -376,12 +374,12 @@ def _euler_angles(q: Array, sequence: str) -> Array:
 
 def _roll_pitch_yaw(q: Array) -> Array:
     """Return the angles of attitudes in the axes of an orbit; roll and yaw are NaN where they are not defined."""
-    down = rotation_matrix(quat.product(quat.conjugate(LEVEL), q))
+    down = rotation_matrix(quat.product(quat.conjugate(frame.LEVEL), q))
     defined = np.hypot(down[..., 0, 0], down[..., 1, 0]) > 2 * SINGULAR_SINE
     angles = np.full((*q.shape[:-1], 3), np.nan)
     angles[..., 1] = np.arcsin(np.clip(-down[..., 2, 0], -1, 1))
     if np.any(defined):
-        angles[defined] = roll_pitch_yaw(q[defined])
+        angles[defined] = frame.roll_pitch_yaw(q[defined])
     return angles
 
 

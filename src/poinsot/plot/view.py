@@ -17,10 +17,10 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.analysis.polhodes import principal
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.mechanics.attitude import quaternion_from_matrix
-from poinsot.plot.energy_curves import principal
 from poinsot.plot.geometry import CONSTANT
 from poinsot.plot.labels import (
     BLACK,

@@ -254,7 +254,7 @@ def test_messages_come_after_a_while(monkeypatch, capsys):
 
 
 def test_picture_changes_its_line_where_stability_changes(branch):
-    axes = pt.plot_branch(branch, lambda motion: motion.period, ("moment [kg m²]", "period [s]"), "title")
+    axes = pt.plot.branch(branch, lambda motion: motion.period, ("moment [kg m²]", "period [s]"), "title")
     solid, dashed, mark = axes.get_lines()
     (found,) = branch.bifurcations
     assert (solid.get_label(), solid.get_linestyle()) == ("stable", "-")
@@ -262,20 +262,20 @@ def test_picture_changes_its_line_where_stability_changes(branch):
     assert solid.get_xdata()[-1] == dashed.get_xdata()[0] == mark.get_xdata()[0] == found.value
     assert len(solid.get_xdata()) + len(dashed.get_xdata()) == len(branch.values) + 2
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moment [kg m²]", "period [s]")
-    both = pt.plot_branch([branch, branch], lambda motion: motion.period, ("a", "b"))
+    both = pt.plot.branch([branch, branch], lambda motion: motion.period, ("a", "b"))
     assert len(both.get_legend().get_texts()) == 3
     with pytest.raises(TypeError, match=r"a list, each a Branch, got list of PeriodicMotion\."):
-        pt.plot_branch([branch.motions[0]], lambda motion: motion.period, ("a", "b"))
+        pt.plot.branch([branch.motions[0]], lambda motion: motion.period, ("a", "b"))
     with pytest.raises(TypeError, match=r"branch must be a Branch or a list, each a Branch, got PeriodicMotion\."):
-        pt.plot_branch(branch.motions[0], lambda motion: motion.period, ("a", "b"))
+        pt.plot.branch(branch.motions[0], lambda motion: motion.period, ("a", "b"))
     with pytest.raises(ValueError, match=r"branch must be a Branch or several, got none\."):
-        pt.plot_branch([], lambda motion: motion.period, ("a", "b"))
+        pt.plot.branch([], lambda motion: motion.period, ("a", "b"))
     with pytest.raises(TypeError, match=r"quantity must be a function, got str 'period'\."):
-        pt.plot_branch(branch, "period", ("a", "b"))
+        pt.plot.branch(branch, "period", ("a", "b"))
     with pytest.raises(ValueError, match=r"the quantity of a motion must have shape \(\), got shape \(6, 6\)\."):
-        pt.plot_branch(branch, lambda motion: motion.matrix, ("a", "b"))
+        pt.plot.branch(branch, lambda motion: motion.matrix, ("a", "b"))
     with pytest.raises(TypeError, match=r"labels must be a list of 2, each a text, got str 'e'\."):
-        pt.plot_branch(branch, lambda motion: motion.period, "e")
+        pt.plot.branch(branch, lambda motion: motion.period, "e")
 
 
 # ---------------------------------------------------------------------- wrong input

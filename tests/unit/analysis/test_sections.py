@@ -125,7 +125,7 @@ def test_the_picture_has_all_points_and_the_labels():
         0,
         labels=("t [s]", "rate"),
     )
-    axes = pt.plot_section(section, "title")
+    axes = pt.plot.section(section, "title")
     drawn = np.concatenate([dots.get_offsets() for dots in axes.collections])
     seen = np.isfinite(section.x)
     assert sorted(map(tuple, drawn.tolist())) == sorted(
@@ -164,4 +164,4 @@ def test_wrong_arguments_are_refused_in_a_sentence():
             pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(3.0, 2.0, [0.2, 0.3], 0.5, 0.6, 0.7))), 0.0, 1.0, 3
         )
     with pytest.raises(TypeError, match=r"section must be a Section, got int\."):
-        pt.plot_section(3)
+        pt.plot.section(3)

@@ -225,7 +225,7 @@ def test_unequal_members_are_refused():
 def test_a_picture_in_space_is_of_one_body():
     motion = pt.propagate(TOP, states(3), TIMES)
     with pytest.raises(ValueError, match=r"^motion must be of one body, got an ensemble of 3 members\. "):
-        pt.plot_herpolhode(motion)
+        pt.plot.herpolhode(motion)
 
 
 @pytest.mark.parametrize("nudges", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)], ids=str)

@@ -28,7 +28,7 @@ def bar(panel):
 
 @pytest.mark.parametrize("values", [VALUES, VALUES.ravel()], ids=["grid", "members"])
 def test_a_map_has_the_values_where_they_belong(values):
-    panel = pt.plot_map(X, Y, values, "angle [deg]", "rate", "MEGNO", centre=2, limits=(0, 10), title="A moon")
+    panel = pt.plot.map(X, Y, values, "angle [deg]", "rate", "MEGNO", centre=2, limits=(0, 10), title="A moon")
     (mesh,) = panel.collections
     shown = np.ma.filled(np.ma.reshape(mesh.get_array(), (2, 3)), np.nan)
     np.testing.assert_array_equal(shown, VALUES)
@@ -46,12 +46,12 @@ def test_a_map_has_the_values_where_they_belong(values):
 
 def test_limits_by_default_hold_nearly_all_values():
     values = np.concatenate([np.linspace(1, 3, 100), [1e6]]).reshape(1, -1).repeat(2, axis=0)
-    (mesh,) = pt.plot_map(np.arange(101), Y, values).collections
+    (mesh,) = pt.plot.map(np.arange(101), Y, values).collections
     assert mesh.norm.vmin == pytest.approx(1, abs=0.05)
     assert mesh.norm.vmax == pytest.approx(3, abs=0.05)
-    (mesh,) = pt.plot_map(np.arange(101), Y, values, centre=7).collections
+    (mesh,) = pt.plot.map(np.arange(101), Y, values, centre=7).collections
     assert mesh.norm.vmin < 3 < 7 < mesh.norm.vmax
-    (mesh,) = pt.plot_map(X, Y, np.full((2, 3), 4.0)).collections
+    (mesh,) = pt.plot.map(X, Y, np.full((2, 3), 4.0)).collections
     assert mesh.norm.vmin < mesh.norm.vmax
 
 
@@ -63,7 +63,7 @@ def test_indicators_against_time(members):
     system = pt.System(BODY, pt.GravityGradient(ORBIT), units={"time": "s", "inertia": "kg m2"})
     found = pt.chaos_indicators(system, start, np.linspace(2, 30, 8), formulation="planar")
     names = ["one", "two", "three"] if members == (3,) else ()
-    left, right = pt.plot_chaos(found, names, "A moon")
+    left, right = pt.plot.chaos(found, names, "A moon")
     curves = [line for line in left.lines if len(line.get_xdata()) == 8]
     assert len(curves) == len(right.lines) == (members[0] if members else 1)
     np.testing.assert_array_equal(curves[-1].get_xdata(), np.linspace(1, 29, 8))
@@ -90,13 +90,13 @@ def test_indicators_against_time(members):
 )
 def test_bad_maps(arguments, options, sentence):
     with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
-        pt.plot_map(*arguments, **options)
+        pt.plot.map(*arguments, **options)
 
 
 def test_bad_indicators():
     with pytest.raises(TypeError, match=r"^found must be a ChaosIndicators, got int\.$"):
-        pt.plot_chaos(3)
+        pt.plot.chaos(3)
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
     found = pt.chaos_indicators(pt.System(BODY, pt.GravityGradient(ORBIT)), start, [1.0, 2.0], formulation="planar")
     with pytest.raises(ValueError, match=r"^labels must name each of 1 members, got 2\.$"):
-        pt.plot_chaos(found, ["one", "two"])
+        pt.plot.chaos(found, ["one", "two"])

@@ -17,13 +17,13 @@ BODY = pt.Body((400.0, 500.0, 600.0))
 SYSTEM = pt.System(BODY, pt.GravityGradient(ORBIT), units={"time": "s", "inertia": "kg m2"})
 TIMES = np.linspace(0, 6000, 61)
 PLOTS = {
-    "quaternions": pt.plot_quaternions,
-    "euler": pt.plot_euler_angles,
-    "level": pt.plot_roll_pitch_yaw,
-    "rates": pt.plot_rates,
-    "momentum": pt.plot_angular_momentum,
-    "drift": pt.plot_drift,
-    "difference": lambda motion: pt.plot_difference(motion, motion),
+    "quaternions": pt.plot.quaternions,
+    "euler": pt.plot.euler_angles,
+    "level": pt.plot.roll_pitch_yaw,
+    "rates": pt.plot.angular_velocity,
+    "momentum": pt.plot.angular_momentum,
+    "drift": pt.plot.drift,
+    "difference": lambda motion: pt.plot.difference(motion, motion),
 }
 
 
@@ -76,7 +76,7 @@ def test_an_ensemble_is_its_median_between_bands(name, members):
 
 
 def test_medians_and_bands_are_those_of_the_members(members):
-    axes = pt.plot_rates(members)
+    axes = pt.plot.angular_velocity(members)
     assert np.allclose(curves(axes)[2], np.median(members.omega_body[..., 2], axis=0))
     wide, narrow = (path.get_paths()[0].get_extents() for path in axes[0].collections[:2])
     low, high = np.percentile(members.omega_body[..., 0], [5, 95], axis=0)
@@ -90,14 +90,17 @@ def test_failed_members_are_left_out(members):
     failed = copy.copy(members)
     failed.__dict__["phase"] = {name: values.copy() for name, values in members.phase.items()}
     failed.quaternion[3, 40:] = np.nan
-    drawn = curves(pt.plot_quaternions(failed))[0]
+    drawn = curves(pt.plot.quaternions(failed))[0]
     assert np.allclose(drawn, np.median(np.delete(members.quaternion, 3, axis=0)[..., 0], axis=0))
 
 
 def test_the_bands_are_said_in_words(motion, members):
     stopped = members.quaternion.copy()
     stopped[3, 40:] = np.nan
-    words = [pt.plot_rates(each)[0].figure.get_supxlabel() for each in (motion, members, replaced(members, stopped))]
+    words = [
+        pt.plot.angular_velocity(each)[0].figure.get_supxlabel()
+        for each in (motion, members, replaced(members, stopped))
+    ]
     assert words == [
         "",
         "Median of 21 members, and bands from 25 to 75 % and 5 to 95 % of them.",
@@ -116,17 +119,17 @@ def test_a_single_time_is_drawn_as_points(name, motion, members):
 
 def test_backwards_in_time_the_axis_still_goes_forwards(motion):
     back = replaced(motion, motion.quaternion[::-1], TIMES[::-1])
-    assert pt.plot_quaternions(back)[0].get_xlim() == (0, 6000)
-    there, and_back = (np.array(curves(pt.plot_euler_angles(each))) for each in (motion, back))
+    assert pt.plot.quaternions(back)[0].get_xlim() == (0, 6000)
+    there, and_back = (np.array(curves(pt.plot.euler_angles(each))) for each in (motion, back))
     whole = (there[:, ::-1] - and_back) / (2 * np.pi)
     assert np.allclose(whole, np.round(whole[:, :1]), atol=1e-12)
 
 
 def test_components_are_those_of_the_motion(motion):
     expected = {
-        pt.plot_quaternions: (motion.quaternion, motion.conjugate_momenta),
-        pt.plot_rates: (motion.omega_body, motion.omega_space),
-        pt.plot_angular_momentum: (motion.angular_momentum_body, motion.angular_momentum_space),
+        pt.plot.quaternions: (motion.quaternion, motion.conjugate_momenta),
+        pt.plot.angular_velocity: (motion.omega_body, motion.omega_space),
+        pt.plot.angular_momentum: (motion.angular_momentum_body, motion.angular_momentum_space),
     }
     for plot, parts in expected.items():
         assert np.array_equal(np.array(curves(plot(motion))).T, np.concatenate(parts, axis=-1))
@@ -134,7 +137,7 @@ def test_components_are_those_of_the_motion(motion):
 
 @pytest.mark.parametrize("degrees", [True, False])
 def test_angles_do_not_jump_and_come_back_to_the_attitude(motion, degrees):
-    axes = pt.plot_euler_angles(motion, "321", degrees=degrees)
+    axes = pt.plot.euler_angles(motion, "321", degrees=degrees)
     angles = np.array(curves(axes)).T
     assert labels(axes) == [f"Euler angles 3-2-1 [{'deg' if degrees else 'rad'}]"]
     assert np.max(np.abs(np.diff(angles, axis=0))) < (180 if degrees else np.pi)
@@ -145,12 +148,12 @@ def test_angles_do_not_jump_and_come_back_to_the_attitude(motion, degrees):
 def test_angles_start_within_the_first_turn(motion):
     flipped = replaced(motion, -motion.quaternion)
     for each in (motion, flipped):
-        assert np.all(np.abs(np.array(curves(pt.plot_euler_angles(each)))[:, 0]) < 2 * np.pi)
+        assert np.all(np.abs(np.array(curves(pt.plot.euler_angles(each)))[:, 0]) < 2 * np.pi)
 
 
 def test_angles_have_a_gap_where_they_are_not_defined():
     free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.001, 0.002, 0.003)), TIMES)
-    angles = np.array(curves(pt.plot_euler_angles(free))).T
+    angles = np.array(curves(pt.plot.euler_angles(free))).T
     assert np.all(np.isnan(angles[0]))
     back = Rotation.from_euler("ZXZ", angles[1:])
     assert np.max((back.inv() * free.attitude[1:]).magnitude()) < 1e-14
@@ -161,7 +164,7 @@ def test_members_are_whole_turns_apart_only_where_they_turned():
     rolls = np.radians(np.linspace(170, 190, 21))
     level = [from_roll_pitch_yaw((roll, 0.1, 0.2)) for roll in rolls]
     start = BODY.state(level, omega_body=(0.0, 0.0, 0.0), frame=ORBIT.frame)
-    panel = pt.plot_roll_pitch_yaw(pt.propagate(SYSTEM, start, (0.0, 1.0, 2.0)))
+    panel = pt.plot.roll_pitch_yaw(pt.propagate(SYSTEM, start, (0.0, 1.0, 2.0)))
     assert curves(panel)[0] == pytest.approx(180, abs=0.01)
     edges = panel.collections[0].get_paths()[0].get_extents()
     assert (edges.y0, edges.y1) == pytest.approx((171, 189), abs=0.01)
@@ -170,7 +173,7 @@ def test_members_are_whole_turns_apart_only_where_they_turned():
 def test_the_orbit_of_two_forces_is_one_orbit(motion):
     system = pt.System(BODY, pt.GravityGradient(ORBIT), pt.Oblateness(ORBIT, 1e-3, 6000.0, (0, 0, 1)))
     twice = pt.propagate(system, motion.initial, TIMES)
-    drawn = [curves(pt.plot_roll_pitch_yaw(twice, *orbit)) for orbit in ((), (ORBIT,))]
+    drawn = [curves(pt.plot.roll_pitch_yaw(twice, *orbit)) for orbit in ((), (ORBIT,))]
     for one, other in zip(*drawn, strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -186,7 +189,7 @@ def test_roll_pitch_yaw_by_hand(motion):
     found = motion.relative_to(ORBIT.frame).roll_pitch_yaw
     assert np.max(np.abs(np.sin(0.5 * (found - expected)))) < 1e-13
     assert np.max(np.abs(found)) <= np.pi
-    drawn = [values[np.isfinite(values)] for values in curves(pt.plot_roll_pitch_yaw(motion, ORBIT))]
+    drawn = [values[np.isfinite(values)] for values in curves(pt.plot.roll_pitch_yaw(motion, ORBIT))]
     assert np.allclose(np.radians(drawn).T, found, atol=1e-12)
 
 
@@ -198,7 +201,7 @@ def test_roll_pitch_yaw_goes_through_gimbal_lock(degrees):
     along = Rotation.from_quat(ORBIT.frame.quaternion(TIMES[:8]), scalar_first=True)
     q = (along * Rotation.from_quat(np.concatenate([begin, beyond]), scalar_first=True)).as_quat(scalar_first=True)
     motion = pt.propagate(SYSTEM, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), TIMES)
-    panel = pt.plot_roll_pitch_yaw(replaced(motion, q, TIMES[:8]), ORBIT, degrees=degrees)
+    panel = pt.plot.roll_pitch_yaw(replaced(motion, q, TIMES[:8]), ORBIT, degrees=degrees)
     roll, pitch, yaw = (x if degrees else np.degrees(x) for x in curves(panel))
     assert pitch == pytest.approx([0, 30, 60, 86, 90, 80, 40, 0], abs=1e-5)
     for angle in (roll, yaw):
@@ -216,7 +219,7 @@ def test_roll_pitch_yaw_of_one_motion_begins_anew_at_half_a_turn(motion):
     turns = from_roll_pitch_yaw(np.radians([(0, 0, 50 * i) for i in range(9)]))
     along = Rotation.from_quat(ORBIT.frame.quaternion(TIMES[:9]), scalar_first=True)
     q = (along * Rotation.from_quat(turns, scalar_first=True)).as_quat(scalar_first=True)
-    panel = pt.plot_roll_pitch_yaw(replaced(motion, q, TIMES[:9]), ORBIT)
+    panel = pt.plot.roll_pitch_yaw(replaced(motion, q, TIMES[:9]), ORBIT)
     expected = [0, 50, 100, 150, np.nan, -160, -110, -60, -10, 40]
     assert curves(panel)[2] == pytest.approx(expected, abs=1e-9, nan_ok=True)
     assert not panel.collections
@@ -225,7 +228,7 @@ def test_roll_pitch_yaw_of_one_motion_begins_anew_at_half_a_turn(motion):
 def test_roll_pitch_yaw_that_stays_in_gimbal_lock_is_its_pitch(motion):
     level = Rotation.from_quat(from_roll_pitch_yaw((0, np.pi / 2, 0)), scalar_first=True)
     q = (ORBIT.frame.attitude(0.0) * level).as_quat(scalar_first=True)
-    roll, pitch, yaw = curves(pt.plot_roll_pitch_yaw(replaced(motion, q[None], TIMES[:1]), ORBIT))
+    roll, pitch, yaw = curves(pt.plot.roll_pitch_yaw(replaced(motion, q[None], TIMES[:1]), ORBIT))
     assert np.isnan([roll, yaw]).all()
     assert pitch == pytest.approx(90, abs=1e-5)
 
@@ -239,7 +242,7 @@ def test_attitudes_from_roll_pitch_yaw_are_theirs(rng):
 
 def test_drifts_are_on_a_log_axis():
     free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), TIMES)
-    panel = pt.plot_drift(free)
+    panel = pt.plot.drift(free)
     assert panel.get_yscale() == "log"
     names = [text.get_text() for text in panel.get_legend().get_texts()]
     norms = ["$|q| - 1$", r"$q \cdot Q\,/\,|Q|$"]
@@ -250,31 +253,31 @@ def test_drifts_are_on_a_log_axis():
 def test_what_is_conserved_is_named_with_its_value_and_unit():
     circle = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(398600.4418, 7000.0, 0, 0, 0, 0)), units=SYSTEM.units)
     motion = pt.propagate(circle, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.001)), TIMES)
-    names = [text.get_text() for text in pt.plot_drift(motion).get_legend().get_texts()]
+    names = [text.get_text() for text in pt.plot.drift(motion).get_legend().get_texts()]
     value = motion.integrals["jacobi_energy"][0]
     assert names[2:] == [rf"$H-n \cdot G$ = {value:.5g} [kg m² s⁻²]"]
 
 
 def test_difference_is_the_angle_between_attitudes(motion):
     turned = pt.propagate(SYSTEM, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.00101)), TIMES)
-    drawn = curves(pt.plot_difference(motion, turned, degrees=True))[0]
+    drawn = curves(pt.plot.difference(motion, turned, degrees=True))[0]
     expected = np.degrees((motion.attitude.inv() * turned.attitude).magnitude())
     assert np.allclose(drawn[1:], expected[1:], rtol=1e-9)
 
 
 def test_times_that_a_file_of_dates_rounded_are_the_same_times(motion):
     near = replaced(motion, motion.quaternion, TIMES + 4e-7)
-    assert np.max(curves(pt.plot_difference(motion, near))) < 1e-15
+    assert np.max(curves(pt.plot.difference(motion, near))) < 1e-15
     with pytest.raises(ValueError, match=r"^other must have the times of motion, got 61 times"):
-        pt.plot_difference(motion, replaced(motion, motion.quaternion, TIMES + 6e-7))
+        pt.plot.difference(motion, replaced(motion, motion.quaternion, TIMES + 6e-7))
     unnamed = replaced(pt.propagate(pt.System(BODY), motion.initial, TIMES), motion.quaternion)
     with pytest.raises(ValueError, match=r"^other must have the times of motion, got 61 times"):
-        pt.plot_difference(unnamed, near)
+        pt.plot.difference(unnamed, near)
 
 
 @pytest.mark.parametrize("times", [(-432000, 432000), (0, 1e-5), (0, 99999)])
 def test_ticks_do_not_run_into_each_other(motion, times):
-    panels = pt.plot_rates(replaced(motion, motion.quaternion, np.linspace(*times, 61)))
+    panels = pt.plot.angular_velocity(replaced(motion, motion.quaternion, np.linspace(*times, 61)))
     panels[0].figure.canvas.draw()
     for panel in panels:
         boxes = [label.get_window_extent() for label in panel.get_xticklabels() if label.get_text()]
@@ -287,14 +290,14 @@ def test_ticks_do_not_run_into_each_other(motion, times):
 def test_dates_of_a_scenario_or_a_table_are_on_the_axis(motion):
     dated = replaced(motion, motion.quaternion)
     dated.provenance = {"calendar": pt.Calendar("2026-11-21", "UTC")}
-    assert pt.plot_rates(dated)[0].get_xlabel() == "time [s] since 2026-11-21T00:00:00 UTC"
+    assert pt.plot.angular_velocity(dated)[0].get_xlabel() == "time [s] since 2026-11-21T00:00:00 UTC"
 
 
 def test_difference_with_other_times_takes_the_dense_output(motion):
     dense = pt.propagate(SYSTEM, motion.initial, TIMES, dense=True)
     others = TIMES[:-1] + 37.0
     table = pt.propagate(SYSTEM, dense(37.0), others)
-    panel = pt.plot_difference(dense, table)
+    panel = pt.plot.difference(dense, table)
     assert np.array_equal(panel.lines[0].get_xdata(), others)
     assert np.max(curves(panel)[0]) < 1e-13
 
@@ -310,7 +313,7 @@ def noisy(count):
 
 def test_of_very_many_samples_the_extremes_are_drawn(motion):
     times, q = noisy(300_000)
-    lines = pt.plot_quaternions(replaced(motion, q, times))[0].lines
+    lines = pt.plot.quaternions(replaced(motion, q, times))[0].lines
     for k, line in enumerate(lines):
         x, y = line.get_data()
         assert x.size < 6100
@@ -324,7 +327,7 @@ def test_of_very_many_samples_the_extremes_are_drawn(motion):
 def test_a_vector_file_is_small_and_has_text(motion, tmp_path):
     times, q = noisy(300_000)
     long = replaced(motion, q, times)
-    pictures = {"quaternions": pt.plot_quaternions(long)[0], "sphere": pt.plot_momentum_sphere(long)}
+    pictures = {"quaternions": pt.plot.quaternions(long)[0], "sphere": pt.plot.momentum_sphere(long)}
     for name, panel in pictures.items():
         for suffix in ("svg", "pdf"):
             path = tmp_path / f"{name}.{suffix}"
@@ -340,22 +343,22 @@ def test_bad_input(motion):
     with pytest.raises(
         ValueError, match=r"other must have the times of motion, got 9 times from 0 to 800 and 61 times"
     ):
-        pt.plot_difference(motion, other)
+        pt.plot.difference(motion, other)
     with pytest.raises(TypeError, match=r"orbit must be an Orbit, got OrbitFrame"):
-        pt.plot_roll_pitch_yaw(motion, ORBIT.frame)
+        pt.plot.roll_pitch_yaw(motion, ORBIT.frame)
     free = pt.propagate(pt.System(BODY), motion.initial, (0.0, 1.0))
     with pytest.raises(ValueError, match=r"orbit must be named where the system has not exactly one, but it has none"):
-        pt.plot_roll_pitch_yaw(free)
+        pt.plot.roll_pitch_yaw(free)
     two = pt.System(BODY, pt.GravityGradient(ORBIT), pt.GravityGradient(pt.KeplerOrbit(4902.8, 7000.0, 0, 0, 0, 0)))
-    with pytest.raises(ValueError, match=r"but it has 2\. Pass plot_roll_pitch_yaw\(motion, orbit\)\.$"):
-        pt.plot_roll_pitch_yaw(pt.propagate(two, motion.initial, (0.0, 1.0)))
+    with pytest.raises(ValueError, match=r"but it has 2\. Pass roll_pitch_yaw\(motion, orbit\)\.$"):
+        pt.plot.roll_pitch_yaw(pt.propagate(two, motion.initial, (0.0, 1.0)))
     with pytest.raises(ValueError, match=r"second angle of sequence 313 must stay away from its singularity"):
-        pt.plot_euler_angles(pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1)), TIMES))
+        pt.plot.euler_angles(pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1)), TIMES))
     with pytest.raises(ValueError, match=r"^motion must have times to draw, but it has none\.$"):
-        pt.plot_rates(replaced(motion, motion.quaternion[:0], motion.times[:0]))
+        pt.plot.angular_velocity(replaced(motion, motion.quaternion[:0], motion.times[:0]))
     stopped = np.full((2, *motion.quaternion.shape), np.nan)
     with pytest.raises(ValueError, match=r"^motion must have a member that reached its last time, but none did\.$"):
-        pt.plot_rates(replaced(motion, stopped))
+        pt.plot.angular_velocity(replaced(motion, stopped))
     for plot in PLOTS.values():
         with pytest.raises(TypeError, match=r"motion must be a Trajectory, got State"):
             plot(motion.initial)

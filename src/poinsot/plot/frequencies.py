@@ -15,7 +15,7 @@ from poinsot.plot.labels import BLUE, VERMILION, bracketed, rate_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_spectrum"]
+__all__ = ["spectrum"]
 
 NAMED = 5
 """Lines with their frequency written above them, the strongest."""
@@ -24,7 +24,7 @@ DIGITS = 10
 
 
 @checked
-def plot_spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title: str = "") -> Axes:
+def spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title: str = "") -> Axes:
     """Draw the amplitudes of the lines of one signal against their frequencies, and the level of what is left.
 
     The strongest five have their frequency above them, the error of the last digit in brackets: 0.4713945(2) stands

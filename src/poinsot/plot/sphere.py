@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.analysis.polhodes import energy_curve, energy_curves, principal, separatrices, spherical
 from poinsot.checked import checked
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State
-from poinsot.plot.energy_curves import energy_curve, energy_curves, principal, separatrices, spherical
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, checked_motion, instant
 from poinsot.plot.solids import Ellipsoid, Solid, fit, legend, solid_axes, view_direction
 from poinsot.propagation.trajectory import Trajectory
@@ -19,7 +19,7 @@ from poinsot.propagation.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_momentum_sphere"]
+__all__ = ["momentum_sphere"]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
 
 
 @checked
-def plot_momentum_sphere(
+def momentum_sphere(
     body: Body | Trajectory, state: State | Trajectory | None = None, *, view: ArrayLike | None = None
 ) -> Axes:
     """Draw the unit sphere of directions g/G of the angular momentum, with the curves of equal energy.
@@ -146,7 +146,7 @@ def _facing(moments: Array, n: Array) -> Array:
 
 def _one_body(body: Any) -> Body:
     if not isinstance(body, Body):
-        raise TypeError(f"body must be a Body, got {described(body)}. The order is plot_momentum_sphere(body, state).")
+        raise TypeError(f"body must be a Body, got {described(body)}. The order is momentum_sphere(body, state).")
     if np.ndim(body.moments) != 1:
         raise ValueError(f"body must be one body, got an ensemble of {len(body.moments)} members.")
     return body

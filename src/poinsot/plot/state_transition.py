@@ -12,11 +12,11 @@ from poinsot.checked import checked
 from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, VERMILION, bracketed, checked_motion, momentum_unit, time_label
 
-__all__ = ["plot_uncertainty"]
+__all__ = ["uncertainty"]
 
 
 @checked
-def plot_uncertainty(transition: StateTransition, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Any:
+def uncertainty(transition: StateTransition, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Any:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
 
     Parameters

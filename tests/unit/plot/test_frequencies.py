@@ -23,7 +23,7 @@ def spectrum(nu, amplitudes, errors, residual):
 
 def test_stems_residual_and_units():
     found = spectrum([1.2, -0.5], [2j, 0.1], [1e-4, 0.02], 1e-3)
-    axes = pt.plot_spectrum(found, time="s", unit="kg m2 s-1", title="momentum")
+    axes = pt.plot.spectrum(found, time="s", unit="kg m2 s-1", title="momentum")
     stems = axes.collections[0].get_segments()
     np.testing.assert_allclose([stem[:, 0] for stem in stems], [[1.2, 1.2], [-0.5, -0.5]])
     np.testing.assert_allclose([stem[1, 1] for stem in stems], [2.0, 0.1])
@@ -52,14 +52,14 @@ def test_stems_residual_and_units():
     ],
 )
 def test_frequencies_are_written_to_their_errors(value, error, written):
-    (text,) = pt.plot_spectrum(spectrum([value], [1.0], [error], 0.1)).texts
+    (text,) = pt.plot.spectrum(spectrum([value], [1.0], [error], 0.1)).texts
     assert text.get_text() == written
 
 
 def test_a_signal_without_lines_and_one_without_rest():
-    axes = pt.plot_spectrum(pt.frequencies(np.zeros(80), 1.0))
+    axes = pt.plot.spectrum(pt.frequencies(np.zeros(80), 1.0))
     assert not axes.texts
-    axes = pt.plot_spectrum(spectrum([1.0], [1.0], [0.0], 0.0))
+    axes = pt.plot.spectrum(spectrum([1.0], [1.0], [0.0], 0.0))
     assert len(axes.lines) == 1
     axes.figure.canvas.draw()
 
@@ -68,6 +68,6 @@ def test_only_one_signal_is_drawn():
     two = pt.frequencies(np.cos(np.arange(64) * [[0.5], [0.7]]), 1.0, count=2)
     sentence = "spectrum must be of one signal, got frequencies of shape (2, 2)."
     with pytest.raises(ValueError, match="^" + re.escape(sentence)):
-        pt.plot_spectrum(two)
+        pt.plot.spectrum(two)
     with pytest.raises(TypeError, match=r"^spectrum must be a LineSpectrum, got list\.$"):
-        pt.plot_spectrum([1.0])
+        pt.plot.spectrum([1.0])

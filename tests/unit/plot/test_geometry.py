@@ -7,17 +7,13 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 from scipy import special
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.plot import energy_curves as curves
-from poinsot.plot.geometry import plot_herpolhode, plot_poinsot, plot_polhode
+from poinsot.analysis import polhodes
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION
-from poinsot.plot.momentum_sphere import plot_momentum_sphere
 from poinsot.plot.solids import Ellipsoid, Solid, right_and_up, solid_axes, view_direction
 
 SI = {"time": "s", "inertia": "kg m2"}
@@ -77,7 +73,7 @@ def upright(G):
 
 
 def inertia_drawn(motion, index):
-    """The inertia tensor in the axes of `plot_poinsot`."""
+    """The inertia tensor in the axes of `pt.plot.poinsot_construction`."""
     A = upright(motion.angular_momentum_space[0]) @ motion.attitude[index].as_matrix()
     return A @ motion.system.body.inertia @ A.T
 
@@ -88,7 +84,7 @@ def inertia_drawn(motion, index):
 def test_polhode_of_the_construction_keeps_energy_and_momentum(motion):
     index = -1
     inertia, G = inertia_drawn(motion, index), np.linalg.norm(motion.angular_momentum_space[index])
-    for omega in drawn(plot_poinsot(motion, index), BLUE):
+    for omega in drawn(pt.plot.poinsot_construction(motion, index), BLUE):
         momentum = omega @ inertia
         assert np.allclose(np.sum(omega * momentum, axis=-1), 2 * motion.kinetic_energy[index], rtol=1e-12, atol=0)
         assert np.allclose(np.linalg.norm(momentum, axis=-1), G, rtol=1e-12, atol=0)
@@ -96,7 +92,7 @@ def test_polhode_of_the_construction_keeps_energy_and_momentum(motion):
 
 def test_the_plane_touches_the_ellipsoid_at_the_tip_of_omega(motion):
     index = 137
-    axes, inertia = plot_poinsot(motion, index), inertia_drawn(motion, index)
+    axes, inertia = pt.plot.poinsot_construction(motion, index), inertia_drawn(motion, index)
     (tip,) = (points(line)[0] for line in axes.lines if line.get_marker() == "o")
     G = inertia @ tip  # half the gradient of omega . I omega: the normal
     size = np.linalg.norm(motion.angular_momentum_space[index])
@@ -111,7 +107,7 @@ def test_the_plane_touches_the_ellipsoid_at_the_tip_of_omega(motion):
 
 
 def test_omega_and_momentum_start_at_the_centre_and_the_momentum_is_vertical():
-    axes = plot_poinsot(motion_of(BODIES["paper"]))
+    axes = pt.plot.poinsot_construction(motion_of(BODIES["paper"]))
     shafts = [points(line) for line in axes.lines if len(points(line)) == 2]
     assert sum(not np.any(shaft[0]) for shaft in shafts) == 2
     assert sum(not np.any(shaft[:, :2]) for shaft in shafts) == 2
@@ -121,14 +117,18 @@ def test_the_construction_is_drawn_with_g_up_for_momenta_along_the_axes():
     body = BODIES["triaxial"]
     for G in ((0, 0, 1.0), (0, 0, -1.0), (1e-9, 0, -1.0), (1.0, 0, 0)):
         state = body.state((1, 0, 0, 0), angular_momentum_space=G)
-        axes = plot_poinsot(pt.propagate(pt.System(body), state, [0.0, 1.0]))
+        axes = pt.plot.poinsot_construction(pt.propagate(pt.System(body), state, [0.0, 1.0]))
         tip = next(points(line)[0] for line in axes.lines if line.get_marker() == "o")
         assert np.isclose(tip[2], 2 * body.kinetic_energy(state.angular_momentum_body), rtol=1e-12)
 
 
 def test_lengths_on_paper_are_lengths_across_the_line_of_sight(rng):
     motion, x = motion_of(BODIES["needle"]), rng.normal(size=(20, 3))
-    for axes in (plot_poinsot(motion), plot_polhode(motion), plot_momentum_sphere(motion.system.body, motion)):
+    for axes in (
+        pt.plot.poinsot_construction(motion),
+        pt.plot.polhode(motion),
+        pt.plot.momentum_sphere(motion.system.body, motion),
+    ):
         right, up = right_and_up(view_direction((axes.elev, axes.azim)))
         paper = np.stack(proj_transform(*x.T, axes.get_proj())[:2])
         scale = (paper[0, 1] - paper[0, 0]) / ((x[1] - x[0]) @ right)
@@ -140,7 +140,7 @@ def test_lengths_on_paper_are_lengths_across_the_line_of_sight(rng):
 
 
 def test_every_line_of_the_polhode_picture_lies_on_the_ellipsoid(motion):
-    axes, body = plot_polhode(motion), motion.system.body
+    axes, body = pt.plot.polhode(motion), motion.system.body
     for line in axes.lines:
         omega = points(line)
         if len(omega):
@@ -149,7 +149,7 @@ def test_every_line_of_the_polhode_picture_lies_on_the_ellipsoid(motion):
 
 
 def test_the_path_of_omega_is_that_of_the_motion_in_the_given_axes(motion):
-    path = np.concatenate(drawn(plot_polhode(motion), BLUE))
+    path = np.concatenate(drawn(pt.plot.polhode(motion), BLUE))
     assert {tuple(omega) for omega in path} == {tuple(omega) for omega in motion.omega_body}
 
 
@@ -158,7 +158,7 @@ def test_the_path_of_omega_is_the_closed_form_in_elliptic_functions():
     I1, I2, I3 = moments = np.array([2.0, 2.5, 3.5])
     g = np.array([0.9, 0.0, 1.4])
     times = np.linspace(0, 60, 601)
-    (path,) = drawn(plot_polhode(motion_of(pt.Body(moments), g, times), view=(90, 0)), BLUE)
+    (path,) = drawn(pt.plot.polhode(motion_of(pt.Body(moments), g, times), view=(90, 0)), BLUE)
     energy, size = np.sum(g**2 / moments), np.sum(g**2)
     tau = times * np.sqrt((I3 - I2) * (size - energy * I1) / np.prod(moments))
     m = (I2 - I1) * (energy * I3 - size) / ((I3 - I2) * (size - energy * I1))
@@ -178,7 +178,7 @@ def test_the_path_in_the_invariable_plane_is_the_closed_form_in_elliptic_functio
     """The radius of the same motion, rho^2 = |omega|^2 - (2T/G)^2."""
     moments, g, times = np.array([2.0, 2.5, 3.5]), np.array([0.9, 0.0, 1.4]), np.linspace(0, 60, 601)
     I1, I2, I3 = moments
-    axes = plot_herpolhode(motion_of(pt.Body(moments), g, times))
+    axes = pt.plot.herpolhode(motion_of(pt.Body(moments), g, times))
     (path,) = (np.hypot(*line.get_data()) for line in axes.lines if line.get_color() == VERMILION)
     energy, size = np.sum(g**2 / moments), np.sum(g**2)
     m = (I2 - I1) * (energy * I3 - size) / ((I3 - I2) * (size - energy * I1))
@@ -192,7 +192,7 @@ def test_the_path_in_the_invariable_plane_is_the_closed_form_in_elliptic_functio
 
 def test_other_polhodes_keep_the_momentum_too():
     motion = motion_of(BODIES["oblique"])
-    axes, body = plot_polhode(motion), motion.system.body
+    axes, body = pt.plot.polhode(motion), motion.system.body
     for omega in drawn(axes, GREY) + drawn(axes, BLACK):
         G = np.linalg.norm(body.angular_momentum(omega), axis=-1)
         assert np.allclose(G, G[0], rtol=1e-12, atol=0)
@@ -200,7 +200,7 @@ def test_other_polhodes_keep_the_momentum_too():
 
 def test_a_forced_polhode_is_drawn_without_ellipsoid(top, start):
     motion = pt.propagate(top, start, np.linspace(0, 5, 51))
-    axes = plot_polhode(motion)
+    axes = pt.plot.polhode(motion)
     path, point = (points(line) for line in axes.lines)
     assert np.array_equal(path, motion.omega_body)
     assert np.array_equal(point[0], motion.omega_body[-1])
@@ -210,7 +210,7 @@ def test_names_of_axes_are_beside_long_numbers():
     body, orbit = pt.Body((500, 600, 400)), pt.KeplerOrbit(398600.4418, 7000, 0.01, 0.9, 0, 0)
     start = body.state((0.5, -0.5, 0.5, -0.5), omega_body=(0, -1.08e-3, 2e-4))
     motion = pt.propagate(pt.System(body, pt.GravityGradient(orbit), units=SI), start, np.linspace(0, 29000, 301))
-    panel = plot_polhode(motion, view=(20, -60))
+    panel = pt.plot.polhode(motion, view=(20, -60))
     panel.figure.canvas.draw()
     widest = max(text.get_window_extent().width for text in panel.zaxis.get_majorticklabels())
     name, line = panel.zaxis.label.get_window_extent(), panel.zaxis.line.get_window_extent()
@@ -219,14 +219,14 @@ def test_names_of_axes_are_beside_long_numbers():
 
 def test_a_polhode_may_start_at_rest_under_forces(top, body):
     start = body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0, 0, 0))
-    plot_polhode(pt.propagate(top, start, np.linspace(0, 1, 11)))
+    pt.plot.polhode(pt.propagate(top, start, np.linspace(0, 1, 11)))
 
 
 @pytest.mark.parametrize("mode", MOMENTA)
 @pytest.mark.parametrize("name", TRIAXIAL)
 def test_herpolhode_stays_between_its_circles_and_reaches_them(name, mode):
     motion = motion_of(BODIES[name], MOMENTA[mode], np.linspace(0, 200, 20001))
-    axes = plot_herpolhode(motion)
+    axes = pt.plot.herpolhode(motion)
     radii = sorted(np.hypot(*line.get_data())[0] for line in axes.lines if line.get_color() == GREY)
     (path,) = (np.hypot(*line.get_data()) for line in axes.lines if line.get_color() == VERMILION)
     size = np.max(np.linalg.norm(motion.omega_body, axis=-1))
@@ -240,7 +240,7 @@ def test_herpolhode_stays_between_its_circles_and_reaches_them(name, mode):
 @pytest.mark.parametrize("name", ["prolate", "oblate"])
 def test_herpolhode_of_a_symmetric_body_is_a_circle(name):
     motion = motion_of(BODIES[name])
-    axes = plot_herpolhode(motion)
+    axes = pt.plot.herpolhode(motion)
     radii = [np.hypot(*line.get_data())[0] for line in axes.lines if line.get_color() == GREY]
     (path,) = (np.hypot(*line.get_data()) for line in axes.lines if line.get_color() == VERMILION)
     assert np.allclose(radii, radii[0], rtol=1e-12)
@@ -249,7 +249,7 @@ def test_herpolhode_of_a_symmetric_body_is_a_circle(name):
 
 def test_herpolhode_has_equal_aspect_and_turns_as_the_construction_does():
     motion = motion_of(BODIES["triaxial"])
-    flat, solid = plot_herpolhode(motion), plot_poinsot(motion)
+    flat, solid = pt.plot.herpolhode(motion), pt.plot.poinsot_construction(motion)
     assert flat.get_aspect() == 1
     (path,) = (np.stack(line.get_data()) for line in flat.lines if line.get_color() == VERMILION)
     (same,) = (points(line)[:, :2].T for line in solid.lines if line.get_color() == VERMILION)
@@ -259,7 +259,7 @@ def test_herpolhode_has_equal_aspect_and_turns_as_the_construction_does():
 @pytest.mark.parametrize("axis", np.eye(3).tolist())
 def test_steady_rotation_is_drawn(axis):
     motion = motion_of(BODIES["triaxial"], axis, [0.0, 1.0, 2.0])
-    for plot in (plot_poinsot, plot_polhode, plot_herpolhode):
+    for plot in (pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.herpolhode):
         plot(motion)
 
 
@@ -270,7 +270,7 @@ def test_steady_rotation_is_drawn(axis):
 def test_curves_of_the_sphere_keep_momentum_and_energy(name):
     body = BODIES[name]
     state = body.state((1, 0, 0, 0), angular_momentum_body=(0.5, -0.7, 1.1))
-    axes = plot_momentum_sphere(body, state)
+    axes = pt.plot.momentum_sphere(body, state)
     d = 1 / body.moments
     for colour in (BLUE, VERMILION, BLACK, GREEN):
         for n in drawn(axes, colour):
@@ -282,7 +282,7 @@ def test_curves_of_the_sphere_keep_momentum_and_energy(name):
 @pytest.mark.parametrize("name", TRIAXIAL)
 def test_modes_lie_on_their_sides_of_the_separatrices(name):
     body = BODIES[name]
-    axes = plot_momentum_sphere(body)
+    axes = pt.plot.momentum_sphere(body)
     long, middle, short = np.argsort(body.moments)
     d = 1 / body.moments
     for colour, k, sign in ((BLUE, short, -1), (VERMILION, long, 1)):
@@ -300,7 +300,7 @@ def test_modes_lie_on_their_sides_of_the_separatrices(name):
 def test_separatrices_cross_at_the_intermediate_axis(name):
     moments = BODIES[name].moments
     middle = np.eye(3)[np.argsort(moments)[1]]
-    lines = curves.separatrices(moments)
+    lines = polhodes.separatrices(moments)
     assert len(lines) == 2
     for n in lines:
         for end in (middle, -middle):
@@ -312,17 +312,17 @@ def test_a_motion_goes_along_its_curve_in_the_principal_axes():
     motion = motion_of(body)
     g = motion.angular_momentum_body @ body.principal_axes.as_matrix()
     n = g / np.linalg.norm(g, axis=-1, keepdims=True)
-    path = np.concatenate(drawn(plot_momentum_sphere(body, motion), GREEN))
+    path = np.concatenate(drawn(pt.plot.momentum_sphere(body, motion), GREEN))
     between = np.linalg.norm(path[:, None] - n, axis=-1)
     assert max(np.max(np.min(between, axis=0)), np.max(np.min(between, axis=1))) < 1e-15
-    curve = curves.energy_curve(body.moments, n[0])
+    curve = polhodes.energy_curve(body.moments, n[0])
     distances = np.linalg.norm(n[:, None] - curve, axis=-1)
     assert np.max(np.min(distances, axis=-1)) < 0.01
 
 
 @pytest.mark.parametrize(("name", "axis", "word"), [("prolate", 2, "long-axis mode"), ("oblate", 0, "short-axis mode")])
 def test_curves_of_a_symmetric_body_are_circles_of_latitude(name, axis, word):
-    axes = plot_momentum_sphere(BODIES[name])
+    axes = pt.plot.momentum_sphere(BODIES[name])
     for n in drawn(axes, BLUE) + drawn(axes, VERMILION):
         assert np.allclose(n[:, axis], n[0, axis], rtol=0, atol=1e-15)
     for n in drawn(axes, BLACK):
@@ -332,23 +332,23 @@ def test_curves_of_a_symmetric_body_are_circles_of_latitude(name, axis, word):
 
 def test_a_motion_alone_is_drawn_on_the_sphere_of_its_body():
     motion = motion_of(BODIES["oblique"])
-    alone, both = plot_momentum_sphere(motion), plot_momentum_sphere(motion.system.body, motion)
+    alone, both = pt.plot.momentum_sphere(motion), pt.plot.momentum_sphere(motion.system.body, motion)
     assert [points(line).tolist() for line in alone.lines] == [points(line).tolist() for line in both.lines]
 
 
 def test_a_spherical_body_has_no_curves_and_the_title_says_so():
     body = BODIES["sphere"]
     state = body.state((1, 0, 0, 0), omega_body=(1, 2, 3))
-    axes = plot_momentum_sphere(body, state)
+    axes = pt.plot.momentum_sphere(body, state)
     assert axes.figure.get_suptitle().startswith("Spherical body: ")
     assert not any(drawn(axes, colour) for colour in (BLUE, VERMILION, BLACK, GREEN))
-    assert not plot_momentum_sphere(body).figure.legends
+    assert not pt.plot.momentum_sphere(body).figure.legends
 
 
 def test_each_of_an_array_of_states_is_marked():
     body = BODIES["triaxial"]
     g = np.array([(1, 2, 3), (-1, 2, 0.5), (0, 0, 1.0)])
-    axes = plot_momentum_sphere(body, body.state([(1, 0, 0, 0)] * 3, angular_momentum_body=g))
+    axes = pt.plot.momentum_sphere(body, body.state([(1, 0, 0, 0)] * 3, angular_momentum_body=g))
     marks = np.concatenate([points(line) for line in axes.lines if line.get_marker() == "o"])
     assert np.allclose(marks, g / np.linalg.norm(g, axis=-1, keepdims=True), rtol=0, atol=1e-15)
 
@@ -365,61 +365,11 @@ NAMES = {
 @pytest.mark.parametrize("name", NAMES)
 def test_principal_axes_are_named_at_their_near_ends(name):
     body = BODIES[name]
-    axes = plot_momentum_sphere(body, body.state((1, 0, 0, 0), angular_momentum_body=(1, -2, 3)))
+    axes = pt.plot.momentum_sphere(body, body.state((1, 0, 0, 0), angular_momentum_body=(1, -2, 3)))
     ends = [rf"$\mathbf{{e}}_{i}$" for i in (1, 2, 3)]
     ends[1] = r"$-\mathbf{e}_2$"
     expected = [f"{word}\n{end}" for word, end in zip(NAMES[name], ends, strict=True)]
     assert [text.get_text() for text in axes.texts] == expected
-
-
-# ---------------------------------------------------------------------- curves in closed form
-
-triangle = st.tuples(st.floats(0.1, 1), st.floats(0.1, 1), st.floats(0.1, 1)).map(
-    lambda a: np.array([a[1] + a[2], a[0] + a[2], a[0] + a[1]])
-)
-directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda n: np.linalg.norm(n) > 0.1)
-
-
-@given(triangle, directions)
-def test_energy_curves_go_through_their_point_and_keep_energy(moments, direction):
-    n = np.array(direction) / np.linalg.norm(direction)
-    curve, D = curves.energy_curve(moments, n), n**2 @ (1 / moments)
-    assert np.all(np.isfinite(curve))
-    assert np.allclose(np.linalg.norm(curve, axis=-1), 1, rtol=0, atol=1e-14)
-    assert np.allclose(curve**2 @ (1 / moments), D, rtol=1e-14, atol=0)
-    k = curves.axis_encircled(moments, D)
-    assert np.all(curve[:, k] * np.copysign(1, n[k] + 0.0) >= 0)
-
-
-@pytest.mark.parametrize("gap", [0, 1e-15, 1e-13, 1e-10, 1e-6])
-@pytest.mark.parametrize("small", [True, False])
-def test_curves_of_nearly_symmetric_bodies(gap, small):
-    moments = np.array([1.0, 1.0 + gap, 0.6 if small else 1.7])
-    settled, _ = curves.principal(pt.Body(moments))
-    assert (settled[0] == settled[1]) == (gap < 1e-14)
-    assert len(curves.separatrices(settled)) == (0 if gap < 1e-14 else 2)
-    d = 1 / settled
-    for k in range(3):
-        for n in curves.energy_curves(settled, k):
-            assert np.allclose(np.linalg.norm(n, axis=-1), 1, rtol=0, atol=1e-14)
-            assert np.allclose(n**2 @ d, n[0] ** 2 @ d, rtol=1e-14, atol=0)
-
-
-def test_radii_of_the_herpolhode_are_the_extremes_along_the_polhode(rng):
-    for _ in range(20):
-        moments, g = rng.uniform(1, 1.9, 3), rng.normal(size=3)
-        G = np.linalg.norm(g)
-        omega = G * curves.energy_curve(moments, g / G) / moments
-        height = np.sum(moments * omega**2, axis=-1) / G
-        rho = np.sqrt(np.sum(omega**2, axis=-1) - height**2)
-        assert np.allclose(curves.herpolhode_radii(moments, g), (np.min(rho), np.max(rho)), rtol=0, atol=1e-7 * G)
-
-
-def test_smaller_radius_on_a_separatrix_is_zero():
-    moments = np.array([2.0, 2.5, 3.5])
-    g = curves.separatrices(moments)[0][40]
-    small, large = curves.herpolhode_radii(moments, g)
-    assert small < 1e-8 < large
 
 
 # ---------------------------------------------------------------------- what is near and what is far
@@ -446,7 +396,7 @@ def test_what_is_hidden_is_faded(view):
 def test_eye_is_given_by_elevation_and_azimuth():
     assert np.allclose(view_direction((0, 90)), (0, 1, 0), atol=1e-15)
     assert np.allclose(view_direction((90, 30)), (0, 0, 1), atol=1e-15)
-    axes = plot_poinsot(motion_of(BODIES["paper"]), view=(-25, 100))
+    axes = pt.plot.poinsot_construction(motion_of(BODIES["paper"]), view=(-25, 100))
     assert np.allclose((axes.elev, axes.azim), (-25, 100))
 
 
@@ -454,7 +404,7 @@ def test_the_state_is_on_the_near_side():
     for g in ((1, 2, 3), (-1, 0.3, -2), (0.1, -3, 0)):
         for name in ("paper", "oblique"):
             body = BODIES[name]
-            axes = plot_momentum_sphere(body, body.state((1, 0, 0, 0), angular_momentum_body=g))
+            axes = pt.plot.momentum_sphere(body, body.state((1, 0, 0, 0), angular_momentum_body=g))
             (mark,) = (line for line in axes.lines if line.get_marker() == "o")
             assert mark.get_alpha() == 1
 
@@ -464,24 +414,29 @@ def test_the_state_is_on_the_near_side():
 
 def test_labels_carry_units():
     motion = motion_of(BODIES["paper"], times=[0.0, 2.5])
-    axes = plot_poinsot(motion)
+    axes = pt.plot.poinsot_construction(motion)
     assert axes.get_xlabel() == r"$\omega_x \perp \mathbf{G}$ [rad s⁻¹]"
     assert axes.get_zlabel() == r"$\omega_z \parallel \mathbf{G}$ [rad s⁻¹]"
     assert axes.figure.get_suptitle() == "Poinsot's construction at time 2.5 s"
-    assert plot_polhode(motion).get_zlabel() == r"$\omega_3$ [rad s⁻¹]"
-    assert plot_herpolhode(motion).get_ylabel() == r"$\omega_y \perp \mathbf{G}$ [rad s⁻¹]"
+    assert pt.plot.polhode(motion).get_zlabel() == r"$\omega_3$ [rad s⁻¹]"
+    assert pt.plot.herpolhode(motion).get_ylabel() == r"$\omega_y \perp \mathbf{G}$ [rad s⁻¹]"
 
 
 def test_labels_without_units_say_so():
     motion = motion_of(BODIES["paper"], times=[0.0, 2.5], units=None)
-    assert plot_polhode(motion).get_xlabel() == r"$\omega_1$ [rad / unit of time]"
-    assert plot_poinsot(motion).figure.get_suptitle() == "Poinsot's construction at time 2.5"
+    assert pt.plot.polhode(motion).get_xlabel() == r"$\omega_1$ [rad / unit of time]"
+    assert pt.plot.poinsot_construction(motion).figure.get_suptitle() == "Poinsot's construction at time 2.5"
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
 def test_pictures_are_painted(kind):
     motion = motion_of(BODIES["paper"])
-    pictures = (plot_poinsot, plot_polhode, plot_herpolhode, lambda m: plot_momentum_sphere(m.system.body, m))
+    pictures = (
+        pt.plot.poinsot_construction,
+        pt.plot.polhode,
+        pt.plot.herpolhode,
+        lambda m: pt.plot.momentum_sphere(m.system.body, m),
+    )
     for plot in pictures:
         file = io.BytesIO()
         plot(motion).figure.savefig(file, format=kind)
@@ -512,64 +467,64 @@ EMPTY = pt.Trajectory(FREE, START, np.empty(0), lambda: NOTHING, free().run)
 
 REFUSED = {
     "index_beyond": (
-        lambda: plot_poinsot(free(), 2),
+        lambda: pt.plot.poinsot_construction(free(), 2),
         ValueError,
         "time_index must lie within [-2, 1], got 2.",
     ),
     "index_float": (
-        lambda: plot_poinsot(free(), 1.0),
+        lambda: pt.plot.poinsot_construction(free(), 1.0),
         TypeError,
         "time_index must be a whole number of at most 63 bits, got float 1.0.",
     ),
     "index_truth": (
-        lambda: plot_poinsot(free(), True),
+        lambda: pt.plot.poinsot_construction(free(), True),
         TypeError,
         "time_index must be a whole number of at most 63 bits, got bool True.",
     ),
     "view": (
-        lambda: plot_poinsot(free(), view=(1, 2, 3)),
+        lambda: pt.plot.poinsot_construction(free(), view=(1, 2, 3)),
         ValueError,
         "view must have shape (2,), got shape (3,).",
     ),
     "view_word": (
-        lambda: plot_momentum_sphere(BODY, view="top"),
+        lambda: pt.plot.momentum_sphere(BODY, view="top"),
         TypeError,
         "view must be real numbers, got str 'top'.",
     ),
     "order": (
-        lambda: plot_momentum_sphere(START, BODY),
+        lambda: pt.plot.momentum_sphere(START, BODY),
         TypeError,
         "body must be a Body or a Trajectory, got State.",
     ),
     "bodies": (
-        lambda: plot_momentum_sphere(pt.Body([(1, 1, 1)] * 3)),
+        lambda: pt.plot.momentum_sphere(pt.Body([(1, 1, 1)] * 3)),
         ValueError,
         "body must be one body, got an ensemble of 3 members.",
     ),
     "state": (
-        lambda: plot_momentum_sphere(BODY, (1, 0, 0)),
+        lambda: pt.plot.momentum_sphere(BODY, (1, 0, 0)),
         TypeError,
         "state must be a State or a Trajectory, got tuple.",
     ),
     "state_at_rest": (
-        lambda: plot_momentum_sphere(BODY, REST),
+        lambda: pt.plot.momentum_sphere(BODY, REST),
         ValueError,
         "state must have an angular momentum, but g = 0. A body at rest has no direction to draw.",
     ),
-    "state_ensemble": (lambda: plot_momentum_sphere(BODY, free(MANY)), ValueError, f"state {ENSEMBLE}"),
+    "state_ensemble": (lambda: pt.plot.momentum_sphere(BODY, free(MANY)), ValueError, f"state {ENSEMBLE}"),
     "state_empty": (
-        lambda: plot_momentum_sphere(BODY, EMPTY),
+        lambda: pt.plot.momentum_sphere(BODY, EMPTY),
         ValueError,
         "state must have times to draw, but it has none.",
     ),
     "another_body": (
-        lambda: plot_momentum_sphere(pt.Body((1, 1, 1)), free()),
+        lambda: pt.plot.momentum_sphere(pt.Body((1, 1, 1)), free()),
         ValueError,
         "state must be a motion of Body(moments=[1.0, 1.0, 1.0]), got one of Body(moments=[1.25, 1.0, 0.75]). "
         "Pass motion.system.body.",
     ),
 }
-for plot in (plot_poinsot, plot_polhode, plot_herpolhode):
+for plot in (pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.herpolhode):
     REFUSED[f"{plot.__name__}_state"] = (lambda plot=plot: plot(START), TypeError, NO_MOTION)
     REFUSED[f"{plot.__name__}_ensemble"] = (lambda plot=plot: plot(free(MANY)), ValueError, f"motion {ENSEMBLE}")
     REFUSED[f"{plot.__name__}_rest"] = (lambda plot=plot: plot(free(REST)), ValueError, AT_REST)
@@ -584,7 +539,7 @@ def test_wrong_arguments_are_refused_in_a_sentence(name):
     assert caught.type is kind
 
 
-@pytest.mark.parametrize("plot", [plot_poinsot, plot_herpolhode])
+@pytest.mark.parametrize("plot", [pt.plot.poinsot_construction, pt.plot.herpolhode])
 @pytest.mark.parametrize("state", [START, REST])
 def test_the_construction_refuses_torques(plot, state):
     motion = pt.propagate(TOP, state, np.linspace(0, 3, 31))
@@ -600,4 +555,4 @@ def test_the_construction_refuses_torques(plot, state):
 
 def test_a_force_without_strength_is_no_obstacle():
     weightless = pt.System(BODY, pt.UniformGravity(0.0, (1, 0, 0)))
-    plot_poinsot(pt.propagate(weightless, START, np.linspace(0, 3, 31)))
+    pt.plot.poinsot_construction(pt.propagate(weightless, START, np.linspace(0, 3, 31)))

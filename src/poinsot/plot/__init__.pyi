@@ -1,0 +1,38 @@
+"""Pictures, by the module of each; imported when they are used first."""
+
+from .continuation import branch
+from .frequencies import spectrum
+from .geometry import herpolhode, poinsot_construction, polhode
+from .maps import chaos, map  # noqa: A004
+from .sections import section
+from .sphere import momentum_sphere
+from .state_transition import uncertainty
+from .time_series import (
+    angular_momentum,
+    angular_velocity,
+    difference,
+    drift,
+    euler_angles,
+    quaternions,
+    roll_pitch_yaw,
+)
+
+__all__ = [
+    "angular_momentum",
+    "angular_velocity",
+    "branch",
+    "chaos",
+    "difference",
+    "drift",
+    "euler_angles",
+    "herpolhode",
+    "map",
+    "momentum_sphere",
+    "poinsot_construction",
+    "polhode",
+    "quaternions",
+    "roll_pitch_yaw",
+    "section",
+    "spectrum",
+    "uncertainty",
+]
