@@ -7,8 +7,8 @@ A formula receives scalars that may be any of these, and vectors that are three 
 from __future__ import annotations
 
 import builtins
-import importlib
 import operator
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -157,7 +157,7 @@ def _engine(*scalars: Scalar) -> Any:
         kind = type(scalar)
         name = kind.__module__.partition(".")[0]
         if name in ("sympy", "mpmath") or (name == "heyoka" and kind.__name__ == "expression"):
-            return importlib.import_module(name)
+            return sys.modules[name]
     return np
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
 from typing import Any
 
-import heyoka
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.mechanics.calendar import Calendar, span_of
+from poinsot.orbits import solutions
 from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 
@@ -131,28 +129,9 @@ def _heliocentric(body: str, seconds: Array) -> Array:
 
 def _planet(name: str, seconds: Array) -> Array:
     """Return the position of a planet, or of Earth and Moon, from the Sun, km."""
-    return AU * _planet_theory(name)(seconds[None, :] / (10 * JULIAN_CENTURY))
+    return AU * solutions.engine().planet_theory(*PLANETS[name])(seconds[None, :] / (10 * JULIAN_CENTURY))
 
 
 def _moon(seconds: Array) -> Array:
     """Return the position of the Moon from the Earth, km."""
-    return _moon_theory()(seconds[None, :] / JULIAN_CENTURY)
-
-
-@functools.cache
-def _planet_theory(name: str) -> Callable[[Array], Array]:
-    time = heyoka.make_vars("millennia")
-    number, threshold = PLANETS[name]
-    return _compiled(heyoka.model.vsop2013_cartesian_icrf(number, time_expr=time, thresh=threshold)[:3], time)
-
-
-@functools.cache
-def _moon_theory() -> Callable[[Array], Array]:
-    time = heyoka.make_vars("centuries")
-    return _compiled(heyoka.model.elp2000_cartesian_fk5(time_expr=time, thresh=MOON_THRESHOLD), time)
-
-
-def _compiled(formulas: list[Any], time: Any) -> Callable[[Array], Array]:
-    """Return a function of many times; it is built once and runs seldom, so it is not optimised."""
-    compiled: Callable[[Array], Array] = heyoka.cfunc(formulas, [time], compact_mode=True, opt_level=0)
-    return compiled
+    return solutions.engine().moon_theory(MOON_THRESHOLD)(seconds[None, :] / JULIAN_CENTURY)

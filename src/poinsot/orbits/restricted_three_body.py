@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from poinsot.mechanics.axes import Axes
 from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Parametric, Vector
-from poinsot.orbits.three_body_path import ThreeBodyPath
+from poinsot.orbits import solutions
 from poinsot.orbits.universal import refuse_symbols
 
 __all__ = ["CirclingPair", "SynodicAxes", "ThreeBodyOrbit", "ThreeBodyView"]
@@ -59,8 +60,8 @@ class ThreeBodyOrbit(CirclingPair, Parametric):
     At the epoch the secondary is in the direction of the first space axis from the primary; the motion is about the
     third, as with `LagrangePoint`. The body feels both: `GravityGradient(path.from_primary)` and
     `GravityGradient(path.from_secondary)`. A kernel integrates position and velocity along with the attitude, once
-    for both. For numbers they come from Taylor series, over a period of published orbits within 2e-13 separations of
-    what a kernel integrates; NaN beyond a collision.
+    for both. For numbers the engine integrates them alone, in extended precision where the machine has it; NaN beyond
+    a collision.
 
     Parameters
     ----------
@@ -126,15 +127,15 @@ class ThreeBodyOrbit(CirclingPair, Parametric):
         time = scalar("time", time)
         here: Any = getattr(time, "value", time)  # of a time with derivatives
         refuse_symbols(type(self).__name__, here, self.epoch, *self._start, variable="path")
-        now = functions.Vector(self._path.at(self.mean_motion * (here - self.epoch)))
+        now = functions.Vector(self._path(here - self.epoch))
         if here is time:
             return now
         rates = SynodicAxes(self).rates(here, now)
         return functions.Vector(time.chain(x, rate) for x, rate in zip(now, rates, strict=True))
 
     @functools.cached_property
-    def _path(self) -> ThreeBodyPath:
-        return ThreeBodyPath(self.mass_ratio, self._start)
+    def _path(self) -> Callable[[Any], NDArray[Any]]:
+        return solutions.engine().path(SynodicAxes(self), self._start)
 
     @property
     def _start(self) -> tuple[Scalar, ...]:

@@ -1,6 +1,8 @@
 """The path beside two attractors: its numbers, its views, and how a kernel integrates it along once."""
 
 import pickle
+import subprocess
+import sys
 
 import heyoka as hy
 import numpy as np
@@ -124,14 +126,44 @@ def test_members_are_what_each_is_alone():
         assert np.max(np.abs(r[i] - stacked(alone.from_primary.position_at(2.0)))) < 1e-14
 
 
+FALL = 0.03
+
+
+def falling(name, mu=0.01):
+    """A path from rest beside an attractor, and times just before and after the fall, the tide left out."""
+    mass, x = {"primary": (1 - mu, -mu), "secondary": (mu, 1 - mu)}[name]
+    path = pt.ThreeBodyOrbit(1 - mu, mu, 1.0, (x + FALL, 0, 0), (0, -FALL, 0))
+    return path, np.pi * np.sqrt(FALL**3 / (8 * mass)) * np.array([0.99, 1.01])
+
+
 def test_nothing_is_beyond_a_collision():
-    mu = 0.01
-    falling = pt.ThreeBodyOrbit(1 - mu, mu, 1.0, (1 - mu + 0.03, 0, 0), (0, -0.03, 0)).from_secondary
-    # From rest over the distance a: pi sqrt(a^3 / (8 mu)), the tide left out.
-    t = np.pi * np.sqrt(0.03**3 / (8 * mu)) * np.array([0.99, 1.01])
-    x, *_ = falling.position_at(t)
+    path, t = falling("primary")
+    x, *_ = path.from_primary.position_at(t)
     assert 0 < x[0] < 0.003
     assert np.isnan(x[1])
+
+
+def test_passage_close_to_the_secondary_keeps_the_jacobi_constant():
+    path, t = falling("secondary")  # the tide leads it past, at 1.8e-10
+    x, y, _, *velocity = path.variables_at(t[1])
+    assert 0.001 < np.hypot(x, y) < 0.003
+    after = pt.ThreeBodyOrbit(0.99, 0.01, 1.0, (x + 0.99, y, 0), velocity)
+    rounding = np.finfo(float).eps * 2 * 0.01 / 1.8e-10  # of the potential at the periapsis
+    assert abs(after.jacobi_constant - path.jacobi_constant) < 4 * rounding
+
+
+def test_nothing_is_at_times_that_are_not_finite():
+    times = np.array([np.inf, -np.inf, np.nan, EPOCH, 2.0])
+    assert np.array_equal(np.isnan(PATH.variables_at(times)[0]), [True, True, True, False, False])
+
+
+@pytest.mark.parametrize("way", ["pickle.loads(copy)", "ThreeBodyOrbit(*numbers).from_primary"])
+def test_engine_is_there_without_a_propagation(way):
+    numbers = MU1, MU2, SEPARATION, PLACE, DRIFT, EPOCH
+    code = "import pickle; from poinsot.orbits.restricted_three_body import ThreeBodyOrbit; "
+    code += f"copy, numbers = {pickle.dumps(PATH.from_primary)!r}, {numbers!r}; print(*{way}.position_at(2.0))"
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert np.array_equal(np.array(printed.split(), dtype=float), stacked(PATH.from_primary.position_at(2.0)))
 
 
 # ---------------------------------------------------------------------- ways in

@@ -1,0 +1,150 @@
+"""What the engine hands down to orbits: paths integrated for numbers, and the theories of the planets."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.engine.kernels import PRECISIONS, available
+from poinsot.engine.parameter_folding import Constants
+from poinsot.mechanics.axes import Axes
+
+__all__ = ["moon_theory", "path", "planet_theory"]
+
+Array = NDArray[Any]
+
+WIDEST: Any = PRECISIONS["extended" if available("extended") else "double"]
+
+
+def path(axes: Axes, start: Sequence[Any]) -> Path:
+    """Return the variables of axes as a function of the time since the start."""
+    return Path(axes, start)
+
+
+class Path:
+    """The variables of axes from a start, of one body or of members, integrated as far as was asked.
+
+    A time has the same result whatever was asked before: steps are those of the engine from the start on.
+
+    Parameters
+    ----------
+    axes : Axes
+        Their rates do not depend on the time.
+    start : sequence of scalars or arrays
+    """
+
+    def __init__(self, axes: Axes, start: Sequence[Any]) -> None:
+        self._given = axes, start
+        self._start = np.array(np.broadcast_arrays(*start, *axes.numbers)[: axes.size])
+        self._members = np.arange(self._start[0].size).reshape(self._start[0].shape)
+        self._branches: dict[int, _Branch] = {}
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> Any:  # a copy integrates anew
+        return type(self), self._given
+
+    def __call__(self, elapsed: Any) -> Array:
+        """Return the variables at times since the start that broadcast with the members; NaN beyond a collision."""
+        member, time = np.broadcast_arrays(self._members, elapsed)
+        kind = np.result_type(self._start, time)
+        out = np.array([np.broadcast_to(x, time.shape) for x in self._start], dtype=kind)
+        for direction, chosen in ((1, ~(time <= 0)), (-1, time < 0)):
+            if np.any(chosen):
+                far = np.max(np.abs(time[chosen]), where=np.isfinite(time[chosen]), initial=0)
+                out[:, chosen] = self._branch(direction, WIDEST(far)).at(member[chosen], time[chosen])
+        return out
+
+    def _branch(self, direction: int, far: Any) -> _Branch:
+        with self._lock:
+            known = self._branches.get(direction)
+            if known is None or known.far < far:
+                far = far if known is None else 2 * far  # so that a loop over times integrates but a few times
+                self._branches[direction] = known = self._integrated(direction, far)
+        return known
+
+    def _integrated(self, direction: int, far: Any) -> _Branch:
+        engine, constants = _integrator(self._given[0])
+        numbers = constants.values([np.asarray(number, WIDEST) for number in self._given[0].numbers])
+        table = np.array(np.broadcast_arrays(*numbers, *self._start), dtype=WIDEST).reshape(-1, self._members.size)
+        pieces = [
+            _pieces(engine, column[: len(numbers)], column[len(numbers) :], direction * far) for column in table.T
+        ]
+        lengths = [len(times) for times, _ in pieces]
+        times, series = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+        return _Branch(far, np.cumsum([0, *lengths]), times, series.T)
+
+
+@dataclass(frozen=True)
+class _Branch:
+    """Taylor series forwards or backwards, those of one member after another's.
+
+    The last one of each member is NaN, for times after the last that the integration reached.
+    """
+
+    far: Any
+    firsts: NDArray[np.int_]
+    begins: Array
+    series: Array
+
+    def at(self, member: NDArray[np.int_], time: Array) -> Array:
+        """Return the variables of members at times."""
+        place, after = self.firsts[member], self.firsts[member + 1]
+        while np.any(after - place > 1):
+            middle = (place + after) // 2
+            later = np.abs(self.begins[middle]) < np.abs(time)
+            place, after = np.where(later, middle, place), np.where(later, after, middle)
+        since = time - self.begins[place]
+        total: Array = self.series[-1][:, place]
+        for coefficients in self.series[-2::-1]:
+            total = total * since + coefficients[:, place]
+        return total
+
+
+def _integrator(axes: Axes) -> tuple[Any, Constants]:
+    symbols, constants = [hy.expression(f"x{i}") for i in range(axes.size)], Constants()
+    twin, variables = axes.with_numbers(constants.inputs()), [constants.variable(symbol) for symbol in symbols]
+    rates = [constants.expression(rate) for rate in twin.rates(constants.variable(hy.time), variables)]
+    equations, zeros = list(zip(symbols, rates, strict=True)), np.zeros(axes.size, WIDEST)
+    return hy.taylor_adaptive(equations, zeros, tol=np.finfo(WIDEST).eps, fp_type=WIDEST), constants
+
+
+def _pieces(engine: Any, parameters: Array, start: Array, end: Any) -> tuple[Array, Array]:
+    """Return where steps begin, (n,), and their coefficients, (n, variables, order + 1); the last are NaN."""
+    begins, series = [WIDEST(0)], []
+
+    def keep(engine: Any) -> bool:
+        series.append(engine.tc.copy())
+        begins.append(engine.time)
+        return bool(begins[-1] != begins[-2])  # at a collision steps fall to rounding
+
+    engine.state[:], engine.pars[:], engine.time = start, parameters, WIDEST(0)
+    engine.propagate_until(end, callback=keep, write_tc=True)
+    return np.array(begins), np.array([*series, np.full_like(engine.tc, np.nan)])
+
+
+@functools.cache
+def planet_theory(number: int, threshold: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Return the position of a planet in VSOP2013, without terms below the threshold, au."""
+    time = hy.make_vars("millennia")
+    return _compiled(hy.model.vsop2013_cartesian_icrf(number, time_expr=time, thresh=threshold)[:3], time)
+
+
+@functools.cache
+def moon_theory(threshold: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Return the position of the Moon in ELP2000-82B, without terms below the threshold."""
+    time = hy.make_vars("centuries")
+    return _compiled(hy.model.elp2000_cartesian_fk5(time_expr=time, thresh=threshold), time)
+
+
+def _compiled(formulas: list[Any], time: Any) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Return a function of many times; it is built once and runs seldom, so it is not optimised."""
+    compiled: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    compiled = hy.cfunc(formulas, [time], compact_mode=True, opt_level=0)
+    return compiled
