@@ -6,6 +6,7 @@
 The file belongs to one machine: processors differ in the last bits.
 """
 
+import itertools
 import sys
 from pathlib import Path
 
@@ -48,6 +49,16 @@ class Burn(pt.Torque):
         return on_time, 0.02 * omega_body[0], on_rate * attitude.to_body((0, 0, 1))[0]
 
 
+class Edge(pt.Torque):
+    """A torque that is defined on one side of a time only."""
+
+    instant: float
+    side: float
+
+    def torque(self, body, attitude, omega_body, environment):
+        return 0.1 * f.sqrt(self.side * (environment.time - self.instant)) * f.Vector((0.0, 0.3, 0.2))
+
+
 class Kick(pt.Event):
     """A change of attitude momentum at zeros of a rate."""
 
@@ -78,6 +89,7 @@ def single(force=(), body=BODY, times=TIMES, **options):
     system = pt.System(body, *alone(force))
     motion = pt.propagate(system, body.state(Q, omega_body=RATES), times, **options)
     out = {"q": motion.quaternion, "Q": motion.conjugate_momenta, "energy": motion.energy, "omega": motion.omega_body}
+    out["steps"] = np.array(motion.run.steps)
     if options.get("dense"):
         at = motion(np.linspace(times[0], times[-1], 57))
         out |= {"dense q": at.quaternion, "dense Q": at.conjugate_momenta}
@@ -87,7 +99,7 @@ def single(force=(), body=BODY, times=TIMES, **options):
     return out
 
 
-def several(force=(), members=11, body=BODY, times=FEW, **options):
+def several(force=(), members=11, body=BODY, times=FEW, threads=1, **options):
     """Return the rows of an ensemble whose members start at different rates and times."""
     shares = np.linspace(0, 1, members)
     state = body.state(
@@ -95,11 +107,24 @@ def several(force=(), members=11, body=BODY, times=FEW, **options):
         omega_body=np.outer(1 + 0.3 * shares, RATES),
         time=0.5 * np.round(4 * shares),
     )
-    motion = pt.propagate(pt.System(body, *alone(force)), state, times, threads=1, **options)
-    out = {"q": motion.quaternion, "Q": motion.conjugate_momenta}
+    motion = pt.propagate(pt.System(body, *alone(force)), state, times, threads=threads, **options)
+    out = {"q": motion.quaternion, "Q": motion.conjugate_momenta, "steps": np.array(motion.run.steps)}
+    if motion.failures:
+        out["failures"] = np.array(str(motion.failures))
     for i, event in enumerate(motion.events):
         out |= {f"event {i} t": event.times, f"event {i} q": event.states.quaternion}
     return out
+
+
+def stopped(force, **options):
+    """Return what is left of a motion that stops before its end, and why it did."""
+    try:
+        pt.propagate(pt.System(BODY, *alone(force)), BODY.state(Q, omega_body=RATES), **options)
+    except pt.PropagationError as error:
+        motion = error.trajectory
+        out = {"why": np.array(str(error)), "time": np.array(error.time), "t": motion.times, "q": motion.quaternion}
+        return out | {f"event {i} t": event.times for i, event in enumerate(motion.events)}
+    raise RuntimeError("it did not stop")
 
 
 def variations(*forces, order=1):
@@ -188,10 +213,34 @@ def cases():
     for name in ("weight", "ellipse"):
         yield f"{name}, second order", lambda name=name: variations(FORCES[name], order=2)
         yield f"{name}, spectra", lambda name=name: spectra(FORCES[name])
+    yield from edges()
     yield "ellipse, field", lambda: single(pt.HarmonicGravity(pt.KeplerOrbit(1.1, 1.3, 0.0, 0.2, 0.0, 0.0), FIELD))
     yield "ellipsoid", lambda: single(pt.EllipsoidGravity(RESTING, 1.1, (0.9, 0.6, 0.4)))
     yield "planar", planar
     yield "free motion", free
+
+
+def edges():
+    """Yield runs that stop on the way, and ensembles of each count of members over one thread and two."""
+    for name, options in {
+        "forwards": {"times": FEW},
+        "both ways": {"times": TIMES},
+        "down": {"times": TIMES[::-1]},
+        "dense": {"times": FEW, "dense": True},
+        "extended": {"times": FEW, "precision": "extended"},
+        "events": {"times": TIMES, "events": events()[:2]},
+    }.items():
+        yield f"edge, {name}", lambda options=options: stopped(Edge(4.55, -1.0), **options)
+    yield "two edges", lambda: stopped((Edge(4.55, -1.0), Edge(-2.41, 1.0)), times=TIMES)
+    for members, threads in itertools.product((1, 7, 8, 9, 17), (1, 2)):
+        options, name = {"members": members, "threads": threads}, f"{members} members, {threads} threads"
+        instants, sides = np.full(members, -40.0), np.ones(members)
+        instants[[0, -1]], sides[[0, -1]] = (9.55, 6.43), -1.0
+        yield name, lambda options=options: several(FORCES["ellipse"], **options)
+        yield f"{name}, both ways", lambda options=options: several(FORCES["table"], times=TIMES, **options)
+        yield f"{name}, down", lambda options=options: several(FORCES["switched"], times=TIMES[::-1], **options)
+        yield f"{name}, events", lambda options=options: several(FORCES["weight"], events=events(), **options)
+        yield f"{name}, edges", lambda a=instants, b=sides, o=options: several(Edge(a, b), events=events()[:1], **o)
 
 
 def results():
