@@ -43,10 +43,10 @@ class Burn(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        on_time = f.where(f.less(environment.time, 3.3), self.size, -self.size)
-        on_rate = f.where(f.less(omega_body[2], 0.7), 0.1, 0.05)
-        return on_time, 0.02 * omega_body[0], on_rate * attitude.to_body((0, 0, 1))[0]
+    def torque(self, instant):
+        on_time = f.where(f.less(instant.time, 3.3), self.size, -self.size)
+        on_rate = f.where(f.less(instant.omega_body[2], 0.7), 0.1, 0.05)
+        return on_time, 0.02 * instant.omega_body[0], on_rate * instant.attitude.to_body((0, 0, 1))[0]
 
 
 class Edge(pt.Torque):
@@ -55,15 +55,15 @@ class Edge(pt.Torque):
     instant: float
     side: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        return 0.1 * f.sqrt(self.side * (environment.time - self.instant)) * f.Vector((0.0, 0.3, 0.2))
+    def torque(self, instant):
+        return 0.1 * f.sqrt(self.side * (instant.time - self.instant)) * f.Vector((0.0, 0.3, 0.2))
 
 
 class Kick(pt.Event):
     """A change of attitude momentum at zeros of a rate."""
 
-    def value(self, body, attitude, omega_body, environment):
-        return omega_body[0]
+    def value(self, instant):
+        return instant.omega_body[0]
 
     def act(self, body, state):
         g = 1.01 * np.array(state.angular_momentum_body)
@@ -75,8 +75,8 @@ class Bound(pt.Event):
 
     bound: float
 
-    def value(self, body, attitude, omega_body, environment):
-        return omega_body[2] - self.bound
+    def value(self, instant):
+        return instant.omega_body[2] - self.bound
 
 
 def alone(force):

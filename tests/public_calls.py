@@ -37,6 +37,7 @@ INTERNAL = {
     "variables_at",
     *(
         "potential_at",
+        "at",
         "beside",
         "watching",
         "position",
@@ -51,19 +52,8 @@ INTERNAL = {
 """Methods that formulas call, on scalars of any kind, and not a user on numbers."""
 
 NOT_CALLED = {
-    *(
-        "Event",
-        "Frame",
-        "Orbit",
-        "Potential",
-        "Shape",
-        "Torque",
-        "Attitude",
-        "Environment",
-        "Vector",
-        "functions",
-        "plot",
-    ),
+    *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
+    *("Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "Crossings", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "Section", "StateTransition", "Trajectory"),
@@ -333,7 +323,7 @@ def public_calls(folder):
         "GravityField.truncated": (field().truncated, {"degree": 2}),
         "GravityGradient": (pt.GravityGradient, {"orbit": ELLIPSE}),
         "HarmonicGravity": (pt.HarmonicGravity, {"orbit": ELLIPSE, "field": field()}),
-        "Instant": (pt.Instant, {"time": 1.0, "slope": 1, "terminal": False}),
+        "AtTime": (pt.AtTime, {"time": 1.0, "slope": 1, "terminal": False}),
         "KeplerOrbit": (
             pt.KeplerOrbit,
             {
@@ -617,7 +607,11 @@ def public_names():
         thing = getattr(pt, name)
         if name not in NOT_CALLED:
             yield name
-        if inspect.isclass(thing) and not issubclass(thing, BaseException) and name not in ("Vector", "Environment"):
+        if (
+            inspect.isclass(thing)
+            and not issubclass(thing, BaseException)
+            and name not in ("Vector", "Environment", "Instant")
+        ):
             for method, found in vars(thing).items():
                 plain = found.__func__ if isinstance(found, classmethod | staticmethod) else found
                 shown = method == "__call__" or not method.startswith("_")

@@ -36,13 +36,14 @@ from .mechanics.event import Event
 from .mechanics.force import Potential, Torque
 from .mechanics.frame import Frame, RotatingFrame
 from .mechanics.gravity_field import GravityField
+from .mechanics.instant import Instant
 from .mechanics.parameters import Vector
 from .mechanics.standard_events import (
     AndoyerCrossing,
     Apsis,
+    AtTime,
     AttractorCrossing,
     AxisCrossing,
-    Instant,
     RateCrossing,
     SpinFlip,
 )
@@ -74,6 +75,7 @@ __all__ = [
     "AndoyerCrossing",
     "Apsis",
     "Assembly",
+    "AtTime",
     "Attitude",
     "AttitudeTable",
     "AttractorCrossing",

@@ -94,7 +94,22 @@ class Vector(Sequence[Any]):
         return Vector(-a for a in self)
 
 
-class Commuting:
+class Comparable:
+    """The comparisons of a kind of scalar: the conditions that `less` makes."""
+
+    def __lt__(self, other: Any) -> Any:
+        return less(self, other)
+
+    def __gt__(self, other: Any) -> Any:
+        return less(other, self)
+
+    def __le__(self, other: Any) -> Any:
+        raise TypeError("a formula must compare by < or >, as poinsot.functions.less(a, b) does, got <= or >=.")
+
+    __ge__ = __le__
+
+
+class Commuting(Comparable):
     """The operators of a kind of scalar whose left operand is another kind, by those with the operands exchanged."""
 
     if TYPE_CHECKING:
@@ -112,11 +127,6 @@ class Commuting:
 
     def __abs__(self) -> Any:
         return abs(self)
-
-    def __lt__(self, other: Any) -> Any:
-        raise TypeError("a formula must compare by poinsot.functions.less(a, b), got a comparison of symbols.")
-
-    __gt__ = __le__ = __ge__ = __lt__
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
@@ -190,7 +200,7 @@ asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
 
 
 def less(a: Scalar, b: Scalar) -> Scalar:
-    """Return the condition a < b, for `where`."""
+    """Return the condition a < b, for `where`; `a < b` and `b > a` are the same."""
     if own := _own("less", (a, b)):
         return own[0]
     engine = _engine(a, b)

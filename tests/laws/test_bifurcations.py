@@ -37,9 +37,9 @@ class Brake(pt.Torque):
 
     strength: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        normal = attitude.to_body(tuple(CIRCLE.normal))
-        return 0.0, 0.0, -self.strength * (omega_body[2] - normal[2])
+    def torque(self, instant):
+        normal = instant.attitude.to_body(tuple(CIRCLE.normal))
+        return 0.0, 0.0, -self.strength * (instant.omega_body[2] - normal[2])
 
 
 def driven():

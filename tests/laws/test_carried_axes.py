@@ -23,10 +23,10 @@ class Offset(pt.Potential):
     orbit: pt.Orbit
     arm: pt.Vector
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        way = environment.position(self.orbit) * 0.5 + attitude.to_space(self.arm)
-        wind = fn.cross(environment.position(self.orbit), environment.velocity(self.orbit))
-        return 0.1 * fn.dot(way, way) + 0.05 * attitude.to_body(wind / fn.norm(wind))[0] ** 2
+    def energy(self, instant):
+        way = instant.position(self.orbit) * 0.5 + instant.attitude.to_space(self.arm)
+        wind = fn.cross(instant.position(self.orbit), instant.velocity(self.orbit))
+        return 0.1 * fn.dot(way, way) + 0.05 * instant.attitude.to_body(wind / fn.norm(wind))[0] ** 2
 
 
 class Polar(pt.Potential):
@@ -34,8 +34,8 @@ class Polar(pt.Potential):
 
     orbit: pt.Orbit
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return 0.3 * environment.position(self.orbit)[2] * attitude.to_body(environment.direction(self.orbit))[0]
+    def energy(self, instant):
+        return 0.3 * instant.position(self.orbit)[2] * instant.attitude.to_body(instant.direction(self.orbit))[0]
 
 
 class Field(pt.Potential):
@@ -44,8 +44,8 @@ class Field(pt.Potential):
     orbit: pt.Orbit
     field_space: pt.Vector
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return attitude.to_body(self.field_space)[0] - 1e9 * environment.inverse_distance(self.orbit)
+    def energy(self, instant):
+        return instant.attitude.to_body(self.field_space)[0] - 1e9 * instant.inverse_distance(self.orbit)
 
 
 class Drag(pt.Torque):
@@ -54,8 +54,8 @@ class Drag(pt.Torque):
     orbit: pt.Orbit
     wind_space: pt.Vector
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return 0.1 * attitude.to_body(environment.velocity(self.orbit) + self.wind_space)
+    def torque(self, instant):
+        return 0.1 * instant.attitude.to_body(instant.velocity(self.orbit) + self.wind_space)
 
 
 def comoving(system):

@@ -416,8 +416,8 @@ class Spring(pt.Potential):
     stiffness: float
     axis_body: pt.Vector
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return 0.5 * self.stiffness * dot(self.axis_body, attitude.to_body((1, 0, 0))) ** 2
+    def energy(self, instant):
+        return 0.5 * self.stiffness * dot(self.axis_body, instant.attitude.to_body((1, 0, 0))) ** 2
 
 
 class SpringTorque(pt.Torque):
@@ -426,8 +426,8 @@ class SpringTorque(pt.Torque):
     stiffness: float
     axis_body: pt.Vector
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        s1 = attitude.to_body((1, 0, 0))
+    def torque(self, instant):
+        s1 = instant.attitude.to_body((1, 0, 0))
         return self.stiffness * dot(self.axis_body, s1) * cross(s1, self.axis_body)
 
 
@@ -438,8 +438,8 @@ class Motor(pt.Torque):
     frequency: float
     axis_body: pt.Vector
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return self.strength * pt.functions.cos(self.frequency * environment.time) * self.axis_body
+    def torque(self, instant):
+        return self.strength * pt.functions.cos(self.frequency * instant.time) * self.axis_body
 
 
 @LAWS

@@ -1,7 +1,5 @@
 """An ensemble is its members run alone: states, events, failures, whatever else is in the batch."""
 
-# ruff: noqa: ARG002
-
 import functools
 import itertools
 import re
@@ -41,8 +39,8 @@ class Edge(pt.Torque):
     instant: float
     side: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        return 0.1 * fn.sqrt(self.side * (environment.time - self.instant)) * fn.Vector((0.0, 0.3, 0.2))
+    def torque(self, instant):
+        return 0.1 * fn.sqrt(self.side * (instant.time - self.instant)) * fn.Vector((0.0, 0.3, 0.2))
 
 
 class Thruster(pt.Torque):
@@ -51,10 +49,8 @@ class Thruster(pt.Torque):
     on: float
     off: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        burns = fn.where(
-            fn.less(environment.time, self.on), 0.0, fn.where(fn.less(environment.time, self.off), 0.3, 0.0)
-        )
+    def torque(self, instant):
+        burns = fn.where(fn.less(instant.time, self.on), 0.0, fn.where(fn.less(instant.time, self.off), 0.3, 0.0))
         return burns * fn.Vector((0.5, -1.0, 0.8))
 
 
@@ -63,8 +59,8 @@ class BangBang(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        _, sine, _ = attitude.to_body((-1, 0, 0))
+    def torque(self, instant):
+        _, sine, _ = instant.attitude.to_body((-1, 0, 0))
         return fn.Vector((0.1, 0.0, self.size * fn.where(fn.less(sine, 0.0), 1.0, -1.0)))
 
 
@@ -73,8 +69,8 @@ class Saturated(pt.Torque):
 
     gain: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        wanted = [-self.gain * rate for rate in omega_body]
+    def torque(self, instant):
+        wanted = [-self.gain * rate for rate in instant.omega_body]
         limited = [fn.where(fn.less(x, -0.05), -0.05, fn.where(fn.less(0.05, x), 0.05, x)) for x in wanted]
         return fn.Vector(limited)
 
@@ -220,11 +216,9 @@ class Broken(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        x = attitude.to_body((0, 0, 1))[0]
-        return fn.Vector((0.0, 0.1, 0.0)) * fn.sqrt(
-            fn.where(fn.less(environment.time, self.instant), 1.0, -2.0) + x * x
-        )
+    def torque(self, instant):
+        x = instant.attitude.to_body((0, 0, 1))[0]
+        return fn.Vector((0.0, 0.1, 0.0)) * fn.sqrt(fn.where(fn.less(instant.time, self.instant), 1.0, -2.0) + x * x)
 
 
 def test_times_that_lanes_pass_while_another_fails():

@@ -9,6 +9,7 @@ import pytest
 import sympy
 from scipy.spatial.transform import Rotation
 
+import formulas
 import poinsot as pt
 from poinsot.algebra.quaternion import product
 from poinsot.engine import kernels
@@ -70,7 +71,7 @@ def random_attitudes(count=4):
 def potential_energy(system, q, time):
     """The energy on numbers of 40 digits."""
     exact = system.with_numbers(mpmath.mpf(float(x)) for x in system.numbers)
-    return exact.potential_at(Vector(q), mpmath.mpf(time))
+    return formulas.potential(exact, Vector(q), mpmath.mpf(time))
 
 
 def torque_from_energy(system, q, time):
@@ -88,8 +89,7 @@ def torque_from_energy(system, q, time):
 def heyoka_torque(system):
     variables = hy.make_vars("q0", "q1", "q2", "q3", "w1", "w2", "w3")
     symbolic = system.with_numbers(hy.expression(float(x)) for x in system.numbers)
-    attitude = pt.Attitude.from_quaternion(variables[:4])
-    torque = symbolic.torque_at(attitude, Vector(variables[4:]), pt.Environment(hy.time))
+    torque = formulas.torque(symbolic, variables[:4], variables[4:], hy.time)
     compiled = hy.cfunc([hy.expression(0.0) + component for component in torque], list(variables))
     return lambda q, omega, time: compiled(np.array([*q, *omega]), time=time)
 
@@ -98,15 +98,14 @@ def sympy_torque(system, time):
     if any(isinstance(force, pt.EllipsoidGravity) for force in system.forces):  # whose root is too long to write out
         return lambda q, omega: np.array(sympy_numbers(system, q, omega, time), dtype=float)
     variables = sympy.symbols("q0:4 w1:4", real=True)
-    attitude = pt.Attitude.from_quaternion(variables[:4])
-    torque = system.torque_at(attitude, Vector(variables[4:]), pt.Environment(time))
+    torque = formulas.torque(system, variables[:4], variables[4:], time)
     function = sympy.lambdify(variables, list(torque), "numpy")
     return lambda q, omega: np.array(function(*q, *omega), dtype=float)
 
 
 def sympy_numbers(system, q, omega, time):
     q, omega = (Vector(sympy.Float(float(x), 17) for x in vector) for vector in (q, omega))
-    return list(system.torque_at(pt.Attitude.from_quaternion(q), omega, pt.Environment(time)))
+    return list(formulas.torque(system, q, omega, time))
 
 
 @each_body

@@ -28,8 +28,8 @@ class Spinning(pt.Torque):
 
     k: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return self.k * omega_body
+    def torque(self, instant):
+        return self.k * instant.omega_body
 
 
 class Swinging(pt.Torque):
@@ -37,8 +37,8 @@ class Swinging(pt.Torque):
 
     k: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return self.k * functions.sin(environment.time) * omega_body
+    def torque(self, instant):
+        return self.k * functions.sin(instant.time) * instant.omega_body
 
 
 class Switched(pt.Torque):
@@ -47,12 +47,12 @@ class Switched(pt.Torque):
     k: float
     end: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        on = functions.where(functions.less(environment.time, self.end), self.k, 0.0)
-        return on * omega_body
+    def torque(self, instant):
+        on = functions.where(functions.less(instant.time, self.end), self.k, 0.0)
+        return on * instant.omega_body
 
 
-class Kick(pt.Instant):
+class Kick(pt.AtTime):
     """Gives the body an angular momentum."""
 
     momentum: pt.Vector
@@ -117,7 +117,7 @@ def test_growth_with_dense_output_and_events(factor):
     marks = time * np.array([0.3, 0.9])
     times = np.linspace(0, time, 7)
     system, one = pt.System(BALL, torque), BALL.state(attitude, omega_body=rate * axis)
-    events = [pt.Instant(mark) for mark in marks]
+    events = [pt.AtTime(mark) for mark in marks]
     dense = pt.propagate(system, one, times, dense=True, events=events)
     plain = pt.propagate(system, one, times, events=events)
     assert np.abs(dense.quaternion - plain.quaternion).max() < 100 * EPS * (1 + abs(angle))

@@ -78,7 +78,7 @@ EVENTS = {
     "SpinFlip": (pt.SpinFlip(AXIS), lambda m, w, t: (w * BODY.moments) @ AXIS),
     "AndoyerCrossing": (pt.AndoyerCrossing(angle=0.8), andoyer_g),
     "Apsis": (pt.Apsis(ORBIT), radial_rate),
-    "Instant": (pt.Instant(3.7), lambda m, w, t: t - 3.7),
+    "AtTime": (pt.AtTime(3.7), lambda m, w, t: t - 3.7),
 }
 
 

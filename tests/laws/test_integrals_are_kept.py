@@ -23,8 +23,8 @@ class Offset(pt.Potential):
     constant: float
     slope: float
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return self.constant + self.slope * attitude.to_body((0.0, 0.0, 1.0))[0]
+    def energy(self, instant):
+        return self.constant + self.slope * instant.attitude.to_body((0.0, 0.0, 1.0))[0]
 
 
 class Breathing(pt.Potential):
@@ -32,8 +32,8 @@ class Breathing(pt.Potential):
 
     constant: float
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return self.constant + 1e-3 * fn.cos(environment.time) * attitude.to_body((0.0, 0.0, 1.0))[0]
+    def energy(self, instant):
+        return self.constant + 1e-3 * fn.cos(instant.time) * instant.attitude.to_body((0.0, 0.0, 1.0))[0]
 
 
 class Rotor(pt.Torque):
@@ -41,8 +41,8 @@ class Rotor(pt.Torque):
 
     h: pt.Vector
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return fn.cross(self.h, omega_body)
+    def torque(self, instant):
+        return fn.cross(self.h, instant.omega_body)
 
 
 class Gyroscopic(pt.Torque):
@@ -50,8 +50,8 @@ class Gyroscopic(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return self.size * fn.cross(attitude.to_body((0, 0, 1)), omega_body)
+    def torque(self, instant):
+        return self.size * fn.cross(instant.attitude.to_body((0, 0, 1)), instant.omega_body)
 
 
 class Sideways(pt.Torque):
@@ -59,9 +59,9 @@ class Sideways(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        g = body.angular_momentum(omega_body)
-        return self.size * fn.cross(attitude.to_body((0.6, 0, 0.8)), g)
+    def torque(self, instant):
+        g = instant.angular_momentum_body
+        return self.size * fn.cross(instant.attitude.to_body((0.6, 0, 0.8)), g)
 
 
 class AlongSpace(pt.Torque):
@@ -69,8 +69,8 @@ class AlongSpace(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return attitude.to_body((0, 0, self.size))
+    def torque(self, instant):
+        return instant.attitude.to_body((0, 0, self.size))
 
 
 SYSTEMS = {

@@ -4,8 +4,6 @@ The zeros of a product of (time - a) are the numbers a themselves: round ones li
 halved, close ones drown in the rounding of a Taylor polynomial.
 """
 
-# ruff: noqa: ARG002
-
 import numpy as np
 import pytest
 
@@ -22,8 +20,8 @@ class Product(pt.Event):
     b: float
     c: float
 
-    def value(self, body, attitude, omega_body, environment):
-        return (environment.time - self.a) * (environment.time - self.b) * (environment.time - self.c)
+    def value(self, instant):
+        return (instant.time - self.a) * (instant.time - self.b) * (instant.time - self.c)
 
 
 class Kick(Product):
@@ -39,8 +37,8 @@ class Window(pt.Torque):
     b: float
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        inside = fn.less((environment.time - self.a) * (environment.time - self.b), 0.0)
+    def torque(self, instant):
+        inside = fn.less((instant.time - self.a) * (instant.time - self.b), 0.0)
         return fn.Vector((0.0, 0.0, 1.5)) * (fn.where(inside, self.size, 0.0))
 
 
@@ -163,8 +161,8 @@ def test_a_start_on_the_section_is_a_point_of_it():
 class Switched(pt.Torque):
     """A torque on one side of a plane through the body."""
 
-    def torque(self, body, attitude, omega_body, environment):
-        x, y, _ = attitude.to_body((0.6, 0.0, 0.8))
+    def torque(self, instant):
+        x, y, _ = instant.attitude.to_body((0.6, 0.0, 0.8))
         return fn.where(fn.less(x, 0.3 * y + 0.1), 0.2, -0.1) * fn.Vector((0.3, -1.0, 0.5))
 
 

@@ -39,15 +39,15 @@ class Drag(pt.Torque):
 
     coefficient: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return pt.functions.Vector(-self.coefficient * component for component in omega_body)
+    def torque(self, instant):
+        return pt.functions.Vector(-self.coefficient * component for component in instant.omega_body)
 
 
 class Runaway(pt.Torque):
     """It makes the rate infinite in a finite time."""
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return pt.functions.Vector(9 * component**3 for component in omega_body)
+    def torque(self, instant):
+        return pt.functions.Vector(9 * component**3 for component in instant.omega_body)
 
 
 def members():
@@ -156,5 +156,5 @@ def test_a_copy_can_be_run_again():
 
 def test_every_result_is_among_them():
     results = {name for name in NOT_CALLED if inspect.isclass(getattr(pt, name)) and name in pt.__all__}
-    bases = {"Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Vector"}
+    bases = {"Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant", "Vector"}
     assert results - bases <= RESULTS.keys()

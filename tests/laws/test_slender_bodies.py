@@ -38,11 +38,11 @@ class Central(pt.Potential):
 
     orbit: pt.Orbit
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return -0.1 * environment.inverse_distance(self.orbit)
+    def energy(self, instant):
+        return -0.1 * instant.inverse_distance(self.orbit)
 
 
-class Same(pt.Instant):
+class Same(pt.AtTime):
     """An action that leaves the state as it is."""
 
     def act(self, body, state):  # noqa: ARG002
@@ -96,7 +96,7 @@ def many(body, folder):  # noqa: ARG001
 
 
 def crossed(body, folder):  # noqa: ARG001
-    motion = run(along(body), events=[pt.Instant(time) for time in TIMES[TIMES != 0]])
+    motion = run(along(body), events=[pt.AtTime(time) for time in TIMES[TIMES != 0]])
     found = [each.of(0) for each in motion.events]
     return np.insert([rates(body, each.states)[0] for each in found], 1, rates(body, motion.initial), axis=0)
 

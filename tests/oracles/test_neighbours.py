@@ -20,9 +20,9 @@ class Drag(pt.Torque):
 
     coefficient: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+    def torque(self, instant):
         """Return the torque."""
-        return -self.coefficient * functions.exp(attitude.to_body((1.0, 0.0, 0.0))[2]) * omega_body
+        return -self.coefficient * functions.exp(instant.attitude.to_body((1.0, 0.0, 0.0))[2]) * instant.omega_body
 
 
 def kepler(**changes):

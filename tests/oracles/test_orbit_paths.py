@@ -23,10 +23,10 @@ class Turn(pt.Torque):
 
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        inverse = environment.inverse_distance(self.orbit)
-        return attitude.to_body(
-            fn.cross(environment.position(self.orbit), environment.velocity(self.orbit)) * (inverse * inverse)
+    def torque(self, instant):
+        inverse = instant.inverse_distance(self.orbit)
+        return instant.attitude.to_body(
+            fn.cross(instant.position(self.orbit), instant.velocity(self.orbit)) * (inverse * inverse)
         )
 
 

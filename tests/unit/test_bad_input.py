@@ -551,14 +551,14 @@ NO_FRAME = "An orbit has one: orbit.frame."
 class Undeclared(pt.Potential):
     table: dict
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
+    def energy(self, instant):  # noqa: ARG002
         return 0.0
 
 
 class Anything(pt.Potential):
     thing: Any
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
+    def energy(self, instant):  # noqa: ARG002
         return 0.0
 
 
@@ -566,8 +566,8 @@ class Degree(pt.Potential):
     degree: int
     table: Annotated[Any, (2, 2)]
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return 0.0 * attitude.to_body((0, 0, 1))[0]
+    def energy(self, instant):
+        return 0.0 * instant.attitude.to_body((0, 0, 1))[0]
 
 
 DECLARED = "must be declared as float, Vector, Annotated[Any, shape], int, bool, str or Orbit, but its annotation is"
@@ -667,8 +667,8 @@ def potential(formula):
     class Formula(pt.Potential):
         size: float
 
-        def energy(self, body, attitude, environment):  # noqa: ARG002
-            return formula(self.size, attitude.to_body((0, 0, 1)))
+        def energy(self, instant):
+            return formula(self.size, instant.attitude.to_body((0, 0, 1)))
 
     return Formula(2.0)
 
@@ -679,8 +679,8 @@ def torque(formula):
     class Formula(pt.Torque):
         size: float
 
-        def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-            return formula(self.size, omega_body)
+        def torque(self, instant):
+            return formula(self.size, instant.omega_body)
 
     return Formula(2.0)
 
@@ -768,10 +768,25 @@ def test_what_has_no_name_there_is_refused_too(formula):
         pt.System(BODY, potential(formula))
 
 
-def test_a_comparison_of_symbols_names_less():
-    force = torque(lambda _, omega: functions.Vector((np.where(omega[0] < 0, 1.0, 2.0), omega[1], omega[2])))
-    with pytest.raises(TypeError, match=r"must compare by poinsot\.functions\.less"):
+def test_a_comparison_that_has_no_condition_names_the_one_that_has():
+    force = torque(lambda _, omega: functions.Vector((functions.where(omega[0] <= 0, 1.0, 2.0), omega[1], omega[2])))
+    with pytest.raises(TypeError, match=r"must compare by < or >, as poinsot\.functions\.less"):
         pt.propagate(pt.System(BODY, force), STATE, (0, 1))
+
+
+def test_a_foreign_choice_by_a_condition_names_where():
+    force = torque(lambda _, omega: functions.Vector((np.where(omega[0] < 0, 1.0, 2.0), omega[1], omega[2])))
+    with pytest.raises(TypeError, match=r"got numpy\.where of symbols\. Write poinsot\.functions\.where\."):
+        pt.propagate(pt.System(BODY, force), STATE, (0, 1))
+
+
+def test_an_energy_does_not_depend_on_the_rates():
+    class Formula(pt.Potential):
+        def energy(self, instant):
+            return instant.omega_body[0]
+
+    with pytest.raises(TypeError, match=r"^an energy must depend on time, attitude and orbits alone, got .* Torque\.$"):
+        pt.System(BODY, Formula())
 
 
 def test_a_formula_takes_the_arguments_of_its_base_class():
@@ -779,7 +794,7 @@ def test_a_formula_takes_the_arguments_of_its_base_class():
         def energy(self, body, attitude):  # noqa: ARG002
             return 0.0
 
-    with pytest.raises(TypeError, match=r"^the formula of Formula must take the arguments of its base class, but "):
+    with pytest.raises(TypeError, match=r"^the formula of Formula must take one argument, the instant, but "):
         pt.System(BODY, Formula())
 
 
@@ -788,8 +803,8 @@ def test_an_if_on_structure_is_no_mistake():
         degree: int
         size: float
 
-        def energy(self, body, attitude, environment):  # noqa: ARG002
-            up = attitude.to_body((0, 0, 1))[0]
+        def energy(self, instant):
+            up = instant.attitude.to_body((0, 0, 1))[0]
             return self.size * (up if self.degree == 1 else up**2)
 
     assert np.isfinite(pt.propagate(pt.System(BODY, Chosen(2, 0.5)), STATE, [1.0]).energy[0])
@@ -801,8 +816,8 @@ def test_an_if_on_structure_is_no_mistake():
 class Pole(pt.Torque):
     instant: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        pole = 1 / (self.instant - environment.time) ** 2
+    def torque(self, instant):
+        pole = 1 / (self.instant - instant.time) ** 2
         return functions.Vector((pole, 0 * pole, 0 * pole))
 
 

@@ -10,6 +10,9 @@ import sympy
 
 import poinsot as pt
 from poinsot import functions
+from poinsot.algebra.dual import Dual
+from poinsot.engine.parameter_folding import Constants
+from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, Nested
 
 EPS = np.finfo(float).eps
 ARGUMENT = 0.3
@@ -91,6 +94,36 @@ def test_where_less_on_every_kind(a, chosen):
     assert choice(mpmath.mpf(a)) == expected
 
 
+KINDS = {
+    "float": lambda: 1.0,
+    "array": lambda: np.array([1.0, 2.0]),
+    "sympy": lambda: S,
+    "mpmath": lambda: mpmath.mpf(1),
+    "constant of a run": lambda: next(Constants().inputs()),
+    "variable of a kernel": lambda: Constants().variable(X),
+    "dual": lambda: Dual(1.0, {"x": 1.0}),
+    "dual of a variable": lambda: Dual(Constants().variable(X), {"x": 1.0}),
+    "nested dual": lambda: Nested(Dual(1.0, {"x": 1.0})),
+    "explored": lambda: ExploredEnvironment(np.ones(BRANCHES)).time,
+}
+SIGNS = {
+    "x < 1.5": (lambda x: x < 1.5, lambda x: functions.less(x, 1.5)),
+    "1.5 < x": (lambda x: 1.5 < x, lambda x: functions.less(1.5, x)),  # noqa: SIM300
+    "x > 1.5": (lambda x: x > 1.5, lambda x: functions.less(1.5, x)),
+    "x * x < x": (lambda x: x * x < x, lambda x: functions.less(x * x, x)),
+}
+
+
+@pytest.mark.parametrize("sign", SIGNS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_signs_make_the_conditions_of_less(kind, sign):
+    by_sign, by_name = (condition(KINDS[kind]()) for condition in SIGNS[sign])
+    if hasattr(by_name, "home"):
+        by_sign, by_name = ((x.place, x.home._conditions, x.home._recipes) for x in (by_sign, by_name))
+        assert by_sign == by_name
+    assert np.array_equal(by_sign, by_name)
+
+
 def test_less_with_the_expression_on_the_right():
     assert compiled(functions.where(functions.less(1.0, X), X, 0.0), 2.0) == 2.0
     assert compiled(functions.where(functions.less(1.0, X), X, 0.0), 0.5) == 0.0
@@ -149,8 +182,8 @@ class AboutOneAxis(pt.Torque):
     shape: str
     one: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return functions.Vector((0.0, 0.0, IN_TIME[self.shape][0](environment.time, self.one)))
+    def torque(self, instant):
+        return functions.Vector((0.0, 0.0, IN_TIME[self.shape][0](instant.time, self.one)))
 
 
 def half_waves(t):
@@ -199,8 +232,9 @@ class Slowed(pt.Torque):
     push: float
     drag: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return functions.Vector((0.0, 0.0, self.push)) - self.drag * functions.norm(omega_body) * omega_body
+    def torque(self, instant):
+        drag = self.drag * functions.norm(instant.omega_body)
+        return functions.Vector((0.0, 0.0, self.push)) - drag * instant.omega_body
 
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3, 1e4])
@@ -225,8 +259,8 @@ class Leaning(pt.Potential):
 
     power: int
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return attitude.to_body((0, 0, 1))[0] ** self.power
+    def energy(self, instant):
+        return instant.attitude.to_body((0, 0, 1))[0] ** self.power
 
 
 @pytest.mark.parametrize("power", [0, 1, 2, 3, 4, 7, 16])

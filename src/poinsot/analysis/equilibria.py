@@ -24,6 +24,7 @@ from poinsot.mechanics.branch_exploration import Nested, opened
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import listed
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
@@ -171,7 +172,7 @@ class _Balance:
         g = body.angular_momentum(np.stack([component.inner.value for component in comoving], axis=-1))
         momentum = Vector(Nested(Dual(g[:, i], {("momentum", i): 1.0})) for i in range(3))
         omega: Any = kinetics.omega(momentum)
-        torque = self.system.torque_at(attitude, omega, Environment(self.time))
+        torque = self.system.torque_at(Instant(body, attitude, Environment(self.time), omega))
         rates = [opened(rate) for rate in (*(omega - comoving), *(kinetics.gyration(momentum) + torque))]
         names = [(block, i) for block in ("turn", "momentum") for i in range(3)]
         values = [getattr(rate, "value", rate) for rate in rates]

@@ -18,7 +18,7 @@ from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.probing import orbits_of, same
-from poinsot.mechanics.standard_events import AndoyerCrossing, Instant
+from poinsot.mechanics.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
@@ -123,7 +123,7 @@ def _all_times(motion: Trajectory) -> Crossings:
     got = np.isfinite(phase["quaternion"][:, 0])
     states = state_of(changed(phase, lambda x: x[got]), times[got])
     slopes = np.ones(int(got.sum()), dtype=int)
-    return Crossings(Instant(0.0), motion.system, times[got], states, slopes, whose[got])
+    return Crossings(AtTime(0.0), motion.system, times[got], states, slopes, whose[got])
 
 
 @checked

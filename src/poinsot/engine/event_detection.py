@@ -34,6 +34,7 @@ from poinsot.engine.termination import INTERRUPTED
 from poinsot.functions import Vector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
@@ -382,14 +383,15 @@ def event_functions(
     formulation.derivatives(own, system.body.kinetics(scale), torque_of, axes.omega(time, comoving))
     attitude, omega = seen
     environment = axes.environment(time, comoving)
-    values = [event.value(system.body, attitude, omega, environment) for event in system.events]
+    instant = Instant(system.body, attitude, environment, omega)
+    values = [event.value(instant) for event in system.events]
     for event, value in zip(system.events, values, strict=True):
         if isinstance(value, Constant | int | float):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
                 f"of {formulation.name!r}."
             )
-    conditions = [event.condition(system.body, attitude, omega, environment) for event in system.events]
+    conditions = [event.condition(instant) for event in system.events]
     return [constants.expression(value) for value in values], [
         hy.expression(0.0) + constants.expression(x) for x in conditions
     ]

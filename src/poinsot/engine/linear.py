@@ -25,6 +25,7 @@ from poinsot.functions import Vector, cross
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.system import System
 
 __all__ = ["NONE", "Linearization"]
@@ -69,7 +70,7 @@ class Linearization:
         self._matrix, attitude = self._with_free_matrix(q, comoving)
         kinetics = system.body.kinetics(scale)
         omega = kinetics.omega(g)
-        rates = kinetics.gyration(g) + system.torque_at(attitude, Vector(omega), environment, scale)
+        rates = kinetics.gyration(g) + system.torque_at(Instant(system.body, attitude, environment, omega), scale)
         self._omega, self._rates = ([NONE + constants.expression(x) for x in vector] for vector in (omega, rates))
         self._slopes: dict[Any, Any] = {}
         self._symbols = {place: _entry(*place) for place in self._matrix}

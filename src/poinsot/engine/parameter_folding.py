@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from poinsot import functions as formulas
 from poinsot.algebra.dual import Dual
-from poinsot.functions import Commuting, Vector
+from poinsot.functions import Commuting, Comparable, Vector
 
 __all__ = ["Constant", "Constants", "Multiple"]
 
@@ -189,7 +189,7 @@ class Constants:
         return [(place, *recipe) for place, recipe in self._recipes.items() if place in needed]
 
 
-class Constant:
+class Constant(Comparable):
     """A number of a run; arithmetic with numbers and constants gives constants, with variables expressions."""
 
     __array_ufunc__ = None

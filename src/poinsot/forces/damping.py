@@ -6,10 +6,8 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot.functions import Vector
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
+from poinsot.mechanics.instant import Instant
 
 __all__ = ["LinearDamping"]
 
@@ -31,5 +29,5 @@ class LinearDamping(Torque):
             raise ValueError(f"coefficient must not be negative, got {np.min(self.coefficient)}.")
 
     @override
-    def torque(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Vector:
-        return -self.coefficient * omega_body
+    def torque(self, instant: Instant) -> Vector:
+        return -self.coefficient * instant.omega_body

@@ -11,10 +11,10 @@ from poinsot import functions
 from poinsot.errors import refuse_nonpositive
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
-from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.periapsis_warning import warn_below
 
@@ -81,10 +81,10 @@ class EllipsoidGravity(Potential):
             warn_below(type(self).__name__, distance, longest, "the end of the longest semiaxis", consequence)
 
     @override
-    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
-        inverse = environment.inverse_distance(self.orbit)
+    def energy(self, instant: Instant) -> Scalar:
+        inverse = instant.inverse_distance(self.orbit)
         size = inverse * inverse
-        e, n = self._excesses(), attitude.to_body(environment.direction(self.orbit))
+        e, n = self._excesses(), instant.attitude.to_body(instant.direction(self.orbit))
         squares, pairs = [x * x for x in n], (e[1] * e[2], e[2] * e[0], e[0] * e[1])
         linear = size * functions.dot(e, squares)
         mixed = size * size * functions.dot(pairs, squares)
@@ -106,8 +106,8 @@ class EllipsoidGravity(Potential):
         refuse_other_inertia("mass and semiaxes", own, body.inertia, body, hint)
 
     @override
-    def validity(self, attitude: Attitude, environment: Environment) -> Mapping[str, Scalar]:
-        place = attitude.to_body(environment.position(self.orbit))
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        place = instant.attitude.to_body(instant.position(self.orbit))
         outwards = sum((x / a) * (x / a) for x, a in zip(place, self.semiaxes, strict=True))
         return {"inside_ellipsoid": functions.less(outwards, 1)}
 

@@ -12,11 +12,11 @@ from poinsot.algebra.solid_harmonics import SolidHarmonics
 from poinsot.errors import refuse_nonpositive
 from poinsot.forces.same_body import deviator, refuse_other_inertia
 from poinsot.functions import Scalar
-from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.periapsis_warning import warn_below
 
@@ -47,8 +47,8 @@ class UniformGravity(Potential):
             )
 
     @override
-    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
-        up = attitude.to_body((0, 0, 1))
+    def energy(self, instant: Instant) -> Scalar:
+        up = instant.attitude.to_body((0, 0, 1))
         return self.weight * functions.dot(self.center_of_mass, up)
 
 
@@ -68,9 +68,9 @@ class GravityGradient(Potential):
     orbit: Orbit
 
     @override
-    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
-        radial, inverse = attitude.to_body(environment.direction(self.orbit)), environment.inverse_distance(self.orbit)
-        return inverse * inverse * inverse * (1.5 * self.orbit.mu) * body.moment_about(radial)
+    def energy(self, instant: Instant) -> Scalar:
+        radial, inverse = instant.attitude.to_body(instant.direction(self.orbit)), instant.inverse_distance(self.orbit)
+        return inverse * inverse * inverse * (1.5 * self.orbit.mu) * instant.body.moment_about(radial)
 
 
 class HarmonicGravity(Potential):
@@ -98,10 +98,10 @@ class HarmonicGravity(Potential):
     field: GravityField
 
     @override
-    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
-        field, inverse = self.field, environment.inverse_distance(self.orbit)
+    def energy(self, instant: Instant) -> Scalar:
+        field, inverse = self.field, instant.inverse_distance(self.orbit)
         size = power = field.radius * inverse
-        harmonics = SolidHarmonics(attitude.to_body(-environment.direction(self.orbit)), squared=1)
+        harmonics = SolidHarmonics(instant.attitude.to_body(-instant.direction(self.orbit)), squared=1)
         total: Scalar = 0.0
         for n in range(2, field.degree + 1):
             power = power * size
@@ -121,8 +121,8 @@ class HarmonicGravity(Potential):
         refuse_other_inertia("the field's degree 2", self.field.inertia_deviator, deviator(body.inertia), body, hint)
 
     @override
-    def validity(self, attitude: Attitude, environment: Environment) -> Mapping[str, Scalar]:
-        return {"inside_sphere": functions.less(1, self.field.extent * environment.inverse_distance(self.orbit))}
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        return {"inside_sphere": functions.less(1, self.field.extent * instant.inverse_distance(self.orbit))}
 
 
 class Oblateness(Potential):
@@ -166,11 +166,12 @@ class Oblateness(Potential):
             warn_below(type(self).__name__, distance, self.equatorial_radius, "the equatorial radius", consequence)
 
     @override
-    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
-        radial, inverse = environment.direction(self.orbit), environment.inverse_distance(self.orbit)
+    def energy(self, instant: Instant) -> Scalar:
+        radial, inverse = instant.direction(self.orbit), instant.inverse_distance(self.orbit)
         pole = functions.Vector(self.pole) / functions.norm(self.pole)
         height = functions.dot(radial, pole)
         flattening = self.j2 * self.equatorial_radius**2 * (inverse * inverse)
-        own = body.moment_about(attitude.to_body(radial)) * (2.5 + 7.5 * (height * height))
-        tilted = body.moment_about(attitude.to_body(pole - radial * (5 * height)))  # no unit vector: times its square
+        body, to_body = instant.body, instant.attitude.to_body
+        own = body.moment_about(to_body(radial)) * (2.5 + 7.5 * (height * height))
+        tilted = body.moment_about(to_body(pole - radial * (5 * height)))  # no unit vector: times its square
         return inverse * inverse * inverse * flattening * (1.5 * self.orbit.mu) * (own - tilted)

@@ -14,10 +14,10 @@ from poinsot.algebra.dual import composed
 from poinsot.errors import real_numbers
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
-from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
+from poinsot.mechanics.instant import Instant
 
 __all__ = ["MasconGravity"]
 
@@ -71,9 +71,9 @@ class MasconGravity(Potential):
         return (*super().structure, self.count)
 
     @override
-    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
-        inverse = environment.inverse_distance(self.orbit)
-        away = 2 * inverse * attitude.to_body(environment.direction(self.orbit))
+    def energy(self, instant: Instant) -> Scalar:
+        inverse = instant.inverse_distance(self.orbit)
+        away = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
         terms = [
             mass * composed(_beyond_the_first, functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
             for mass, x in zip(self.masses, self.positions, strict=True)

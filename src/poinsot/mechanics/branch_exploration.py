@@ -20,7 +20,7 @@ BRANCHES = 16
 """Samples that take all ways of four conditions."""
 
 
-class Wrapped:
+class Wrapped(functions.Comparable):
     """A scalar that duals take for a plain one; what is computed from it is wrapped again."""
 
     __array_ufunc__ = None

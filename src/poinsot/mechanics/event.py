@@ -8,17 +8,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.environment import Environment
+from poinsot.functions import Scalar
+from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import kinds_of, listed
 from poinsot.mechanics.state import State
-
-if TYPE_CHECKING:
-    from poinsot.mechanics.body import Body
 
 __all__ = ["Event"]
 
@@ -58,10 +55,10 @@ class Event(Force):
         return f"{type(self).__name__}({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
 
     @abstractmethod
-    def value(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Scalar:
-        """Return the scalar whose zeros are the events; `body.angular_momentum(omega_body)` is the momentum."""
+    def value(self, instant: Instant) -> Scalar:
+        """Return the scalar whose zeros are the events."""
 
-    def condition(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Scalar:  # noqa: ARG002
+    def condition(self, instant: Instant) -> Scalar:  # noqa: ARG002
         """Return a scalar that is positive where a zero of the value is an event; by default at all of them."""
         return 1.0
 

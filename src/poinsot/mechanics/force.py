@@ -8,17 +8,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from poinsot import functions
 from poinsot.algebra.dual import partial, seeded
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
-
-if TYPE_CHECKING:
-    from poinsot.mechanics.body import Body
 
 __all__ = ["Potential", "Torque"]
 
@@ -29,7 +27,7 @@ class Force(Parametric, ABC):
     def check(self, body: Body) -> None:
         """Raise a ValueError if the force is that on another body; a system asks once, when it is made."""
 
-    def validity(self, attitude: Attitude, environment: Environment) -> Mapping[str, Scalar]:  # noqa: ARG002
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by name, whether the formula is used where it need not hold: a result counts these times."""
         return {}
 
@@ -38,15 +36,15 @@ class Potential(Force):
     """A conservative effect, by one scalar formula in body-frame vectors; its torque is derived."""
 
     @abstractmethod
-    def energy(self, body: Body, attitude: Attitude, environment: Environment) -> Scalar:
-        """Return the potential energy, written with `attitude.to_body(u)` of space vectors u."""
+    def energy(self, instant: Instant) -> Scalar:
+        """Return the potential energy, written with `instant.attitude.to_body(u)` of space vectors u."""
 
 
 class Torque(Force):
     """An effect that has no potential, by one formula with three body components."""
 
     @abstractmethod
-    def torque(self, body: Body, attitude: Attitude, omega_body: Vector, environment: Environment) -> Any:
+    def torque(self, instant: Instant) -> Any:
         """Return the torque along the body axes, three scalars."""
 
 
@@ -70,16 +68,14 @@ class _Recorder(Attitude):
 UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
-def derived_torque(
-    potential: Potential, body: Body, attitude: Attitude, environment: Environment, scale: Scalar = 1
-) -> Vector:
+def derived_torque(potential: Potential, instant: Instant, scale: Scalar = 1) -> Vector:
     """Return the torque of a potential along the body axes: the sum over u of u_body x dV/du_body.
 
     A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega. The torque is multiplied
     by `scale`.
     """
-    recorder = _Recorder(attitude)
-    energy = potential.energy(body, recorder, environment)
+    recorder = _Recorder(instant.attitude)
+    energy = potential.energy(Instant(instant.body, recorder, instant.environment))
     total = Vector((0.0, 0.0, 0.0))
     for k, seen in enumerate(recorder.seen):
         total = total + functions.cross(seen, [scale * partial(energy, k, i) for i in range(3)])

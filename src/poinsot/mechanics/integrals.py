@@ -23,6 +23,7 @@ from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.probing import orbits_of, samples, time_scale
 
 if TYPE_CHECKING:
@@ -206,12 +207,14 @@ def _rates_at(
     q, t, omega = sampled
     twin = system.beside_samples
     attitude, rate = Attitude.from_quaternion(functions.Vector(q.T)), functions.Vector(omega.T)
-    energy = twin.potential_at(functions.Vector(q.T), t, environment(seeded([t], "time")[0]))
-    here, there = (opened(twin.potential_at(functions.Vector(q.T), t, world)) for world in (environment(t), another(t)))
-    torque = [opened(x) for x in twin.torque_at(attitude, rate, environment(t))]
-    others = [
-        force.torque(twin.body, attitude, rate, environment(t)) for force in twin.forces if isinstance(force, Torque)
-    ]
+
+    def at(world: Environment) -> Instant:
+        return Instant(twin.body, attitude, world, rate)
+
+    energy = twin.potential_at(at(environment(seeded([t], "time")[0])))
+    here, there = (opened(twin.potential_at(at(world))) for world in (environment(t), another(t)))
+    torque = [opened(x) for x in twin.torque_at(at(environment(t)))]
+    others = [force.torque(at(environment(t))) for force in twin.forces if isinstance(force, Torque)]
     g = np.moveaxis(system.body.inertia @ omega.T, -2, 0)
     values = opened(getattr(energy, "value", energy)), opened(partial(energy, "time", 0)), here - there
     powers = sum(opened(functions.dot(other, rate)) for other in others), functions.dot(g, torque)

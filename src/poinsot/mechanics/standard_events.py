@@ -9,13 +9,12 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.event import Event
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Vector
 
-__all__ = ["AndoyerCrossing", "Apsis", "AttractorCrossing", "AxisCrossing", "Instant", "RateCrossing", "SpinFlip"]
+__all__ = ["AndoyerCrossing", "Apsis", "AtTime", "AttractorCrossing", "AxisCrossing", "RateCrossing", "SpinFlip"]
 
 
 class AxisCrossing(Event):
@@ -48,10 +47,10 @@ class AxisCrossing(Event):
         _refuse_other_angle(self.angle)
 
     @override
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
+    def value(self, instant: Instant) -> Scalar:
         axis, direction = functions.Vector(self.axis), functions.Vector(self.direction)
         size = functions.norm(axis) * functions.norm(direction)
-        return functions.dot(axis, attitude.to_body(direction)) - size * functions.cos(self.angle)
+        return functions.dot(axis, instant.attitude.to_body(direction)) - size * functions.cos(self.angle)
 
 
 class AttractorCrossing(Event):
@@ -81,8 +80,8 @@ class AttractorCrossing(Event):
         _refuse_other_angle(self.angle)
 
     @override
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
-        axis, outwards = functions.Vector(self.axis), attitude.to_body(environment.direction(self.orbit))
+    def value(self, instant: Instant) -> Scalar:
+        axis, outwards = functions.Vector(self.axis), instant.attitude.to_body(instant.direction(self.orbit))
         return -functions.dot(axis, outwards) - functions.norm(axis) * functions.cos(self.angle)
 
 
@@ -110,9 +109,9 @@ class RateCrossing(Event):
         _refuse_zero("axis", self.axis)
 
     @override
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
+    def value(self, instant: Instant) -> Scalar:
         axis = functions.Vector(self.axis)
-        return functions.dot(axis, omega_body) - functions.norm(axis) * self.rate
+        return functions.dot(axis, instant.omega_body) - functions.norm(axis) * self.rate
 
 
 class SpinFlip(Event):
@@ -136,8 +135,8 @@ class SpinFlip(Event):
         _refuse_zero("axis", self.axis)
 
     @override
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
-        return functions.dot(functions.Vector(self.axis), body.angular_momentum(omega_body))
+    def value(self, instant: Instant) -> Scalar:
+        return functions.dot(functions.Vector(self.axis), instant.angular_momentum_body)
 
 
 class AndoyerCrossing(Event):
@@ -168,22 +167,16 @@ class AndoyerCrossing(Event):
         _refuse_zero("pole", self.pole)
 
     @override
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
-        return self._sine_and_cosine(body, attitude, omega_body)[0]
+    def value(self, instant: Instant) -> Scalar:
+        return self._sine_and_cosine(instant)[0]
 
     @override
-    def condition(
-        self,
-        body: Body,
-        attitude: Attitude,
-        omega_body: functions.Vector,
-        environment: Environment,
-    ) -> Scalar:
-        return self._sine_and_cosine(body, attitude, omega_body)[1]
+    def condition(self, instant: Instant) -> Scalar:
+        return self._sine_and_cosine(instant)[1]
 
-    def _sine_and_cosine(self, body: Body, attitude: Attitude, omega_body: functions.Vector) -> tuple[Scalar, Scalar]:
-        G = functions.Vector(body.angular_momentum(omega_body))
-        k, axis = attitude.to_body(self.pole), functions.Vector((0.0, 0.0, 1.0))
+    def _sine_and_cosine(self, instant: Instant) -> tuple[Scalar, Scalar]:
+        G = instant.angular_momentum_body
+        k, axis = instant.attitude.to_body(self.pole), functions.Vector((0.0, 0.0, 1.0))
         sine = functions.dot(k, functions.cross(G, axis)) * functions.norm(G)
         cosine = functions.dot(k, G) * G[2] - k[2] * functions.dot(G, G)
         c, s = functions.cos(self.angle), functions.sin(self.angle)
@@ -201,11 +194,11 @@ class Apsis(Event):
     orbit: Orbit
 
     @override
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
-        return functions.dot(environment.position(self.orbit), environment.velocity(self.orbit))
+    def value(self, instant: Instant) -> Scalar:
+        return functions.dot(instant.position(self.orbit), instant.velocity(self.orbit))
 
 
-class Instant(Event):
+class AtTime(Event):
     """The time is reached: for what acts then.
 
     Parameters
@@ -216,8 +209,8 @@ class Instant(Event):
     time: float
 
     @override
-    def value(self, body: Body, attitude: Attitude, omega_body: functions.Vector, environment: Environment) -> Scalar:
-        return environment.time - self.time
+    def value(self, instant: Instant) -> Scalar:
+        return instant.time - self.time
 
 
 def _refuse_zero(name: str, vector: object) -> None:

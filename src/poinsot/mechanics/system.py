@@ -21,12 +21,15 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.formulations import FORMULATIONS
+from poinsot.mechanics.instant import Instant, RateUnknownError
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import described, union_of_knots
 from poinsot.mechanics.probing import common_axes, orbits_of, sample_time, samples, space_axes, span
 from poinsot.mechanics.state import State
 
 __all__ = ["System"]
+
+AT_REST = Vector((0.0, 0.0, 0.0))
 
 SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
@@ -79,17 +82,15 @@ class System:
     def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
         """Return the sum of the energies of the potentials at a state, in the world at its time; shape (...)."""
         shape = state.quaternion.shape[:-1]
-        total = self.beside(shape).potential_at(_scalars(state.quaternion), state.time, environment)
-        return np.broadcast_to(total, shape)[()]
+        twin = self.beside(shape)
+        return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
 
     def validity(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
         """Return, by name, whether a formula is used at a state where it need not hold; each of shape (...)."""
         shape = state.quaternion.shape[:-1]
-        attitude, environment = (
-            Attitude.from_quaternion(_scalars(state.quaternion)),
-            environment or Environment(state.time),
-        )
-        found = [force.validity(attitude, environment) for force in self.beside(shape).forces]
+        twin = self.beside(shape)
+        instant = twin.at(state, environment)
+        found = [force.validity(instant) for force in twin.forces]
         out: dict[str, NDArray[np.bool_]] = {}
         for name, condition in (item for each in found for item in each.items()):
             out[name] = np.broadcast_to(condition, shape) | out.get(name, False)
@@ -132,7 +133,7 @@ class System:
         environment = axes.environment(time, comoving)
 
         def torque_of(attitude: Attitude, omega: Vector) -> Vector:
-            return self.torque_at(attitude, omega, environment, scale)
+            return self.torque_at(Instant(self.body, attitude, environment, omega), scale)
 
         rates = chosen.derivatives(own, self.body.kinetics(scale), torque_of, axes.omega(time, comoving))
         return [*rates, *axes.rates(time, comoving)]
@@ -140,26 +141,30 @@ class System:
     @checked
     def torque_body(self, state: State, environment: Environment | None = None) -> Any:
         """Return the sum of all torques at a state along the body axes, in the world at its time; shape (..., 3)."""
-        shape, omega = state.quaternion.shape[:-1], self.omega_body(state)
-        attitude = Attitude.from_quaternion(_scalars(state.quaternion))
-        torque = self.beside(shape).torque_at(attitude, _scalars(omega), environment or Environment(state.time))
+        shape = state.quaternion.shape[:-1]
+        twin = self.beside(shape)
+        torque = twin.torque_at(twin.at(state, environment))
         return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
 
-    def torque_at(self, attitude: Attitude, omega_body: Vector, environment: Environment, scale: Scalar = 1) -> Vector:
+    def at(self, state: State, environment: Environment | None = None) -> Instant:
+        """Return the instant of a state, for formulas."""
+        attitude, g = Attitude.from_quaternion(_scalars(state.quaternion)), _scalars(state.angular_momentum_body)
+        return Instant(self.body, attitude, environment or Environment(state.time), angular_momentum_body=g)
+
+    def torque_at(self, instant: Instant, scale: Scalar = 1) -> Vector:
         """Return the sum of all torques along the body axes, those of potentials derived, times a scale."""
         total = functions.Vector((0.0, 0.0, 0.0))
         for force in self.forces:
             if isinstance(force, Potential):
-                total = total + derived_torque(force, self.body, attitude, environment, scale)
+                total = total + derived_torque(force, instant, scale)
             elif isinstance(force, Torque):
-                torque = force.torque(self.body, attitude, omega_body, environment)
+                torque = force.torque(instant)
                 total = total + Vector(scale * component for component in torque)
         return total
 
-    def potential_at(self, q: Vector, time: Scalar, environment: Environment | None = None) -> Scalar:
-        """Return the potential energy at one quaternion of four scalars, in the world at the time."""
-        attitude, environment = Attitude.from_quaternion(q), environment or Environment(time)
-        return sum(f.energy(self.body, attitude, environment) for f in self.forces if isinstance(f, Potential))
+    def potential_at(self, instant: Instant) -> Scalar:
+        """Return the sum of the energies of the potentials."""
+        return sum(force.energy(instant) for force in self.forces if isinstance(force, Potential))
 
     @checked
     def momentum_scale(self, state: State) -> Any:
@@ -183,9 +188,10 @@ class System:
 
     def _strongest_push(self, q: NDArray[np.float64], environment: Environment) -> Any:
         """Return the largest energy, over the least, or torque of each member's forces on a body at rest."""
-        twin, attitude = self.beside_samples, Attitude.from_quaternion(_scalars(q))
+        twin = self.beside_samples
+        instant = Instant(twin.body, Attitude.from_quaternion(_scalars(q)), environment, AT_REST)
         with np.errstate(all="ignore"):
-            pushes = [np.atleast_1d(_push_of(force, twin.body, attitude, environment)) for force in twin.forces]
+            pushes = [np.atleast_1d(_push_of(force, instant)) for force in twin.forces]
         return sum(np.nan_to_num(np.max(push, axis=-1), posinf=0.0) for push in pushes)
 
     # ------------------------------------------------------------------ parameters
@@ -342,9 +348,11 @@ def _try_formula(force: Force, body: Body) -> float:
     try:
         with np.errstate(all="ignore"):
             value, torque = _formula_on_pairs(force, body)
+    except RateUnknownError as error:
+        raise TypeError(f"{error} Write {name} as a Torque.") from None
     except (TypeError, ValueError) as error:
         if "positional argument" in str(error):
-            raise TypeError(f"the formula of {name} must take the arguments of its base class, but {error}.") from error
+            raise TypeError(f"the formula of {name} must take one argument, the instant, but {error}.") from error
         if "truth value" in str(error):
             raise TypeError(
                 f"the formula of {name} must not branch with `if` on a value, but it does. "
@@ -388,11 +396,11 @@ def _branches(alike: _Alike) -> bool:
     return bool(environment.asked)
 
 
-def _push_of(force: Any, body: Body, attitude: Attitude, environment: Environment) -> Any:
+def _push_of(force: Any, instant: Instant) -> Any:
     if isinstance(force, Potential):
-        energy = np.atleast_1d(opened(force.energy(body, attitude, environment)))
+        energy = np.atleast_1d(opened(force.energy(instant)))
         return energy - np.min(energy, axis=-1, keepdims=True)
-    return opened(functions.norm(force.torque(body, attitude, Vector((0.0, 0.0, 0.0)), environment)))
+    return opened(functions.norm(force.torque(instant)))
 
 
 def _formula_on_pairs(force: Any, body: Body) -> tuple[Any, Any]:
@@ -403,12 +411,13 @@ def _formula_on_pairs(force: Any, body: Body) -> tuple[Any, Any]:
     attitude = Attitude.from_quaternion(Vector(np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]]).T))
     environment = Environment(sample_time(force) + 0.25 * pair)
     if isinstance(force, Potential):
-        energy = force.energy(body, attitude, environment)
-        return energy, derived_torque(force, body, attitude, environment) if _components(energy) == 1 else ()
-    omega = Vector(np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]]))
+        instant = Instant(body, attitude, environment)
+        energy = force.energy(instant)
+        return energy, derived_torque(force, instant) if _components(energy) == 1 else ()
+    instant = Instant(body, attitude, environment, np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]]))
     if isinstance(force, Event):
-        return force.value(body, attitude, omega, environment), ()
-    torque = force.torque(body, attitude, omega, environment)
+        return force.value(instant), ()
+    torque = force.torque(instant)
     return torque, torque
 
 

@@ -189,8 +189,8 @@ class Pole(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return (1 / (self.instant - environment.time) ** 2, 0.0, 0.0)
+    def torque(self, instant):
+        return (1 / (self.instant - instant.time) ** 2, 0.0, 0.0)
 
 
 def test_a_member_that_stops_is_nan_from_there_on():
@@ -307,9 +307,9 @@ class Controller(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+    def torque(self, instant):
         fn = pt.functions
-        return fn.where(fn.less(omega_body[0], 0.0), self.size, -self.size), 0.0, 0.0
+        return fn.where(fn.less(instant.omega_body[0], 0.0), self.size, -self.size), 0.0, 0.0
 
 
 def test_jumps_at_an_attitude_are_refused():

@@ -171,9 +171,9 @@ class Windmill(pt.Torque):
 
     strength: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        normal = attitude.to_body(tuple(CIRCLE.normal))
-        return tuple(-self.strength * (w - n) for w, n in zip(omega_body, normal, strict=True))
+    def torque(self, instant):
+        normal = instant.attitude.to_body(tuple(CIRCLE.normal))
+        return tuple(-self.strength * (w - n) for w, n in zip(instant.omega_body, normal, strict=True))
 
 
 def test_pairs_pass_the_unit_circle_where_friction_becomes_propulsion():

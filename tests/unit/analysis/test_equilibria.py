@@ -28,8 +28,8 @@ class Bent(pt.Potential):
 
     along: pt.Vector
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        x, y, z = attitude.to_body(self.along)
+    def energy(self, instant):
+        x, y, z = instant.attitude.to_body(self.along)
         smooth = fn.atan2(x, 2 + y) + fn.exp(0.3 * z) * fn.sin(x + 0.2) / (2 - z) + fn.sqrt(2 + x * y) ** 1.5
         return 0.3 * (smooth + 2**z + fn.where(fn.less(x, 5.0), z * z * x, 7.0) + fn.asin(0.5 * x) * fn.log(3 + z))
 
@@ -39,8 +39,8 @@ class Thruster(pt.Torque):
 
     lever: pt.Vector
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return fn.cross(self.lever, attitude.to_body((0.0, 0.0, 1.0))) - 0.2 * omega_body
+    def torque(self, instant):
+        return fn.cross(self.lever, instant.attitude.to_body((0.0, 0.0, 1.0))) - 0.2 * instant.omega_body
 
 
 class Gyroscope(pt.Torque):
@@ -48,8 +48,8 @@ class Gyroscope(pt.Torque):
 
     spin_body: pt.Vector
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return fn.cross(self.spin_body, omega_body)
+    def torque(self, instant):
+        return fn.cross(self.spin_body, instant.omega_body)
 
 
 class Drag(pt.Torque):
@@ -57,8 +57,8 @@ class Drag(pt.Torque):
 
     coefficient: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return -self.coefficient * fn.norm(omega_body) * omega_body
+    def torque(self, instant):
+        return -self.coefficient * fn.norm(instant.omega_body) * instant.omega_body
 
 
 class Growing(pt.Potential):
@@ -66,8 +66,8 @@ class Growing(pt.Potential):
 
     slope: float
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return self.slope * environment.time * attitude.to_body((0, 0, 1))[0]
+    def energy(self, instant):
+        return self.slope * instant.time * instant.attitude.to_body((0, 0, 1))[0]
 
 
 def rotation_vector(p0, p):

@@ -217,9 +217,9 @@ class Swing(pt.Potential):
     depth: float
     rate: float
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        pull = 1 + self.depth * pt.functions.cos(self.rate * environment.time)
-        return -pull * sum(attitude.to_body(np.eye(3)[k])[k] for k in range(3)) / 2
+    def energy(self, instant):
+        pull = 1 + self.depth * pt.functions.cos(self.rate * instant.time)
+        return -pull * sum(instant.attitude.to_body(np.eye(3)[k])[k] for k in range(3)) / 2
 
 
 def swing_rates(t, y):
@@ -236,8 +236,8 @@ class Growing(pt.Potential):
 
     slope: float
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return self.slope * environment.time * attitude.to_body((0, 0, 1))[0]
+    def energy(self, instant):
+        return self.slope * instant.time * instant.attitude.to_body((0, 0, 1))[0]
 
 
 class Motor(pt.Torque):
@@ -246,8 +246,8 @@ class Motor(pt.Torque):
     strength: float
     growth: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        x, y, z = omega_body
+    def torque(self, instant):
+        x, y, z = instant.omega_body
         return 0.0 * x, 0.0 * y, self.strength + self.growth * z * z
 
 

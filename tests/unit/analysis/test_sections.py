@@ -22,7 +22,7 @@ def time_and_rate(points):
 
 
 def test_members_have_rows_and_missing_points_are_nan():
-    motion = pt.propagate(FREE, spinning([2.0, 0.5, 1.0]), [20.0], events=[pt.Instant(3.0), ACROSS])
+    motion = pt.propagate(FREE, spinning([2.0, 0.5, 1.0]), [20.0], events=[pt.AtTime(3.0), ACROSS])
     section = pt.section(motion, time_and_rate, 1, labels=("t", "rate"))
     counts = [6, 1, 3]
     assert np.isfinite(section.x).sum(axis=1).tolist() == counts
@@ -103,7 +103,7 @@ class Spinner(pt.Torque):
     size: float
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+    def torque(self, instant):  # noqa: ARG002
         return pt.functions.Vector((0.0, 0.0, self.size))
 
 

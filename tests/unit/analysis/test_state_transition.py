@@ -70,9 +70,9 @@ class Kick(pt.Torque):
 
     limit: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+    def torque(self, instant):
         """Return the torque."""
-        return functions.Vector((functions.where(functions.less(self.limit, omega_body[0]), -0.1, 0.0), 0.0, 0.0))
+        return functions.Vector((functions.where(instant.omega_body[0] > self.limit, -0.1, 0.0), 0.0, 0.0))
 
 
 class Timed(pt.Torque):
@@ -80,9 +80,9 @@ class Timed(pt.Torque):
 
     end: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+    def torque(self, instant):
         """Return the torque."""
-        return functions.Vector((functions.where(functions.less(environment.time, self.end), 0.1, 0.0), 0.0, 0.0))
+        return functions.Vector((functions.where(functions.less(instant.time, self.end), 0.1, 0.0), 0.0, 0.0))
 
 
 def test_torques_that_end_at_a_time_are_taken():

@@ -19,10 +19,8 @@ class Thruster(pt.Torque):
     on: float
     off: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        burns = fn.where(
-            fn.less(environment.time, self.on), 0.0, fn.where(fn.less(environment.time, self.off), 1.0, 0.0)
-        )
+    def torque(self, instant):
+        burns = fn.where(fn.less(instant.time, self.on), 0.0, fn.where(fn.less(instant.time, self.off), 1.0, 0.0))
         return burns * fn.Vector(self.size)
 
 
@@ -31,8 +29,8 @@ class BangBang(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        _, sine, _ = attitude.to_body((-1, 0, 0))
+    def torque(self, instant):
+        _, sine, _ = instant.attitude.to_body((-1, 0, 0))
         return fn.Vector((0.0, 0.0, self.size * fn.where(fn.less(sine, 0.0), 1.0, -1.0)))
 
 
@@ -41,8 +39,8 @@ class Ridge(pt.Potential):
 
     strength: float
 
-    def energy(self, body, attitude, environment):
-        x, _, _ = attitude.to_space((0, 0, 1))
+    def energy(self, instant):
+        x, _, _ = instant.attitude.to_space((0, 0, 1))
         return self.strength * fn.where(fn.less(x, 0.0), -x, x)
 
 
@@ -51,8 +49,8 @@ class Friction(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):
-        return fn.Vector((0.0, 0.0, self.size * fn.where(fn.less(omega_body[2], 0.0), 1.0, -1.0)))
+    def torque(self, instant):
+        return fn.Vector((0.0, 0.0, self.size * fn.where(fn.less(instant.omega_body[2], 0.0), 1.0, -1.0)))
 
 
 class Shadow(pt.Torque):
@@ -63,8 +61,8 @@ class Shadow(pt.Torque):
     size: float
     unit: float = 1.0
 
-    def torque(self, body, attitude, omega_body, environment):
-        x, y, z = environment.position(self.orbit)
+    def torque(self, instant):
+        x, y, z = instant.position(self.orbit)
         lit = fn.where(
             fn.less(0.0, x), 1.0, fn.where(fn.less(self.unit * self.radius**2, self.unit * (y * y + z * z)), 1.0, 0.0)
         )
@@ -161,7 +159,7 @@ def test_a_parameter_that_branches_needs_no_switch():
     class Either(pt.Torque):
         size: float
 
-        def torque(self, body, attitude, omega_body, environment):
+        def torque(self, instant):
             return fn.Vector((0.0, 0.0, fn.where(fn.less(self.size, 0.0), 0.4, self.size)))
 
     motion = pt.propagate(pt.System(BODY, Either([-1.0, 0.8])), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [1.0])
@@ -202,9 +200,9 @@ def test_a_potential_that_is_switched_on_has_no_energy_to_keep():
         on: float
         off: float
 
-        def energy(self, body, attitude, environment):
-            lasts = fn.where(fn.less(environment.time, self.off), 1.0, 0.0)
-            return fn.where(fn.less(environment.time, self.on), 0.0, lasts) * attitude.to_body((0, 0, 1))[2]
+        def energy(self, instant):
+            lasts = fn.where(fn.less(instant.time, self.off), 1.0, 0.0)
+            return fn.where(fn.less(instant.time, self.on), 0.0, lasts) * instant.attitude.to_body((0, 0, 1))[2]
 
     assert [integral.symbol for integral in pt.System(BODY, Weight(3.0, 7.0)).integrals] == ["G3"]
     assert [integral.symbol for integral in pt.System(BODY, Ridge(0.7)).integrals] == ["H", "G1"]

@@ -111,8 +111,8 @@ class Pole(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return (1 / (self.instant - environment.time) ** 2, 0.0, 0.0)
+    def torque(self, instant):
+        return (1 / (self.instant - instant.time) ** 2, 0.0, 0.0)
 
 
 def test_a_failure_is_isolated_and_explained():

@@ -39,8 +39,8 @@ def test_energy_is_conserved_with_the_torque_of_the_kernel(name, formulation):
     class Formula(pt.Potential):
         k: float
 
-        def energy(self, body, attitude, environment):  # noqa: ARG002
-            return 0.3 * FORMULAS[name](self.k, attitude.to_body((0, 0.6, 0.8))[2])
+        def energy(self, instant):
+            return 0.3 * FORMULAS[name](self.k, instant.attitude.to_body((0, 0.6, 0.8))[2])
 
     motion = pt.propagate(pt.System(BODY, Formula(0.7)), START, np.linspace(0, 3, 7), formulation=formulation)
     assert np.ptp(motion.potential_energy) > 1e-3

@@ -28,8 +28,8 @@ class Magnet(pt.Potential):
 
     moment_body: pt.Vector
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return -fn.dot(self.moment_body, attitude.to_body((0, 0, 1.0)))
+    def energy(self, instant):
+        return -fn.dot(self.moment_body, instant.attitude.to_body((0, 0, 1.0)))
 
 
 def start(body=BODY, omega=(0.001, 0.002, 0.003), **options):

@@ -390,7 +390,7 @@ def test_classes_of_others_are_not_read():
     class Foreign(pt.Torque):
         """Not the package's."""
 
-        def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        def torque(self, instant):  # noqa: ARG002
             return (0.0, 0.0, 0.0)
 
     makers.cache_clear()

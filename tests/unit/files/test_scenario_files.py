@@ -55,8 +55,8 @@ class Push(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        on = pt.functions.where(pt.functions.less(environment.time, 0.5), self.size, 0.0)
+    def torque(self, instant):
+        on = pt.functions.where(pt.functions.less(instant.time, 0.5), self.size, 0.0)
         return (on, 0.0, 0.0)
 
 

@@ -83,8 +83,8 @@ def test_a_users_potential_that_depends_on_time_loses_its_energy():
     class Growing(pt.Potential):
         rate: float
 
-        def energy(self, body, attitude, environment):  # noqa: ARG002
-            return self.rate * environment.time * attitude.to_body((0, 0, 1))[0]
+        def energy(self, instant):
+            return self.rate * instant.time * instant.attitude.to_body((0, 0, 1))[0]
 
     assert names(TRIAXIAL, (Growing(0.5),)) == ["angular_momentum_space_3"]
     assert names(TRIAXIAL, (Growing(0.0),)) == ["energy", *SPACE]
@@ -94,8 +94,8 @@ def test_a_torque_along_a_space_axis_spares_the_others():
     class Steady(pt.Torque):
         size: float
 
-        def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-            return attitude.to_body((0, 0, self.size))
+        def torque(self, instant):
+            return instant.attitude.to_body((0, 0, self.size))
 
     assert names(TRIAXIAL, (Steady(0.5),)) == SPACE[:2]
 
@@ -103,15 +103,15 @@ def test_a_torque_along_a_space_axis_spares_the_others():
 class Pulsating(pt.Potential):
     """A potential whose strength repeats often."""
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return (1 + 0.5 * functions.cos(2 * np.pi * 10 * environment.time)) * attitude.to_body((0, 0, 1))[0]
+    def energy(self, instant):
+        return (1 + 0.5 * functions.cos(2 * np.pi * 10 * instant.time)) * instant.attitude.to_body((0, 0, 1))[0]
 
 
 class Switched(pt.Potential):
     """A potential that appears at a time."""
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return functions.where(functions.less(2, environment.time), 1.0, 0.0) * attitude.to_body((0, 0, 1))[0]
+    def energy(self, instant):
+        return functions.where(functions.less(2, instant.time), 1.0, 0.0) * instant.attitude.to_body((0, 0, 1))[0]
 
 
 @pytest.mark.parametrize("force", [Pulsating(), Switched()], ids=["pulsating", "switched"])

@@ -149,9 +149,9 @@ class Wind(pt.Torque):
     orbit: pt.Orbit
     wind_space: pt.Vector
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        push = attitude.to_body(environment.velocity(self.orbit) + self.wind_space)
-        return 0.1 * environment.inverse_distance(self.orbit) * push + 0.1 * environment.position(self.orbit)[2] * push
+    def torque(self, instant):
+        push = instant.attitude.to_body(instant.velocity(self.orbit) + self.wind_space)
+        return 0.1 * instant.inverse_distance(self.orbit) * push + 0.1 * instant.position(self.orbit)[2] * push
 
 
 def systems(name):

@@ -131,9 +131,9 @@ class Stream(pt.Torque):
 
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        wind = attitude.to_body(environment.velocity(self.orbit))
-        return 0.1 * pt.functions.cross(attitude.to_body(environment.position(self.orbit)), wind) + 0.05 * wind
+    def torque(self, instant):
+        wind = instant.attitude.to_body(instant.velocity(self.orbit))
+        return 0.1 * pt.functions.cross(instant.attitude.to_body(instant.position(self.orbit)), wind) + 0.05 * wind
 
 
 @each

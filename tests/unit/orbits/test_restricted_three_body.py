@@ -220,8 +220,8 @@ class Push(pt.Torque):
 
     orbit: pt.Orbit
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return 0.1 * attitude.to_body(environment.velocity(self.orbit) + 0.3 * environment.position(self.orbit))
+    def torque(self, instant):
+        return 0.1 * instant.attitude.to_body(instant.velocity(self.orbit) + 0.3 * instant.position(self.orbit))
 
 
 def both(path):

@@ -196,8 +196,8 @@ HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
 class Named(pt.Potential):
     """A force whose name is markup."""
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return 0.0 * attitude.to_body((1.0, 0.0, 0.0))[0]
+    def energy(self, instant):
+        return 0.0 * instant.attitude.to_body((1.0, 0.0, 0.0))[0]
 
     def __repr__(self):
         return HOSTILE

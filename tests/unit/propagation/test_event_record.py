@@ -37,8 +37,8 @@ class Kick(pt.Event):
 
     impulse: float
 
-    def value(self, body, attitude, omega_body, environment):
-        return attitude.to_body((0, 1, 0))[0]  # sin(angle)
+    def value(self, instant):
+        return instant.attitude.to_body((0, 1, 0))[0]  # sin(angle)
 
     def act(self, body, state):
         changed = state.angular_momentum_body + np.array([0, 0, self.impulse])
@@ -50,8 +50,8 @@ class Bounce(pt.Event):
 
     restitution: float
 
-    def value(self, body, attitude, omega_body, environment):
-        return attitude.to_body((1, 0, 0))[1]  # -sin(angle)
+    def value(self, instant):
+        return instant.attitude.to_body((1, 0, 0))[1]  # -sin(angle)
 
     def act(self, body, state):
         return body.state(
@@ -62,7 +62,7 @@ class Bounce(pt.Event):
 class Push(pt.Torque):
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):
+    def torque(self, instant):
         return fn.Vector((0.0, 0.0, self.size))
 
 
@@ -141,7 +141,7 @@ def test_a_terminal_event_ends_the_motion_whatever_step_of_a_chunk_it_is_in(step
     monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", steps)
     monkeypatch.setattr(sys.modules[pt.propagate.__module__], "STEPS_AT_A_TIME", steps)
     times, tumbling = way * np.arange(10.0), (0.3, 0.8, 0.9)
-    events = [pt.Instant(2.0 * way, terminal=True)]
+    events = [pt.AtTime(2.0 * way, terminal=True)]
     one = pt.propagate(FREE, BODY.state((1, 0, 0, 0), omega_body=tumbling), times, events=events)
     two = BODY.state([(1.0, 0, 0, 0)] * 2, omega_body=[tumbling, (0.3, 0.2, 0.1)])
     several = pt.propagate(FREE, two, times, events=events)
@@ -244,7 +244,7 @@ def test_a_zero_at_the_start_is_none_and_at_the_end_is_one():
         assert np.allclose(np.sort(np.abs(found.times)), np.pi * np.arange(1, 5), rtol=1e-15)
     members = pt.propagate(FREE, spinning([1.0, 0.5, 2.0]), [4 * np.pi], events=[sine]).events[0]
     assert [len(members.of(k)) for k in range(3)] == [4, 2, 8]
-    motion = pt.propagate(FREE, spinning(1.0), [1.0, 2.0], events=[pt.Instant(0.0, terminal=True), pt.Instant(2.0)])
+    motion = pt.propagate(FREE, spinning(1.0), [1.0, 2.0], events=[pt.AtTime(0.0, terminal=True), pt.AtTime(2.0)])
     assert len(motion.times) == 2
     assert [len(found) for found in motion.events] == [0, 1]
 
@@ -253,12 +253,12 @@ def test_a_zero_at_the_start_is_none_and_at_the_end_is_one():
 def test_events_at_one_instant_all_happen(members):
     """Passing, acting and terminal ones, and one with another formula of the same zero."""
     events = [
-        pt.Instant(2.0),
+        pt.AtTime(2.0),
         Late(2.0, 0.3, 1.0),
         Late(2.0, 0.5, 7.0),
-        pt.Instant(2.0),
-        pt.Instant(5.0, terminal=True),
-        pt.Instant(5.0),
+        pt.AtTime(2.0),
+        pt.AtTime(5.0, terminal=True),
+        pt.AtTime(5.0),
     ]
     motion = pt.propagate(FREE, spinning([0.5, 0.5] if members else 0.5), [1.0, 3.0, 6.0], events=events)
     last = motion.events[0].times.size
@@ -275,16 +275,16 @@ class Late(pt.Event):
     impulse: float
     factor: float
 
-    def value(self, body, attitude, omega_body, environment):
-        return self.factor * (environment.time - self.time)
+    def value(self, instant):
+        return self.factor * (instant.time - self.time)
 
     act = Kick.act
 
 
 def test_an_event_where_a_formula_branches_is_not_lost():
     class Brake(pt.Torque):
-        def torque(self, body, attitude, omega_body, environment):
-            return fn.Vector((0.0, 0.0, fn.where(fn.less(omega_body[2], 0.1), -0.3, -0.9)))
+        def torque(self, instant):
+            return fn.Vector((0.0, 0.0, fn.where(fn.less(instant.omega_body[2], 0.1), -0.3, -0.9)))
 
     for members in (1.0, np.linspace(0.2, 2.5, 97)):
         motion = pt.propagate(
@@ -295,8 +295,8 @@ def test_an_event_where_a_formula_branches_is_not_lost():
 
 def test_an_action_sets_the_branches_anew():
     class Wall(pt.Torque):
-        def torque(self, body, attitude, omega_body, environment):
-            return fn.Vector((0.0, 0.0, fn.where(fn.less(omega_body[2], 1.0), 0.0, 0.6)))
+        def torque(self, instant):
+            return fn.Vector((0.0, 0.0, fn.where(fn.less(instant.omega_body[2], 1.0), 0.0, 0.6)))
 
     motion = pt.propagate(pt.System(BODY, Wall()), spinning(0.5), [1.0, 3.0], events=[Late(2.0, 3.0, 1.0)])
     assert np.allclose(motion.omega_body[:, 2], [0.5, 1.5 + 0.2], rtol=1e-14)
@@ -304,8 +304,8 @@ def test_an_action_sets_the_branches_anew():
 
 def test_a_touch_without_a_crossing_is_an_even_number_of_zeros_or_none():
     class Touch(pt.Event):
-        def value(self, body, attitude, omega_body, environment):
-            return 1 + attitude.to_body((1, 0, 0))[0]  # 1 + cos
+        def value(self, instant):
+            return 1 + instant.attitude.to_body((1, 0, 0))[0]  # 1 + cos
 
     found = pt.propagate(FREE, spinning(1.0), [7.0], events=[Touch()]).events[0]
     assert len(found) <= 2
@@ -314,8 +314,8 @@ def test_a_touch_without_a_crossing_is_an_even_number_of_zeros_or_none():
 
 def test_values_that_are_not_finite_stop_the_run():
     class Root(pt.Event):
-        def value(self, body, attitude, omega_body, environment):
-            return fn.sqrt(1.5 - environment.time) - 2
+        def value(self, instant):
+            return fn.sqrt(1.5 - instant.time) - 2
 
     with pytest.raises(pt.PropagationError, match="stopped at t = 1"):
         pt.propagate(FREE, spinning(), [1.0, 2.0], events=[Root()])
@@ -336,7 +336,7 @@ def test_events_change_the_motion_by_rounding_in_any_unit(unit, inertia):
         pt.RateCrossing((1, 0, 0)),
         pt.SpinFlip((0, 1e-9, 0)),
         pt.Apsis(orbit),
-        pt.Instant(7 * unit),
+        pt.AtTime(7 * unit),
         pt.AndoyerCrossing(),
     ]
     plain, watched = pt.propagate(system, start, times), pt.propagate(system, start, times, events=events)
@@ -351,8 +351,8 @@ def test_an_event_that_grows_from_nothing_costs_no_digit():
     class Distance(pt.Event):
         """Zero with its derivatives at the start, and large later."""
 
-        def value(self, body, attitude, omega_body, environment):
-            return environment.time**2 * (1e9 + environment.time) * attitude.to_body((1, 0, 0))[0]
+        def value(self, instant):
+            return instant.time**2 * (1e9 + instant.time) * instant.attitude.to_body((1, 0, 0))[0]
 
     times = np.linspace(0, 300, 4)
     motion = pt.propagate(FREE, spinning(), times, events=[Distance()])
@@ -396,7 +396,7 @@ def test_events_where_tables_change_their_polynomials():
     table = pt.Ephemeris.fit(1.0, lambda t: np.stack(ellipse.position_at(t), axis=-1), 0.0, 13.0)
     system = pt.System(BODY, pt.GravityGradient(table))
     knots = table.knots[(table.knots > 0) & (table.knots < 13)][::3]
-    events = [pt.Apsis(table, slope=1), *(pt.Instant(knot) for knot in knots)]
+    events = [pt.Apsis(table, slope=1), *(pt.AtTime(knot) for knot in knots)]
     for rate in (0.5, [0.5, 0.6]):
         apsis, *at_knots = pt.propagate(system, spinning(rate), [0.0, 13.0], events=events).events
         assert np.allclose(apsis.of(0).times, 2 * np.pi * np.arange(1, 3), rtol=1e-12)
@@ -428,7 +428,7 @@ def test_wrong_events_are_refused_in_a_sentence():
     with pytest.raises(TypeError, match=r"events must be a list of Event, but events\[1\] is int\."):
         run(ACROSS, 3)
     with pytest.raises(ValueError, match=r"slope must be -1, 0 or 1, got 2\."):
-        pt.Instant(1.0, slope=2)
+        pt.AtTime(1.0, slope=2)
     with pytest.raises(ValueError, match=r"Kick must either act or be terminal, but it does both\."):
         Kick(1.0, terminal=True)
     with pytest.raises(ValueError, match=r"axis must not be zero"):
@@ -439,14 +439,14 @@ def test_wrong_events_are_refused_in_a_sentence():
         pt.System(BODY, ACROSS)
 
     class Wrong(pt.Event):
-        def value(self, body, attitude, omega_body, environment):
-            return omega_body
+        def value(self, instant):
+            return instant.omega_body
 
     with pytest.raises(TypeError, match=r"the value of Wrong must be one scalar, got 3 components\."):
         run(Wrong())
 
     class Constant(pt.Event):
-        def value(self, body, attitude, omega_body, environment):
+        def value(self, instant):
             return 1.0
 
     with pytest.raises(ValueError, match=r"the value of Constant must depend on the motion, but it is constant"):

@@ -88,8 +88,8 @@ def test_ensembles_of_states_and_of_parameters():
 class Pole(pt.Potential):
     """An energy of the third body axis along the normal of an inclined orbit, told by its components in space."""
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return 0.1 * attitude.to_body((np.sin(0.5), 0.0, np.cos(0.5)))[2] ** 2
+    def energy(self, instant):
+        return 0.1 * instant.attitude.to_body((np.sin(0.5), 0.0, np.cos(0.5)))[2] ** 2
 
 
 def test_an_inclined_orbit_is_taken_along_itself_and_refused_in_the_space_axes():

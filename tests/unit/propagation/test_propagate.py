@@ -104,8 +104,8 @@ def test_a_parameter_that_the_formula_does_not_use(body, start):
         first: float
         unused: float
 
-        def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-            return self.first * omega_body
+        def torque(self, instant):
+            return self.first * instant.omega_body
 
     damped = pt.propagate(pt.System(body, pt.LinearDamping(0.1)), start, TIMES)
     assert_same(pt.propagate(pt.System(body, Idle(-0.1, 5.0)), start, TIMES), damped)
@@ -352,10 +352,8 @@ class Pole(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return functions.Vector(
-            (1 / (self.instant - environment.time) ** 2, 0 * environment.time, 0 * environment.time)
-        )
+    def torque(self, instant):
+        return functions.Vector((1 / (self.instant - instant.time) ** 2, 0 * instant.time, 0 * instant.time))
 
 
 class Root(pt.Torque):
@@ -363,10 +361,8 @@ class Root(pt.Torque):
 
     instant: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return functions.Vector(
-            (functions.sqrt(self.instant - environment.time), 0 * environment.time, 0 * environment.time)
-        )
+    def torque(self, instant):
+        return functions.Vector((functions.sqrt(self.instant - instant.time), 0 * instant.time, 0 * instant.time))
 
 
 class Wall(pt.Potential):
@@ -374,8 +370,8 @@ class Wall(pt.Potential):
 
     strength: float
 
-    def energy(self, body, attitude, environment):  # noqa: ARG002
-        return self.strength / attitude.to_body((0, 0, 1))[2] ** 2
+    def energy(self, instant):
+        return self.strength / instant.attitude.to_body((0, 0, 1))[2] ** 2
 
 
 def stopped(system, state, times, **options):
@@ -418,8 +414,8 @@ def test_a_force_that_is_singular_at_the_start(body):
     class Everywhere(pt.Torque):
         size: float
 
-        def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-            return functions.Vector((1 / (self.size - self.size) + 0 * environment.time,) * 3)
+        def torque(self, instant):
+            return functions.Vector((1 / (self.size - self.size) + 0 * instant.time,) * 3)
 
     state = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3), time=2.0)
     error = stopped(pt.System(body, Everywhere(1.0)), state, np.linspace(2, 10, 5))

@@ -1,0 +1,87 @@
+"""One body at one instant: the one argument of every formula."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from poinsot.algebra.quaternion import Array
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude, matrix_of
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Environment, Orbit
+
+__all__ = ["Instant"]
+
+UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Instant:
+    """One body at one instant: all that a formula may see, in scalars of any kind.
+
+    Parameters
+    ----------
+    body : Body
+    attitude : Attitude
+    environment : Environment
+        The time, and where the orbits are at it.
+    omega_body, angular_momentum_body : vector, optional
+        The inertial angular velocity, radians per unit of time, and the angular momentum, along the body axes. One
+        of them gives the other; without both formulas may depend on time, attitude and orbits alone, as energies do.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        attitude: Attitude,
+        environment: Environment,
+        omega_body: Any = None,
+        angular_momentum_body: Any = None,
+    ) -> None:
+        self.body, self.attitude, self.environment = body, attitude, environment
+        self._omega_body, self._angular_momentum_body = omega_body, angular_momentum_body
+
+    @property
+    def time(self) -> Scalar:
+        """The time."""
+        return self.environment.time
+
+    @functools.cached_property
+    def omega_body(self) -> Vector:
+        """The inertial angular velocity along the body axes."""
+        if self._omega_body is not None:
+            return Vector(self._omega_body)
+        if self._angular_momentum_body is None:
+            raise RateUnknownError("an energy must depend on time, attitude and orbits alone, got one of the rates.")
+        return Vector(self.body.omega(self._angular_momentum_body))
+
+    @functools.cached_property
+    def angular_momentum_body(self) -> Vector:
+        """The angular momentum along the body axes."""
+        given = self._angular_momentum_body
+        return Vector(self.body.angular_momentum(self.omega_body) if given is None else given)
+
+    @functools.cached_property
+    def inertia(self) -> Array:
+        """The inertia tensor along the body axes, (3, 3) scalars."""
+        return matrix_of(zip(*(self.body.angular_momentum(Vector(unit)) for unit in UNITS), strict=True))
+
+    def position(self, orbit: Orbit) -> Vector:
+        """Return the position of the body from the attractor of that orbit, space axes."""
+        return self.environment.position(orbit)
+
+    def velocity(self, orbit: Orbit) -> Vector:
+        """Return the velocity of the body relative to the attractor of that orbit, space axes."""
+        return self.environment.velocity(orbit)
+
+    def direction(self, orbit: Orbit) -> Vector:
+        """Return the unit vector from the attractor of that orbit to the body, space axes."""
+        return self.environment.direction(orbit)
+
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
+        """Return 1 / r of the body from the attractor of that orbit."""
+        return self.environment.inverse_distance(orbit)
+
+
+class RateUnknownError(TypeError):
+    """A formula that must depend on the attitude alone asks for a rate."""
