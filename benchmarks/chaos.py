@@ -7,7 +7,7 @@ import numpy as np
 import poinsot as pt
 from benchmarks.measure import ALLOWED, pin
 
-ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
 MOON = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 SYSTEM = pt.System(MOON, pt.GravityGradient(ORBIT))
 ORBITS, TOLERANCE, TILT = 100, 1e-9, 0.1

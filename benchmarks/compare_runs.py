@@ -21,14 +21,27 @@ Q = np.array([0.8, 0.36, -0.48, 0.0])
 RATES = (0.3, -0.5, 0.9)
 TIMES = np.linspace(-4, 20, 25)
 FEW = np.linspace(0, 12, 13)
-CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.4, 0.2, 0.0)
-ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
-FLYBY = pt.EscapeOrbit(1.0, 0.8, 1.5, 0.3, 0.2, 0.1, epoch=4.0)
-DRIFTING = pt.PrecessingOrbit(ELLIPSE, 0.01, -0.02)
-RESTING = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)
-TURNING = pt.RotatingPoint((0.8, -0.5, 0.7), 0.9, 0.3)
-HALO = pt.ThreeBodyOrbit(0.9878, 0.0122, 1.0, (0.8233, 0.0, 0.0223), (0.0, 0.1343, 0.0))
-TABLE = pt.Ephemeris.fit(1.1, lambda t: np.stack(ELLIPSE.position_at(t), axis=-1), -5.0, 25.0)
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.4, node=0.2)
+ELLIPSE = pt.KeplerOrbit(
+    1.1,
+    semimajor_axis=1.3,
+    eccentricity=0.3,
+    inclination=0.7,
+    node=-0.4,
+    argument_of_periapsis=1.9,
+    true_anomaly=0.3,
+    epoch=0.2,
+)
+FLYBY = pt.EscapeOrbit(
+    1.0, periapsis_distance=0.8, eccentricity=1.5, inclination=0.3, node=0.2, argument_of_periapsis=0.1, epoch=4.0
+)
+DRIFTING = pt.PrecessingOrbit(ELLIPSE, node_rate=0.01, periapsis_rate=-0.02)
+RESTING = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
+TURNING = pt.RotatingPosition(0.9, position=(0.8, -0.5, 0.7), rate=0.3)
+HALO = pt.ThreeBodyPath(0.9878, 0.0122, separation=1.0, position=(0.8233, 0.0, 0.0223), velocity=(0.0, 0.1343, 0.0))
+TABLE = pt.Ephemeris.from_function(
+    1.1, position=lambda t: np.stack(ELLIPSE.position_at(t), axis=-1), start=-5.0, stop=25.0
+)
 FIELD = pt.GravityField(
     3,
     1.1,
@@ -151,7 +164,7 @@ def planar(**options):
     """Return a motion about one axis."""
     state = BODY.state((np.cos(0.2), 0, 0, np.sin(0.2)), omega_body=(0, 0, 1.4))
     motion = pt.propagate(
-        pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0))),
+        pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1))),
         state,
         FEW,
         formulation="planar",
@@ -214,7 +227,12 @@ def cases():
         yield f"{name}, second order", lambda name=name: variations(FORCES[name], order=2)
         yield f"{name}, spectra", lambda name=name: spectra(FORCES[name])
     yield from edges()
-    yield "ellipse, field", lambda: single(pt.HarmonicGravity(pt.KeplerOrbit(1.1, 1.3, 0.0, 0.2, 0.0, 0.0), FIELD))
+    yield (
+        "ellipse, field",
+        lambda: single(
+            pt.HarmonicGravity(pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.0, inclination=0.2), FIELD)
+        ),
+    )
     yield "ellipsoid", lambda: single(pt.EllipsoidGravity(RESTING, 1.1, (0.9, 0.6, 0.4)))
     yield "planar", planar
     yield "free motion", free

@@ -11,7 +11,7 @@ from benchmarks.measure import pin
 from benchmarks.problems import WIDE
 from poinsot.mechanics.attitude import rotation_angle
 
-ORBIT = pt.KeplerOrbit(1.0, 5.0, 0.1, 0.4, 0.3, 0.7)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=5.0, eccentricity=0.1, inclination=0.4, node=0.3, argument_of_periapsis=0.7)
 END = 200.0
 SEMIAXES = (1.0, 0.7, 0.5)
 OMEGA = (0.1, 0.3, -0.2)

@@ -16,7 +16,9 @@ import poinsot as pt
 hour, day = 3600.0, 86400.0  # s; km
 apophis = pt.Body((0.61, 0.965, 1.0))  # up to a factor, which changes nothing
 mu, perigee, excess_speed = 398600.4418, 38000.0, 5.84
-flyby = pt.EscapeOrbit(mu, perigee, 1 + perigee * excess_speed**2 / mu, 0.0, 0.0, 0.0)  # at the perigee at t = 0
+flyby = pt.EscapeOrbit(
+    mu, periapsis_distance=perigee, eccentricity=1 + perigee * excess_speed**2 / mu
+)  # at the perigee at t = 0
 system = pt.System(apophis, pt.GravityGradient(flyby), units={"time": "s"})
 
 # Before: the two periods leave one nutation, and one energy, to a body with these moments.

@@ -10,9 +10,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 
 moments = np.array([80.0, 100.0, 60.0])  # kg m2: roll, pitch, yaw
-orbit = pt.KeplerOrbit(
-    mu=398600.4418e9, semimajor_axis=7000e3, eccentricity=0.001, inclination=1.7, node=0, argument_of_periapsis=0
-)
+orbit = pt.KeplerOrbit(mu=398600.4418e9, semimajor_axis=7000e3, eccentricity=0.001, inclination=1.7)
 body = pt.Body(moments)
 system = pt.System(body, pt.GravityGradient(orbit), units={"time": "s", "inertia": "kg m2"})
 start = body.state(Rotation.from_euler("xyz", (3, 5, 4), degrees=True), omega_body=(0, 0, 0), frame=orbit.frame)

@@ -18,8 +18,10 @@ year, degree, day = 365.25, np.pi / 180, 86400.0  # days, radians, seconds
 def precessing(mu, a, e, inclination, rate, node_period):
     """The orbit, from km3/s2, km, degrees, degrees per day and years; the node moves backwards."""
     node_rate = -2 * np.pi / (node_period * year)
-    ellipse = pt.KeplerOrbit(mu * day**2, a, e, inclination * degree, node=0.0, argument_of_periapsis=np.pi / 4)
-    return pt.PrecessingOrbit.from_mean_motion(ellipse, rate * degree - node_rate, node_rate)
+    ellipse = pt.KeplerOrbit(
+        mu * day**2, semimajor_axis=a, eccentricity=e, inclination=inclination * degree, argument_of_periapsis=np.pi / 4
+    )
+    return pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate)
 
 
 def moon_orbit(node_period=18.600):

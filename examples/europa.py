@@ -20,8 +20,10 @@ jupiter, saturn = 126686534 * 86400.0**2, 37931206 * 86400.0**2  # km3/day2
 def moon(mu, J2, C22, polar, a, e, inclination, rate, node_period):
     """Body and orbit, from the field over M R^2, km, degrees, degrees per day and years; the node moves backwards."""
     node_rate = -2 * np.pi / (node_period * year)
-    ellipse = pt.KeplerOrbit(mu, a, e, inclination * degree, node=0.0, argument_of_periapsis=np.pi / 4)
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, rate * degree - node_rate, node_rate)
+    ellipse = pt.KeplerOrbit(
+        mu, semimajor_axis=a, eccentricity=e, inclination=inclination * degree, argument_of_periapsis=np.pi / 4
+    )
+    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate)
     return pt.Body.from_stokes(-J2, C22, polar), orbit
 
 
@@ -79,7 +81,9 @@ for what, (rate, days, allowed) in published.items():
 # Europa's periapsis moves: seen from the node it goes back once in 143 revolutions of the longitude, 1.39 years.
 body, orbit = moons["Europa"]
 turn = -orbit.mean_motion / 143
-moving = pt.PrecessingOrbit.from_mean_motion(orbit.orbit, orbit.mean_motion - turn, orbit.node_rate, turn)
+moving = pt.PrecessingOrbit.from_mean_motion(
+    orbit.orbit, mean_motion=orbit.mean_motion - turn, node_rate=orbit.node_rate, periapsis_rate=turn
+)
 whole = pt.periodic_motion(
     pt.System(body, pt.GravityGradient(moving)), europa.motion.state, -2 * np.pi / turn, europa.motion.frame
 )

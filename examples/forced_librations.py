@@ -19,9 +19,7 @@ BODIES = {
 
 def start(body):
     """The body at rest in the axes of a circular orbit, in units of its mean motion."""
-    orbit = pt.KeplerOrbit(
-        mu=1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.0, node=0.0, argument_of_periapsis=0.0
-    )
+    orbit = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.0)
     state = body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
     return pt.periodic_motion(pt.System(body, pt.GravityGradient(orbit)), state, orbit.period)
 

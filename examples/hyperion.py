@@ -11,9 +11,7 @@ import numpy as np
 
 import poinsot as pt
 
-orbit = pt.KeplerOrbit(
-    mu=1.0, semimajor_axis=1.0, eccentricity=0.123233, inclination=0, node=0, argument_of_periapsis=0
-)
+orbit = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.123233)
 hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)  # (C - A)/B and (B - A)/C: about 190 x 145 x 114 km
 system = pt.System(hyperion, pt.GravityGradient(orbit))
 

@@ -19,7 +19,7 @@ COLOURS = {"L1": "#000000", "L2": "#0072B2", "L3": "#D55E00", "L4": "#009E73", "
 
 figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
 for name, colour in COLOURS.items():
-    point = pt.LagrangePoint(EARTH, MOON, SEPARATION, name)
+    point = pt.LagrangePointPath(EARTH, MOON, separation=SEPARATION, point=name)
     n, mu = point.mean_motion, point.mass_ratio
     attractors = (pt.GravityGradient(orbit) for orbit in (point.from_primary, point.from_secondary))
     system = pt.System(spacecraft, *attractors, units={"time": "s"})

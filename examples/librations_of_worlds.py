@@ -57,8 +57,10 @@ worlds = {
 }
 for world, (body, mu, a, e, i, rate, node_period, spin, periods, every) in worlds.items():
     node_rate = -2 * np.pi / (node_period * year)
-    ellipse = pt.KeplerOrbit(mu * day**2, a, e, i * degree, node=0.0, argument_of_periapsis=np.pi / 4)
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, rate * degree - node_rate, node_rate)
+    ellipse = pt.KeplerOrbit(
+        mu * day**2, semimajor_axis=a, eccentricity=e, inclination=i * degree, argument_of_periapsis=np.pi / 4
+    )
+    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate)
     state = pt.cassini_state(body, orbit, spin)
     forced, start = state.motion, state.motion.state
     times = start.time + forced.period * np.arange(0, periods, every)
@@ -71,11 +73,11 @@ for world, (body, mu, a, e, i, rate, node_period, spin, periods, every) in world
     compare(world, names, np.sort(list(across.values())), turned[..., 0], times, orbit.mean_motion)
 
 # At rest in a frame: Phobos on a circle, a spacecraft held at the libration points of Earth and Moon.
-circle = pt.KeplerOrbit(42828.37, 9376.0, 0.0, 0.0, 0.0, 0.0)
+circle = pt.KeplerOrbit(42828.37, semimajor_axis=9376.0, eccentricity=0.0)
 phobos = pt.System(pt.Body((0.3615, 0.4265, 0.5024)), pt.GravityGradient(circle))
 held = {"Phobos": (phobos, circle.frame, circle.mean_motion)}
 for name in ("L1", "L2", "L3", "L4", "L5"):
-    point = pt.LagrangePoint(398600.4418, 4902.8, 384400.0, name)
+    point = pt.LagrangePointPath(398600.4418, 4902.8, separation=384400.0, point=name)
     forces = pt.GravityGradient(point.from_primary), pt.GravityGradient(point.from_secondary)
     held[name] = pt.System(pt.Body((60.0, 120.0, 150.0)), *forces), point.frame, point.mean_motion
 for world, (system, frame, n) in held.items():
@@ -90,7 +92,7 @@ for world, (system, frame, n) in held.items():
     compare(world, ["out of it", "out of it"], outside, turned[..., 0], times, n)
 
 # Hyperion's islands: the forced libration in the plane, and the motions about it.
-orbit = pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0)
+orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
 hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 system = pt.System(hyperion, pt.GravityGradient(orbit))
 islands = {"1:1": (0.0, 0.56, 1), "2:1": (0.0, 2.32, 1), "9:4": (0.0, 2.53225, 4), "1:2": (np.pi / 2, 0.8674, 2)}

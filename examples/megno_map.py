@@ -9,7 +9,7 @@ import numpy as np
 
 import poinsot as pt
 
-orbit = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.1, inclination=0, node=0, argument_of_periapsis=0)
+orbit = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.1)
 moon = pt.Body.from_ratios(beta=0.47, gamma=0.26)  # (C - A)/B and (B - A)/C
 system = pt.System(moon, pt.GravityGradient(orbit))
 

@@ -23,9 +23,6 @@ def libration(eccentricity, orbits, angle=0.0, rate=0.0, body=phobos, gravity=pt
         mu=42828.37,
         semimajor_axis=9376.0,
         eccentricity=eccentricity,
-        inclination=0.0,
-        node=0.0,
-        argument_of_periapsis=0.0,
     )
     system = pt.System(body, gravity(orbit), units={"time": "s"})
     start = body.state((np.cos(angle / 2), 0, 0, np.sin(angle / 2)), omega_body=(0, 0, orbit.mean_motion * (1 + rate)))

@@ -10,7 +10,7 @@ import numpy as np
 
 import poinsot as pt
 
-orbit = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.1, inclination=0, node=0, argument_of_periapsis=0)
+orbit = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.1)
 hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 system = pt.System(hyperion, pt.GravityGradient(orbit))
 

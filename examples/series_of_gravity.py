@@ -37,7 +37,7 @@ directions = np.stack([np.cos(angle), np.sin(angle) * np.cos(turn), np.sin(angle
 
 def torques(make, distance):
     """The torques of a force for attractors in all directions, at rest: the body has the members' positions."""
-    system = pt.System(body, make(pt.FixedPoint(-distance * directions, np.ones(len(directions)))))
+    system = pt.System(body, make(pt.FixedPosition(np.ones(len(directions)), position=-distance * directions)))
     attitudes = np.tile([1.0, 0, 0, 0], (len(directions), 1))
     return system.torque_body(pt.State(attitudes, np.zeros_like(attitudes)))
 

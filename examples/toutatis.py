@@ -58,7 +58,15 @@ times = np.linspace(0, known["stop"], 12000)
 places = [-np.transpose(orbit.position_at(times)) for orbit in (earth_to_sun, moon_to_sun)]
 for _, a, e, i, mean, perihelion, node, rate in ELLIPSES:
     angles, n = np.radians([i, node, perihelion - node, mean - perihelion]), np.radians(rate) / (36525 * day)
-    ellipse = pt.KeplerOrbit.from_elements(n**2 * (a * au) ** 3, a * au, e, *angles[:3], mean_anomaly=angles[3])
+    ellipse = pt.KeplerOrbit.from_elements(
+        n**2 * (a * au) ** 3,
+        semimajor_axis=a * au,
+        eccentricity=e,
+        inclination=angles[0],
+        node=angles[1],
+        argument_of_periapsis=angles[2],
+        mean_anomaly=angles[3],
+    )
     places.append(ecliptic.apply(np.transpose(ellipse.position_at(times - J2000))))
 planets = CubicSpline(times, np.stack(places, axis=1))
 masses = np.array([earth_to_sun.mu, moon_to_sun.mu, *(sun / row[0] for row in ELLIPSES)])
@@ -78,14 +86,23 @@ def path_rates(time, state):
     return np.concatenate([velocity, newton + sun / (299792.458**2 * r**3) * bent])
 
 
-elements = 2.511172982 * au, 0.640579552, *np.radians([0.461729511, 127.202325178, 275.648230484])
-seed = pt.KeplerOrbit.from_elements(sun, *elements, mean_anomaly=np.radians(-0.928969277))
+seed = pt.KeplerOrbit.from_elements(
+    sun,
+    semimajor_axis=2.511172982 * au,
+    eccentricity=0.640579552,
+    inclination=np.radians(0.461729511),
+    node=np.radians(127.202325178),
+    argument_of_periapsis=np.radians(275.648230484),
+    mean_anomaly=np.radians(-0.928969277),
+)
 first = np.concatenate([ecliptic.apply(part(0.0)) for part in (seed.position_at, seed.velocity_at)])
 path = solve_ivp(
     path_rates, (0, known["stop"]), first, method="DOP853", rtol=1e-12, atol=[1e-3] * 3 + [1e-10] * 3, dense_output=True
 ).sol
 labels = {"reference_frame": "ICRF", "origin": "SUN", "calendar": calendar}
-from_sun = pt.Ephemeris.fit(sun, lambda t: path(t)[:3].T, 0.0, known["stop"], tolerance=1e-11, **labels)
+from_sun = pt.Ephemeris.from_function(
+    sun, position=lambda t: path(t)[:3].T, start=0.0, stop=known["stop"], tolerance=1e-11, **labels
+)
 from_earth = pt.orbit_sum(from_sun, earth_to_sun)
 
 flybys = []

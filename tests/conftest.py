@@ -34,7 +34,16 @@ def start(body):
 
 @pytest.fixture(scope="session")
 def orbit():
-    return pt.KeplerOrbit(2.0, 1.5, 0.3, 0.4, 1.1, -0.7, 2.0, 0.25)
+    return pt.KeplerOrbit(
+        2.0,
+        semimajor_axis=1.5,
+        eccentricity=0.3,
+        inclination=0.4,
+        node=1.1,
+        argument_of_periapsis=-0.7,
+        true_anomaly=2.0,
+        epoch=0.25,
+    )
 
 
 @pytest.fixture(scope="session")

@@ -9,10 +9,21 @@ import spiceypy as spice
 import poinsot as pt
 
 BODY = pt.Body((1.25, 1.0, 0.75))
-CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.3, 0.2, 0.1)
-ELLIPSE = pt.KeplerOrbit(2.0, 1.5, 0.3, 0.4, 1.1, -0.7, 2.0, 0.25)
-ESCAPE = pt.EscapeOrbit(2.0, 1.5, 1.3, 0.4, 1.1, -0.7)
-PRECESSING = pt.PrecessingOrbit(ELLIPSE, -0.001)
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.3, node=0.2, argument_of_periapsis=0.1)
+ELLIPSE = pt.KeplerOrbit(
+    2.0,
+    semimajor_axis=1.5,
+    eccentricity=0.3,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=2.0,
+    epoch=0.25,
+)
+ESCAPE = pt.EscapeOrbit(
+    2.0, periapsis_distance=1.5, eccentricity=1.3, inclination=0.4, node=1.1, argument_of_periapsis=-0.7
+)
+PRECESSING = pt.PrecessingOrbit(ELLIPSE, node_rate=-0.001)
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1.0, 0.2, -0.3)), units={"time": "s"})
 SATELLITE = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(CIRCLE), units={"time": "s"})
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
@@ -54,7 +65,7 @@ INTERNAL = {
 NOT_CALLED = {
     *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
     *("Vector", "functions", "plot"),
-    *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "Crossings", "Ephemeris", "Equilibrium"),
+    *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "Section", "StateTransition", "Trajectory"),
 }
@@ -102,7 +113,7 @@ def branch():
 
 @functools.cache
 def ephemeris():
-    return pt.Ephemeris.fit(2.0, along, 0.0, 3.0, calendar=CALENDAR)
+    return pt.Ephemeris.from_function(2.0, position=along, start=0.0, stop=3.0, calendar=CALENDAR)
 
 
 @functools.cache
@@ -202,7 +213,7 @@ def public_calls(folder):
     elements = {"inclination": 0.4, "node": 1.1, "argument_of_periapsis": -0.7}
     passage = {"mu": 2.0, "position": (1.0, 0.2, 0.1), "velocity": (0.1, 1.0, 0.2), "epoch": 0.5, "radius": 0.1}
     mass_of = {"mass": 2.0}
-    cone = {"axis": (1, 0, 0.5), "slope": 1, "terminal": False}
+    cone = {"axis": (1, 0, 0.5), "direction": 1, "terminal": False}
     run = {"formulation": "lie_poisson", "tolerance": 1e-12, "threads": 1, "progress": False}
     here = {"system": TOP, "state": START, "times": [1.0]}
     dates = {"start": "2000-06-27T19:00:00 UTC", "stop": "2000-06-27T20:00:00 UTC", "max_age": 20.0}
@@ -212,8 +223,8 @@ def public_calls(folder):
         "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
         "Andoyer.of": (pt.Andoyer.of, {"state": START}),
         "Andoyer.state": (pt.Andoyer(0.1, 0.2, 0.3, 0.5, 1.0, 0.4).state, {"time": 1.0}),
-        "AndoyerCrossing": (pt.AndoyerCrossing, {"angle": 0.3, "pole": (0, 0, 1), "slope": 1, "terminal": False}),
-        "Apsis": (pt.Apsis, {"orbit": ELLIPSE, "slope": 1, "terminal": False}),
+        "AndoyerCrossing": (pt.AndoyerCrossing, {"angle": 0.3, "pole": (0, 0, 1), "direction": 1, "terminal": False}),
+        "Apsis": (pt.Apsis, {"orbit": ELLIPSE, "direction": 1, "terminal": False}),
         "Assembly": (pt.Assembly, {"parts": [pt.Ellipsoid((3, 2, 1), mass=1.0)]}),
         "AttitudeTable": (
             pt.AttitudeTable,
@@ -231,7 +242,7 @@ def public_calls(folder):
         "AttitudeTable.state": (table().state, {"body": BODY, "row": 1}),
         "AttitudeTable.trajectory": (table().trajectory, {"system": TOP}),
         "AttractorCrossing": (pt.AttractorCrossing, {**cone, "orbit": ELLIPSE, "angle": 0.3}),
-        "AxisCrossing": (pt.AxisCrossing, {**cone, "direction": (0, 0, 1), "angle": 0.3}),
+        "AxisCrossing": (pt.AxisCrossing, {**cone, "target": (0, 0, 1), "angle": 0.3}),
         "Body": (pt.Body, {"moments": (1.25, 1.0, 0.75)}),
         "Body.angular_momentum": (BODY.angular_momentum, {"omega_body": (0.1, 0.2, 0.3)}),
         "Body.box": (pt.Body.box, {"mass": 1.0, "sides": (1.0, 2.0, 3.0)}),
@@ -267,13 +278,13 @@ def public_calls(folder):
         "Calendar": (pt.Calendar, {"zero": "2000-01-01T12:00:00", "scale": "TDB", "unit": "d"}),
         "Calendar.date": (CALENDAR.date, {"time": 10.0}),
         "Calendar.time": (CALENDAR.time, {"epoch": 10.0}),
-        "Crossings.of": (motion().events[0].of, {"member": 0}),
+        "EventRecord.of": (motion().events[0].of, {"member": 0}),
         "Cylinder": (pt.Cylinder, {"radius": 1.0, "height": 2.0, **mass_of}),
         "Ellipsoid": (pt.Ellipsoid, {"semiaxes": (3.0, 2, 1), **mass_of}),
         "Ellipsoid of density": (pt.Ellipsoid, {"semiaxes": (3.0, 2, 1), "density": 2.0}),
         "EllipsoidGravity": (pt.EllipsoidGravity, {"orbit": ELLIPSE, "mass": 1.0, "semiaxes": (0.3, 0.2, 0.1)}),
-        "Ephemeris.fit": (
-            pt.Ephemeris.fit,
+        "Ephemeris.from_function": (
+            pt.Ephemeris.from_function,
             {
                 **{"mu": 2.0, "position": along, "start": 0.0, "stop": 3.0, "tolerance": 1e-10, "origin": "a"},
                 **{"reference_frame": "ICRF", "calendar": CALENDAR, "radius": 0.1},
@@ -301,7 +312,7 @@ def public_calls(folder):
             },
         ),
         "EscapeOrbit.from_vectors": (pt.EscapeOrbit.from_vectors, {**passage, "velocity": (0.1, 3.0, 0.2)}),
-        "FixedPoint": (pt.FixedPoint, {"position": (1.0, 0, 0), "mu": 1.0}),
+        "FixedPosition": (pt.FixedPosition, {"position": (1.0, 0, 0), "mu": 1.0}),
         "RotatingFrame.quaternion": (TURNING.quaternion, {"time": 1.0}),
         "RotatingFrame.omega_space": (TURNING.omega_space, {"time": 1.0}),
         "Frame.attitude": (ELLIPSE.frame.attitude, {"time": 1.0}),
@@ -323,7 +334,7 @@ def public_calls(folder):
         "GravityField.truncated": (field().truncated, {"degree": 2}),
         "GravityGradient": (pt.GravityGradient, {"orbit": ELLIPSE}),
         "HarmonicGravity": (pt.HarmonicGravity, {"orbit": ELLIPSE, "field": field()}),
-        "AtTime": (pt.AtTime, {"time": 1.0, "slope": 1, "terminal": False}),
+        "AtTime": (pt.AtTime, {"time": 1.0, "direction": 1, "terminal": False}),
         "KeplerOrbit": (
             pt.KeplerOrbit,
             {
@@ -343,12 +354,12 @@ def public_calls(folder):
             {"mu": 2.0, "semimajor_axis": 1.5, "eccentricity": 0.3, **elements, "eccentric_anomaly": 0.5},
         ),
         "KeplerOrbit.from_vectors": (pt.KeplerOrbit.from_vectors, passage),
-        "LagrangePoint": (
-            pt.LagrangePoint,
+        "LagrangePointPath": (
+            pt.LagrangePointPath,
             {"mu_primary": 1.0, "mu_secondary": 0.01, "separation": 1.0, "point": "L4", "epoch": 0.0},
         ),
-        "LagrangePoint.orbit": (
-            pt.LagrangePoint(1.0, 0.01, 1.0, "L4").orbit,
+        "LagrangePointPath.path": (
+            pt.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4").path,
             {"offset": (0.01, 0, 0), "velocity": (0, 0.01, 0)},
         ),
         "LinearDamping": (pt.LinearDamping, {"coefficient": 0.1}),
@@ -375,8 +386,8 @@ def public_calls(folder):
         ),
         "RateCrossing": (pt.RateCrossing, {**cone, "rate": 0.1}),
         "RotatingFrame": (pt.RotatingFrame, {"attitude": (1.0, 0, 0, 0), "omega_space": (0, 0, 1.0), "epoch": 0.5}),
-        "RotatingPoint": (
-            pt.RotatingPoint,
+        "RotatingPosition": (
+            pt.RotatingPosition,
             {"position": (1.0, 0, 0), "mu": 1.0, "rate": 0.1, "epoch": 0.0},
         ),
         "Scenario.propagate": (pt.read_scenario(at["toml"]).propagate, {"threads": 1, "progress": False}),
@@ -405,8 +416,8 @@ def public_calls(folder):
         "System.omega_body": (TOP.omega_body, {"state": START}),
         "System.potential_energy": (TOP.potential_energy, {"state": START}),
         "System.torque_body": (TOP.torque_body, {"state": START}),
-        "ThreeBodyOrbit": (
-            pt.ThreeBodyOrbit,
+        "ThreeBodyPath": (
+            pt.ThreeBodyPath,
             {
                 **{"mu_primary": 1.0, "mu_secondary": 0.01, "separation": 1.0, "epoch": 0.0},
                 **{"position": (0.5, 0.8, 0), "velocity": (0, 0.1, 0)},
@@ -572,9 +583,9 @@ def public_calls(folder):
 
 
 def orbits():
-    point = pt.LagrangePoint(1.0, 0.01, 1.0, "L4")
-    rotating = pt.RotatingPoint((1.0, 0, 0), 1.0, 0.1)
-    return ELLIPSE, ESCAPE, PRECESSING, ephemeris(), rotating, pt.FixedPoint((1.0, 0, 0), 1.0), point.orbit()
+    point = pt.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4")
+    rotating = pt.RotatingPosition(1.0, position=(1.0, 0, 0), rate=0.1)
+    return ELLIPSE, ESCAPE, PRECESSING, ephemeris(), rotating, pt.FixedPosition(1.0, position=(1.0, 0, 0)), point.path()
 
 
 def signature(thing, name):

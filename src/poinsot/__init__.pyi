@@ -51,16 +51,16 @@ from .mechanics.state import State, project_to_tangent
 from .mechanics.system import System
 from .orbits.ephemeris import Ephemeris
 from .orbits.escape import EscapeOrbit
-from .orbits.fixed import FixedPoint
+from .orbits.fixed import FixedPosition
 from .orbits.kepler import KeplerOrbit
-from .orbits.lagrange import LagrangePoint, RotatingPoint
+from .orbits.lagrange import LagrangePointPath, RotatingPosition
 from .orbits.planets import planet_orbit
 from .orbits.precessing import PrecessingOrbit
-from .orbits.restricted_three_body import ThreeBodyOrbit
+from .orbits.restricted_three_body import ThreeBodyPath
 from .orbits.sums import orbit_sum
 from .orbits.two_body import two_body_orbit
 from .plot.view import view
-from .propagation.event_record import Crossings
+from .propagation.event_record import EventRecord
 from .propagation.free_motion.motion import free_motion
 from .propagation.propagate import propagate
 from .propagation.trajectory import Trajectory
@@ -86,7 +86,6 @@ __all__ = [
     "Calendar",
     "CassiniState",
     "ChaosIndicators",
-    "Crossings",
     "Cylinder",
     "Ellipsoid",
     "EllipsoidGravity",
@@ -95,7 +94,8 @@ __all__ = [
     "Equilibrium",
     "EscapeOrbit",
     "Event",
-    "FixedPoint",
+    "EventRecord",
+    "FixedPosition",
     "Frame",
     "FreeRotation",
     "GravityField",
@@ -103,7 +103,7 @@ __all__ = [
     "HarmonicGravity",
     "Instant",
     "KeplerOrbit",
-    "LagrangePoint",
+    "LagrangePointPath",
     "LineSpectrum",
     "LinearDamping",
     "LyapunovSpectrum",
@@ -119,7 +119,7 @@ __all__ = [
     "PropagationInterrupted",
     "RateCrossing",
     "RotatingFrame",
-    "RotatingPoint",
+    "RotatingPosition",
     "Scenario",
     "Section",
     "Shape",
@@ -127,7 +127,7 @@ __all__ = [
     "State",
     "StateTransition",
     "System",
-    "ThreeBodyOrbit",
+    "ThreeBodyPath",
     "Torque",
     "Trajectory",
     "UniformGravity",

@@ -35,9 +35,9 @@ from poinsot.mechanics.system import System
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.orbits.lagrange import POINTS, LagrangePoint
+from poinsot.orbits.lagrange import POINTS, LagrangePointPath
 from poinsot.orbits.precessing import PrecessingOrbit
-from poinsot.orbits.restricted_three_body import ThreeBodyOrbit
+from poinsot.orbits.restricted_three_body import ThreeBodyPath
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory, versions
@@ -273,7 +273,7 @@ JEOD_POSITION = (-1024262.411095882, -6151093.565368023, 2599975.06217899)  # m
 def jeod() -> list[Row]:
     """Return the differences after eight hours of gravity gradient in orbit; kg m^2, m, s."""
     orbit = KeplerOrbit.from_vectors(
-        3.986004415e14, (-4292653.41, 955168.47, 5139356.57), (109.649663, -7527.726490, 1484.521489)
+        3.986004415e14, position=(-4292653.41, 955168.47, 5139356.57), velocity=(109.649663, -7527.726490, 1484.521489)
     )
     body = Body((500, 12250, 12250))
     attitude = Rotation.from_matrix(np.transpose(JEOD_TO_BODY))
@@ -298,7 +298,7 @@ FLYBY_RATE = (3.103414837233138528e-5, -1.399289994140653627e-5, 8.4921912845776
 def flyby() -> list[Row]:
     """Return the differences after Apophis, or a body like it, has passed the Earth on a hyperbola; km, s."""
     mu, perigee, excess_speed, far = 398600.4418, 38000.0, 5.84, 5 * 86400.0
-    orbit = EscapeOrbit(mu, perigee, 1 + perigee * excess_speed**2 / mu, 0.0, 0.0, 0.0)
+    orbit = EscapeOrbit(mu, periapsis_distance=perigee, eccentricity=1 + perigee * excess_speed**2 / mu)
     body, attitude = Body((0.61, 0.965, 1.0)), Rotation.from_euler("ZXZ", (40, 60, 80), degrees=True)
     start = body.state(attitude, omega_body=(2e-5, 0, 5.6e-5), time=-far)
     motion = propagate(System(body, GravityGradient(orbit)), start, [far])
@@ -308,7 +308,7 @@ def flyby() -> list[Row]:
     ]
 
 
-CIRCLE = KeplerOrbit(1.7, 1.3, 0.0, 0.4, -0.8, 0.0, 0.3)
+CIRCLE = KeplerOrbit(1.7, semimajor_axis=1.3, eccentricity=0.0, inclination=0.4, node=-0.8, true_anomaly=0.3)
 PHOBOS_MOMENTS = (0.3615, 0.4265, 0.5024)  # over M R^2; radial, transverse, normal
 PHOBOS_FREQUENCY = 0.6230063745604
 SLIMNESS = 1e-9  # of the dumbbell, which slows both its librations by the factor sqrt(1 - slimness)
@@ -395,8 +395,14 @@ def _cassini_state(
     body: Body, mu: float, a: float, e: float, inclination: float, rate: float, node_period: float, spin: float
 ) -> CassiniState:
     node_rate = -2 * np.pi / (node_period * YEAR)
-    ellipse = KeplerOrbit(mu * 86400.0**2, a, e, np.radians(inclination), 0.0, np.pi / 4)
-    orbit = PrecessingOrbit.from_mean_motion(ellipse, np.radians(rate) - node_rate, node_rate)
+    ellipse = KeplerOrbit(
+        mu * 86400.0**2,
+        semimajor_axis=a,
+        eccentricity=e,
+        inclination=np.radians(inclination),
+        argument_of_periapsis=np.pi / 4,
+    )
+    orbit = PrecessingOrbit.from_mean_motion(ellipse, mean_motion=np.radians(rate) - node_rate, node_rate=node_rate)
     return cassini_state(body, orbit, spin)
 
 
@@ -409,21 +415,22 @@ SPACECRAFT = (60.0, 120.0, 150.0)
 
 def beside_two_attractors() -> list[Row]:
     """Return the differences in frequencies at the collinear points, and by how much a halo does not close."""
-    pair = (1 - EARTH_MOON, EARTH_MOON, 1.0)
+    pair = (1 - EARTH_MOON, EARTH_MOON)
     x, z, v, period = HALO
-    path = ThreeBodyOrbit(*pair, (x, 0, z), (0, v, 0))
+    path = ThreeBodyPath(*pair, separation=1.0, position=(x, 0, z), velocity=(0, v, 0))
+    collinear = {name: LagrangePointPath(*pair, separation=1.0, point=name) for name in POINTS[:3]}
     body = Body(SPACECRAFT)
     system = System(body, GravityGradient(path.from_primary), GravityGradient(path.from_secondary))
     motion = propagate(system, body.state(IDENTITY, omega_body=(0, 0, 1)), [period])
     ahead = np.array(list(motion.environment.position(path.from_secondary)))[:, 0]
     end = quat.rotate(quat.conjugate(path.frame.quaternion(period)), ahead)
     return [
-        *(Row(f"libration at {name} (relative)", _libration(LagrangePoint(*pair, name)), 4e-15) for name in POINTS[:3]),
+        *(Row(f"libration at {name} (relative)", _libration(point), 4e-15) for name, point in collinear.items()),
         Row("halo orbit after a period", _apart(end, (x - 1 + EARTH_MOON, 0, z)), 1e-13),
     ]
 
 
-def _libration(point: LagrangePoint) -> float:
+def _libration(point: LagrangePointPath) -> float:
     """Return the relative difference of the frequency in the plane to sqrt(3 c (B - A)/C) n, the nearest one.
 
     c = (1 - mu)/r1^3 + mu/r2^3 in units of the separation.
@@ -438,10 +445,12 @@ def _libration(point: LagrangePoint) -> float:
 
 def table() -> list[Row]:
     """Return by how much a motion along a table of an ellipse differs from that along the ellipse."""
-    ellipse = KeplerOrbit(1.7, 1.3, 0.2, 0.4, -0.8, 0.3)
+    ellipse = KeplerOrbit(
+        1.7, semimajor_axis=1.3, eccentricity=0.2, inclination=0.4, node=-0.8, argument_of_periapsis=0.3
+    )
     times = np.linspace(-1, 21, 1101)
-    rows = (np.stack(list(part(times)), axis=-1) for part in (ellipse.position_at, ellipse.velocity_at))
-    ephemeris = Ephemeris.from_table(1.7, times, *rows)
+    r, v = (np.stack(list(part(times)), axis=-1) for part in (ellipse.position_at, ellipse.velocity_at))
+    ephemeris = Ephemeris.from_table(1.7, times=times, positions=r, velocities=v)
     body = Body(SPACECRAFT)
     start = body.state(IDENTITY, omega_body=(0.1, 0.2, 1))
     along, expected = (propagate(System(body, GravityGradient(orbit)), start, [20.0]) for orbit in (ephemeris, ellipse))
@@ -459,7 +468,7 @@ def _distances(orbit: Orbit, other: Orbit) -> Array:
 # ---------------------------------------------------------------------- Hyperion
 
 HYPERION = Body.from_ratios(beta=0.47, gamma=0.26)  # in the plane of the orbit, gamma = (B - A) / C alone counts
-HYPERION_ORBIT = KeplerOrbit(1.0, 1.0, 0.123233, 0.0, 0.0, 0.0)
+HYPERION_ORBIT = KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.123233)
 HYPERION_SYSTEM = System(HYPERION, GravityGradient(HYPERION_ORBIT))
 HYPERION_START = (0.01, 1.0)  # theta and theta' at the periapsis
 EXPONENT = 0.827

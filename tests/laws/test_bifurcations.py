@@ -5,12 +5,12 @@ import pytest
 
 import poinsot as pt
 
-CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.3, 0.2, 0.1)
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.3, node=0.2, argument_of_periapsis=0.1)
 
 
 def forced(beta, gamma, to, e=0.01):
     """Librations of a body on an ellipse."""
-    body, orbit = pt.Body.from_ratios(beta=beta, gamma=gamma), pt.KeplerOrbit(1.0, 1.0, e, 0.0, 0.0, 0.0)
+    body, orbit = pt.Body.from_ratios(beta=beta, gamma=gamma), pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=e)
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
     motion = pt.periodic_motion(pt.System(body, pt.GravityGradient(orbit)), start, orbit.period)
     return pt.continue_motion(motion, "eccentricity", to)

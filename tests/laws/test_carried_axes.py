@@ -14,7 +14,15 @@ TIMES = np.linspace(0, 5, 6)
 
 
 def orbit(inclination=0.5, **others):
-    return pt.KeplerOrbit(1.0, 1.0, 0.1, inclination, 0.3, 0.2, **others)
+    return pt.KeplerOrbit(
+        1.0,
+        semimajor_axis=1.0,
+        eccentricity=0.1,
+        inclination=inclination,
+        node=0.3,
+        argument_of_periapsis=0.2,
+        **others,
+    )
 
 
 class Offset(pt.Potential):

@@ -80,11 +80,20 @@ def turned_body(body, turn):
 
 
 def orbit(eccentricity):
-    return pt.KeplerOrbit(1.1, 1.2, eccentricity, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
+    return pt.KeplerOrbit(
+        1.1,
+        semimajor_axis=1.2,
+        eccentricity=eccentricity,
+        inclination=0.7,
+        node=-0.4,
+        argument_of_periapsis=1.9,
+        true_anomaly=0.3,
+        epoch=0.2,
+    )
 
 
 CIRCLE, ELLIPSE = orbit(0.0), orbit(0.3)
-AT_REST = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)
+AT_REST = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
 
 
 # ---------------------------------------------------------------------- quantities by hand
@@ -354,7 +363,9 @@ def test_clock_of_an_autonomous_system_is_arbitrary(name):
 
 def turned_orbit(orbit, turn):
     r, v = (np.array(x, dtype=float) for x in (orbit.position_at(orbit.epoch), orbit.velocity_at(orbit.epoch)))
-    return pt.KeplerOrbit.from_vectors(float(orbit.mu), turn.apply(r), turn.apply(v), float(orbit.epoch))
+    return pt.KeplerOrbit.from_vectors(
+        float(orbit.mu), position=turn.apply(r), velocity=turn.apply(v), epoch=float(orbit.epoch)
+    )
 
 
 def turned_state(state, turn):
@@ -381,7 +392,7 @@ def test_turned_world_has_the_turned_motion(turn, state):
         (pt.GravityGradient(ELLIPSE), pt.GravityGradient(AT_REST), pt.LinearDamping(0.05)),
         (
             pt.GravityGradient(turned_orbit(ELLIPSE, turn)),
-            pt.GravityGradient(pt.FixedPoint(turn.apply(place), 0.9)),
+            pt.GravityGradient(pt.FixedPosition(0.9, position=turn.apply(place))),
             pt.LinearDamping(0.05),
         ),
     )

@@ -85,8 +85,10 @@ class Kick(pt.AxisCrossing):
         return body.state(state.quaternion, angular_momentum_body=self.factor * np.array([y, -x, z]), time=state.time)
 
 
-LOW = pt.KeplerOrbit(1.0, 1.6, 0.2, 0.5, 0.3, 0.7)
-TABLE = pt.Ephemeris.fit(1.0, lambda t: np.stack(list(LOW.position_at(t)), -1), -12.0, 12.0)
+LOW = pt.KeplerOrbit(1.0, semimajor_axis=1.6, eccentricity=0.2, inclination=0.5, node=0.3, argument_of_periapsis=0.7)
+TABLE = pt.Ephemeris.from_function(
+    1.0, position=lambda t: np.stack(list(LOW.position_at(t)), -1), start=-12.0, stop=12.0
+)
 GAINS = RNG.uniform(0.05, 0.3, MOST)
 SWITCHES = ("none", "time", "attitude", "rate", "table", "members' times")
 
@@ -111,7 +113,7 @@ EVENTS = ("none", "recorded", "terminal", "acting", "all")
 
 
 def watched(events, i):
-    acting = Kick((0, 0, 1), (1, 0.2, 0), factor=FACTORS[i], slope=1)
+    acting = Kick((0, 0, 1), (1, 0.2, 0), factor=FACTORS[i], direction=1)
     return {
         "none": [],
         "recorded": [RECORDED],
@@ -170,7 +172,11 @@ def wrong_member(together, i, motion, sentence):
 
 def wrong_event(ours, theirs):
     """Return what differs between the passages of an event in an ensemble and alone."""
-    if len(ours) != len(theirs) or not near(ours.times, theirs.times) or not np.array_equal(ours.slopes, theirs.slopes):
+    if (
+        len(ours) != len(theirs)
+        or not near(ours.times, theirs.times)
+        or not np.array_equal(ours.directions, theirs.directions)
+    ):
         return f"event at {ours.times}, alone {theirs.times}"
     pairs = [(getattr(ours.states, name), getattr(theirs.states, name)) for name in ("quaternion", "conjugate_momenta")]
     return "" if all(near(*pair) for pair in pairs) else f"states of the event at {ours.times}"

@@ -16,8 +16,17 @@ from poinsot.engine import kernels
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
 
-ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
-AT_REST = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)
+ELLIPSE = pt.KeplerOrbit(
+    1.1,
+    semimajor_axis=1.3,
+    eccentricity=0.3,
+    inclination=0.7,
+    node=-0.4,
+    argument_of_periapsis=1.9,
+    true_anomaly=0.3,
+    epoch=0.2,
+)
+AT_REST = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
 COSINES = [(0, 0, 0, 0), (0, 0, 0, 0), (-0.3, 0.05, 0.1, 0), (0.2, 0.1, -0.05, 0.08)]
 SINES = [(0, 0, 0, 0), (0, 0, 0, 0), (0, -0.1, 0.15, 0), (0, 0.3, 0.04, -0.06)]
 FIELD = pt.GravityField(3, 1.1, 0.8, COSINES, SINES)
@@ -154,10 +163,10 @@ def turned_world(force, turn):
 def turned_part(orbit, turn):
     if isinstance(orbit, pt.GravityField):  # along the body
         return orbit
-    if isinstance(orbit, pt.FixedPoint):
-        return pt.FixedPoint(turn.apply(orbit.position), orbit.mu)
+    if isinstance(orbit, pt.FixedPosition):
+        return pt.FixedPosition(orbit.mu, position=turn.apply(orbit.position))
     r, v = (turn.apply(np.array(x)) for x in (orbit.position_at(orbit.epoch), orbit.velocity_at(orbit.epoch)))
-    return pt.KeplerOrbit.from_vectors(orbit.mu, r, v, orbit.epoch)
+    return pt.KeplerOrbit.from_vectors(orbit.mu, position=r, velocity=v, epoch=orbit.epoch)
 
 
 def with_each_part(force, change):

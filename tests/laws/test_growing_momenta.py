@@ -19,7 +19,16 @@ BALL = pt.Body((INERTIA,) * 3)
 AXIS = np.array([0.36, -0.48, 0.8])
 TILTED = Rotation.from_euler("ZXZ", [0.3, 1.1, 0.4])
 FACTORS = (1e-9, 1e-3, 1e9, 1e13)
-ORBIT = pt.KeplerOrbit(1.0, 4.0, 0.2, 0.4, 1.1, -0.7, 0.3, 0.0)
+ORBIT = pt.KeplerOrbit(
+    1.0,
+    semimajor_axis=4.0,
+    eccentricity=0.2,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=0.3,
+    epoch=0.0,
+)
 FORMULATIONS = ("lie_poisson", "canonical", "euler_angles", "planar")
 
 
@@ -140,7 +149,9 @@ def test_growth_in_carried_axes_between_knots_and_in_wide_precision(kind, factor
     attitude, axis, rate = start("lie_poisson", factor)
     torque, time, angle = grown(factor, 1, rate)
     orbit = (
-        pt.Ephemeris.fit(1.0, lambda t: np.stack(ORBIT.position_at(t), axis=-1), 0.0, time)
+        pt.Ephemeris.from_function(
+            1.0, position=lambda t: np.stack(ORBIT.position_at(t), axis=-1), start=0.0, stop=time
+        )
         if kind == "table"
         else ORBIT
     )

@@ -12,7 +12,9 @@ import poinsot as pt
 from poinsot.mechanics import standard_events as crossings
 
 BODY = pt.Body((1.0, 1.3, 1.9))
-ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.3, 0.4, 0.5, 0.6, 0.7)
+ORBIT = pt.KeplerOrbit(
+    1.0, semimajor_axis=1.0, eccentricity=0.3, inclination=0.4, node=0.5, argument_of_periapsis=0.6, true_anomaly=0.7
+)
 AXIS, DIRECTION = np.array([0.2, 1.0, -0.4]), np.array([0.5, -0.3, 0.8])
 SPAN = 25.3
 
@@ -108,7 +110,7 @@ def test_passages_are_those_of_the_quantity(name, weight, sign):
         assert len(found) == np.sum(crossed)
         late = np.searchsorted(sign * times, sign * found.times)
         assert np.all(crossed[late - 1])
-        assert np.array_equal(found.slopes, sign * np.sign(values[1:] - values[:-1])[crossed])
+        assert np.array_equal(found.directions, sign * np.sign(values[1:] - values[:-1])[crossed])
         start = starts(3)
         one = pt.State(start.quaternion[k], start.conjugate_momenta[k], 0.0)
         alone = pt.propagate(system, one, [sign * SPAN], events=[event]).events[0]

@@ -12,9 +12,13 @@ KEPT = 1e-12
 TRIAXIAL, SYMMETRIC = pt.Body((1.0, 1.2, 1.5)), pt.Body((1.0, 1.0, 0.7))
 OBLIQUE = pt.Body.from_inertia([(1.2, 0.2, -0.1), (0.2, 1.0, 0.15), (-0.1, 0.15, 0.9)])
 ALMOST_A_BALL = pt.Body((1.0, 1.0 + 1e-13, 1.0 + 3e-13))
-ELLIPSE = pt.KeplerOrbit(1.0, 1.0, 0.3, 1.1, 0.4, 0.7)
-NARROW = pt.KeplerOrbit(1.0, 1.0, 0.999999, 1.1, 0.4, 0.7)
-CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+ELLIPSE = pt.KeplerOrbit(
+    1.0, semimajor_axis=1.0, eccentricity=0.3, inclination=1.1, node=0.4, argument_of_periapsis=0.7
+)
+NARROW = pt.KeplerOrbit(
+    1.0, semimajor_axis=1.0, eccentricity=0.999999, inclination=1.1, node=0.4, argument_of_periapsis=0.7
+)
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
 
 
 class Offset(pt.Potential):

@@ -141,7 +141,7 @@ def test_andoyers_angle_is_passed_where_the_variables_say(seed, sign):
         passed = (off[1:] * off[:-1] < 0) & (np.abs(off[1:] - off[:-1]) < 1)
         assert len(found) == passed.sum()
         assert np.max(np.abs(pt.Andoyer.of(found.states).g - 0.8), initial=0) < 1e-11
-        assert np.array_equal(found.slopes, sign * np.sign(off[1:] - off[:-1])[passed])
+        assert np.array_equal(found.directions, sign * np.sign(off[1:] - off[:-1])[passed])
 
 
 def test_a_start_on_the_section_is_a_point_of_it():

@@ -12,7 +12,16 @@ from poinsot.functions import Vector
 MOMENTS = (0.9, 1.7, 1.3)
 WEIGHT, CENTER = 0.8, (0.3, -0.2, 0.5)
 BODY = pt.Body(MOMENTS)
-CIRCLE = pt.KeplerOrbit(1.1, 1.2, 0.0, 0.7, -0.4, 1.9, 0.3, epoch=0.2)
+CIRCLE = pt.KeplerOrbit(
+    1.1,
+    semimajor_axis=1.2,
+    eccentricity=0.0,
+    inclination=0.7,
+    node=-0.4,
+    argument_of_periapsis=1.9,
+    true_anomaly=0.3,
+    epoch=0.2,
+)
 FORMULATIONS = ("lie_poisson", "canonical")
 
 
@@ -65,7 +74,7 @@ def gradient(q):
 
 FIELDS = {
     "top": (pt.UniformGravity(WEIGHT, CENTER), top, (0, 0, 1)),
-    "gradient": (pt.GravityGradient(pt.FixedPoint((0.3, 0, -0.4), 0.4)), gradient, (0.6, 0, -0.8)),
+    "gradient": (pt.GravityGradient(pt.FixedPosition(0.4, position=(0.3, 0, -0.4))), gradient, (0.6, 0, -0.8)),
 }
 
 
@@ -183,7 +192,7 @@ def tops(times, count):
 def satellites(times, count):
     """The same of the Jacobi integral on circular orbits; poinsot integrates along comoving axes."""
     integrator, random, n = compiled(script_of_a_satellite()), np.random.default_rng(15), 0.7
-    orbit = pt.KeplerOrbit(n * n, 1.0, 0.0, 0.0, 0.0, 0.0)
+    orbit = pt.KeplerOrbit(n * n, semimajor_axis=1.0, eccentricity=0.0)
     out = {name: [] for name in ("by hand", *FORMULATIONS)}
     for _ in range(count):
         moments, _, q, omega = drawn(random)

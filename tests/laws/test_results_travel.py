@@ -73,7 +73,7 @@ RESULTS = {
     "Branch": lambda _: branch(),
     "CassiniState": lambda _: pt.cassini_state(SATELLITE.body, PRECESSING, obliquity=0.1),
     "ChaosIndicators": lambda _: indicators(),
-    "Crossings": lambda _: motion().events[0],
+    "EventRecord": lambda _: motion().events[0],
     "Ephemeris": lambda _: ephemeris(),
     "Equilibrium": lambda _: pt.equilibria(SATELLITE, CIRCLE.frame, guesses=(1.0, 0, 0, 0)),
     "LineSpectrum": lambda _: pt.frequencies(SIGNAL, 0.1, 2),

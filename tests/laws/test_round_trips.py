@@ -304,9 +304,18 @@ def vectors_of(orbit, time):
 @given(eccentricities, inclinations, angle, angle, angle)
 def test_elements_to_vectors_and_back(eccentricity, inclination, node, periapsis, anomaly):
     """At every inclination and eccentricity the vectors are the same; the angles where they are defined."""
-    orbit = pt.KeplerOrbit(2.0, 1.5, eccentricity, inclination, node, periapsis, anomaly, 0.3)
+    orbit = pt.KeplerOrbit(
+        2.0,
+        semimajor_axis=1.5,
+        eccentricity=eccentricity,
+        inclination=inclination,
+        node=node,
+        argument_of_periapsis=periapsis,
+        true_anomaly=anomaly,
+        epoch=0.3,
+    )
     r, v = vectors_of(orbit, 0.3)
-    other = pt.KeplerOrbit.from_vectors(2.0, r, v, 0.3)
+    other = pt.KeplerOrbit.from_vectors(2.0, position=r, velocity=v, epoch=0.3)
     stretch = 1 / (1 - eccentricity)
     again_r, again_v = vectors_of(other, 0.3)
     assert norm(again_r - r) <= 32 * EPS * stretch * norm(r)
@@ -319,8 +328,18 @@ def test_elements_to_vectors_and_back(eccentricity, inclination, node, periapsis
 @lawful
 @given(st.floats(0.01, 0.97), st.floats(0.01, np.pi - 0.01), angle, angle, angle)
 def test_elements_come_back(eccentricity, inclination, node, periapsis, anomaly):
-    orbit = pt.KeplerOrbit(2.0, 1.5, eccentricity, inclination, node, periapsis, anomaly, 0.3)
-    other = pt.KeplerOrbit.from_vectors(2.0, *vectors_of(orbit, 0.3), 0.3)
+    orbit = pt.KeplerOrbit(
+        2.0,
+        semimajor_axis=1.5,
+        eccentricity=eccentricity,
+        inclination=inclination,
+        node=node,
+        argument_of_periapsis=periapsis,
+        true_anomaly=anomaly,
+        epoch=0.3,
+    )
+    r, v = vectors_of(orbit, 0.3)
+    other = pt.KeplerOrbit.from_vectors(2.0, position=r, velocity=v, epoch=0.3)
     found = np.array([other.inclination, other.node, other.argument_of_periapsis, other.true_anomaly])
     given_angles = np.array([inclination, node, periapsis, anomaly])
     difference = np.remainder(found - given_angles + np.pi, 2 * np.pi) - np.pi
@@ -334,7 +353,7 @@ def test_vectors_to_elements_and_back(r, v):
     assume(norm(r) > 0.1 and norm(np.cross(r, v)) > 0.05 * norm(r) * norm(v) > 0)
     mu = 2.0
     v = v / norm(v) * np.sqrt(mu / norm(r))
-    orbit = pt.KeplerOrbit.from_vectors(mu, r, v, -4.0)
+    orbit = pt.KeplerOrbit.from_vectors(mu, position=r, velocity=v, epoch=-4.0)
     again_r, again_v = vectors_of(orbit, -4.0)
     slack = 64 * EPS / (1 - float(orbit.eccentricity))
     assert norm(again_r - r) <= slack * norm(r)

@@ -19,7 +19,16 @@ EPS = np.finfo(float).eps
 RATIOS = (1e-3, 1e-6, 1e-9)
 TIMES = np.array([-2.0, 0.0, 1.0, 2.5, 5.0])
 ATTITUDE, RATES = (0.6, 0.0, 0.8, 0.0), np.array([0.3, -0.2, 0.5])
-ORBIT = pt.KeplerOrbit(1.0, 4.0, 0.2, 0.4, 1.1, -0.7, 0.3, 0.0)
+ORBIT = pt.KeplerOrbit(
+    1.0,
+    semimajor_axis=4.0,
+    eccentricity=0.2,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=0.3,
+    epoch=0.0,
+)
 
 SHAPES = {
     "symmetric": lambda r: (r, 1.0, 1.0),

@@ -65,7 +65,7 @@ DISTANCES = {
 
 
 def system(e):
-    orbit = pt.KeplerOrbit(1.0, 1.0, e, 0.0, 0.0, 0.0)
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=e)
     return pt.System(pt.Body((A, B, C)), pt.GravityGradient(orbit))
 
 

@@ -18,8 +18,15 @@ each_world = pytest.mark.parametrize("name", WORLDS)
 
 
 def cassini_state(world):
-    ellipse = pt.KeplerOrbit(world.mu, world.a, world.e, world.i, world.node, world.periapsis)
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, world.rate, world.node_rate)
+    ellipse = pt.KeplerOrbit(
+        world.mu,
+        semimajor_axis=world.a,
+        eccentricity=world.e,
+        inclination=world.i,
+        node=world.node,
+        argument_of_periapsis=world.periapsis,
+    )
+    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=world.rate, node_rate=world.node_rate)
     return pt.cassini_state(pt.Body(world.moments), orbit, world.spin)
 
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 
 ECCENTRICITY = 0.123233
-ORBIT = pt.KeplerOrbit(1.0, 1.0, ECCENTRICITY, 0.0, 0.0, 0.0)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=ECCENTRICITY)
 HYPERION = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 SPIN_ORBIT = pt.System(HYPERION, pt.GravityGradient(ORBIT))
 A, B, C = HYPERION.moments

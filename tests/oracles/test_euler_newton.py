@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from in_order import in_order
 
 TIMES = np.array([-4.0, -2.5, -1.0, 0.3, 2.0, 4.5, 8.0])
 SEEDS = range(2)
@@ -46,8 +47,8 @@ class Problem:
     def system(self):
         forces = {
             "gravity": lambda: pt.UniformGravity(self.weight, self.lever),
-            "orbit": lambda: pt.GravityGradient(pt.KeplerOrbit(*self.elements, epoch=self.epoch)),
-            "attractor_at_rest": lambda: pt.GravityGradient(pt.FixedPoint(self.place, self.mu_at_rest)),
+            "orbit": lambda: pt.GravityGradient(in_order(pt.KeplerOrbit, *self.elements, epoch=self.epoch)),
+            "attractor_at_rest": lambda: pt.GravityGradient(pt.FixedPosition(self.mu_at_rest, position=self.place)),
             "damping": lambda: pt.LinearDamping(self.coefficient),
         }
         return pt.System(self.body, *(make() for name, make in forces.items() if getattr(self, name)))
@@ -177,7 +178,7 @@ def test_energies_of_the_moving_body():
 def test_orbit_from_its_elements_and_from_its_vectors():
     problem = replace(Problem(8), orbit=True)
     position, velocity = oracle.cartesian_vectors(*problem.elements)
-    orbit = pt.KeplerOrbit.from_vectors(problem.elements[0], position, velocity, problem.epoch)
+    orbit = pt.KeplerOrbit.from_vectors(problem.elements[0], position=position, velocity=velocity, epoch=problem.epoch)
     state = problem.body.state(problem.attitude, omega_body=problem.omega, time=problem.start)
     motion = pt.propagate(pt.System(problem.body, pt.GravityGradient(orbit)), state, TIMES)
     assert difference(motion, problem.judge()) < 1e-11

@@ -18,7 +18,10 @@ def ulps(found, expected):
 def test_a_spinning_body_passes_planes_and_cones_within_ulps(unit):
     body = pt.Body(np.array([1.0, 2.0, 3.0]) * 1e30)
     start = body.state((1, 0, 0, 0), omega_body=np.array([0, 0, 0.7]) / unit)
-    events = [pt.AxisCrossing((1, 0, 0), (2, 0, 0)), pt.AxisCrossing((3, 0, 0), (1, 0, 0), angle=np.pi / 3, slope=1)]
+    events = [
+        pt.AxisCrossing((1, 0, 0), (2, 0, 0)),
+        pt.AxisCrossing((3, 0, 0), (1, 0, 0), angle=np.pi / 3, direction=1),
+    ]
     plane, cone = pt.propagate(pt.System(body), start, [300 * unit], events=events).events
     rate = 0.7 / unit
     assert ulps(plane.times, (np.arange(67) + 0.5) * np.pi / rate) < 16
@@ -64,11 +67,13 @@ def test_the_pendulum_passes_its_lowest_point_twice_a_period():
 
 @pytest.mark.parametrize("eccentricity", [0.01, 0.3, 0.9])
 def test_apsides_come_at_half_periods(eccentricity):
-    orbit = pt.KeplerOrbit(4.0, 2.0, eccentricity, 0.3, 0.4, 0.5)
+    orbit = pt.KeplerOrbit(
+        4.0, semimajor_axis=2.0, eccentricity=eccentricity, inclination=0.3, node=0.4, argument_of_periapsis=0.5
+    )
     body = pt.Body((1.0, 2.0, 3.0))
     system = pt.System(body, pt.GravityGradient(orbit))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
-    events = [pt.Apsis(orbit, slope=1), pt.Apsis(orbit, slope=-1)]
+    events = [pt.Apsis(orbit, direction=1), pt.Apsis(orbit, direction=-1)]
     nearest, farthest = pt.propagate(system, start, [20.2 * orbit.period], events=events).events
     assert np.allclose(nearest.times / orbit.period, np.arange(1, 21), rtol=4e-15 / eccentricity**0.5, atol=0)
     assert np.allclose(farthest.times / orbit.period, np.arange(20) + 0.5, rtol=4e-15 / eccentricity**0.5, atol=0)
@@ -88,7 +93,7 @@ def test_an_impulsive_torque_against_an_integration_in_pieces():
 
     body = pt.Body(moments)
     start = body.state((1, 0, 0, 0), omega_body=(0.5, 0.1, 0.9))
-    motion = pt.propagate(pt.System(body), start, [25.0], events=[Kick((0, 1, 0), kick, slope=1)])
+    motion = pt.propagate(pt.System(body), start, [25.0], events=[Kick((0, 1, 0), kick, direction=1)])
 
     def rates(_, x):
         w = x[9:] / moments
@@ -123,10 +128,12 @@ def test_andoyers_angle_is_that_of_the_variables():
 
 
 def test_the_spacecraft_sees_the_attractor_where_angles_say():
-    orbit = pt.KeplerOrbit(1.0, 1.0, 0.2, 0.3, 0.4, 0.5)
+    orbit = pt.KeplerOrbit(
+        1.0, semimajor_axis=1.0, eccentricity=0.2, inclination=0.3, node=0.4, argument_of_periapsis=0.5
+    )
     body = pt.Body((1.0, 2.0, 3.0))
     start = body.state((1, 0, 0, 0), omega_body=(0.3, 0.1, 0.2))
-    event = pt.AttractorCrossing((0, 1, 1), orbit, angle=1.1, slope=1)
+    event = pt.AttractorCrossing((0, 1, 1), orbit, angle=1.1, direction=1)
     found = pt.propagate(pt.System(body), start, [100.0], events=[event]).events[0]
     positions = np.stack([np.asarray(x) for x in orbit.position_at(found.times)], axis=-1)
     axes = found.states.attitude.apply(np.array([0, 1, 1]) / np.sqrt(2))

@@ -141,7 +141,7 @@ def test_jeod_run_10a():
         ]
     )
     orbit = pt.KeplerOrbit.from_vectors(
-        3.986004415e14, (-4292653.41, 955168.47, 5139356.57), (109.649663, -7527.726490, 1484.521489)
+        3.986004415e14, position=(-4292653.41, 955168.47, 5139356.57), velocity=(109.649663, -7527.726490, 1484.521489)
     )
     body = pt.Body((500, 12250, 12250))
     start = body.state(
@@ -158,7 +158,7 @@ def test_jeod_run_10a():
 
 
 SMALL = 1e-5
-CIRCLE = pt.KeplerOrbit(1.7, 1.3, 0.0, 0.4, -0.8, 0.0, 0.3)
+CIRCLE = pt.KeplerOrbit(1.7, semimajor_axis=1.3, eccentricity=0.0, inclination=0.4, node=-0.8, true_anomaly=0.3)
 
 
 def libration_frequency(moments, tilt, component):

@@ -41,7 +41,7 @@ def planar_trace(e, K, slope):
 
 
 def satellite(e, body):
-    orbit = pt.KeplerOrbit(1.0, 1.0, e, 0.0, 0.0, 0.0)
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=e)
     return pt.System(body, pt.GravityGradient(orbit)), orbit
 
 
@@ -134,7 +134,9 @@ def test_forced_libration_of_small_eccentricity(name):
 def colombo_fold(flattening, i):
     """Where Cassini states 1 and 4 of an axially symmetric body end, as the rate of the node over the precession."""
     C, A = 1.0, 1 - flattening
-    orbit = pt.PrecessingOrbit(pt.KeplerOrbit(1.0, 1.0, 0.0, i, 0.0, 0.0), -0.7 * flattening)
+    orbit = pt.PrecessingOrbit(
+        pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=i), node_rate=-0.7 * flattening
+    )
     motion = pt.cassini_state(pt.Body((A, A, C)), orbit).motion
     time = float(motion.state.time)
 
@@ -195,7 +197,7 @@ def boundary(moments, k, low, high):
     return low
 
 
-CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.3, 0.2, 0.1)
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.3, node=0.2, argument_of_periapsis=0.1)
 REGIONS = {
     "Lagrange, pitch": ((1.0, 1.3, 1.6), 0, 1.5, "branching", 1.2, 1.4),
     "Lagrange, roll and yaw": ((1.0, 1.3, 1.6), 2, 1.1, "branching", 1.2, 1.4),

@@ -11,7 +11,7 @@ from scipy.special import ellipk
 
 import poinsot as pt
 
-CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
 PHOBOS = (0.3615, 0.4265, 0.5024)
 
 
@@ -164,8 +164,15 @@ def test_free_librations_beside_cassini_states(name):
     """Seen once in a period, when the forced motion is the same; started off along all axes."""
     expected, periods, every, rtol = LIBRATIONS[name]
     world, sizes = WORLDS[name], LARGER.get(name, 1) * SIZES
-    ellipse = pt.KeplerOrbit(world.mu, world.a, world.e, world.i, world.node, world.periapsis)
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, world.rate, world.node_rate)
+    ellipse = pt.KeplerOrbit(
+        world.mu,
+        semimajor_axis=world.a,
+        eccentricity=world.e,
+        inclination=world.i,
+        node=world.node,
+        argument_of_periapsis=world.periapsis,
+    )
+    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=world.rate, node_rate=world.node_rate)
     forced = pt.cassini_state(pt.Body(world.moments), orbit, world.spin).motion
     state, body = forced.state, forced.system.body
     g = state.angular_momentum_body + np.multiply.outer(sizes, (0.5, -0.5, 0)) * body.moments[2] * world.rate
@@ -182,7 +189,7 @@ def test_free_librations_beside_cassini_states(name):
 def test_librations_at_the_points_in_line(name):
     """Both attractors pull like one with c = (1 - mu)/r1^3 + mu/r2^3 times the square of the mean motion."""
     A, B, C = 60.0, 120.0, 150.0
-    point = pt.LagrangePoint(1.0 - 0.0121, 0.0121, 1.0, name)
+    point = pt.LagrangePointPath(1.0 - 0.0121, 0.0121, separation=1.0, point=name)
     r1, r2 = (np.linalg.norm(orbit.position) for orbit in (point.from_primary, point.from_secondary))
     c = (1 - 0.0121) / r1**3 + 0.0121 / r2**3
     equations = [[0, 1, 1, 0], [-1, 0, 0, 1], [0, 0, 0, (B - C) / A], [0, -3 * (C - A) / B * c, (C - A) / B, 0]]
@@ -226,7 +233,7 @@ def test_librations_on_the_islands_of_hyperion(name):
     angle, guess, revolutions = ISLANDS[name]
     rate, turn = island(angle, guess, revolutions)
     hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)
-    system = pt.System(hyperion, pt.GravityGradient(pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0)))
+    system = pt.System(hyperion, pt.GravityGradient(pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)))
     turned = Rotation.from_rotvec(np.multiply.outer(angle + np.array([0.0, *SIZES]), (0, 0, 1.0)))
     start = hyperion.state(turned, omega_space=(0, 0, rate))
     times = np.arange(512) * 2 * np.pi * revolutions
@@ -239,7 +246,7 @@ def test_librations_on_the_islands_of_hyperion(name):
 
 
 def test_chaos_of_hyperion_drifts_and_its_regular_motions_do_not():
-    ellipse = pt.KeplerOrbit(1.0, 1.0, 0.123233, 0.0, 0.0, 0.0)
+    ellipse = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.123233)
     hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)
     rates = np.array([0.3, 3.2, 1.0, 1.5, 2.0, 2.3])  # at the periapsis; the first librates, the second circulates
     spins = rates[:, None] * (0, 0, 1.0)

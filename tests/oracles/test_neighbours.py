@@ -26,8 +26,7 @@ class Drag(pt.Torque):
 
 
 def kepler(**changes):
-    orbit = ORBIT | changes
-    return pt.KeplerOrbit(*orbit.values(), 0.5, 0.7)
+    return pt.KeplerOrbit(**ORBIT | changes, argument_of_periapsis=0.5, true_anomaly=0.7)
 
 
 def everything(**p):
@@ -53,7 +52,9 @@ def mascons():
 
 def table():
     orbit = kepler()
-    fitted = pt.Ephemeris.fit(1.0, lambda t: np.stack(list(orbit.position_at(t)), axis=-1), -1.0, 3.0, tolerance=1e-13)
+    fitted = pt.Ephemeris.from_function(
+        1.0, position=lambda t: np.stack(list(orbit.position_at(t)), axis=-1), start=-1.0, stop=3.0, tolerance=1e-13
+    )
     return pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(fitted))
 
 
@@ -189,8 +190,8 @@ def test_body_about_its_middle_axis_in_closed_form(time):
 def test_times_at_which_the_integrator_looks_at_the_vectors_are_reached_too():
     """Each step ends at a knot of the table, and so does the chunk of steps after which vectors are looked at."""
     orbit, times = kepler(), np.linspace(0, 3, 301)
-    rows = (np.stack(list(part(times)), axis=-1) for part in (orbit.position_at, orbit.velocity_at))
-    table_of_orbit = pt.Ephemeris.from_table(orbit.mu, times, *rows)
+    r, v = (np.stack(list(part(times)), axis=-1) for part in (orbit.position_at, orbit.velocity_at))
+    table_of_orbit = pt.Ephemeris.from_table(orbit.mu, times=times, positions=r, velocities=v)
     systems = [pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(each)) for each in (table_of_orbit, orbit)]
     found, exact = (pt.state_transition(system, state(system), times[1:]).matrix for system in systems)
     assert_allclose(found, exact, rtol=0, atol=1e-6)
@@ -235,7 +236,7 @@ def test_covariance_agrees_with_an_ensemble():
 @pytest.mark.slow
 def test_thousand_revolutions_of_a_chaotic_body_do_not_overflow():
     body = pt.Body.from_ratios(beta=0.47, gamma=0.26)
-    orbit = pt.KeplerOrbit(1.0, 1.0, 0.1, 0, 0, 0)
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
     system = pt.System(body, pt.GravityGradient(orbit))
     starts = body.state((1, 0, 0, 0), omega_body=np.linspace((0.01, 0, 0.8), (0.3, 0, 1.2), 8))
     times = orbit.period * np.array([250.0, 500.0, 1000.0])

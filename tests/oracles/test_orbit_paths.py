@@ -6,6 +6,7 @@ import pytest
 import two_body as oracle
 
 import poinsot as pt
+from in_order import in_order
 from poinsot import functions as fn
 
 MU, EPS = 1.7, np.finfo(float).eps
@@ -77,7 +78,7 @@ def test_ellipse(eccentricity, start, in_space):
     random = np.random.default_rng(11)
     for epoch, anomaly in ((0.0, 0.0), (0.25, 2.9)):
         elements = (MU, 1.3, eccentricity, *random.uniform(-3, 3, 3), anomaly, epoch)
-        orbit = pt.KeplerOrbit(*elements)
+        orbit = in_order(pt.KeplerOrbit, *elements)
         periapsis = epoch - orbit.mean_anomaly_at_epoch / orbit.mean_motion
         times, near = periapsis + ON_ELLIPSE * orbit.period, eccentricity <= 1 - 1e-6
         check(orbit, lambda t, own=elements: oracle.ellipse(own, t), times, times[start], in_space, periapsis, near)
@@ -90,7 +91,7 @@ def test_escape(eccentricity, start, in_space):
     for farthest, epoch in ((30.0, 0.0), (3e4, -7.0), (1e9, 0.0)):
         elements = (MU, 1.3, eccentricity, *random.uniform(-3, 3, 3), 0.5 * epoch, epoch)
         times = 0.5 * epoch + ON_ESCAPE * farthest
-        orbit = pt.EscapeOrbit(*elements)
+        orbit = in_order(pt.EscapeOrbit, *elements)
         check(orbit, lambda t, own=elements: oracle.escape(own, t), times, times[start], in_space, 0.5 * epoch)
 
 
@@ -98,7 +99,20 @@ def test_escape(eccentricity, start, in_space):
 @pytest.mark.parametrize("eccentricity", [0.3, 0.9, 1 - 1e-4])
 def test_precessing_ellipse(eccentricity, in_space):
     """Against its closed form, which is judged elsewhere."""
-    orbit = pt.PrecessingOrbit(pt.KeplerOrbit(MU, 1.3, eccentricity, 0.4, 1.1, -0.7, 0.3), -3e-3, 7e-3, 1e-3)
+    orbit = pt.PrecessingOrbit(
+        pt.KeplerOrbit(
+            MU,
+            semimajor_axis=1.3,
+            eccentricity=eccentricity,
+            inclination=0.4,
+            node=1.1,
+            argument_of_periapsis=-0.7,
+            true_anomaly=0.3,
+        ),
+        node_rate=-3e-3,
+        periapsis_rate=7e-3,
+        anomaly_rate=1e-3,
+    )
     times = ON_ELLIPSE * orbit.period
     still = [pt.UniformGravity(0.0, (1, 0, 0))] * in_space
     start = pt.Body((1e3, 1.1e3, 1.2e3)).state((0.6, 0.8, 0, 0), omega_body=(0, 0, 0), time=times[0])
@@ -118,7 +132,15 @@ def test_members_short_and_long(in_space):
     start = body.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3), time=0.2)
 
     def run(eccentricity):
-        orbit = pt.KeplerOrbit(MU, 1.3, eccentricity, 0.4, 1.1, -0.7, 0.3)
+        orbit = pt.KeplerOrbit(
+            MU,
+            semimajor_axis=1.3,
+            eccentricity=eccentricity,
+            inclination=0.4,
+            node=1.1,
+            argument_of_periapsis=-0.7,
+            true_anomaly=0.3,
+        )
         return pt.propagate(pt.System(body, pt.GravityGradient(orbit), *still), start, [0.2, 1.0, 3.0])
 
     together = run(e)

@@ -16,7 +16,14 @@ BODY = pt.Body((1.25, 1.0, 0.75))
 ROOT = np.sqrt(2.0)
 Q_AXES = (0.5, -1 / ROOT, 0, 0.5)
 ROUNDED = (0.3, -0.848528, 0.141421, -1.5)
-ORBIT = pt.KeplerOrbit(398600.4418, 7000, 0.2, np.pi / 6, np.pi / 4, np.pi / 12)
+ORBIT = pt.KeplerOrbit(
+    398600.4418,
+    semimajor_axis=7000,
+    eccentricity=0.2,
+    inclination=np.pi / 6,
+    node=np.pi / 4,
+    argument_of_periapsis=np.pi / 12,
+)
 SYSTEMS = {
     "free": pt.System(BODY),
     "top_corrected": pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0))),

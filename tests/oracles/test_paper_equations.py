@@ -79,7 +79,7 @@ TANGENT_P = quat.dot(p, P)
 
 FREE = pt.System(pt.Body((1, 1, 1))).with_numbers(iter(MOMENTS))
 TOP = pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))).with_numbers(iter((*MOMENTS, weight, *centre)))
-SATELLITE = pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.FixedPoint((1, 0, 0), 1))).with_numbers(
+SATELLITE = pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.FixedPosition(1, position=(1, 0, 0)))).with_numbers(
     iter((*MOMENTS, *x, mu))
 )
 BODY = FREE.body
@@ -87,7 +87,14 @@ SYSTEMS = pytest.mark.parametrize("system", [FREE, TOP, SATELLITE], ids=["free",
 
 ROOT = np.sqrt(2.0)
 GM, SEMIMAJOR_AXIS, ECCENTRICITY, INCLINATION, NODE, PERIGEE = 398600.4418, 7000, 0.2, np.pi / 6, np.pi / 4, np.pi / 12
-ORBIT = pt.KeplerOrbit(GM, SEMIMAJOR_AXIS, ECCENTRICITY, INCLINATION, NODE, PERIGEE)
+ORBIT = pt.KeplerOrbit(
+    GM,
+    semimajor_axis=SEMIMAJOR_AXIS,
+    eccentricity=ECCENTRICITY,
+    inclination=INCLINATION,
+    node=NODE,
+    argument_of_periapsis=PERIGEE,
+)
 SEED = 2006
 
 
@@ -698,7 +705,7 @@ def test_equation_19_is_the_limit_of_point_masses_far_away():
     corners = np.array([(i, 2 * j, 3 * k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
     body = pt.Body.point_masses(np.ones(8), corners)
     place = (2e5, 3e5, 6e5)
-    gradient_of_gravity = pt.System(body, pt.GravityGradient(pt.FixedPoint(place, 1.0)))
+    gradient_of_gravity = pt.System(body, pt.GravityGradient(pt.FixedPosition(1.0, position=place)))
     quaternions = [Vector(mpmath.mpf(k) / 7 for k in whole) for whole in ((2, 3, 6, 0), (0, -2, 3, 6))]
 
     def point_masses(quaternion):
@@ -727,7 +734,16 @@ def test_orbital_quaternion_is_equation_12_of_node_inclination_and_latitude():
         [c * np.cos(half_sum), s * np.cos(half_difference), s * np.sin(half_difference), c * np.sin(half_sum)]
     )
     epoch = 12.5
-    orbit = pt.KeplerOrbit(GM, SEMIMAJOR_AXIS, ECCENTRICITY, INCLINATION, NODE, PERIGEE, 0.7, epoch)
+    orbit = pt.KeplerOrbit(
+        GM,
+        semimajor_axis=SEMIMAJOR_AXIS,
+        eccentricity=ECCENTRICITY,
+        inclination=INCLINATION,
+        node=NODE,
+        argument_of_periapsis=PERIGEE,
+        true_anomaly=0.7,
+        epoch=epoch,
+    )
     place = np.array(orbit.position_at(epoch))
     radial = place / np.linalg.norm(place)
     assert np.max(np.abs(quat.rotate(orbital, [1.0, 0, 0]) - radial)) < 1e-15

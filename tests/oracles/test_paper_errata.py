@@ -60,7 +60,7 @@ I0, weight, mu = sp.symbols("I0 weight mu", positive=True)
 MOMENTS = Vector(sp.symbols("I1:4", positive=True))
 FREE = pt.System(pt.Body((1, 1, 1))).with_numbers(iter(MOMENTS))
 TOP = pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))).with_numbers(iter((*MOMENTS, weight, *centre)))
-SATELLITE = pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.FixedPoint((1, 0, 0), 1))).with_numbers(
+SATELLITE = pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.FixedPosition(1, position=(1, 0, 0)))).with_numbers(
     iter((*MOMENTS, *x, mu))
 )
 
@@ -72,7 +72,14 @@ PAPER_TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)))
 PRINTED = pt.State((0.5, -1 / ROOT, 0, 0.5), (0.3, -0.6 * ROOT, 0.1 * ROOT, -1.5))
 PRINTED_ANGLES, PRINTED_MOMENTA = (np.pi / 4, 3 * np.pi / 2, np.pi / 4), (0.5, 0.6, 0.4)
 EULER = pt.State.from_euler(PRINTED_ANGLES, PRINTED_MOMENTA)
-ORBIT = pt.KeplerOrbit(398600.4418, 7000, 0.2, np.pi / 6, np.pi / 4, np.pi / 12)
+ORBIT = pt.KeplerOrbit(
+    398600.4418,
+    semimajor_axis=7000,
+    eccentricity=0.2,
+    inclination=np.pi / 6,
+    node=np.pi / 4,
+    argument_of_periapsis=np.pi / 12,
+)
 KEPLER_BODY = pt.Body((400, 500, 600))
 KEPLER = pt.System(KEPLER_BODY, pt.GravityGradient(ORBIT))
 NUMBERS = dict(zip(MOMENTS, map(sp.Rational, ("5/4", "1", "3/4")), strict=True)) | {

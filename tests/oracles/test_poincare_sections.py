@@ -11,7 +11,16 @@ HYPERION = pt.Body.from_ratios(beta=0.47, gamma=0.26)  # (B - A)/C = 0.26
 
 
 def orbit_of(eccentricity, inclination=0.4):
-    return pt.KeplerOrbit(2.0, 3.0, eccentricity, inclination, 0.3, 0.7, true_anomaly=0.5, epoch=2.0)
+    return pt.KeplerOrbit(
+        2.0,
+        semimajor_axis=3.0,
+        eccentricity=eccentricity,
+        inclination=inclination,
+        node=0.3,
+        argument_of_periapsis=0.7,
+        true_anomaly=0.5,
+        epoch=2.0,
+    )
 
 
 def spin_orbit(eccentricity, body=HYPERION, inclination=0.4):
@@ -111,7 +120,7 @@ def test_a_lagrange_top_leaves_points_on_its_curve_of_nutation():
     q = np.stack([np.cos(tilts / 2), np.sin(tilts / 2), 0 * tilts, 0 * tilts], axis=-1)
     start = body.state(q, omega_body=[0.1, 0.3, 2.5])
     system = pt.System(body, pt.UniformGravity(m, (0, 0, 1)))
-    motion = pt.propagate(system, start, [200.0], events=[pt.AxisCrossing((1, 0, 0), (0, 0, 1), slope=1)])
+    motion = pt.propagate(system, start, [200.0], events=[pt.AxisCrossing((1, 0, 0), (0, 0, 1), direction=1)])
 
     def nutation(points):
         angles, momenta = points.states.euler("313")
@@ -134,7 +143,7 @@ def test_kovalevskayas_integral_is_that_of_the_start_at_all_points():
     start = body.state(
         [[np.cos(t), np.sin(t) * 0.6, np.sin(t) * 0.8, 0] for t in np.linspace(0.1, 1.2, 5)], omega_body=[0.4, 0.2, 0.9]
     )
-    motion = pt.propagate(system, start, [150.0], events=[pt.RateCrossing((0, 1, 0), slope=1)])
+    motion = pt.propagate(system, start, [150.0], events=[pt.RateCrossing((0, 1, 0), direction=1)])
 
     def integral(states):
         """((p + i q)^2 - c (g1 + i g2))^2 for A = B = 2 C = 2, C = 1; g is up, along the body axes."""

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import formulas
 import poinsot as pt
+from in_order import in_order
 
 MU = 1.3
 TURN, OTHER = Rotation.from_rotvec([0.7, -0.2, 1.1]), Rotation.from_rotvec([-1.0, 0.4, 0.3])
@@ -86,7 +87,7 @@ def test_an_ellipsoid_is_many_points():
 )
 def test_what_a_field_leaves_falls_with_the_degree_after_it(degree, near):
     """The torque of degree n goes with r^-(n + 1); the one after that is the larger, the nearer."""
-    force = [pt.HarmonicGravity(pt.FixedPoint(r * DIRECTION, MU), field(degree)) for r in (near, 2 * near)]
+    force = [pt.HarmonicGravity(pt.FixedPosition(MU, position=r * DIRECTION), field(degree)) for r in (near, 2 * near)]
     errors = [
         np.linalg.norm(torque(CLOUD, one) - pulled(r * DIRECTION))
         for one, r in zip(force, (near, 2 * near), strict=True)
@@ -96,21 +97,26 @@ def test_what_a_field_leaves_falls_with_the_degree_after_it(degree, near):
 
 @pytest.mark.parametrize(("distance", "bound"), [(1.5, 5e-3), (2.0, 1e-4), (3.0, 2e-7), (10.0, 2e-14)])
 def test_a_field_of_degree_16(distance, bound):
-    force = pt.HarmonicGravity(pt.FixedPoint(distance * DIRECTION, MU), field(16))
+    force = pt.HarmonicGravity(pt.FixedPosition(MU, position=distance * DIRECTION), field(16))
     assert relative(torque(CLOUD, force), pulled(distance * DIRECTION)) < bound
 
 
 ELEMENTS = (MU, 20.0, 0.3, 0.8, -0.4, 1.9, 0.3)
-ELLIPSE = pt.KeplerOrbit(*ELEMENTS, epoch=0.2)
-FLYBY = pt.EscapeOrbit(MU, 15.0, 1.4, 0.6, 0.3, -0.9)
+ELLIPSE = in_order(pt.KeplerOrbit, *ELEMENTS, epoch=0.2)
+FLYBY = pt.EscapeOrbit(
+    MU, periapsis_distance=15.0, eccentricity=1.4, inclination=0.6, node=0.3, argument_of_periapsis=-0.9
+)
 TABLE = np.linspace(-20, 20, 41)
-LIBRATION = pt.LagrangePoint(0.8 * MU, 0.2 * MU, 20.0, "L4")
+LIBRATION = pt.LagrangePointPath(0.8 * MU, 0.2 * MU, separation=20.0, point="L4")
 ORBITS = {
-    "at rest": pt.FixedPoint(20 * DIRECTION, MU),
+    "at rest": pt.FixedPosition(MU, position=20 * DIRECTION),
     "ellipse": ELLIPSE,
     "hyperbola": FLYBY,
     "table": pt.Ephemeris.from_table(
-        MU, TABLE, *(np.stack(list(part(TABLE)), axis=-1) for part in (ELLIPSE.position_at, ELLIPSE.velocity_at))
+        MU,
+        times=TABLE,
+        positions=np.stack(list(ELLIPSE.position_at(TABLE)), axis=-1),
+        velocities=np.stack(list(ELLIPSE.velocity_at(TABLE)), axis=-1),
     ),
     "libration point": LIBRATION.from_secondary,
 }
@@ -162,7 +168,7 @@ def test_points_of_mass_lose_no_digits(distance):
     """Also within them; mirrored, so that their centre is at the origin to the last digit."""
     masses, points = np.tile(MASSES, 2), np.concatenate([POINTS, -POINTS])
     body, position = pt.Body.point_masses(masses, points), distance * DIRECTION
-    derived = torque(body, pt.MasconGravity(pt.FixedPoint(position, MU), masses, points))
+    derived = torque(body, pt.MasconGravity(pt.FixedPosition(MU, position=position), masses, points))
     assert relative(derived, pulled(position, masses, points)) < 1e-14
 
 
@@ -170,7 +176,7 @@ def test_points_of_mass_lose_no_digits(distance):
 def test_the_energy_of_points_of_mass_is_theirs(distance):
     with mpmath.workdps(40):
         position = distance * DIRECTION
-        force = pt.MasconGravity(pt.FixedPoint(position, MU), MASSES, POINTS)
+        force = pt.MasconGravity(pt.FixedPosition(MU, position=position), MASSES, POINTS)
 
         def exact(turn):
             places = turn.inv().apply(position) + POINTS
@@ -212,7 +218,9 @@ def worst_torque(shape, distance, count=4):
     body, judge = pt.Body.ellipsoid(2.0, shape), oracle.Ellipsoid(2.0, shape)
     worst = 0.0
     for place in distance * directions(count):
-        derived = torque(body, pt.EllipsoidGravity(pt.FixedPoint(-place, MU), 2.0, shape), turn=Rotation.identity())
+        derived = torque(
+            body, pt.EllipsoidGravity(pt.FixedPosition(MU, position=-place), 2.0, shape), turn=Rotation.identity()
+        )
         with mpmath.workdps(40):
             worst = max(worst, relative(derived, judge.torque(MU, place)))
     return worst
@@ -254,12 +262,12 @@ def test_the_energy_of_an_ellipsoid(shape):
                 for place in places
             ]
         for place, expected in zip(places, exact, strict=True):
-            force = pt.EllipsoidGravity(pt.FixedPoint(-place, MU), 2.0, shape)
+            force = pt.EllipsoidGravity(pt.FixedPosition(MU, position=-place), 2.0, shape)
             assert energy(body, force, Rotation.identity()) == pytest.approx(float(expected), rel=1e-13)
 
 
 def test_a_homogeneous_sphere_feels_nothing():
-    force = pt.EllipsoidGravity(pt.FixedPoint(2 * DIRECTION, MU), 2.0, (0.7, 0.7, 0.7))
+    force = pt.EllipsoidGravity(pt.FixedPosition(MU, position=2 * DIRECTION), 2.0, (0.7, 0.7, 0.7))
     body = pt.Body.ellipsoid(2.0, (0.7, 0.7, 0.7))
     assert energy(body, force) == 0
     assert np.all(torque(body, force) == 0)
@@ -281,7 +289,7 @@ FORCES = {
 def test_the_attractor_takes_the_momentum_that_the_body_gains(make):
     """Torque plus r x F is zero, F the slope of the energy by the position; in 30 digits."""
     position = 1.7 * DIRECTION
-    body, force = make(pt.FixedPoint(position, MU))
+    body, force = make(pt.FixedPosition(MU, position=position))
     system, step = pt.System(body, force), mpmath.mpf(10) ** -12
     numbers = [float(x) for x in system.numbers]
     first = next(i for i in range(len(numbers)) if np.array_equal(numbers[i : i + 3], position))
@@ -301,7 +309,7 @@ def test_the_attractor_takes_the_momentum_that_the_body_gains(make):
 
 @pytest.mark.parametrize("make", FORCES.values(), ids=FORCES)
 def test_energy_stays_where_the_attractor_rests(make):
-    body, force = make(pt.FixedPoint(1.7 * DIRECTION, MU))
+    body, force = make(pt.FixedPosition(MU, position=1.7 * DIRECTION))
     state = body.state(TURN, omega_body=(0.1, 0.3, -0.2))
     motion = pt.propagate(pt.System(body, force), state, np.linspace(0, 30, 31))
     assert list(motion.drift) == ["energy", "angular_momentum_space_attractor"]
@@ -358,7 +366,7 @@ def test_two_free_bodies_keep_their_momentum_and_energy_with_the_torque_of_the_f
         turning = two_bodies(0, state)[12:15]
         inertia = mass_points.inertia_of(MASSES, POINTS)
         twist = inertia @ turning - np.cross(inertia @ state[12:15], state[12:15])
-        orbit = pt.FixedPoint(state[:3] - state[6:9], COMPANION)
+        orbit = pt.FixedPosition(COMPANION, position=state[:3] - state[6:9])
         exact, series = (
             torque(CLOUD, force, turn=Rotation.from_matrix(A))
             for force in (pt.MasconGravity(orbit, MASSES, POINTS), pt.HarmonicGravity(orbit, high))

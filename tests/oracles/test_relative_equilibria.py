@@ -11,7 +11,16 @@ import poinsot as pt
 from poinsot.analysis.equilibria import equilibria
 
 IDENTITY = (1, 0, 0, 0)
-ORBIT = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, -0.7, 2.0, 0.25)
+ORBIT = pt.KeplerOrbit(
+    2.0,
+    semimajor_axis=1.5,
+    eccentricity=0.0,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=2.0,
+    epoch=0.25,
+)
 N = np.sqrt(2.0 / 1.5**3)
 TO_ORBIT = np.array([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
 """Columns: roll (along the orbit), pitch (along its normal), yaw (along the radius) in radial, transverse, normal."""
@@ -264,7 +273,7 @@ def test_pendulum_of_any_body():
 
 def test_body_at_rest_near_an_attractor():
     moments, mu, position = (1.0, 1.3, 1.6), 0.9, np.array([0.8, -0.5, 0.7])
-    found = equilibria(pt.System(pt.Body(moments), pt.GravityGradient(pt.FixedPoint(position, mu))))
+    found = equilibria(pt.System(pt.Body(moments), pt.GravityGradient(pt.FixedPosition(mu, position=position))))
     assert len(found) == 6  # each axis either way, and any angle about it
     strength, direction = 3 * mu / np.linalg.norm(position) ** 3, position / np.linalg.norm(position)
     for e in found:

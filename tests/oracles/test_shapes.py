@@ -206,7 +206,7 @@ def test_the_series_of_a_field_converges_to_the_polyhedron_at_its_rate(rng):
 
 def test_the_field_of_a_mesh_in_a_system_has_the_energy_of_the_whole_polyhedron(rng):
     mesh = pt.Mesh(BIPYRAMID, SIDES, density=1.0)
-    orbit = pt.FixedPoint(2.5 * mesh.circumscribing_radius * np.array((0.6, 0, 0.8)), 3.0)
+    orbit = pt.FixedPosition(3.0, position=2.5 * mesh.circumscribing_radius * np.array((0.6, 0, 0.8)))
     body = pt.Body.from_shape(mesh)
     system = pt.System(body, pt.HarmonicGravity(orbit, mesh.field(24)))
     attitudes = rng.normal(size=(6, 4))
@@ -228,7 +228,7 @@ WAYS /= np.linalg.norm(WAYS, axis=-1, keepdims=True)
 
 def torques_of(force, body, distance):
     """On a body at rest at six places, which are those of the members."""
-    orbit = pt.FixedPoint(-distance * WAYS, np.full(len(WAYS), 1.3))
+    orbit = pt.FixedPosition(np.full(len(WAYS), 1.3), position=-distance * WAYS)
     attitudes = np.tile([1.0, 0, 0, 0], (len(WAYS), 1))
     return pt.System(body, force(orbit)).torque_body(pt.State(attitudes, np.zeros_like(attitudes)))
 
@@ -278,7 +278,14 @@ def test_a_shape_in_oblique_axes_moves_as_in_its_principal_axes():
     body, principal = pt.Body.from_shape(LUMP), pt.Body.from_shape(straight)
     turn = Rotation.from_rotvec([0.7, -0.2, 1.1])  # axes of the shape -> space
     omega = np.array([0.3, -0.5, 0.4])
-    orbit = pt.KeplerOrbit(1.3, 3.0 * LUMP.circumscribing_radius, 0.2, 0.3, 0.5, -0.4)
+    orbit = pt.KeplerOrbit(
+        1.3,
+        semimajor_axis=3.0 * LUMP.circumscribing_radius,
+        eccentricity=0.2,
+        inclination=0.3,
+        node=0.5,
+        argument_of_periapsis=-0.4,
+    )
     times = np.linspace(0, orbit.period, 9)
     oblique, plain = (
         pt.propagate(pt.System(b, pt.HarmonicGravity(orbit, shape.field(6))), b.state(attitude, omega_body=rate), times)

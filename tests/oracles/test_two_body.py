@@ -6,6 +6,7 @@ import pytest
 import two_body as oracle
 
 import poinsot as pt
+from in_order import in_order
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.precessing import PrecessingOrbit
 
@@ -37,7 +38,7 @@ def test_ellipse_at_any_time_is_right_to_rounding_of_the_reduced_phase(eccentric
     random = np.random.default_rng(3)
     for anomaly in (0.0, *random.uniform(-3, 3, 4)):
         elements = (MU, 1.3, eccentricity, *random.uniform(-3, 3, 3), anomaly, EPOCH)
-        orbit = pt.KeplerOrbit(*elements)
+        orbit = in_order(pt.KeplerOrbit, *elements)
         time = EPOCH + revolutions * orbit.period * random.uniform(0.9, 1)
         with mpmath.workdps(oracle.DIGITS):
             exact = oracle.ellipse(elements, time)
@@ -50,7 +51,7 @@ def test_ellipse_at_any_time_is_right_to_rounding_of_the_reduced_phase(eccentric
 
 def test_a_million_revolutions_of_a_satellite_move_it_by_less_than_a_tenth_of_a_micrometre():
     elements = (3.986004418e14, 6.8e6, 0.01, 0.9, 1.0, 0.3, 0.5, 7e8)
-    orbit = pt.KeplerOrbit(*elements)
+    orbit = in_order(pt.KeplerOrbit, *elements)
     time = 7e8 + 1e6 * orbit.period
     with mpmath.workdps(oracle.DIGITS):
         assert off(orbit.position_at(time), oracle.ellipse(elements, time).position) < 5e-8
@@ -62,7 +63,7 @@ def test_parabola_and_hyperbola_are_right_to_rounding(eccentricity, after):
     random = np.random.default_rng(4)
     for since in (0.0, 1.0, -1e3, 1e6):
         elements = (MU, 1.3, eccentricity, *random.uniform(-3, 3, 3), since, EPOCH)
-        orbit, time = EscapeOrbit(*elements), EPOCH + after * random.uniform(0.5, 1)
+        orbit, time = in_order(EscapeOrbit, *elements), EPOCH + after * random.uniform(0.5, 1)
         with mpmath.workdps(oracle.DIGITS):
             exact = oracle.escape(elements, time)
             r, v = size(exact.position), size(exact.velocity)
@@ -74,10 +75,10 @@ def test_parabola_and_hyperbola_are_right_to_rounding(eccentricity, after):
 def test_there_is_no_jump_from_ellipse_to_hyperbola():
     angles = (0.3, 1.0, -0.4)
     for time in (-7.0, -0.3, 1e-3, 2.0, 40.0):
-        parabola = floats(EscapeOrbit(MU, 1.3, 1.0, *angles).position_at(time))
+        parabola = floats(in_order(EscapeOrbit, MU, 1.3, 1.0, *angles).position_at(time))
         for step in (2.0**-52, 2.0**-46, 2.0**-40, 2.0**-30):
-            below = floats(pt.KeplerOrbit(MU, 1.3 / step, 1 - step, *angles).position_at(time))
-            above = floats(EscapeOrbit(MU, 1.3, 1 + step, *angles).position_at(time))
+            below = floats(in_order(pt.KeplerOrbit, MU, 1.3 / step, 1 - step, *angles).position_at(time))
+            above = floats(in_order(EscapeOrbit, MU, 1.3, 1 + step, *angles).position_at(time))
             r = np.linalg.norm(parabola)
             middle = (below + above) / 2
             assert np.linalg.norm(middle - parabola) < r * (8 * EPS + (step * r) ** 2)
@@ -87,7 +88,7 @@ def test_there_is_no_jump_from_ellipse_to_hyperbola():
 @pytest.mark.parametrize("revolutions", [0.3, -1e3, 1e6])
 def test_precessing_ellipse_after_a_million_revolutions(revolutions):
     elements, rates = (MU, 1.3, 0.3, 0.4, 1.1, -0.7, 0.5, EPOCH), (-3e-3, 7e-3, 1e-3)
-    orbit = PrecessingOrbit(pt.KeplerOrbit(*elements), *rates)
+    orbit = in_order(PrecessingOrbit, in_order(pt.KeplerOrbit, *elements), *rates)
     time = EPOCH + revolutions * orbit.period
     with mpmath.workdps(oracle.DIGITS):
         mu, a, e, i, node, periapsis, f, epoch = map(mpmath.mpf, elements)
@@ -104,7 +105,7 @@ def test_precessing_ellipse_after_a_million_revolutions(revolutions):
 def test_forty_digits_of_an_ellipse(eccentricity):
     elements = (MU, 1.3, eccentricity, 0.4, 1.1, -0.7, 0.5, EPOCH)
     with mpmath.workdps(40):
-        orbit = pt.KeplerOrbit(*elements).with_numbers(map(mpmath.mpf, (*elements, 0.0)))
+        orbit = in_order(pt.KeplerOrbit, *elements).with_numbers(map(mpmath.mpf, (*elements, 0.0)))
         found = orbit.position_at(mpmath.mpf(2.75))
     with mpmath.workdps(oracle.DIGITS):
         exact = oracle.ellipse(elements, 2.75).position
@@ -115,7 +116,7 @@ def test_forty_digits_of_an_ellipse(eccentricity):
 def test_forty_digits_of_an_escape(eccentricity):
     elements = (MU, 1.3, eccentricity, 0.4, 1.1, -0.7, -2.0, EPOCH)
     with mpmath.workdps(40):
-        orbit = EscapeOrbit(*elements).with_numbers(map(mpmath.mpf, (*elements, 0.0)))
+        orbit = in_order(EscapeOrbit, *elements).with_numbers(map(mpmath.mpf, (*elements, 0.0)))
         found = orbit.position_at(mpmath.mpf(12.75))
     with mpmath.workdps(oracle.DIGITS):
         exact = oracle.escape(elements, 12.75).position
@@ -147,12 +148,30 @@ def test_gravity_gradient_along_a_parabola_and_hyperbolas(eccentricity):
         exact = oracle.two_body(
             *map(mpmath.mpf, (MU, 0.8, eccentricity)), (0.4, 1.1, -0.7), mpmath.mpf(TIMES[0]) - mpmath.mpf(0.5)
         )
-    orbit = EscapeOrbit(MU, 0.8, eccentricity, 0.4, 1.1, -0.7, -0.5, 0.0)
+    orbit = EscapeOrbit(
+        MU,
+        periapsis_distance=0.8,
+        eccentricity=eccentricity,
+        inclination=0.4,
+        node=1.1,
+        argument_of_periapsis=-0.7,
+        time_since_periapsis=-0.5,
+        epoch=0.0,
+    )
     compare(orbit, orbit=(floats(exact.position), floats(exact.velocity)))
 
 
 @pytest.mark.parametrize("rates", [(0.3, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.1), (0.3, -0.2, 0.1)])
 def test_gravity_gradient_along_a_precessing_ellipse(rates):
-    ellipse = pt.KeplerOrbit.from_elements(MU, 1.3, 0.3, 0.4, 1.1, -0.7, mean_anomaly=0.9, epoch=EPOCH)
+    ellipse = pt.KeplerOrbit.from_elements(
+        MU,
+        semimajor_axis=1.3,
+        eccentricity=0.3,
+        inclination=0.4,
+        node=1.1,
+        argument_of_periapsis=-0.7,
+        mean_anomaly=0.9,
+        epoch=EPOCH,
+    )
     path = oracle.precessing_position(MU, 1.3, 0.3, 0.4, 1.1, -0.7, 0.9, EPOCH, rates)
-    compare(PrecessingOrbit(ellipse, *rates), path=path)
+    compare(in_order(PrecessingOrbit, ellipse, *rates), path=path)

@@ -17,7 +17,7 @@ BODY = pt.Body((1.25, 1.0, 0.75))
 SYSTEM = pt.System(BODY)
 STATE = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
 FRAME = pt.RotatingFrame(ONE, (0, 0, 1))
-ORBIT = pt.KeplerOrbit(1, 2, 0.1, 0, 0, 0)
+ORBIT = pt.KeplerOrbit(1, semimajor_axis=2, eccentricity=0.1)
 SEQUENCES = "121, 123, 131, 132, 212, 213, 231, 232, 312, 313, 321, 323"
 FOUR = "omega_body, omega_space, angular_momentum_body, angular_momentum_space"
 
@@ -101,10 +101,10 @@ NOT_FINITE = {
     "coefficient": (lambda: pt.LinearDamping(INF), "coefficient must be finite, but coefficient = inf."),
     "eccentricity": (lambda: kepler(eccentricity=NAN), "eccentricity must be finite, but eccentricity = nan."),
     "epoch": (lambda: kepler(epoch=INF), "epoch must be finite, but epoch = inf."),
-    "position": (lambda: pt.FixedPoint((1, NAN, 0), 1), "position must be finite, but position[1] = nan."),
-    "mu": (lambda: pt.FixedPoint((1, 0, 0), NAN), "mu must be finite, but mu = nan."),
+    "position": (lambda: pt.FixedPosition(1, position=(1, NAN, 0)), "position must be finite, but position[1] = nan."),
+    "mu": (lambda: pt.FixedPosition(NAN, position=(1, 0, 0)), "mu must be finite, but mu = nan."),
     "velocity_of_from_vectors": (
-        lambda: pt.KeplerOrbit.from_vectors(1, (1, 0, 0), (0, NAN, 0)),
+        lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 0, 0), velocity=(0, NAN, 0)),
         "velocity must be finite, but velocity[1] = nan.",
     ),
     "rate_of_a_frame": (
@@ -262,7 +262,7 @@ WRONG_SHAPE = {
         "center_of_mass must have shape (3,) or (members, 3), got shape ().",
     ),
     "position_of_from_vectors": (
-        lambda: pt.KeplerOrbit.from_vectors(1, (1, 0), (0, 1, 0)),
+        lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 0), velocity=(0, 1, 0)),
         "position must have shape (3,), got shape (2,).",
     ),
     "rate_of_a_frame": (
@@ -436,32 +436,32 @@ FORCES_AND_ORBITS = {
     "mu": (lambda: kepler(mu=0), "mu must be positive, got 0.0."),
     "semimajor_axis": (lambda: kepler(semimajor_axis=-2), "semimajor_axis must be positive, got -2.0."),
     "fixed_point_at_zero": (
-        lambda: pt.FixedPoint((0, 0, 0), 1),
+        lambda: pt.FixedPosition(1, position=(0, 0, 0)),
         "position must not be zero, but the body is at the attractor.",
     ),
-    "mu_of_a_fixed_point": (lambda: pt.FixedPoint((1, 0, 0), -1), "mu must be positive, got -1.0."),
+    "mu_of_a_fixed_point": (lambda: pt.FixedPosition(-1, position=(1, 0, 0)), "mu must be positive, got -1.0."),
     "frame_of_a_fixed_point": (
-        lambda: pt.FixedPoint((1, 0, 0), 1).frame,
-        "orbit must move to have a frame, but FixedPoint has no velocity.",
+        lambda: pt.FixedPosition(1, position=(1, 0, 0)).frame,
+        "orbit must move to have a frame, but FixedPosition has no velocity.",
     ),
     "radial_vectors": (
-        lambda: pt.KeplerOrbit.from_vectors(1, (1, 2, 3), (-1, -2, -3)),
+        lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 2, 3), velocity=(-1, -2, -3)),
         "position and velocity must span a plane, but they are parallel.",
     ),
     "no_velocity": (
-        lambda: pt.KeplerOrbit.from_vectors(1, (1, 2, 3), (0, 0, 0)),
+        lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 2, 3), velocity=(0, 0, 0)),
         "position and velocity must span a plane, but they are parallel.",
     ),
     "no_position": (
-        lambda: pt.KeplerOrbit.from_vectors(1, (0, 0, 0), (0, 1, 0)),
+        lambda: pt.KeplerOrbit.from_vectors(1, position=(0, 0, 0), velocity=(0, 1, 0)),
         "position must not be zero, but the body is at the attractor.",
     ),
     "hyperbolic_vectors": (
-        lambda: pt.KeplerOrbit.from_vectors(1, (1, 0, 0), (0, 2, 0)),
+        lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 0, 0), velocity=(0, 2, 0)),
         "position and velocity must belong to an ellipse, but the orbital energy is 1 >= 0.",
     ),
     "repelling_mu_of_vectors": (
-        lambda: pt.KeplerOrbit.from_vectors(-1, (1, 0, 0), (0, 1, 0)),
+        lambda: pt.KeplerOrbit.from_vectors(-1, position=(1, 0, 0), velocity=(0, 1, 0)),
         "mu must be positive, got -1.0.",
     ),
 }

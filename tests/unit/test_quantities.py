@@ -45,7 +45,9 @@ def test_times_convert_where_their_unit_is_named():
     np.testing.assert_array_equal(motion(0.75 * u.h).quaternion, motion(1 / 32).quaternion)
     calendar = pt.Calendar("2026-11-21T00:00:00", "TAI", "min")
     assert calendar.time(2 * u.h) == 120.0
-    orbit = pt.Ephemeris.fit(2.0, lambda t: np.stack(ELLIPSE.position_at(t), -1), 0, 3, calendar=calendar)
+    orbit = pt.Ephemeris.from_function(
+        2.0, position=lambda t: np.stack(ELLIPSE.position_at(t), -1), start=0, stop=3, calendar=calendar
+    )
     summed = pt.orbit_sum(orbit, orbit, start=60 * u.s, stop=120 * u.s)
     assert summed.span == (1.0, 2.0)
 
@@ -66,12 +68,12 @@ SENTENCES = {
         "Write value.to_value(unit), with the unit that your other numbers have.",
     ),
     "no dimension": (
-        lambda: pt.KeplerOrbit(1, 1, 0.1 * u.one, 0, 0, 0),
+        lambda: pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0.1 * u.one),
         "eccentricity must be plain numbers in your own units, got a dimensionless quantity. "
         "Write value.to_value(unit), with the unit that your other numbers have.",
     ),
     "length for an angle": (
-        lambda: pt.KeplerOrbit(1, 1, 0.1, 3 * u.km, 0, 0),
+        lambda: pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0.1, inclination=3 * u.km),
         "inclination must be an angle, got a quantity in km.",
     ),
     "mask": (
@@ -92,6 +94,8 @@ def test_others_are_refused(name):
 def test_an_inclination_is_no_number_of_degrees():
     sentence = r"^inclination must be within 2 pi, in radians, got 51.6. Degrees: np.radians\(51.6\).$"
     with pytest.raises(ValueError, match=sentence):
-        pt.KeplerOrbit(1, 1, 0.1, 51.6, 0, 0)
-    assert pt.KeplerOrbit(1, 1, 0.1, -2 * np.pi, 300.0, 0).node == 300.0
-    assert pt.KeplerOrbit(1, 1, 0.1, [0.1, 0.2] * u.deg, 0, 0).inclination == pytest.approx(np.radians([0.1, 0.2]))
+        pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0.1, inclination=51.6)
+    assert pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0.1, inclination=-2 * np.pi, node=300.0).node == 300.0
+    assert pt.KeplerOrbit(
+        1, semimajor_axis=1, eccentricity=0.1, inclination=[0.1, 0.2] * u.deg
+    ).inclination == pytest.approx(np.radians([0.1, 0.2]))

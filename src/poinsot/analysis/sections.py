@@ -22,7 +22,7 @@ from poinsot.mechanics.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.propagation.event_record import Crossings
+from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 
@@ -33,7 +33,7 @@ Array = NDArray[Any]
 ON_SECTION = 64 * np.finfo(float).eps
 """How far from the angle of a section, in radians, a start lies on it."""
 
-Coordinates = Callable[[Crossings], tuple[ArrayLike, ArrayLike]]
+Coordinates = Callable[[EventRecord], tuple[ArrayLike, ArrayLike]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def section(
     motion : Trajectory
         Of one body or of members.
     coordinates : callable
-        `Crossings` to x and y, each of shape (k,): from its `states`, `omega_body` and `times`.
+        `EventRecord` to x and y, each of shape (k,): from its `states`, `omega_body` and `times`.
     event : int, optional
         Which of `motion.events`. Default: the times of the motion, such as one in each revolution.
     labels : two words, with units
@@ -96,7 +96,7 @@ def section(
     return Section(x, y, (labels[0], labels[1]), motion)
 
 
-def _coordinates(coordinates: Coordinates, points: Crossings) -> list[Array]:
+def _coordinates(coordinates: Coordinates, points: EventRecord) -> list[Array]:
     """Return x and y of points, checked."""
     if not callable(coordinates):
         raise TypeError(f"coordinates must be a function of the points, got {described(coordinates)}.")
@@ -116,14 +116,14 @@ def _is_whole(number: Any) -> bool:
     return isinstance(number, int | np.integer) and not isinstance(number, bool)
 
 
-def _all_times(motion: Trajectory) -> Crossings:
+def _all_times(motion: Trajectory) -> EventRecord:
     members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
     phase = changed(motion.phase, lambda x: np.reshape(x, (-1, x.shape[-1])))
     times, whose = np.tile(motion.times, members), np.repeat(np.arange(members), motion.times.size)
     got = np.isfinite(phase["quaternion"][:, 0])
     states = state_of(changed(phase, lambda x: x[got]), times[got])
-    slopes = np.ones(int(got.sum()), dtype=int)
-    return Crossings(AtTime(0.0), motion.system, times[got], states, slopes, whose[got])
+    directions = np.ones(int(got.sum()), dtype=int)
+    return EventRecord(AtTime(0.0), motion.system, times[got], states, directions, whose[got])
 
 
 @checked
@@ -171,7 +171,7 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
     times = passage + np.arange(revolutions + 1) * float(orbit.period)
     motion = propagate(system, start, times, **{"formulation": "planar", **options})
 
-    def coordinates(points: Crossings) -> tuple[Array, Array]:
+    def coordinates(points: EventRecord) -> tuple[Array, Array]:
         first_axis = points.states.attitude.apply([1.0, 0.0, 0.0])
         ahead, aside = (first_axis @ np.array([float(x) for x in direction]) for direction in orbit.plane[:2])
         return np.mod(np.arctan2(aside, ahead), np.pi), points.omega_body[:, 2]
@@ -204,13 +204,13 @@ def andoyer_section(system: System, state: State, time: float, *, angle: float =
         x is l in (-pi, pi], y is L/G.
     """
 
-    def coordinates(points: Crossings) -> tuple[Array, Array]:
+    def coordinates(points: EventRecord) -> tuple[Array, Array]:
         if not len(points):
             return np.empty(0), np.empty(0)
         variables = Andoyer.of(points.states)
         return variables.l, variables.L / variables.G
 
-    event = AndoyerCrossing(angle=angle, slope=1)
+    event = AndoyerCrossing(angle=angle, direction=1)
     motion = propagate(system, state, [time], events=[event], **options)
     found = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
     return _with_starts(found, Andoyer.of(state), event.angle)

@@ -51,7 +51,7 @@ POLISHES = 4
 """Evaluations of a function at most for the time of its zero."""
 
 Recorded = tuple[int, int, float, int, NDArray[Any]]
-"""Number of the event, lane, time, sign of the slope in time, variables."""
+"""Number of the event, lane, time, sign of the rate in time, variables."""
 
 
 class Watch:
@@ -115,7 +115,7 @@ class Watch:
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
         self._follows = np.zeros(lanes, dtype=bool)
         self._sides, self._way = np.zeros((lanes, len(events)), dtype=int), 1
-        self._slopes = np.array([event.slope for event in events])
+        self._directions = np.array([event.direction for event in events])
         self._look = with_rates(functions, symbols, equations, attitude, kind, conditions)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
         stop, pass_by = event_class(lanes, kind), event_class(lanes, kind, terminal=False)
@@ -125,9 +125,9 @@ class Watch:
         self.stops = [stop(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
         for i, (event, f) in enumerate(zip(events, scaled, strict=True)):
             if event.terminal or event.acts:
-                self.stops.append(stop(f, callback=self._reaching(i), direction=ways[event.slope]))
+                self.stops.append(stop(f, callback=self._reaching(i), direction=ways[event.direction]))
             else:
-                self.passed.append(pass_by(f, callback=self._passing(i), direction=ways[event.slope]))
+                self.passed.append(pass_by(f, callback=self._passing(i), direction=ways[event.direction]))
         if any(event.acts for event in events):
             self.stops.append(stop(alarm(self._alarm), callback=self._coming_back()))
 
@@ -157,34 +157,34 @@ class Watch:
     def look(self, engine: Any, lane: int = 0, found: tuple[int, int] | None = None) -> bool:
         """Let happen what is due at the time of a lane, to rounding; return whether the motion goes on.
 
-        `found` is the number and the slope of an event that the engine has found there.
+        `found` is the number and the direction of an event that the engine has found there.
         """
         if self._follows[lane]:
             return True
         values, rates, counting = self._evaluate(engine, lane)
         time = float(np.ravel(engine.time)[lane])
-        slopes = {i: int(np.sign(rate)) for i, rate in enumerate(rates) if np.isfinite(rate)}
-        due = {i for i in slopes if abs(values[i]) <= self._near(lane, time) * abs(rates[i])}
-        due = {i for i in due if self._events[i].slope in (0, slopes[i])}
+        directions = {i: int(np.sign(rate)) for i, rate in enumerate(rates) if np.isfinite(rate)}
+        due = {i for i in directions if abs(values[i]) <= self._near(lane, time) * abs(rates[i])}
+        due = {i for i in due if self._events[i].direction in (0, directions[i])}
         if found:
             due.add(found[0])
-            slopes[found[0]] = found[1]
+            directions[found[0]] = found[1]
         for i in due:
-            self._sides[lane, i] = slopes[i] * self._way
+            self._sides[lane, i] = directions[i] * self._way
         due = {i for i in due if counting[i] > 0}
         new = [i for i in sorted(due) if self._is_new(i, lane, time)]
-        return self._let_happen(engine, lane, [(i, slopes[i]) for i in new], time)
+        return self._let_happen(engine, lane, [(i, directions[i]) for i in new], time)
 
     def _let_happen(self, engine: Any, lane: int, new: list[tuple[int, int]], time: float) -> bool:
-        """Record events with their slopes, and act, in the order of the list; return whether the motion goes on."""
+        """Record events with their directions, and act, in the order of the list; return whether the motion goes on."""
         events = [self._events[i] for i, _ in new]
         acting = any(event.acts for event in events)
         if acting and (self.rehearsing or not (self.certain or self.scales.fits(engine.state, lane))):
             self.stopped[lane] = "held"
             return False
-        for (i, slope), event in zip(new, events, strict=True):
+        for (i, direction), event in zip(new, events, strict=True):
             row = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
-            self.records.append((i, lane, time, slope, row))
+            self.records.append((i, lane, time, direction, row))
             if event.acts:
                 self._act(engine, lane, i, time)
         if acting and not (self.stopped[lane] or self.scales.fits(engine.state, lane)):
@@ -199,7 +199,7 @@ class Watch:
         near = self._near(lane, float(np.ravel(engine.time)[lane]))
         beyond = np.abs(values) > near * np.abs(rates)
         signs = np.nan_to_num(np.sign(values)).astype(int)
-        missed = beyond & (signs * self._sides[lane] < 0) & (self._slopes * self._way * signs >= 0)
+        missed = beyond & (signs * self._sides[lane] < 0) & (self._directions * self._way * signs >= 0)
         self._sides[lane, beyond] = signs[beyond]
         return bool(np.any(missed))
 
@@ -208,14 +208,14 @@ class Watch:
     # The engine copies what it is given, but for plain functions.
 
     def _passing(self, number: int) -> Callable[..., None]:
-        def passed(engine: Any, time: Any, slope: int, lane: int = 0) -> None:
-            self._sides[lane, number] = slope * self._way
+        def passed(engine: Any, time: Any, direction: int, lane: int = 0) -> None:
+            self._sides[lane, number] = direction * self._way
             if self._follows[lane]:
                 return
             time, counts = self._polished(engine, lane, number, time)
             if counts and self._is_new(number, lane, float(time)):
                 row = self.scales.outward(np.array(lane_of(engine.d_output, lane)), lane)
-                self.records.append((number, lane, float(time), slope, row))
+                self.records.append((number, lane, float(time), direction, row))
 
         return passed
 
@@ -236,9 +236,9 @@ class Watch:
         return time, bool(counting[number] > 0)
 
     def _reaching(self, number: int) -> Callable[..., bool]:
-        def reached(engine: Any, slope: int, lane: int = 0) -> bool:
-            due = self._due(engine, lane, number, slope * self._way) if self._events[number].acts else None
-            goes_on = self.look(engine, lane, (number, slope))
+        def reached(engine: Any, direction: int, lane: int = 0) -> bool:
+            due = self._due(engine, lane, number, direction * self._way) if self._events[number].acts else None
+            goes_on = self.look(engine, lane, (number, direction))
             if due is not None:
                 self._set_alarm(engine, lane, due)
             return goes_on

@@ -27,7 +27,7 @@ class Event(Force):
 
     Parameters
     ----------
-    slope : {-1, 0, 1}
+    direction : {-1, 0, 1}
         Only where the value falls (-1) or rises (1) with time, in whichever direction the run goes. 0: both.
     terminal : bool
         Whether the motion ends there.
@@ -35,21 +35,21 @@ class Event(Force):
     Raises
     ------
     ValueError
-        If the slope is another number, or a terminal event also acts.
+        If the direction is another number, or a terminal event also acts.
     """
 
-    slope: int = field(default=0, kw_only=True)
+    direction: int = field(default=0, kw_only=True)
     terminal: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.slope not in (-1, 0, 1):
-            raise ValueError(f"slope must be -1, 0 or 1, got {self.slope}.")
+        if self.direction not in (-1, 0, 1):
+            raise ValueError(f"direction must be -1, 0 or 1, got {self.direction}.")
         if self.terminal and self.acts:
             raise ValueError(f"{type(self).__name__} must either act or be terminal, but it does both.")
 
     def __repr__(self) -> str:
-        defaults: dict[str, Any] = {"slope": 0, "terminal": False}
+        defaults: dict[str, Any] = {"direction": 0, "terminal": False}
         names = [name for name in kinds_of(type(self)) if name not in defaults]
         names += [name for name, default in defaults.items() if getattr(self, name) != default]
         return f"{type(self).__name__}({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"

@@ -24,11 +24,11 @@ class AxisCrossing(Event):
     ----------
     axis : array (3,)
         Along body axes, any length but zero.
-    direction : array (3,)
+    target : array (3,)
         Along space axes, any length but zero.
     angle : float
         Half the opening of the cone, radians, in (0, pi). Default: the plane. The value rises where axis and
-        direction close up.
+        target close up.
 
     Raises
     ------
@@ -37,20 +37,20 @@ class AxisCrossing(Event):
     """
 
     axis: Vector
-    direction: Vector
+    target: Vector
     angle: float = field(default=np.pi / 2, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _refuse_zero("axis", self.axis)
-        _refuse_zero("direction", self.direction)
+        _refuse_zero("target", self.target)
         _refuse_other_angle(self.angle)
 
     @override
     def value(self, instant: Instant) -> Scalar:
-        axis, direction = functions.Vector(self.axis), functions.Vector(self.direction)
-        size = functions.norm(axis) * functions.norm(direction)
-        return functions.dot(axis, instant.attitude.to_body(direction)) - size * functions.cos(self.angle)
+        axis, target = functions.Vector(self.axis), functions.Vector(self.target)
+        size = functions.norm(axis) * functions.norm(target)
+        return functions.dot(axis, instant.attitude.to_body(target)) - size * functions.cos(self.angle)
 
 
 class AttractorCrossing(Event):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable
+from dataclasses import KW_ONLY
 from typing import Annotated, Any
 
 import numpy as np
@@ -35,15 +36,18 @@ class PolynomialArc(Orbit):
 
     Parameters
     ----------
+    mu : float
+        Gravitational parameter.
     terms : int
-    mu, middle, half_length : float
-        Gravitational parameter; the time in the middle of the piece, and half its length.
+    middle, half_length : float
+        The time in the middle of the piece, and half its length.
     coefficients : array (3, terms)
         Of the powers of s, from the constant on, in the components of the position, space axes.
     """
 
-    terms: int
     mu: float
+    _: KW_ONLY
+    terms: int
     middle: float
     half_length: float
     coefficients: Annotated[Any, (3, "terms")]
@@ -88,8 +92,8 @@ class _Pieces(Table):
 class Ephemeris(Orbit):
     """The orbit of the body about an attractor from a table or from any function of time, as piecewise polynomials.
 
-    `Ephemeris.fit` takes a function, `Ephemeris.from_table` positions and velocities. In a kernel the polynomial of
-    the current piece is made of runtime parameters, and the integration stops at each knot.
+    `Ephemeris.from_function` takes a function, `Ephemeris.from_table` positions and velocities. In a kernel the
+    polynomial of the current piece is made of runtime parameters, and the integration stops at each knot.
 
     Attributes
     ----------
@@ -112,18 +116,19 @@ class Ephemeris(Orbit):
     """
 
     mu: float
+    _: KW_ONLY
     pieces: _Pieces
     radius: float = 0.0
 
     @classmethod
     @checked
-    def fit(
+    def from_function(
         cls,
         mu: float,
+        *,
         position: Callable[[Array], ArrayLike],
         start: float,
         stop: float,
-        *,
         tolerance: float = 1e-13,
         reference_frame: str = "space axes",
         origin: str = "attractor",
@@ -164,17 +169,17 @@ class Ephemeris(Orbit):
             return real_array("position(times)", position(times), (times.size, 3))
 
         knots, coefficients, error = pieces.fitted(positions, first, last, tolerance)
-        return cls(mu, _Pieces(knots, coefficients, error, (reference_frame, origin, calendar)), radius)
+        return cls(mu, pieces=_Pieces(knots, coefficients, error, (reference_frame, origin, calendar)), radius=radius)
 
     @classmethod
     @checked
     def from_table(
         cls,
         mu: float,
+        *,
         times: ArrayLike,
         positions: ArrayLike,
         velocities: ArrayLike,
-        *,
         reference_frame: str = "space axes",
         origin: str = "attractor",
         calendar: Calendar | None = None,
@@ -212,7 +217,7 @@ class Ephemeris(Orbit):
                 f"positions and velocities must be of one smooth motion, but from row to row they miss each other by "
                 f"{difference:.3g} of {size:.3g}. Are their units consistent, and the rows near enough?"
             )
-        return cls(mu, _Pieces(t, coefficients, error, (reference_frame, origin, calendar)), radius)
+        return cls(mu, pieces=_Pieces(t, coefficients, error, (reference_frame, origin, calendar)), radius=radius)
 
     def __post_init__(self) -> None:
         super().__post_init__()

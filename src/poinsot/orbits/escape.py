@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import KW_ONLY
 from typing import Any
 
 import numpy as np
@@ -50,11 +51,12 @@ class EscapeOrbit(ConicOrbit):
     """
 
     mu: float
+    _: KW_ONLY
     periapsis_distance: float
     eccentricity: float
-    inclination: float
-    node: float
-    argument_of_periapsis: float
+    inclination: float = 0.0
+    node: float = 0.0
+    argument_of_periapsis: float = 0.0
     time_since_periapsis: float = 0.0
     epoch: float = 0.0
     radius: float = 0.0
@@ -70,13 +72,13 @@ class EscapeOrbit(ConicOrbit):
     def from_elements(
         cls,
         mu: float,
-        eccentricity: float,
-        inclination: float,
-        node: float,
-        argument_of_periapsis: float,
         *,
         periapsis_distance: Any = None,
         semimajor_axis: Any = None,
+        eccentricity: float,
+        inclination: float = 0.0,
+        node: float = 0.0,
+        argument_of_periapsis: float = 0.0,
         true_anomaly: Any = None,
         mean_anomaly: Any = None,
         eccentric_anomaly: Any = None,
@@ -99,12 +101,19 @@ class EscapeOrbit(ConicOrbit):
         anomalies = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
         q = _periapsis_distance(e, *exactly_one("elements", lengths))
         since = _scaled_time(e, *exactly_one("elements", anomalies)) * np.sqrt(q**3 / member_array("mu", mu, ()))
-        elements: Any = (mu, q, e, inclination, node, argument_of_periapsis, since, epoch, radius)
-        return cls(*elements)
+        elements: Any = {
+            "periapsis_distance": q,
+            "eccentricity": e,
+            "inclination": inclination,
+            "node": node,
+            "argument_of_periapsis": argument_of_periapsis,
+            "time_since_periapsis": since,
+        }
+        return cls(mu, **elements, epoch=epoch, radius=radius)
 
     @classmethod
     def from_vectors(
-        cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
     ) -> EscapeOrbit:
         """Return the orbit through a position with a velocity, space axes, shape (3,), at the epoch.
 
@@ -128,7 +137,17 @@ class EscapeOrbit(ConicOrbit):
         q = here.distance / (1 + e * S2)
         since = universal_time(e, _anomaly_of(e, S1)) * np.sqrt(q**3 / here.mu)
         periapsis = here.latitude - float(np.arctan2(np.sqrt(1 + e) * S1, 1 - S2))
-        return cls(here.mu, q, e, here.inclination, here.node, periapsis, since, epoch, radius)
+        return cls(
+            here.mu,
+            periapsis_distance=q,
+            eccentricity=e,
+            inclination=here.inclination,
+            node=here.node,
+            argument_of_periapsis=periapsis,
+            time_since_periapsis=since,
+            epoch=epoch,
+            radius=radius,
+        )
 
     # ------------------------------------------------------------------ derived
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import KW_ONLY
 from typing import Any
 
 import numpy as np
@@ -14,18 +15,18 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Vector
 
-__all__ = ["FixedPoint"]
+__all__ = ["FixedPosition"]
 
 
-class FixedPoint(Orbit):
+class FixedPosition(Orbit):
     """A body at rest relative to an attractor.
 
     Parameters
     ----------
-    position : array (3,)
-        The position of the body from the attractor, space axes.
     mu : float
         Gravitational parameter of the attractor, length cubed over time squared.
+    position : array (3,)
+        The position of the body from the attractor, space axes.
 
     Raises
     ------
@@ -33,8 +34,9 @@ class FixedPoint(Orbit):
         If the body is at the attractor.
     """
 
-    position: Vector
     mu: float
+    _: KW_ONLY
+    position: Vector
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
+from dataclasses import KW_ONLY
 from typing import Any, Self
 
 import numpy as np
@@ -51,11 +52,12 @@ class KeplerOrbit(ConicOrbit):
     """
 
     mu: float
+    _: KW_ONLY
     semimajor_axis: float
     eccentricity: float
-    inclination: float
-    node: float
-    argument_of_periapsis: float
+    inclination: float = 0.0
+    node: float = 0.0
+    argument_of_periapsis: float = 0.0
     true_anomaly: float = 0.0
     epoch: float = 0.0
     radius: float = 0.0
@@ -71,12 +73,12 @@ class KeplerOrbit(ConicOrbit):
     def from_elements(
         cls,
         mu: float,
+        *,
         semimajor_axis: float,
         eccentricity: float,
-        inclination: float,
-        node: float,
-        argument_of_periapsis: float,
-        *,
+        inclination: float = 0.0,
+        node: float = 0.0,
+        argument_of_periapsis: float = 0.0,
         true_anomaly: Any = None,
         mean_anomaly: Any = None,
         eccentric_anomaly: Any = None,
@@ -102,13 +104,19 @@ class KeplerOrbit(ConicOrbit):
         if name != "true_anomaly":
             half = 0.5 * anomaly
             anomaly = 2 * np.arctan2(np.sqrt(1 + e) * np.sin(half), np.sqrt(1 - e) * np.cos(half))
-        ellipse = (mu, semimajor_axis, eccentricity, inclination, node, argument_of_periapsis)
-        elements: Any = (*ellipse, anomaly, epoch, radius)
-        return cls(*elements)
+        elements: Any = {
+            "semimajor_axis": semimajor_axis,
+            "eccentricity": eccentricity,
+            "inclination": inclination,
+            "node": node,
+            "argument_of_periapsis": argument_of_periapsis,
+            "true_anomaly": anomaly,
+        }
+        return cls(mu, **elements, epoch=epoch, radius=radius)
 
     @classmethod
     def from_vectors(
-        cls, mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
     ) -> KeplerOrbit:
         """Return the ellipse through a position with a velocity, space axes, shape (3,), at the epoch.
 
@@ -129,7 +137,17 @@ class KeplerOrbit(ConicOrbit):
         anomaly = float(np.arctan2(here.e_sin, here.e_cos)) if e > 0 else here.latitude
         # From the distance, r = a (1 - e)(1 + e)/(1 + e cos f), for that is what must come back.
         a = here.distance * ((1 - e) + 2 * e * np.cos(0.5 * anomaly) ** 2) / ((1 - e) * (1 + e))
-        return cls(here.mu, a, e, here.inclination, here.node, here.latitude - anomaly, anomaly, epoch, radius)
+        return cls(
+            here.mu,
+            semimajor_axis=a,
+            eccentricity=e,
+            inclination=here.inclination,
+            node=here.node,
+            argument_of_periapsis=here.latitude - anomaly,
+            true_anomaly=anomaly,
+            epoch=epoch,
+            radius=radius,
+        )
 
     # ------------------------------------------------------------------ derived
 

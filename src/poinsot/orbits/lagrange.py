@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 import numpy as np
@@ -16,22 +16,22 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Vector
-from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyOrbit
+from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
 
-__all__ = ["LagrangePoint", "RotatingPoint"]
+__all__ = ["LagrangePointPath", "RotatingPosition"]
 
 POINTS = ("L1", "L2", "L3", "L4", "L5")
 
 
-class RotatingPoint(Orbit):
+class RotatingPosition(Orbit):
     """A body that goes round with its attractor at a constant rate, as if both were on one turning disc.
 
     Parameters
     ----------
-    position : array (3,)
-        The position of the body from the attractor at the epoch, space axes.
     mu : float
         Gravitational parameter of the attractor, length cubed over time squared.
+    position : array (3,)
+        The position of the body from the attractor at the epoch, space axes.
     rate : float
         Angular velocity about the third space axis, radians per unit of time.
     epoch : float
@@ -43,8 +43,9 @@ class RotatingPoint(Orbit):
         If `mu` is not positive, or the body is at the attractor.
     """
 
-    position: Vector
     mu: float
+    _: KW_ONLY
+    position: Vector
     rate: float
     epoch: float = 0.0
 
@@ -95,8 +96,8 @@ class RotatingPoint(Orbit):
         return functions.cos(angle), functions.sin(angle)
 
 
-@dataclasses.dataclass(frozen=True)
-class LagrangePoint(CirclingPair):
+@dataclass(frozen=True)
+class LagrangePointPath(CirclingPair):
     """A libration point of two attractors on circles about each other, in the plane of the first two space axes.
 
     At the epoch the secondary is in the direction of the first axis from the primary; the motion is about the third.
@@ -121,6 +122,7 @@ class LagrangePoint(CirclingPair):
 
     mu_primary: float
     mu_secondary: float
+    _: KW_ONLY
     separation: float
     point: str
     epoch: float = 0.0
@@ -132,25 +134,32 @@ class LagrangePoint(CirclingPair):
         if not isinstance(self.point, str) or self.point not in POINTS:
             raise ValueError(f"point must be one of {', '.join(POINTS)}, got {self.point!r}.")
 
-    def orbit(self, offset: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> ThreeBodyOrbit:
+    def path(self, *, offset: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> ThreeBodyPath:
         """Return the path of a body that is free to move, from near the point.
 
         Offset and velocity, shape (3,) or (members, 3), are relative to the point at the epoch, along the axes of
         `frame`.
         """
-        barycentre = np.array((self.mass_ratio * self.separation, 0.0, 0.0))
-        place: Any = self._places[0] - barycentre + member_array("offset", offset, (3,))
-        return ThreeBodyOrbit(self.mu_primary, self.mu_secondary, self.separation, place, velocity, self.epoch)
+        barycenter = np.array((self.mass_ratio * self.separation, 0.0, 0.0))
+        place: Any = self._places[0] - barycenter + member_array("offset", offset, (3,))
+        return ThreeBodyPath(
+            self.mu_primary,
+            self.mu_secondary,
+            separation=self.separation,
+            position=place,
+            velocity=velocity,
+            epoch=self.epoch,
+        )
 
     @property
-    def from_primary(self) -> RotatingPoint:
+    def from_primary(self) -> RotatingPosition:
         """The orbit of the body about the primary."""
-        return RotatingPoint(self._places[0], self.mu_primary, self.mean_motion, self.epoch)
+        return RotatingPosition(self.mu_primary, position=self._places[0], rate=self.mean_motion, epoch=self.epoch)
 
     @property
-    def from_secondary(self) -> RotatingPoint:
+    def from_secondary(self) -> RotatingPosition:
         """The orbit of the body about the secondary."""
-        return RotatingPoint(self._places[1], self.mu_secondary, self.mean_motion, self.epoch)
+        return RotatingPosition(self.mu_secondary, position=self._places[1], rate=self.mean_motion, epoch=self.epoch)
 
     @property
     def frame(self) -> RotatingFrame:

@@ -92,11 +92,11 @@ def planet_orbit(body: str, attractor: str, start: Any, stop: Any, *, calendar: 
     def position(times: Array) -> Array:
         return _between(body, attractor, J2000.converted(times, calendar)).T
 
-    return Ephemeris.fit(
+    return Ephemeris.from_function(
         MU[name],
-        position,
-        first,
-        last,
+        position=position,
+        start=first,
+        stop=last,
         tolerance=TOLERANCE,
         reference_frame="ICRF",
         origin=name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import KW_ONLY
 from typing import Any
 
 import numpy as np
@@ -44,13 +45,14 @@ class PrecessingOrbit(Orbit):
     """
 
     orbit: KeplerOrbit
+    _: KW_ONLY
     node_rate: float = 0.0
     periapsis_rate: float = 0.0
     anomaly_rate: float = 0.0
 
     @classmethod
     def from_mean_motion(
-        cls, orbit: KeplerOrbit, mean_motion: float, node_rate: float = 0.0, periapsis_rate: float = 0.0
+        cls, orbit: KeplerOrbit, *, mean_motion: float, node_rate: float = 0.0, periapsis_rate: float = 0.0
     ) -> PrecessingOrbit:
         """Return the orbit with an observed rate of the mean anomaly, radians per unit of time.
 
@@ -59,7 +61,7 @@ class PrecessingOrbit(Orbit):
         total = member_array("mean_motion", mean_motion, ())
         refuse_nonpositive("mean_motion", total)
         beyond = total[()] - mean_motion_of(cls(orbit).mu, orbit.semimajor_axis)
-        return cls(orbit, node_rate, periapsis_rate, beyond.hi)
+        return cls(orbit, node_rate=node_rate, periapsis_rate=periapsis_rate, anomaly_rate=beyond.hi)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from poinsot.mechanics.parameters import Parametric, Vector
 from poinsot.orbits import solutions
 from poinsot.orbits.universal import refuse_symbols
 
-__all__ = ["CirclingPair", "SynodicAxes", "ThreeBodyOrbit", "ThreeBodyView"]
+__all__ = ["CirclingPair", "SynodicAxes", "ThreeBodyPath", "ThreeBodyView"]
 
 
 class CirclingPair:
@@ -54,11 +55,11 @@ class CirclingPair:
             )
 
 
-class ThreeBodyOrbit(CirclingPair, Parametric):
+class ThreeBodyPath(CirclingPair, Parametric):
     """The path of a body that two attractors on circles pull: a halo, a Lyapunov orbit, any.
 
     At the epoch the secondary is in the direction of the first space axis from the primary; the motion is about the
-    third, as with `LagrangePoint`. The body feels both: `GravityGradient(path.from_primary)` and
+    third, as with `LagrangePointPath`. The body feels both: `GravityGradient(path.from_primary)` and
     `GravityGradient(path.from_secondary)`. A kernel integrates position and velocity along with the attitude, once
     for both. For numbers the engine integrates them alone, in extended precision where the machine has it; NaN beyond
     a collision.
@@ -86,6 +87,7 @@ class ThreeBodyOrbit(CirclingPair, Parametric):
 
     mu_primary: float
     mu_secondary: float
+    _: KW_ONLY
     separation: float
     position: Vector
     velocity: Vector
@@ -102,12 +104,12 @@ class ThreeBodyOrbit(CirclingPair, Parametric):
     @property
     def from_primary(self) -> ThreeBodyView:
         """The orbit of the body about the primary."""
-        return ThreeBodyView(self, "primary")
+        return ThreeBodyView(self, attractor="primary")
 
     @property
     def from_secondary(self) -> ThreeBodyView:
         """The orbit of the body about the secondary."""
-        return ThreeBodyView(self, "secondary")
+        return ThreeBodyView(self, attractor="secondary")
 
     @property
     def frame(self) -> RotatingFrame:
@@ -151,11 +153,12 @@ class ThreeBodyView(Orbit):
 
     Parameters
     ----------
-    path : ThreeBodyOrbit
+    path : ThreeBodyPath
     attractor : {"primary", "secondary"}
     """
 
-    path: ThreeBodyOrbit
+    path: ThreeBodyPath
+    _: KW_ONLY
     attractor: str
 
     @property
@@ -211,7 +214,7 @@ class SynodicAxes(Axes):
     quaternion or below, for the engine's step control looks at the largest variable.
     """
 
-    path: ThreeBodyOrbit
+    path: ThreeBodyPath
     size = 6
 
     @override

@@ -56,11 +56,11 @@ def orbit_sum(*orbits: Orbit, start: Any = None, stop: Any = None) -> Ephemeris:
     def position(times: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.stack([sum(parts) for parts in zip(*(orbit.position_at(times) for orbit in orbits), strict=True)], -1)
 
-    return Ephemeris.fit(
+    return Ephemeris.from_function(
         orbits[-1].mu,
-        position,
-        first,
-        last,
+        position=position,
+        start=first,
+        stop=last,
         tolerance=TOLERANCE,
         reference_frame=frame,
         origin=orbits[-1].origin,

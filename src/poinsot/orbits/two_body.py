@@ -14,7 +14,7 @@ __all__ = ["two_body_orbit"]
 
 @checked
 def two_body_orbit(
-    mu: float, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+    mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
 ) -> KeplerOrbit | EscapeOrbit:
     """Return the orbit through a position with a velocity: an ellipse, a parabola or a hyperbola.
 
@@ -43,4 +43,4 @@ def two_body_orbit(
         If `mu` is not positive, the position is zero, the two vectors are parallel or the radius is negative.
     """
     kind = KeplerOrbit if passage(mu, position, velocity).energy < 0 else EscapeOrbit
-    return kind.from_vectors(mu, position, velocity, epoch, radius)
+    return kind.from_vectors(mu, position=position, velocity=velocity, epoch=epoch, radius=radius)

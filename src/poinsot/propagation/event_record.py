@@ -17,7 +17,7 @@ from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 
-__all__ = ["Crossings", "checked_events", "crossings"]
+__all__ = ["EventRecord", "checked_events", "crossings"]
 
 Array = NDArray[Any]
 
@@ -26,7 +26,7 @@ BLOCK = 65_536
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Crossings:
+class EventRecord:
     """The zeros of one event along a motion, in the order of its times; of an ensemble member after member.
 
     Attributes
@@ -36,7 +36,7 @@ class Crossings:
     times : array (k,)
     states : State
         Those at these times; of an event that acts, before it does.
-    slopes : array (k,)
+    directions : array (k,)
         1 where the value rises with time, -1 where it falls.
     members : array (k,)
         Whose they are; zeros for one body.
@@ -46,21 +46,23 @@ class Crossings:
     system: System
     times: Array
     states: State
-    slopes: Array
+    directions: Array
     members: Array
 
     def __len__(self) -> int:
         return self.times.size
 
     def __repr__(self) -> str:
-        return f"Crossings of {self.event!r}: {len(self)}"
+        return f"EventRecord of {self.event!r}: {len(self)}"
 
     @checked
-    def of(self, member: int) -> Crossings:
+    def of(self, member: int) -> EventRecord:
         """Return those of one member."""
         chosen = self.members == member
         states = state_of(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
-        return Crossings(self.event, self.system, self.times[chosen], states, self.slopes[chosen], self.members[chosen])
+        return EventRecord(
+            self.event, self.system, self.times[chosen], states, self.directions[chosen], self.members[chosen]
+        )
 
     @property
     def omega_body(self) -> Array:
@@ -81,12 +83,12 @@ def checked_events(events: Any) -> tuple[Event, ...]:
 
 def crossings(
     system: System, events: Sequence[Event], variables: Coordinates, found: list[tuple[int, Recorded]], rising: bool
-) -> tuple[Crossings, ...]:
+) -> tuple[EventRecord, ...]:
     """Return what happened of each event, from pairs of a member and a record."""
     members = np.array([member for member, _ in found], dtype=int)
     numbers = np.array([record[0] for _, record in found], dtype=int)
     times = np.array([record[2] for _, record in found], dtype=float)
-    slopes = np.array([record[3] for _, record in found], dtype=int)
+    directions = np.array([record[3] for _, record in found], dtype=int)
     rows = np.empty((len(found), variables.size))
     for i, (_, record) in enumerate(found):
         rows[i] = record[4]
@@ -99,7 +101,7 @@ def crossings(
         mine = np.flatnonzero(numbers == number)
         mine = mine[np.lexsort((times[mine] if rising else -times[mine], members[mine]))]
         states = state_of({name: values[mine] for name, values in phase.items()}, times[mine])
-        out.append(Crossings(event, system, times[mine], states, slopes[mine], members[mine]))
+        out.append(EventRecord(event, system, times[mine], states, directions[mine], members[mine]))
     return tuple(out)
 
 

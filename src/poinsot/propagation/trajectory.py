@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
-    from poinsot.propagation.event_record import Crossings
+    from poinsot.propagation.event_record import EventRecord
 
 __all__ = ["RelativeMotion", "Run", "Trajectory", "versions"]
 
@@ -80,7 +80,7 @@ class Trajectory:
         Method, order, steps, tolerance, versions.
     failures : dict
         Of an ensemble: member -> why it stopped; its rows from there on are NaN.
-    events : tuple of Crossings
+    events : tuple of EventRecord
         What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
     provenance : dict
         Of a motion that a scenario made: its `title`, the `seed` of its spread, and its text, the `scenario`.
@@ -109,7 +109,7 @@ class Trajectory:
         self.failures = dict(failures or {})
         self._interpolant = interpolant
         self._environment = environment
-        self.events: tuple[Crossings, ...] = ()
+        self.events: tuple[EventRecord, ...] = ()
         self.provenance: dict[str, Any] = {}
 
     def __getstate__(self) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.analysis import chaos
 from poinsot.forces.damping import LinearDamping
 
-ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
 BODY = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 SYSTEM = pt.System(BODY, pt.GravityGradient(ORBIT))
 TOP = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.UniformGravity(0.5, (1, 0.2, -0.3)))
@@ -63,7 +63,9 @@ def test_grids_of_parameters():
 
     def system(i):
         body = pt.Body(np.stack(np.broadcast_arrays(1 - 0.3 * shapes[i], 1.0, 1.1), axis=-1))
-        return pt.System(body, pt.GravityGradient(pt.KeplerOrbit(1.0, 1.0, eccentricities[i], 0.0, 0.0, 0.0)))
+        return pt.System(
+            body, pt.GravityGradient(pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=eccentricities[i]))
+        )
 
     for formulation in ("planar", None):
         options = {"formulation": formulation, "momentum_unit": 1.0}
@@ -119,7 +121,9 @@ def test_the_unit_of_momentum_weighs_the_components():
 
 
 def test_the_unit_of_momentum_by_default():
-    circle = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(8.0, 2.0, 0.0, 0.3, 0.0, 0.0)))
+    circle = pt.System(
+        BODY, pt.GravityGradient(pt.KeplerOrbit(8.0, semimajor_axis=2.0, eccentricity=0.0, inclination=0.3))
+    )
     found = pt.chaos_indicators(circle, states(3), [1.0])
     assert found.momentum_unit == pytest.approx(np.max(BODY.moments) * 1.0)  # at the mean motion
     body = pt.Body((1.0, 2.0, 2.5))
@@ -134,9 +138,9 @@ def test_the_unit_of_momentum_by_default():
 def test_the_unit_of_time_does_not_matter(kind, faster):
     def indicators(pace):
         if kind == "orbit":
-            forces = pt.GravityGradient(pt.KeplerOrbit(pace**2, 1.0, 0.1, 0.3, 0.0, 0.0))
+            forces = pt.GravityGradient(pt.KeplerOrbit(pace**2, semimajor_axis=1.0, eccentricity=0.1, inclination=0.3))
         elif kind == "point":
-            forces = pt.GravityGradient(pt.FixedPoint((1.0, 0.2, 0), 0.3 * pace**2))
+            forces = pt.GravityGradient(pt.FixedPosition(0.3 * pace**2, position=(1.0, 0.2, 0)))
         else:
             forces = pt.UniformGravity(0.5 * pace**2, (1, 0.2, -0.3))
         start = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=pace * np.array((0.4, -0.3, 0.6)), time=2 / pace)

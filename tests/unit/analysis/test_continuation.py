@@ -16,8 +16,17 @@ from poinsot.mechanics.replaced import NamedNumber
 mpl.use("Agg")
 
 BODY = pt.Body((1.0, 1.3, 1.6))
-CIRCLE = pt.KeplerOrbit(1.0, 1.0, 0.0, 0.3, 0.2, 0.1)
-ELLIPSE = pt.KeplerOrbit(1.1, 1.2, 0.07, 0.3, 0.5, 2.1, 1.0, -0.4)
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.3, node=0.2, argument_of_periapsis=0.1)
+ELLIPSE = pt.KeplerOrbit(
+    1.1,
+    semimajor_axis=1.2,
+    eccentricity=0.07,
+    inclination=0.3,
+    node=0.5,
+    argument_of_periapsis=2.1,
+    true_anomaly=1.0,
+    epoch=-0.4,
+)
 
 
 def system(orbit, *more, body=BODY):
@@ -71,7 +80,7 @@ SLOPES = {
     "force": (ELLIPSE, "eccentricity", None, None, None),
     "moment": (ELLIPSE, "moments[1]", None, None, None),
     "period": (ELLIPSE, "semimajor_axis", lambda system: orbit_of(system).period, None, None),
-    "frame": (pt.PrecessingOrbit(ELLIPSE, -0.004), "node_rate", None, node_frame, node_frame),
+    "frame": (pt.PrecessingOrbit(ELLIPSE, node_rate=-0.004), "node_rate", None, node_frame, node_frame),
     "frame of the orbit": (CIRCLE, "inclination", None, lambda system: orbit_of(system).frame, lambda _: CIRCLE.frame),
     "period and frame": (
         CIRCLE,

@@ -13,9 +13,18 @@ from poinsot.algebra.quaternion import conjugate, product
 from poinsot.analysis.equilibria import Equilibrium, equilibria
 
 IDENTITY = (1, 0, 0, 0)
-CIRCLE = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, -0.7, 2.0, 0.25)
-EQUATORIAL = pt.KeplerOrbit(1.1, 1.3, 0.0, 0.0, 0.0, 0.0, 0.7)
-AT_REST = pt.FixedPoint((0.8, -0.5, 0.7), 0.9)
+CIRCLE = pt.KeplerOrbit(
+    2.0,
+    semimajor_axis=1.5,
+    eccentricity=0.0,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=2.0,
+    epoch=0.25,
+)
+EQUATORIAL = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.0, true_anomaly=0.7)
+AT_REST = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
 TURNING = pt.RotatingFrame((0.5, 0.5, -0.5, 0.5), (0.3, 0.0, 1.1), epoch=0.4)
 VERTICAL = pt.RotatingFrame(IDENTITY, (0, 0, 1.3))
 BODY = pt.Body((1.0, 1.3, 1.6))
@@ -248,7 +257,16 @@ def test_slow_modes_count():
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e12])
 @pytest.mark.parametrize("pace", [1e-4, 1.0, 1e3])
 def test_units_do_not_matter(scale, pace):
-    orbit = pt.KeplerOrbit(2.0 * pace**2, 1.5, 0.0, 0.4, 1.1, -0.7, 2.0, 0.25 / pace)
+    orbit = pt.KeplerOrbit(
+        2.0 * pace**2,
+        semimajor_axis=1.5,
+        eccentricity=0.0,
+        inclination=0.4,
+        node=1.1,
+        argument_of_periapsis=-0.7,
+        true_anomaly=2.0,
+        epoch=0.25 / pace,
+    )
     found = equilibria(pt.System(pt.Body(scale * BODY.moments), pt.GravityGradient(orbit)), orbit.frame)
     same = equilibria(*CASES["satellite"])
     assert len(found) == 24
@@ -275,7 +293,16 @@ def test_repr_is_one_line():
 
 # ---------------------------------------------------------------------- wrong input
 
-ELLIPSE = pt.KeplerOrbit(2.0, 1.5, 0.01, 0.4, 1.1, -0.7, 2.0, 0.25)
+ELLIPSE = pt.KeplerOrbit(
+    2.0,
+    semimajor_axis=1.5,
+    eccentricity=0.01,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=2.0,
+    epoch=0.25,
+)
 SATELLITE = pt.System(BODY, pt.GravityGradient(CIRCLE))
 WRONG = {
     "system": (

@@ -14,9 +14,27 @@ from poinsot.analysis.periodic import cassini_state, periodic_motion
 IDENTITY = (1, 0, 0, 0)
 BODY = pt.Body((1.0, 1.3, 1.6))
 MOON = pt.Body((0.99, 0.993, 1.0))
-CIRCLE = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, -0.7, 2.0, 0.25)
-ELLIPSE = pt.KeplerOrbit(1.1, 1.2, 0.07, 0.3, 0.5, 2.1, 1.0, -0.4)
-PRECESSING = pt.PrecessingOrbit(ELLIPSE, -0.004, 0.0, 0.002)
+CIRCLE = pt.KeplerOrbit(
+    2.0,
+    semimajor_axis=1.5,
+    eccentricity=0.0,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=2.0,
+    epoch=0.25,
+)
+ELLIPSE = pt.KeplerOrbit(
+    1.1,
+    semimajor_axis=1.2,
+    eccentricity=0.07,
+    inclination=0.3,
+    node=0.5,
+    argument_of_periapsis=2.1,
+    true_anomaly=1.0,
+    epoch=-0.4,
+)
+PRECESSING = pt.PrecessingOrbit(ELLIPSE, node_rate=-0.004, periapsis_rate=0.0, anomaly_rate=0.002)
 
 
 def system(orbit, body=BODY, *more):
@@ -118,7 +136,19 @@ def test_permanent_rotation_of_a_free_body():
 @pytest.mark.parametrize("pace", [1e-4, 1e3])
 def test_units_do_not_matter(cassini, scale, pace):
     orbit = pt.PrecessingOrbit(
-        pt.KeplerOrbit(1.1 * pace**2, 1.2, 0.07, 0.3, 0.5, 2.1, 1.0, -0.4 / pace), -0.004 * pace, 0.0, 0.002 * pace
+        pt.KeplerOrbit(
+            1.1 * pace**2,
+            semimajor_axis=1.2,
+            eccentricity=0.07,
+            inclination=0.3,
+            node=0.5,
+            argument_of_periapsis=2.1,
+            true_anomaly=1.0,
+            epoch=-0.4 / pace,
+        ),
+        node_rate=-0.004 * pace,
+        periapsis_rate=0.0,
+        anomaly_rate=0.002 * pace,
     )
     same = cassini_state(pt.Body(scale * MOON.moments), orbit)
     assert same.obliquity == pytest.approx(cassini.obliquity, rel=1e-9)
@@ -253,7 +283,7 @@ class Motor(pt.Torque):
 
 MEMBERS = pt.System(pt.Body([(1, 1, 1), (1, 1, 1.5)]))
 FREE = BODY.state(IDENTITY, omega_body=(0, 0, 1))
-HYPERION = pt.KeplerOrbit(1.0, 1.0, 0.123233, 0.0, 0.0, 0.0)
+HYPERION = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.123233)
 WILD = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.26), pt.GravityGradient(HYPERION))
 WRONG = {
     "system": (
@@ -304,7 +334,7 @@ WRONG = {
         r"system must repeat itself .*",
     ),
     "periapsis that moves": (
-        lambda: cassini_state(MOON, pt.PrecessingOrbit(ELLIPSE, -0.004, 0.001)),
+        lambda: cassini_state(MOON, pt.PrecessingOrbit(ELLIPSE, node_rate=-0.004, periapsis_rate=0.001)),
         ValueError,
         r"system must repeat itself .*",
     ),

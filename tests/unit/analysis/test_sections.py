@@ -10,7 +10,7 @@ mpl.use("Agg")
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
-ACROSS = pt.AxisCrossing((1, 0, 0), (1, 0, 0), slope=1)
+ACROSS = pt.AxisCrossing((1, 0, 0), (1, 0, 0), direction=1)
 
 
 def spinning(rate):
@@ -36,14 +36,14 @@ def test_members_have_rows_and_missing_points_are_nan():
 def test_without_an_event_all_times_are_points_also_of_one_body():
     section = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0, 3.0]), time_and_rate)
     assert section.x.tolist() == [[1.0, 2.0, 3.0]]
-    rising = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0]), lambda points: (points.times, points.slopes))
+    rising = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0]), lambda points: (points.times, points.directions))
     assert rising.y.tolist() == [[1.0, 1.0]]
     members = pt.section(pt.propagate(FREE, spinning([0.5, 0.7]), [1.0, 2.0, 3.0]), time_and_rate)
     assert np.allclose(members.y, [[0.5] * 3, [0.7] * 3], rtol=1e-15)
 
 
 def test_of_a_motion_that_ended_there_are_the_points_before():
-    ends = pt.AxisCrossing((1, 0, 0), (1, 0, 0), slope=-1, terminal=True)
+    ends = pt.AxisCrossing((1, 0, 0), (1, 0, 0), direction=-1, terminal=True)
     motion = pt.propagate(FREE, spinning([1.0, 0.1]), [1.0, 2.0, 3.0], events=[ends])
     assert np.isfinite(pt.section(motion, time_and_rate).x).sum(axis=1).tolist() == [1, 3]
     none = pt.propagate(FREE, spinning(0.1), [1.0], events=[ACROSS])
@@ -72,7 +72,16 @@ def test_a_section_of_the_shortest_motion_is_its_start():
 
 
 def test_the_first_point_of_a_spin_orbit_section_is_the_start():
-    orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7, 2.0, epoch=-3.0)
+    orbit = pt.KeplerOrbit(
+        3.0,
+        semimajor_axis=2.0,
+        eccentricity=0.2,
+        inclination=0.5,
+        node=0.6,
+        argument_of_periapsis=0.7,
+        true_anomaly=2.0,
+        epoch=-3.0,
+    )
     system = pt.System(BODY, pt.GravityGradient(orbit))
     section = pt.spin_orbit_section(system, [0.3, 3.5], 1.4, 2)
     assert np.allclose(section.x[:, 0], [0.3, 3.5 - np.pi], rtol=1e-14)
@@ -88,7 +97,9 @@ def test_rates_of_a_spin_orbit_section_are_those_of_the_unit_of_time():
     """The same motion in seconds and in hours."""
     seen = []
     for unit, hour in (("s", 1.0), ("h", 3600.0)):
-        orbit = pt.KeplerOrbit(3.0 * hour**2, 2.0, 0.2, 0.5, 0.6, 0.7)
+        orbit = pt.KeplerOrbit(
+            3.0 * hour**2, semimajor_axis=2.0, eccentricity=0.2, inclination=0.5, node=0.6, argument_of_periapsis=0.7
+        )
         system = pt.System(BODY, pt.GravityGradient(orbit), units={"time": unit})
         section = pt.spin_orbit_section(system, 0.3, 1.4 * hour, 3)
         assert section.labels[1] == f"rate [rad/{unit}]"
@@ -108,12 +119,17 @@ class Spinner(pt.Torque):
 
 
 def test_forces_may_share_the_orbit_of_a_spin_orbit_section():
-    orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7)
+    orbit = pt.KeplerOrbit(
+        3.0, semimajor_axis=2.0, eccentricity=0.2, inclination=0.5, node=0.6, argument_of_periapsis=0.7
+    )
     gravity = pt.GravityGradient(orbit)
     alone = pt.spin_orbit_section(pt.System(BODY, gravity), 0.3, 1.4, 3)
     both = pt.spin_orbit_section(pt.System(BODY, gravity, Spinner(0.0, orbit)), 0.3, 1.4, 3)
     assert np.allclose(both.y, alone.y, rtol=1e-12)
-    other = Spinner(0.0, pt.KeplerOrbit(3.0, 2.5, 0.2, 0.5, 0.6, 0.7))
+    other = Spinner(
+        0.0,
+        pt.KeplerOrbit(3.0, semimajor_axis=2.5, eccentricity=0.2, inclination=0.5, node=0.6, argument_of_periapsis=0.7),
+    )
     with pytest.raises(TypeError, match=r"must have one KeplerOrbit, got KeplerOrbit, KeplerOrbit\."):
         pt.spin_orbit_section(pt.System(BODY, gravity, other), 0.3, 1.4, 3)
 
@@ -137,7 +153,9 @@ def test_the_picture_has_all_points_and_the_labels():
 
 def test_wrong_arguments_are_refused_in_a_sentence():
     motion = pt.propagate(FREE, spinning(1.0), [5.0], events=[ACROSS])
-    orbit = pt.KeplerOrbit(3.0, 2.0, 0.2, 0.5, 0.6, 0.7)
+    orbit = pt.KeplerOrbit(
+        3.0, semimajor_axis=2.0, eccentricity=0.2, inclination=0.5, node=0.6, argument_of_periapsis=0.7
+    )
     system = pt.System(BODY, pt.GravityGradient(orbit))
     with pytest.raises(TypeError, match=r"motion must be a Trajectory, got int\."):
         pt.section(3, time_and_rate)
@@ -161,7 +179,22 @@ def test_wrong_arguments_are_refused_in_a_sentence():
         pt.spin_orbit_section(system, 0.0, 1.0, 0)
     with pytest.raises(ValueError, match=r"one for all members"):
         pt.spin_orbit_section(
-            pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(3.0, 2.0, [0.2, 0.3], 0.5, 0.6, 0.7))), 0.0, 1.0, 3
+            pt.System(
+                BODY,
+                pt.GravityGradient(
+                    pt.KeplerOrbit(
+                        3.0,
+                        semimajor_axis=2.0,
+                        eccentricity=[0.2, 0.3],
+                        inclination=0.5,
+                        node=0.6,
+                        argument_of_periapsis=0.7,
+                    )
+                ),
+            ),
+            0.0,
+            1.0,
+            3,
         )
     with pytest.raises(TypeError, match=r"section must be a Section, got int\."):
         pt.plot.section(3)

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 import poinsot as pt
 from poinsot import functions
 
-ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.1, 0, 0, 0)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
 BODY = pt.Body((1.0, 1.3, 1.7))
 SYSTEM = pt.System(BODY, pt.GravityGradient(ORBIT))
 START = BODY.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0.9))
@@ -35,11 +35,11 @@ def test_falling_times_are_in_their_order():
 
 def test_members_are_those_one_by_one():
     eccentricities = np.array([0.0, 0.1, 0.3])
-    orbit = pt.KeplerOrbit(1.0, 1.0, eccentricities, 0, 0, 0)
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=eccentricities)
     found = pt.state_transition(pt.System(BODY, pt.GravityGradient(orbit)), START, [1.0, 2.0], ["eccentricity"])
     assert found.matrix.shape == (3, 2, 6, 6)
     for i, e in enumerate(eccentricities):
-        alone = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(1.0, 1.0, e, 0, 0, 0)))
+        alone = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=e)))
         single = pt.state_transition(alone, START, [1.0, 2.0], ["eccentricity"])
         assert_allclose(found.matrix[i], single.matrix, rtol=0, atol=1e-13)
         assert_allclose(found.sensitivity[i], single.sensitivity, rtol=0, atol=1e-13)
@@ -117,7 +117,7 @@ def test_torques_that_jump_with_the_motion_are_refused():
 
 
 def test_orbits_that_are_integrated_along():
-    path = pt.ThreeBodyOrbit(1.0, 0.0123, 1.0, (0.85, 0.0, 0.1), (0.0, 0.25, 0.0))
+    path = pt.ThreeBodyPath(1.0, 0.0123, separation=1.0, position=(0.85, 0.0, 0.1), velocity=(0.0, 0.25, 0.0))
     system = pt.System(BODY, pt.GravityGradient(path.from_primary), pt.GravityGradient(path.from_secondary))
     matrix = pt.state_transition(system, START, [1.0]).matrix[0]
     assert abs(np.linalg.det(matrix) - 1) < 1e-12

@@ -147,7 +147,7 @@ def test_a_run_that_a_switch_holds_stops_with_what_was_computed():
 
 
 def test_the_shadow_of_a_planet():
-    orbit = pt.KeplerOrbit(1.0, 2.0, 0.0, 0.0, 0.0, 0.0)  # a circle of radius 2 about a planet of radius 1
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=2.0, eccentricity=0.0)  # a circle of radius 2 about a planet of radius 1
     n = orbit.mean_motion
     system = pt.System(BODY, Shadow(orbit, 1.0, 0.4))
     motion = pt.propagate(system, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [2 * np.pi / n, 200 * np.pi / n])
@@ -180,7 +180,7 @@ def test_a_switch_far_away_costs_no_digit(on):
 
 @pytest.mark.parametrize("unit", [1e-10, 1e6, 1e14])
 def test_the_unit_of_a_condition_costs_no_digit(unit):
-    orbit = pt.KeplerOrbit(1.0, 2.0, 0.0, 0.0, 0.0, 0.0)
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=2.0, eccentricity=0.0)
     start, times = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), 2 * np.pi / orbit.mean_motion * np.array([1, 20])
     for size in (0.4, [0.4, 0.4]):
         motion = pt.propagate(pt.System(BODY, Shadow(orbit, 1.0, size, unit)), start, times)

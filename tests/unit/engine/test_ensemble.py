@@ -15,7 +15,7 @@ from poinsot.engine import ensemble, kernels
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0.1, -0.2)))
-ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.2, 0.3, 0.4, 0.5)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.2, inclination=0.3, node=0.4, argument_of_periapsis=0.5)
 SATELLITE = pt.System(BODY, pt.GravityGradient(ORBIT))
 TIMES = np.linspace(-3.0, 8.0, 9)
 
@@ -77,7 +77,9 @@ def test_moments_forces_and_orbits_may_have_members():
     axes, tilts = random.uniform(0.9, 1.1, 6), random.uniform(0, 1, 6)
 
     def system(i):
-        orbit = pt.KeplerOrbit(1.0, axes[i], 0.2, tilts[i], 0.4, 0.5)
+        orbit = pt.KeplerOrbit(
+            1.0, semimajor_axis=axes[i], eccentricity=0.2, inclination=tilts[i], node=0.4, argument_of_periapsis=0.5
+        )
         return pt.System(pt.Body(moments[i]), pt.UniformGravity(weights[i], arms[i]), pt.GravityGradient(orbit))
 
     start = member(states(1), 0)
@@ -91,7 +93,15 @@ def test_orbits_with_members_carry_the_attitude_of_each():
     start = member(states(1), 0)
 
     def system(i):
-        orbit = pt.KeplerOrbit(1.0, axes[i], 0.2, 0.3, 0.4, 0.5, true_anomaly=anomalies[i])
+        orbit = pt.KeplerOrbit(
+            1.0,
+            semimajor_axis=axes[i],
+            eccentricity=0.2,
+            inclination=0.3,
+            node=0.4,
+            argument_of_periapsis=0.5,
+            true_anomaly=anomalies[i],
+        )
         return pt.System(BODY, pt.GravityGradient(orbit))
 
     motion = pt.propagate(system(slice(None)), start, TIMES)

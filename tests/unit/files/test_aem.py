@@ -364,9 +364,14 @@ def test_hours_and_leap_seconds(tmp_path):
 
 def test_orbits_give_calendar_and_frame(tmp_path):
     begin = pt.Calendar("2026-11-21T00:00:00", "UTC")
-    circle, times = pt.KeplerOrbit(398600.4418, 7000.0, 0.0, 1.0, 0.0, 0.0), np.linspace(0, 600, 31)
-    rows = (np.stack(list(part(times)), axis=-1) for part in (circle.position_at, circle.velocity_at))
-    orbit = pt.Ephemeris.from_table(circle.mu, times, *rows, reference_frame="ICRF", calendar=begin)
+    circle, times = (
+        pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.0, inclination=1.0),
+        np.linspace(0, 600, 31),
+    )
+    r, v = (np.stack(list(part(times)), axis=-1) for part in (circle.position_at, circle.velocity_at))
+    orbit = pt.Ephemeris.from_table(
+        circle.mu, times=times, positions=r, velocities=v, reference_frame="ICRF", calendar=begin
+    )
     motion = pt.AttitudeTable(TIMES, MOTION.quaternion).trajectory(pt.System(BODY, pt.GravityGradient(orbit)))
     table = pt.read_aem(pt.write_aem(motion, tmp_path / "m.aem"))
     assert (table.reference_frame, table.calendar.scale) == ("ICRF", "UTC")

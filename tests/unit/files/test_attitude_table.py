@@ -59,9 +59,14 @@ def test_angles_to_a_motion_at_its_times_and_between_them():
 
 
 def test_calendars_and_frames_of_orbits_are_honoured():
-    circle, times = pt.KeplerOrbit(398600.4418, 7000.0, 0.0, 1.0, 0.0, 0.0), np.linspace(0, 600, 31)
-    rows = (np.stack(list(part(times)), axis=-1) for part in (circle.position_at, circle.velocity_at))
-    orbit = pt.Ephemeris.from_table(circle.mu, times, *rows, reference_frame="TEME", calendar=CALENDAR)
+    circle, times = (
+        pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.0, inclination=1.0),
+        np.linspace(0, 600, 31),
+    )
+    r, v = (np.stack(list(part(times)), axis=-1) for part in (circle.position_at, circle.velocity_at))
+    orbit = pt.Ephemeris.from_table(
+        circle.mu, times=times, positions=r, velocities=v, reference_frame="TEME", calendar=CALENDAR
+    )
     system = pt.System(BODY, pt.GravityGradient(orbit))
     motion = table().trajectory(system)
     hours = pt.Calendar("2026-11-20T23:00:00", "TAI", "h")

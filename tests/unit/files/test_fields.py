@@ -88,7 +88,7 @@ def test_the_extent_is_in_the_unit_of_the_user_and_by_default_the_radius_of_the_
 
 
 def test_a_run_tells_when_the_attractor_was_within_the_radius_of_the_table(tmp_path):
-    rest = pt.FixedPoint((0.2, 0, 0), 1.0)
+    rest = pt.FixedPosition(1.0, position=(0.2, 0, 0))
     second = read(tmp_path, shadr(), 2)
     body = pt.Body.from_stokes(
         **{f"{name}2{m}": getattr(second, name)[2, m] for name in "CS" for m in range(3) if (name, m) != ("S", 0)},

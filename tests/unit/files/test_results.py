@@ -10,14 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import poinsot as pt
+from in_order import in_order
 from poinsot import functions as fn
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
 from poinsot.propagation.scenario_text import text_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
 OBLIQUE = pt.Body.from_inertia([[3, 0.1, 0], [0.1, 4, 0.2], [0, 0.2, 5]])
-KEPLER = pt.KeplerOrbit(398600.4418, 7000.0, 0.2, 0.5, 0.7, 0.2)
-PATH = pt.ThreeBodyOrbit(398600.0, 4900.0, 384400.0, (450000.0, 0, 10000.0), (0, -0.18, 0))
+KEPLER = pt.KeplerOrbit(
+    398600.4418, semimajor_axis=7000.0, eccentricity=0.2, inclination=0.5, node=0.7, argument_of_periapsis=0.2
+)
+PATH = pt.ThreeBodyPath(398600.0, 4900.0, separation=384400.0, position=(450000.0, 0, 10000.0), velocity=(0, -0.18, 0))
 BOTH = pt.GravityGradient(PATH.from_primary), pt.GravityGradient(PATH.from_secondary)
 TIMES = np.linspace(0, 5828, 41)
 MANY = np.random.default_rng(3).normal(size=(3, 3)) * 0.01
@@ -53,7 +56,19 @@ MOTIONS = {
         OBLIQUE, pt.LinearDamping(1e-4), pt.UniformGravity(1e-6, (1, 0.1, 0)), state=start(OBLIQUE)
     ),
     "orbit integrated along": lambda: run(BODY, *BOTH, times=10 * TIMES),
-    "escape": lambda: run(BODY, pt.GravityGradient(pt.EscapeOrbit(398600.4, 7000.0, 1.0, 0.1, 0.2, 0.3))),
+    "escape": lambda: run(
+        BODY,
+        pt.GravityGradient(
+            pt.EscapeOrbit(
+                398600.4,
+                periapsis_distance=7000.0,
+                eccentricity=1.0,
+                inclination=0.1,
+                node=0.2,
+                argument_of_periapsis=0.3,
+            )
+        ),
+    ),
     "own gravity": lambda: run(
         pt.Body.ellipsoid(2.0, (1, 2, 3)),
         pt.EllipsoidGravity(KEPLER, 2.0, (1, 2, 3)),
@@ -136,7 +151,18 @@ def test_scenario_is_kept_with_its_comments_and_its_seed(tmp_path):
 
 
 def test_text_of_a_system_has_all_digits():
-    orbit = pt.PrecessingOrbit(pt.KeplerOrbit(1 / 3, 0.1 + 0.2, 1e-17, -0.0, np.pi, 5e-324), 1e-300, 2 / 3)
+    orbit = pt.PrecessingOrbit(
+        pt.KeplerOrbit(
+            1 / 3,
+            semimajor_axis=0.1 + 0.2,
+            eccentricity=1e-17,
+            inclination=-0.0,
+            node=np.pi,
+            argument_of_periapsis=5e-324,
+        ),
+        node_rate=1e-300,
+        periapsis_rate=2 / 3,
+    )
     motion = run(
         pt.Body((1 / 3, 0.3, 0.3)), pt.GravityGradient(orbit), times=[0.0], state=start(pt.Body((1 / 3, 0.3, 0.3)))
     )
@@ -157,7 +183,7 @@ def test_text_of_a_system_has_all_digits():
 def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoch):
     from poinsot.files.scenarios.scenario import rebuilt_system
 
-    orbit = pt.KeplerOrbit(1e3, 2.0, eccentricity, *angles, epoch)
+    orbit = in_order(pt.KeplerOrbit, 1e3, 2.0, eccentricity, *angles, epoch)
     system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
     motion = pt.Trajectory(system, start(), TIMES, lambda: None, MOTION_RUN)
     again = rebuilt_system(text_of(motion).text, "it")

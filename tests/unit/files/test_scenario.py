@@ -79,7 +79,14 @@ def test_parts_of_a_scenario():
     assert found.system.body.moments.tolist() == [400, 500, 600]
     (force,) = found.system.forces
     assert type(force) is pt.GravityGradient
-    wanted = pt.KeplerOrbit(398600.4418, 7000, 0.1, 30 * degree, 45 / 60 * degree, 0.2)
+    wanted = pt.KeplerOrbit(
+        398600.4418,
+        semimajor_axis=7000,
+        eccentricity=0.1,
+        inclination=30 * degree,
+        node=45 / 60 * degree,
+        argument_of_periapsis=0.2,
+    )
     assert [float(number) for number in force.orbit.numbers] == pytest.approx(
         [float(x) for x in wanted.numbers], rel=4e-16
     )
@@ -124,7 +131,14 @@ def rotation(text, angles):
     return Rotation.from_euler(text, angles, degrees=True)
 
 
-ORBIT = pt.KeplerOrbit(398600.4418, 7000, 0.1, math.pi / 6, math.pi / 240, 0.2)
+ORBIT = pt.KeplerOrbit(
+    398600.4418,
+    semimajor_axis=7000,
+    eccentricity=0.1,
+    inclination=math.pi / 6,
+    node=math.pi / 240,
+    argument_of_periapsis=0.2,
+)
 
 
 def axes_of_the_orbit(time):
@@ -271,7 +285,7 @@ def test_every_form_of_a_body():
 def test_attractors_beside_each_other_share_their_path():
     text = """
 [orbits.path]
-type = "ThreeBodyOrbit"
+type = "ThreeBodyPath"
 mu_primary = 1.0
 mu_secondary = 0.01
 separation = 1.0

@@ -41,7 +41,7 @@ GRADIENT = '[[forces]]\ntype = "GravityGradient"\norbit = "it"\n[orbits.it]\n'
 
 def oem():
     """A circle about the Earth in 20 rows."""
-    orbit = pt.KeplerOrbit(398600.4418, 7000.0, 0.0, 0.3, 0.1, 0.0)
+    orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.0, inclination=0.3, node=0.1)
     rows = []
     for t in np.arange(0.0, 400.0, 20.0):
         numbers = (*orbit.position_at(t), *orbit.velocity_at(t))
@@ -196,7 +196,7 @@ def test_mesh(folder, tmp_path):
 def test_field(folder, tmp_path):
     force = '[[forces]]\ntype = "HarmonicGravity"\norbit = "it"\n[forces.field]\ntype = "read_field"\n'
     force += 'path = "f.gfc"\nmass = 10\n'
-    orbit = '[orbits.it]\ntype = "FixedPoint"\nmu = 3000\nposition = [50, 3, 0]\n'
+    orbit = '[orbits.it]\ntype = "FixedPosition"\nmu = 3000\nposition = [50, 3, 0]\n'
     moments = 'body = {type = "Body.from_stokes", C20 = -0.02, C22 = 0.01, polar_moment_factor = 0.4, '
     scenario = read(folder, moments + "mass = 10, radius = 1.5}", force + orbit)
     (gravity,) = scenario.system.forces
@@ -217,7 +217,7 @@ def test_orbit_message(folder, tmp_path):
 def test_kernels(folder, tmp_path):
     spice = pytest.importorskip("spiceypy")
     pytest.importorskip("astropy")
-    orbit = pt.KeplerOrbit(398600.4418, 7000.0, 0.05, 0.3, 0.1, 0.0)
+    orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.05, inclination=0.3, node=0.1)
     times = np.linspace(-100, 300, 81)
     states = np.stack([*orbit.position_at(times), *orbit.velocity_at(times)], axis=-1)
     handle = spice.spkopn(str(folder / "below" / "o.bsp"), "it", 0)
@@ -234,12 +234,14 @@ def test_kernels(folder, tmp_path):
 
 
 def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
-    orbit = pt.KeplerOrbit(398600.4418, 7000.0, 0.05, 0.3, 0.1, 0.0)
+    orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.05, inclination=0.3, node=0.1)
     labels = {"reference_frame": "ICRF", "origin": "EARTH", "calendar": CALENDAR}
-    fitted = pt.Ephemeris.fit(orbit.mu, lambda t: np.stack(list(orbit.position_at(t)), -1), 0, 6000, **labels)
+    fitted = pt.Ephemeris.from_function(
+        orbit.mu, position=lambda t: np.stack(list(orbit.position_at(t)), -1), start=0, stop=6000, **labels
+    )
     times = np.linspace(0, 6000, 61)
-    table = [np.stack(list(part(times)), -1) for part in (orbit.position_at, orbit.velocity_at)]
-    other = pt.Ephemeris.from_table(orbit.mu, times, *table)
+    r, v = (np.stack(list(part(times)), -1) for part in (orbit.position_at, orbit.velocity_at))
+    other = pt.Ephemeris.from_table(orbit.mu, times=times, positions=r, velocities=v)
     body = pt.Body((4.0, 5.0, 6.0))
     system = pt.System(
         body, pt.GravityGradient(fitted), pt.GravityGradient(other), pt.Oblateness(fitted, 1e-3, 1.0, (0, 0, 1))
@@ -351,9 +353,11 @@ def test_results_say_what_their_times_mean(folder, tmp_path):
 
 def test_dates_and_axes_are_kept_where_forces_are_not(tmp_path):
     pytest.importorskip("astropy")
-    orbit = pt.KeplerOrbit(398600.4418, 7000.0, 0.05, 0.3, 0.1, 0.0)
+    orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.05, inclination=0.3, node=0.1)
     labels = {"reference_frame": "ICRF", "origin": "EARTH", "calendar": CALENDAR}
-    fitted = pt.Ephemeris.fit(orbit.mu, lambda t: np.stack(list(orbit.position_at(t)), -1), 0, 600, **labels)
+    fitted = pt.Ephemeris.from_function(
+        orbit.mu, position=lambda t: np.stack(list(orbit.position_at(t)), -1), start=0, stop=600, **labels
+    )
     body = pt.Body((4.0, 5.0, 6.0))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
     motion = pt.propagate(pt.System(body, pt.GravityGradient(fitted), Push(0.1)), start, [0.0, 1.0, 5.0])

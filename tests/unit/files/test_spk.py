@@ -8,7 +8,9 @@ import spiceypy as spice
 
 import poinsot as pt
 
-ORBIT = pt.KeplerOrbit(398600.4418, 9000.0, 0.1, 1.0, 0.3, 0.2)
+ORBIT = pt.KeplerOrbit(
+    398600.4418, semimajor_axis=9000.0, eccentricity=0.1, inclination=1.0, node=0.3, argument_of_periapsis=0.2
+)
 BEGIN = 86400.0 * 3
 DAY = 86400.0
 PROBE = -999

@@ -167,7 +167,7 @@ def test_a_body_in_that_orbit():
     spoken = pt.propagate(pt.System(body, pt.GravityGradient(orbit)), start, [f"{date} UTC" for date in dates.isot])
     np.testing.assert_allclose(spoken.times, motion.times, atol=6e-4)
     still = pt.KeplerOrbit.from_vectors(
-        398600.8, place(orbit, 0)[0], np.stack(orbit.velocity_at(np.array([0.0])), axis=-1)[0]
+        398600.8, position=place(orbit, 0)[0], velocity=np.stack(orbit.velocity_at(np.array([0.0])), axis=-1)[0]
     )
     near = pt.propagate(pt.System(body, pt.GravityGradient(still)), start, np.linspace(0, 6000, 5))
     np.testing.assert_allclose(motion.omega_body, near.omega_body, atol=2e-5)

@@ -11,9 +11,13 @@ import poinsot as pt
 
 TURN = Rotation.from_rotvec([0.7, -0.2, 1.1])
 OMEGA = (0.1, 0.3, -0.2)
-POINT = pt.FixedPoint((0.9, -1.2, 1.7), 1.3)
-ELLIPSE = pt.KeplerOrbit(1.1, 3.0, 0.3, 0.7, -0.4, 1.9, 0.3)
-CIRCLE = pt.KeplerOrbit(1.1, 3.0, 0.0, 0.7, -0.4, 1.9, 0.3)
+POINT = pt.FixedPosition(1.3, position=(0.9, -1.2, 1.7))
+ELLIPSE = pt.KeplerOrbit(
+    1.1, semimajor_axis=3.0, eccentricity=0.3, inclination=0.7, node=-0.4, argument_of_periapsis=1.9, true_anomaly=0.3
+)
+CIRCLE = pt.KeplerOrbit(
+    1.1, semimajor_axis=3.0, eccentricity=0.0, inclination=0.7, node=-0.4, argument_of_periapsis=1.9, true_anomaly=0.3
+)
 SECOND = {"C20": -0.1, "C22": 0.03, "C21": 0.01, "S21": -0.02, "S22": 0.015}
 BODY = pt.Body.from_stokes(**SECOND, polar_moment_factor=0.4, mass=2.0, radius=0.8)
 
@@ -94,7 +98,7 @@ def test_an_ellipsoid_has_the_field_of_its_coefficients():
     body, field_of_it = pt.Body.ellipsoid(2.0, (a, b, c)), pt.GravityField(4, 2.0, R, C, S)
 
     def rest(distance):
-        orbit = pt.FixedPoint(distance * np.array([0.36, -0.48, 0.8]), 1.3)
+        orbit = pt.FixedPosition(1.3, position=distance * np.array([0.36, -0.48, 0.8]))
         forces = pt.EllipsoidGravity(orbit, 2.0, (a, b, c)), pt.HarmonicGravity(orbit, field_of_it)
         whole, series = (pt.System(body, force).torque_body(still(body)) for force in forces)
         return np.linalg.norm(whole - series) / np.linalg.norm(whole)
@@ -105,7 +109,10 @@ def test_an_ellipsoid_has_the_field_of_its_coefficients():
 
 def test_small_oscillations_are_those_of_the_series():
     """They are second derivatives of the energy."""
-    semiaxes, orbit = (1.0, 0.7, 0.5), pt.KeplerOrbit(1.0, 3.0, 0.0, 0.4, 1.1, 0.0)
+    semiaxes, orbit = (
+        (1.0, 0.7, 0.5),
+        pt.KeplerOrbit(1.0, semimajor_axis=3.0, eccentricity=0.0, inclination=0.4, node=1.1),
+    )
     body, field_of_it = pt.Body.ellipsoid(2.0, semiaxes), pt.Ellipsoid(semiaxes, mass=2.0).field(20)
     forces = (
         pt.EllipsoidGravity(orbit, 2.0, semiaxes),
@@ -262,7 +269,7 @@ def test_a_result_tells_when_the_attractor_was_inside_the_sphere():
 def test_one_of_several_attractors_is_enough():
     times = np.linspace(0, ELLIPSE.period, 11)
     states = pt.State(np.tile([1.0, 0, 0, 0], (11, 1)), np.zeros((11, 4)), times)
-    far = pt.HarmonicGravity(pt.FixedPoint((9.0, 0, 0), 1.0), field(extent=2.5))
+    far = pt.HarmonicGravity(pt.FixedPosition(1.0, position=(9.0, 0, 0)), field(extent=2.5))
     with pytest.warns(UserWarning, match="the series does not converge"):
         here = pt.HarmonicGravity(ELLIPSE, field(extent=2.5))
     alone = pt.System(BODY, here).validity(states)["inside_sphere"]
@@ -290,7 +297,7 @@ def test_an_attractor_inside_an_ellipsoid_is_told_before_and_after():
         "EllipsoidGravity: the periapsis is 0.4 below the end of the longest semiaxis (distance 1, radius 1.4); inside "
         "the ellipsoid the field outside is continued inwards."
     )
-    low = pt.EscapeOrbit(1.3, 1.0, 1.2, 0.0, 0.0, 0.0)
+    low = pt.EscapeOrbit(1.3, periapsis_distance=1.0, eccentricity=1.2)
     with pytest.warns(UserWarning, match=f"^{re.escape(sentence)}$"):
         force = pt.EllipsoidGravity(low, 2.0, semiaxes)
     times = np.array([-5.0, 0.0, 5.0])
@@ -301,4 +308,4 @@ def test_an_attractor_inside_an_ellipsoid_is_told_before_and_after():
 def test_an_attractor_above_the_ellipsoid_is_told_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        pt.EllipsoidGravity(pt.EscapeOrbit(1.3, 1.5, 1.2, 0.0, 0.0, 0.0), 2.0, (1.4, 1.3, 0.7))
+        pt.EllipsoidGravity(pt.EscapeOrbit(1.3, periapsis_distance=1.5, eccentricity=1.2), 2.0, (1.4, 1.3, 0.7))

@@ -66,7 +66,7 @@ def test_a_small_swing_has_the_period_of_a_pendulum():
 # ---------------------------------------------------------------------- gradient
 
 POSITION = np.array([3.0, -4.0, 12.0])
-POINT = pt.FixedPoint(POSITION, 7.0)
+POINT = pt.FixedPosition(7.0, position=POSITION)
 
 
 @pytest.mark.parametrize(("body", "tensor"), [(BODY, np.diag([1.25, 1.0, 0.75])), (OBLIQUE, TENSOR)])
@@ -96,7 +96,7 @@ def test_gravity_gradient_is_the_attraction_of_far_point_masses():
     def attraction(turn):
         return -7.0 * np.sum(masses / np.linalg.norm(R + turn.apply(points), axis=-1))
 
-    force, other = pt.GravityGradient(pt.FixedPoint(R, 7.0)), Rotation.from_rotvec([-1.0, 0.4, 0.3])
+    force, other = pt.GravityGradient(pt.FixedPosition(7.0, position=R)), Rotation.from_rotvec([-1.0, 0.4, 0.3])
     difference = energy(body, force, TURN) - energy(body, force, other)
     assert difference == pytest.approx(attraction(TURN) - attraction(other), rel=1e-3)
     assert abs(difference) > 1e-6
@@ -165,7 +165,7 @@ def test_members_with_their_own_flattening_and_pole():
         assert np.allclose(together.quaternion[i], alone.quaternion, rtol=0, atol=1e-13)
 
 
-CIRCLE = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, 0.0)
+CIRCLE = pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.0, inclination=0.4, node=1.1)
 
 
 @pytest.mark.parametrize(
@@ -205,9 +205,11 @@ def test_what_is_no_oblate_attractor(wrong, sentence):
 
 # ---------------------------------------------------------------------- of several attractors
 
-ELLIPSE = pt.KeplerOrbit(1.1, 1.3, 0.3, 0.7, -0.4, 1.9, 0.3)
+ELLIPSE = pt.KeplerOrbit(
+    1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, argument_of_periapsis=1.9, true_anomaly=0.3
+)
 SEVERAL = {
-    "two at rest": [pt.GravityGradient(POINT), pt.GravityGradient(pt.FixedPoint((0, 5.0, 0), 3.0))],
+    "two at rest": [pt.GravityGradient(POINT), pt.GravityGradient(pt.FixedPosition(3.0, position=(0, 5.0, 0)))],
     "an orbit and a point": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(POINT)],
     "two orbits": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(CIRCLE)],
     "an oblate one and two others": [
@@ -233,7 +235,8 @@ def test_attractors_add(body, forces):
 
 def test_an_attractor_in_two_halves_is_one():
     halves, whole = (
-        [pt.GravityGradient(pt.FixedPoint(POSITION, mu)) for mu in masses] for masses in ((3.5, 3.5), (7.0,))
+        [pt.GravityGradient(pt.FixedPosition(mu, position=POSITION)) for mu in masses]
+        for masses in ((3.5, 3.5), (7.0,))
     )
     start = BODY.state(TURN, omega_body=(0.1, 0.3, -0.2))
     two, one = (pt.propagate(pt.System(BODY, *forces), start, [0.0, 50.0]) for forces in (halves, whole))
@@ -242,12 +245,14 @@ def test_an_attractor_in_two_halves_is_one():
 
 def circle(semimajor_axis, mu, **others):
     return pt.GravityGradient(
-        pt.KeplerOrbit(mu, semimajor_axis, 0.0, 0.4, 1.1, 0.0, **others)  # n^2 = mu / a^3, normal of CIRCLE
+        pt.KeplerOrbit(
+            mu, semimajor_axis=semimajor_axis, eccentricity=0.0, inclination=0.4, node=1.1, **others
+        )  # n^2 = mu / a^3, normal of CIRCLE
     )
 
 
 def at_rest(position):
-    return pt.GravityGradient(pt.FixedPoint(position, 0.8))
+    return pt.GravityGradient(pt.FixedPosition(0.8, position=position))
 
 
 INTEGRALS = {

@@ -156,7 +156,10 @@ def test_the_moon_by_its_ratios_and_by_its_field():
 
 
 def test_the_polar_moment_changes_nothing_of_what_gravity_does():
-    rates, orbit = {"attitude": TURN, "omega_body": (0.3, -0.2, 0.9)}, pt.KeplerOrbit(1.0, 1.0, 0.1, 0.3, 0, 0)
+    rates, orbit = (
+        {"attitude": TURN, "omega_body": (0.3, -0.2, 0.9)},
+        pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1, inclination=0.3),
+    )
     bodies = [pt.Body.from_ratios(alpha=0.3, gamma=0.2, polar_moment=polar) for polar in (1.0, 7.0)]
     one, other = (
         pt.propagate(pt.System(body, pt.GravityGradient(orbit)), body.state(**rates), [0.0, 10.0]) for body in bodies

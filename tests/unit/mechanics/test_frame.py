@@ -10,10 +10,21 @@ from poinsot.mechanics.attitude import rotation_matrix
 OMEGA = np.array([0.3, -0.2, 0.5])
 START = Rotation.from_rotvec([0.2, 0.1, -0.4])
 ORBITS = {
-    "ellipse": pt.KeplerOrbit(2.0, 1.5, 0.6, 0.4, 1.1, -0.7, 2.0, 0.25),
-    "circle": pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, 0.0),
-    "equatorial": pt.KeplerOrbit(2.0, 1.5, 0.3, 0.0, 0.0, 0.5),
-    "retrograde": pt.KeplerOrbit(2.0, 1.5, 0.3, 3.0, 0.2, 0.5),
+    "ellipse": pt.KeplerOrbit(
+        2.0,
+        semimajor_axis=1.5,
+        eccentricity=0.6,
+        inclination=0.4,
+        node=1.1,
+        argument_of_periapsis=-0.7,
+        true_anomaly=2.0,
+        epoch=0.25,
+    ),
+    "circle": pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.0, inclination=0.4, node=1.1),
+    "equatorial": pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.3, argument_of_periapsis=0.5),
+    "retrograde": pt.KeplerOrbit(
+        2.0, semimajor_axis=1.5, eccentricity=0.3, inclination=3.0, node=0.2, argument_of_periapsis=0.5
+    ),
 }
 FRAMES = {
     "rotating": pt.RotatingFrame(START, OMEGA, epoch=0.5),

@@ -9,10 +9,10 @@ from poinsot import functions
 
 TRIAXIAL, SYMMETRIC, SPHERE = pt.Body((1.25, 1.0, 0.75)), pt.Body((1.0, 1.0, 0.7)), pt.Body((1.0, 1.0, 1.0))
 SPACE = ["angular_momentum_space_1", "angular_momentum_space_2", "angular_momentum_space_3"]
-CIRCLE = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, 0.0)
-ELLIPSE = pt.KeplerOrbit(2.0, 1.5, 0.3, 0.4, 1.1, 0.0)
-POLE = pt.FixedPoint((0, 0, 2.0), 1.0)
-ASIDE = pt.FixedPoint((1.0, 2.0, 2.0), 1.0)
+CIRCLE = pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.0, inclination=0.4, node=1.1)
+ELLIPSE = pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.3, inclination=0.4, node=1.1)
+POLE = pt.FixedPosition(1.0, position=(0, 0, 2.0))
+ASIDE = pt.FixedPosition(1.0, position=(1.0, 2.0, 2.0))
 UP = pt.UniformGravity(0.5, (0, 0, 1))
 
 CASES = {

@@ -108,8 +108,8 @@ def test_structure_tells_forces_and_integers_apart(body):
         pt.System(body, Choice(1, 1.0)),
         pt.System(body, Choice(2, 1.0)),
         pt.System(body, Choice(1, 1.0), pt.LinearDamping(0.1)),
-        pt.System(body, pt.GravityGradient(pt.FixedPoint((1, 0, 0), 1.0))),
-        pt.System(body, pt.GravityGradient(pt.KeplerOrbit(1, 1, 0, 0, 0, 0))),
+        pt.System(body, pt.GravityGradient(pt.FixedPosition(1.0, position=(1, 0, 0)))),
+        pt.System(body, pt.GravityGradient(pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0))),
         pt.System(pt.Body.from_inertia([[2, 0.1, 0], [0.1, 2, 0], [0, 0, 2]])),
     ]
     assert len({system.structure for system in systems}) == len(systems)

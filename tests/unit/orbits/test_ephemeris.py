@@ -6,7 +6,15 @@ import pytest
 import poinsot as pt
 from poinsot.engine import kernels
 
-KEPLER = pt.KeplerOrbit(398600.4418, 7000.0, 0.1, 0.9, 0.3, 0.5, 0.2)
+KEPLER = pt.KeplerOrbit(
+    398600.4418,
+    semimajor_axis=7000.0,
+    eccentricity=0.1,
+    inclination=0.9,
+    node=0.3,
+    argument_of_periapsis=0.5,
+    true_anomaly=0.2,
+)
 T = KEPLER.period
 BODY = pt.Body((400.0, 500.0, 600.0))
 ROUNDING = 4 * np.spacing(6 * T) * 8.3  # of a time, in kilometres of the way: 2.4e-10
@@ -22,12 +30,12 @@ def speed(times):
 
 
 def table(rows):
-    return pt.Ephemeris.from_table(KEPLER.mu, rows, place(rows), speed(rows))
+    return pt.Ephemeris.from_table(KEPLER.mu, times=rows, positions=place(rows), velocities=speed(rows))
 
 
 @pytest.fixture(scope="module")
 def fitted():
-    return pt.Ephemeris.fit(KEPLER.mu, place, -T, 6 * T)
+    return pt.Ephemeris.from_function(KEPLER.mu, position=place, start=-T, stop=6 * T)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +65,7 @@ def test_a_fit_is_right_to_its_tolerance_and_says_its_error(fitted):
 
 
 def test_a_looser_fit_has_fewer_pieces(fitted):
-    loose = pt.Ephemeris.fit(KEPLER.mu, place, -T, 6 * T, tolerance=1e-6)
+    loose = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=-T, stop=6 * T, tolerance=1e-6)
     assert len(loose.knots) < 0.4 * len(fitted.knots)
     position, _ = apart(loose)
     assert loose.error / 3 < position < 3 * loose.error < 3e-6 * 7700
@@ -80,7 +88,9 @@ def test_a_table_keeps_its_rows(tabulated):
 
 def test_the_noise_of_a_table_is_its_error(rng):
     rows = np.linspace(-T, 6 * T, 701)
-    noisy = pt.Ephemeris.from_table(KEPLER.mu, rows, place(rows) + 1e-3 * rng.normal(size=(701, 3)), speed(rows))
+    noisy = pt.Ephemeris.from_table(
+        KEPLER.mu, times=rows, positions=place(rows) + 1e-3 * rng.normal(size=(701, 3)), velocities=speed(rows)
+    )
     assert 2e-4 < noisy.error < 1e-1  # 20 times the difference of two orders: nothing converges
 
 
@@ -95,7 +105,7 @@ def test_a_kink_is_found_between_two_knots():
     def bent(times):
         return np.stack([10 + np.abs(times - 1 / 3), 0 * times, 0 * times], axis=-1)
 
-    ephemeris = pt.Ephemeris.fit(1.0, bent, 0.0, 1.0)
+    ephemeris = pt.Ephemeris.from_function(1.0, position=bent, start=0.0, stop=1.0)
     assert np.min(np.abs(ephemeris.knots - 1 / 3)) < 1e-8
     x, _, _ = ephemeris.position_at(np.array([0.2, 1 / 3, 0.9]))
     assert np.max(np.abs(x - [10 + 2 / 15, 10, 10 + 17 / 30])) < 4 * ephemeris.error < 8e-9
@@ -121,9 +131,13 @@ def test_its_frame_is_that_of_the_orbit(fitted):
 
 def test_the_frame_of_a_plane_that_turns():
     n, node = 1.0, 0.13
-    ellipse = pt.KeplerOrbit(1.0, 1.0, 0.2, 0.7, 0.3, 0.5)
+    ellipse = pt.KeplerOrbit(
+        1.0, semimajor_axis=1.0, eccentricity=0.2, inclination=0.7, node=0.3, argument_of_periapsis=0.5
+    )
     orbit = pt.PrecessingOrbit(ellipse, node_rate=node)
-    found = pt.Ephemeris.fit(1.0, lambda t: np.stack(list(orbit.position_at(t)), axis=-1), 0, 20)
+    found = pt.Ephemeris.from_function(
+        1.0, position=lambda t: np.stack(list(orbit.position_at(t)), axis=-1), start=0, stop=20
+    )
     h, times = 1e-5, np.linspace(1, 19, 40) / n
     ahead, behind = found.frame.attitude(times + h), found.frame.attitude(times - h)
     turned = (ahead * behind.inv()).as_rotvec() / (2 * h)
@@ -193,7 +207,8 @@ def test_it_says_what_it_is(fitted):
 
 def test_orbits_along_different_axes_do_not_meet(fitted):
     named = [
-        pt.Ephemeris.fit(1.0, place, 0, T, tolerance=1e-6, reference_frame=name) for name in ("ICRF", "TEME", "ICRF")
+        pt.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-6, reference_frame=name)
+        for name in ("ICRF", "TEME", "ICRF")
     ]
     with pytest.raises(ValueError, match="the orbits of a system must have one reference frame, got ICRF and TEME"):
         pt.System(BODY, *map(pt.GravityGradient, named[:2]))
@@ -203,9 +218,20 @@ def test_orbits_along_different_axes_do_not_meet(fitted):
 @pytest.mark.parametrize("scale", [1.0, 1e-5, 1e5], ids=["s", "days", "ten microseconds"])
 def test_the_unit_of_time_costs_no_digit(scale):
     """The engine's step control looks at the events of knots too."""
-    slow = pt.KeplerOrbit(398600.4418 * scale**2, 400000.0, 0.05, 0.3, 0.1, 0.2)
-    few = pt.Ephemeris.fit(
-        slow.mu, lambda t: np.stack(list(slow.position_at(t)), axis=-1), -1e6 / scale, 2e6 / scale, tolerance=1e-13
+    slow = pt.KeplerOrbit(
+        398600.4418 * scale**2,
+        semimajor_axis=400000.0,
+        eccentricity=0.05,
+        inclination=0.3,
+        node=0.1,
+        argument_of_periapsis=0.2,
+    )
+    few = pt.Ephemeris.from_function(
+        slow.mu,
+        position=lambda t: np.stack(list(slow.position_at(t)), axis=-1),
+        start=-1e6 / scale,
+        stop=2e6 / scale,
+        tolerance=1e-13,
     )
     body = pt.Body((1.0, 2.0, 3.0))
     start = body.state((0.5, 0.5, 0.5, 0.5), omega_body=np.array([0.05, 0.03, 0.1]) * scale)
@@ -219,15 +245,17 @@ def test_the_unit_of_time_costs_no_digit(scale):
 
 def test_an_orbit_below_the_surface_warns():
     with pytest.warns(UserWarning, match=r"Ephemeris: the periapsis is 7[78].\d* below the surface \(distance 6300"):
-        low = pt.Ephemeris.fit(KEPLER.mu, place, 0, T, radius=6378.137)
+        low = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T, radius=6378.137)
     assert low.periapsis_distance == pytest.approx(6300, rel=1e-4)
-    assert pt.Ephemeris.fit(KEPLER.mu, place, 0, T, radius=6200.0).radius == 6200.0
+    assert pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T, radius=6200.0).radius == 6200.0
     with pytest.warns(UserWarning, match=r"Oblateness: the periapsis is 78."):
-        pt.Oblateness(pt.Ephemeris.fit(KEPLER.mu, place, 0, T), 1e-3, 6378.137, (0, 0, 1))
+        pt.Oblateness(pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T), 1e-3, 6378.137, (0, 0, 1))
 
 
 def test_members_of_mu_are_shown():
-    assert repr(pt.Ephemeris.fit([1.0, 2.0], place, 0, T)).startswith("Ephemeris(mu=[1.0, 2.0], ")
+    assert repr(pt.Ephemeris.from_function([1.0, 2.0], position=place, start=0, stop=T)).startswith(
+        "Ephemeris(mu=[1.0, 2.0], "
+    )
 
 
 def test_steps_may_change_along_a_table():
@@ -242,7 +270,9 @@ BAD = {
         r"no gaps, but 660 lie between times\[49\]",
     ),
     "units": (
-        lambda _: pt.Ephemeris.from_table(1, rows := np.arange(0, 600, 60.0), place(rows), 1e3 * speed(rows)),
+        lambda _: pt.Ephemeris.from_table(
+            1, times=(rows := np.arange(0, 600, 60.0)), positions=place(rows), velocities=1e3 * speed(rows)
+        ),
         r"positions and velocities must be of one smooth motion, but from row to row they miss each other by .* units",
     ),
     "too coarse": (lambda _: table(np.linspace(0, 10 * T, 9)), r"must be of one smooth motion, .* rows near enough"),
@@ -283,22 +313,37 @@ BAD = {
     ),
     "gap at the end": (lambda _: table(np.array([0, 60, 120, 900.0])), r"no gaps, but 780 lie between times\[2\]"),
     "one row": (lambda _: table(np.array([0.0])), r"times must be two or more, got 1"),
-    "shape": (lambda _: pt.Ephemeris.from_table(1, [0, 1], [[0, 0]], [[0, 0]]), r"positions must have shape \(2, 3\)"),
-    "order": (lambda _: pt.Ephemeris.fit(1, place, 1, 0), r"stop must be after start, got start = 1 and stop = 0"),
-    "function": (lambda _: pt.Ephemeris.fit(1, lambda t: t, 0, 1), r"position\(times\) must have shape \(23, 3\)"),
-    "mu": (lambda _: pt.Ephemeris.fit(0, place, 0, 1), r"mu must be positive"),
-    "too long": (lambda _: pt.Ephemeris.fit(1, place, 0, 1e6 * T), r"so near that 200000 polynomials suffice"),
+    "shape": (
+        lambda _: pt.Ephemeris.from_table(1, times=[0, 1], positions=[[0, 0]], velocities=[[0, 0]]),
+        r"positions must have shape \(2, 3\)",
+    ),
+    "order": (
+        lambda _: pt.Ephemeris.from_function(1, position=place, start=1, stop=0),
+        r"stop must be after start, got start = 1 and stop = 0",
+    ),
+    "function": (
+        lambda _: pt.Ephemeris.from_function(1, position=lambda t: t, start=0, stop=1),
+        r"position\(times\) must have shape \(23, 3\)",
+    ),
+    "mu": (lambda _: pt.Ephemeris.from_function(0, position=place, start=0, stop=1), r"mu must be positive"),
+    "too long": (
+        lambda _: pt.Ephemeris.from_function(1, position=place, start=0, stop=1e6 * T),
+        r"so near that 200000 polynomials suffice",
+    ),
 }
 
 
 @pytest.mark.parametrize("labels", [{"calendar": "2000-01-01"}, {"reference_frame": 3}, {"origin": ""}], ids=str)
 def test_labels_are_checked(labels):
     with pytest.raises(TypeError, match=rf"^{next(iter(labels))} must be a "):
-        pt.Ephemeris.fit(1.0, place, 0, T, tolerance=1e-3, **labels)
+        pt.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-3, **labels)
 
 
 def test_names_of_one_frame_are_one():
-    named = [pt.Ephemeris.fit(1.0, place, 0, T, tolerance=1e-3, reference_frame=x) for x in ("icrf", "GCRF", "EME2000")]
+    named = [
+        pt.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-3, reference_frame=x)
+        for x in ("icrf", "GCRF", "EME2000")
+    ]
     assert pt.System(BODY, *map(pt.GravityGradient, named)).forces[0].orbit.reference_frame == "ICRF"
 
 
@@ -315,7 +360,7 @@ def test_a_spike_is_found():
     def spike(times):
         return np.stack([10 + np.exp(-(((times - 0.123456) / 1e-4) ** 2)), 0 * times + 1, 0 * times], axis=-1)
 
-    ephemeris = pt.Ephemeris.fit(1.0, spike, -1.0, 1.0)
+    ephemeris = pt.Ephemeris.from_function(1.0, position=spike, start=-1.0, stop=1.0)
     times = np.linspace(0.122, 0.125, 3001)
     true = np.max(np.abs(np.stack(list(ephemeris.position_at(times)), axis=-1) - spike(times)))
     assert true < ephemeris.error < 1e-10
@@ -327,11 +372,19 @@ def test_the_error_of_a_table_is_a_bound(seed):
     random = np.random.default_rng(seed)
     judged = 0
     for _ in range(12):
-        orbit = pt.KeplerOrbit(KEPLER.mu, 2e4, random.uniform(0, 0.7), 0.5, 0.3, 0.7, random.uniform(-3, 3))
+        orbit = pt.KeplerOrbit(
+            KEPLER.mu,
+            semimajor_axis=2e4,
+            eccentricity=random.uniform(0, 0.7),
+            inclination=0.5,
+            node=0.3,
+            argument_of_periapsis=0.7,
+            true_anomaly=random.uniform(-3, 3),
+        )
         rows = np.linspace(0, random.uniform(0.6, 3) * orbit.period, random.integers(7, 90))
-        at = [np.stack(list(part(rows)), axis=-1) for part in (orbit.position_at, orbit.velocity_at)]
+        r, v = (np.stack(list(part(rows)), axis=-1) for part in (orbit.position_at, orbit.velocity_at))
         try:
-            ephemeris = pt.Ephemeris.from_table(orbit.mu, rows, *at)
+            ephemeris = pt.Ephemeris.from_table(orbit.mu, times=rows, positions=r, velocities=v)
         except ValueError:
             continue  # too coarse to be read at all
         times = np.linspace(rows[0], rows[-1], 4001)
@@ -355,8 +408,8 @@ def test_every_precision_takes_a_table(fitted):
 
 
 def test_teme_goes_with_no_axes_without_a_name():
-    teme = pt.Ephemeris.fit(KEPLER.mu, place, 0.0, T, reference_frame="TEME")
-    icrf = pt.Ephemeris.fit(KEPLER.mu, place, 0.0, T, reference_frame="ICRF")
+    teme = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0.0, stop=T, reference_frame="TEME")
+    icrf = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0.0, stop=T, reference_frame="ICRF")
     body = pt.Body((1.0, 1.2, 1.5))
     pt.System(body, pt.GravityGradient(icrf), pt.GravityGradient(KEPLER))
     with pytest.raises(ValueError, match=r"one reference frame, got TEME and space axes\. Give reference_frame="):

@@ -14,7 +14,19 @@ from poinsot.orbits.escape import EscapeOrbit
 EPS = np.finfo(float).eps
 MU, Q, EPOCH = 2.0, 0.8, 0.25
 SHAPES = {"parabola": 1.0, "nearly": 1 + 1e-12, "bent": 1.01, "hyperbola": 1.6, "straight": 40.0}
-ORBITS = {name: EscapeOrbit(MU, Q, e, 0.4, 1.1, -0.7, 0.6, EPOCH) for name, e in SHAPES.items()}
+ORBITS = {
+    name: EscapeOrbit(
+        MU,
+        periapsis_distance=Q,
+        eccentricity=e,
+        inclination=0.4,
+        node=1.1,
+        argument_of_periapsis=-0.7,
+        time_since_periapsis=0.6,
+        epoch=EPOCH,
+    )
+    for name, e in SHAPES.items()
+}
 TIMES = EPOCH - 0.6 + np.array([-50.0, -3.0, -1e-6, 0.0, 0.2, 1.0, 9.0])
 each = pytest.mark.parametrize("name", ORBITS)
 
@@ -97,9 +109,29 @@ def test_times_of_any_shape(name):
 
 def test_members_have_their_own_eccentricity():
     e = np.array([1.0, 1.3, 5.0])
-    x = np.stack(EscapeOrbit(MU, Q, e, 0.4, 1.1, -0.7, 0.6, EPOCH).position_at(np.full(3, 2.0)))
+    x = np.stack(
+        EscapeOrbit(
+            MU,
+            periapsis_distance=Q,
+            eccentricity=e,
+            inclination=0.4,
+            node=1.1,
+            argument_of_periapsis=-0.7,
+            time_since_periapsis=0.6,
+            epoch=EPOCH,
+        ).position_at(np.full(3, 2.0))
+    )
     for i in range(3):
-        alone = EscapeOrbit(MU, Q, e[i], 0.4, 1.1, -0.7, 0.6, EPOCH).position_at(2.0)
+        alone = EscapeOrbit(
+            MU,
+            periapsis_distance=Q,
+            eccentricity=e[i],
+            inclination=0.4,
+            node=1.1,
+            argument_of_periapsis=-0.7,
+            time_since_periapsis=0.6,
+            epoch=EPOCH,
+        ).position_at(2.0)
         assert np.allclose(x[:, i], list(alone), rtol=0, atol=1e-14)
 
 
@@ -157,7 +189,15 @@ class Wind(pt.Torque):
 def systems(name):
     orbit = ORBITS[name]
     ellipse, other = (
-        pt.KeplerOrbit(MU, 3.0, 0.3, 0.5, 0.3, 0.2, 1.0),
+        pt.KeplerOrbit(
+            MU,
+            semimajor_axis=3.0,
+            eccentricity=0.3,
+            inclination=0.5,
+            node=0.3,
+            argument_of_periapsis=0.2,
+            true_anomaly=1.0,
+        ),
         ORBITS["hyperbola" if name != "hyperbola" else "bent"],
     )
     gradient = pt.GravityGradient(orbit)
@@ -206,7 +246,16 @@ def test_members_along_hyperbolas_of_their_own():
     e = np.array([1.0, 1.2, 3.0])
 
     def system(i):
-        orbit = EscapeOrbit(MU, Q, e[i], 0.4, 1.1, -0.7, 0.6, EPOCH)
+        orbit = EscapeOrbit(
+            MU,
+            periapsis_distance=Q,
+            eccentricity=e[i],
+            inclination=0.4,
+            node=1.1,
+            argument_of_periapsis=-0.7,
+            time_since_periapsis=0.6,
+            epoch=EPOCH,
+        )
         return [
             pt.System(BODY, pt.GravityGradient(orbit)),
             pt.System(BODY, pt.GravityGradient(orbit), pt.UniformGravity(0.3, (1, 0, 0))),
@@ -230,7 +279,7 @@ def test_other_numbers_use_the_same_kernel_also_across_the_parabola(monkeypatch)
 
 
 def test_a_flyby_conserves_the_energy_once_it_is_over():
-    far = EscapeOrbit(MU, Q, 1.6, 0.4, 1.1, -0.7)
+    far = EscapeOrbit(MU, periapsis_distance=Q, eccentricity=1.6, inclination=0.4, node=1.1, argument_of_periapsis=-0.7)
     system = pt.System(BODY, pt.GravityGradient(far))
     start = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3), time=-1e4)
     energy = pt.propagate(system, start, [-1e4, -9e3, 0.0, 9e3, 1e4]).kinetic_energy
@@ -241,7 +290,16 @@ def test_a_flyby_conserves_the_energy_once_it_is_over():
 
 def test_a_distant_epoch_does_not_hide_the_passage():
     """Formulas are tried near the periapsis: elsewhere the pull vanishes beside anything else."""
-    orbit = EscapeOrbit(MU, Q, 1.6, 0.4, 1.1, -0.7, 0.0, 1e12)
+    orbit = EscapeOrbit(
+        MU,
+        periapsis_distance=Q,
+        eccentricity=1.6,
+        inclination=0.4,
+        node=1.1,
+        argument_of_periapsis=-0.7,
+        time_since_periapsis=0.0,
+        epoch=1e12,
+    )
     system = pt.System(BODY, pt.GravityGradient(orbit), pt.UniformGravity(0.3, (1, 0, 0)))
     assert system.integrals == ()
     alone = pt.System(BODY, pt.GravityGradient(orbit))

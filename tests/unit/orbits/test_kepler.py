@@ -7,6 +7,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from in_order import in_order
 
 MU, A = 2.0, 1.5
 ELEMENTS = {
@@ -21,7 +22,7 @@ ELEMENTS = {
     "at_apoapsis": (0.3, 0.4, 1.1, -0.7, np.pi),
 }
 EPOCH = 0.25
-ORBITS = {name: pt.KeplerOrbit(MU, A, *elements, EPOCH) for name, elements in ELEMENTS.items()}
+ORBITS = {name: in_order(pt.KeplerOrbit, MU, A, *elements, EPOCH) for name, elements in ELEMENTS.items()}
 PERIOD = 2 * np.pi * np.sqrt(A**3 / MU)
 TIMES = EPOCH + PERIOD * np.array([-2.6, -0.5, -1e-9, 0.0, 0.1, 0.5, 0.75, 1.0, 13.3])
 
@@ -79,7 +80,9 @@ def test_true_anomaly_is_the_one_at_the_epoch(name):
 
 
 def test_distance_of_the_apses():
-    orbit = pt.KeplerOrbit(MU, A, 0.3, 0.4, 1.1, -0.7)
+    orbit = pt.KeplerOrbit(
+        MU, semimajor_axis=A, eccentricity=0.3, inclination=0.4, node=1.1, argument_of_periapsis=-0.7
+    )
     assert np.linalg.norm(array(orbit.position_at(0.0))) == pytest.approx(A * 0.7, rel=1e-14)
     assert np.linalg.norm(array(orbit.position_at(PERIOD / 2))) == pytest.approx(A * 1.3, rel=1e-14)
 
@@ -119,7 +122,10 @@ def test_uniform_rotation_of_a_circle_alone():
 
 
 def test_anomaly_and_epoch_are_zero_by_default():
-    r, v = (array(getattr(pt.KeplerOrbit(MU, A, 0.3, 0, 0, 0), name)(0.0)) for name in ("position_at", "velocity_at"))
+    r, v = (
+        array(getattr(pt.KeplerOrbit(MU, semimajor_axis=A, eccentricity=0.3), name)(0.0))
+        for name in ("position_at", "velocity_at")
+    )
     assert np.allclose(r, [0.7 * A, 0, 0], atol=1e-15)
     assert np.allclose(v, [0, np.sqrt(MU / A * 1.3 / 0.7), 0], atol=1e-15)
 
@@ -131,7 +137,9 @@ def test_anomaly_and_epoch_are_zero_by_default():
 def test_from_vectors_gives_the_same_motion(name):
     orbit = ORBITS[name]
     epoch = 1.75
-    other = pt.KeplerOrbit.from_vectors(MU, array(orbit.position_at(epoch)), array(orbit.velocity_at(epoch)), epoch)
+    other = pt.KeplerOrbit.from_vectors(
+        MU, position=array(orbit.position_at(epoch)), velocity=array(orbit.velocity_at(epoch)), epoch=epoch
+    )
     stretch = 1 / (1 - ELEMENTS[name][0])
     for time in epoch + np.array([0.0, -1.0, 0.3, 4.0]):
         assert np.allclose(
@@ -143,7 +151,9 @@ def test_from_vectors_gives_the_same_motion(name):
 @pytest.mark.parametrize("name", ["ellipse", "slender", "polar", "retrograde", "at_apoapsis"])
 def test_from_vectors_gives_the_elements_back(name):
     orbit = ORBITS[name]
-    other = pt.KeplerOrbit.from_vectors(MU, array(orbit.position_at(EPOCH)), array(orbit.velocity_at(EPOCH)), EPOCH)
+    other = pt.KeplerOrbit.from_vectors(
+        MU, position=array(orbit.position_at(EPOCH)), velocity=array(orbit.velocity_at(EPOCH)), epoch=EPOCH
+    )
     stretch = 1 / (1 - ELEMENTS[name][0])
     assert other.semimajor_axis == pytest.approx(A, rel=1e-14 * stretch)
     assert other.eccentricity == pytest.approx(ELEMENTS[name][0], abs=1e-14 * stretch)
@@ -154,7 +164,7 @@ def test_from_vectors_gives_the_elements_back(name):
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_from_vectors_of_an_exact_circle_in_the_equator(direction):
-    orbit = pt.KeplerOrbit.from_vectors(1.0, (1, 0, 0), (0, direction, 0))
+    orbit = pt.KeplerOrbit.from_vectors(1.0, position=(1, 0, 0), velocity=(0, direction, 0))
     assert orbit.eccentricity == 0
     assert (orbit.node, orbit.argument_of_periapsis) == (0, 0)
     assert orbit.inclination == (0 if direction == 1 else np.pi)
@@ -163,7 +173,7 @@ def test_from_vectors_of_an_exact_circle_in_the_equator(direction):
 
 
 def test_from_vectors_of_an_inclined_circle_has_its_periapsis_at_the_node():
-    orbit = pt.KeplerOrbit.from_vectors(1.0, (0, 1, 0), (-0.6, 0, 0.8))
+    orbit = pt.KeplerOrbit.from_vectors(1.0, position=(0, 1, 0), velocity=(-0.6, 0, 0.8))
     assert orbit.eccentricity == pytest.approx(0, abs=1e-15)
     assert orbit.argument_of_periapsis == pytest.approx(0, abs=1e-15) or orbit.eccentricity > 0
     assert np.allclose(array(orbit.position_at(0.0)), [0, 1, 0], atol=1e-15)
@@ -172,7 +182,7 @@ def test_from_vectors_of_an_inclined_circle_has_its_periapsis_at_the_node():
 @pytest.mark.parametrize("tilt", [1e-300, 1e-15, 1e-8, 1e-3])
 def test_from_vectors_next_to_the_equator(tilt):
     r, v = np.array([0.6, 0.8, 0.0]), np.array([-0.7, 0.5, tilt])
-    orbit = pt.KeplerOrbit.from_vectors(1.0, r, v)
+    orbit = pt.KeplerOrbit.from_vectors(1.0, position=r, velocity=v)
     assert np.allclose(array(orbit.position_at(0.0)), r, rtol=0, atol=1e-15)
     assert np.allclose(array(orbit.velocity_at(0.0)), v, rtol=0, atol=1e-15)
 
@@ -180,7 +190,7 @@ def test_from_vectors_next_to_the_equator(tilt):
 @pytest.mark.parametrize("excess", [1e-15, 1e-12, 1e-8, 1e-4])
 def test_from_vectors_next_to_a_circle(excess):
     r, v = np.array([0.6, 0.8, 0.0]), (1 + excess) * np.array([-0.8, 0.6, 0.0])
-    orbit = pt.KeplerOrbit.from_vectors(1.0, r, v)
+    orbit = pt.KeplerOrbit.from_vectors(1.0, position=r, velocity=v)
     assert orbit.eccentricity == pytest.approx(2 * excess, rel=1e-3, abs=5e-16)
     assert np.allclose(array(orbit.position_at(0.0)), r, rtol=0, atol=2e-15)
     assert np.allclose(array(orbit.velocity_at(0.0)), v, rtol=0, atol=2e-15)
@@ -188,6 +198,6 @@ def test_from_vectors_next_to_a_circle(excess):
 
 def test_from_vectors_with_the_numbers_of_the_earth():
     r, v = np.array([7e6, 1e6, -2e6]), np.array([1e3, 7e3, 2e3])
-    orbit = pt.KeplerOrbit.from_vectors(3.986004418e14, r, v, 1e9)
+    orbit = pt.KeplerOrbit.from_vectors(3.986004418e14, position=r, velocity=v, epoch=1e9)
     assert np.allclose(array(orbit.position_at(1e9)), r, rtol=0, atol=1e-8)
     assert np.allclose(array(orbit.velocity_at(1e9)), v, rtol=0, atol=1e-11)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from in_order import in_order
 
 POINTS = ("L1", "L2", "L3", "L4", "L5")
 RATIOS = (0.5, 0.3, 0.0121505856, 3.04e-6, 1e-10)
@@ -12,7 +13,7 @@ BODY = pt.Body((1.0, 1.3, 1.5))
 
 
 def point_of(name, mu, separation=2.0, size=3.0, epoch=0.0):
-    return pt.LagrangePoint((1 - mu) * size, mu * size, separation, name, epoch)
+    return pt.LagrangePointPath((1 - mu) * size, mu * size, separation=separation, point=name, epoch=epoch)
 
 
 def place(orbit, time=0.0):
@@ -93,10 +94,10 @@ WRONG = {
 @pytest.mark.parametrize("sentence", WRONG)
 def test_wrong_points_are_refused(sentence):
     with pytest.raises(ValueError) as error:
-        pt.LagrangePoint(*WRONG[sentence])
+        in_order(pt.LagrangePointPath, *WRONG[sentence])
     assert str(error.value) == sentence
 
 
 def test_a_point_on_its_attractor_is_refused():
     with pytest.raises(ValueError, match=r"^position must not be zero, but the body is at the attractor\.$"):
-        pt.RotatingPoint((0, 0, 0), 1.0, 1.0)
+        pt.RotatingPosition(1.0, position=(0, 0, 0), rate=1.0)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from in_order import in_order
 from poinsot.algebra.dual import partial, seeded
 from poinsot.engine import kernels
 from poinsot.mechanics.attitude import rotation_matrix
@@ -12,16 +13,36 @@ from poinsot.mechanics.axes import SPACE_AXES
 from poinsot.orbits.precessing import PrecessingOrbit
 
 EPS = np.finfo(float).eps
-ELLIPSE = pt.KeplerOrbit(2.0, 1.5, 0.3, 0.4, 1.1, -0.7, 2.0, 0.25)
-CIRCLE = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, -0.7, 2.0, 0.25)
-EQUATORIAL = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.0, 1.1, -0.7, 2.0, 0.25)
+ELLIPSE = pt.KeplerOrbit(
+    2.0,
+    semimajor_axis=1.5,
+    eccentricity=0.3,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=2.0,
+    epoch=0.25,
+)
+CIRCLE = pt.KeplerOrbit(
+    2.0,
+    semimajor_axis=1.5,
+    eccentricity=0.0,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    true_anomaly=2.0,
+    epoch=0.25,
+)
+EQUATORIAL = pt.KeplerOrbit(
+    2.0, semimajor_axis=1.5, eccentricity=0.0, node=1.1, argument_of_periapsis=-0.7, true_anomaly=2.0, epoch=0.25
+)
 RATES = {
     "node": (0.3, 0.0, 0.0),
     "periapsis": (0.0, -0.2, 0.0),
     "anomaly": (0.0, 0.0, 0.1),
     "all": (-0.3, 0.5, 0.1),
 }
-ORBITS = {name: PrecessingOrbit(ELLIPSE, *rates) for name, rates in RATES.items()}
+ORBITS = {name: in_order(PrecessingOrbit, ELLIPSE, *rates) for name, rates in RATES.items()}
 TIMES = np.array([-3.0, 0.25, 0.4, 2.7, 11.0])
 each = pytest.mark.parametrize("name", ORBITS)
 
@@ -87,7 +108,7 @@ def test_without_rates_it_is_the_ellipse_to_the_last_bit():
 
 
 def test_an_observed_mean_motion():
-    orbit = PrecessingOrbit.from_mean_motion(ELLIPSE, 0.8, node_rate=-0.01, periapsis_rate=0.02)
+    orbit = PrecessingOrbit.from_mean_motion(ELLIPSE, mean_motion=0.8, node_rate=-0.01, periapsis_rate=0.02)
     assert orbit.mean_motion == pytest.approx(0.8, rel=2 * EPS)
     assert orbit.period == pytest.approx(2 * np.pi / 0.8, rel=4 * EPS)
     phase = orbit.phase_at(0.25 + 1e6 * orbit.period) - orbit.phase_at(0.25)
@@ -101,11 +122,11 @@ def test_at_the_epoch_it_is_where_the_ellipse_is():
 
 def test_uniform_rotation_only_where_position_turns_unchanged():
     n = CIRCLE.mean_motion
-    assert PrecessingOrbit(ELLIPSE, 0.0, 0.1).uniform_rotation is None
-    assert PrecessingOrbit(CIRCLE, 0.1).uniform_rotation is None
+    assert PrecessingOrbit(ELLIPSE, node_rate=0.0, periapsis_rate=0.1).uniform_rotation is None
+    assert PrecessingOrbit(CIRCLE, node_rate=0.1).uniform_rotation is None
     for orbit, rate in (
-        (PrecessingOrbit(CIRCLE, 0.0, 0.1, 0.01), n + 0.11),
-        (PrecessingOrbit(EQUATORIAL, 0.2, 0.1, 0.01), n + 0.31),
+        (PrecessingOrbit(CIRCLE, node_rate=0.0, periapsis_rate=0.1, anomaly_rate=0.01), n + 0.11),
+        (PrecessingOrbit(EQUATORIAL, node_rate=0.2, periapsis_rate=0.1, anomaly_rate=0.01), n + 0.31),
     ):
         turn = orbit.uniform_rotation
         assert np.allclose(turn, rate * orbit.orbit.normal, rtol=0, atol=4 * EPS)
@@ -161,7 +182,9 @@ def test_members_with_rates_of_their_own():
     rates = np.array([0.0, 0.2, -0.3])
 
     def motion(i):
-        return pt.propagate(pt.System(BODY, pt.GravityGradient(PrecessingOrbit(ELLIPSE, rates[i]))), START, RUN)
+        return pt.propagate(
+            pt.System(BODY, pt.GravityGradient(PrecessingOrbit(ELLIPSE, node_rate=rates[i]))), START, RUN
+        )
 
     together = motion(slice(None))
     for i in range(3):
@@ -179,6 +202,8 @@ def test_the_formulas_run_on_symbols():
 
 
 def test_circular_equatorial_precession_has_a_jacobi_integral():
-    system = pt.System(BODY, pt.GravityGradient(PrecessingOrbit(EQUATORIAL, 0.2, 0.1, 0.01)))
+    system = pt.System(
+        BODY, pt.GravityGradient(PrecessingOrbit(EQUATORIAL, node_rate=0.2, periapsis_rate=0.1, anomaly_rate=0.01))
+    )
     assert [integral.name for integral in system.integrals] == ["jacobi_energy"]
     assert np.max(np.abs(pt.propagate(system, START, RUN).drift["jacobi_energy"])) < 1e-14

@@ -10,13 +10,16 @@ import pytest
 import sympy
 
 import poinsot as pt
+from in_order import in_order
 from poinsot.algebra.dual import partial, seeded
 from poinsot.engine import kernels
 
 MU1, MU2, SEPARATION, EPOCH = 3.1, 0.4, 2.5, 0.7
 PLACE, DRIFT = (1.9, 0.7, 0.3), (-0.2, 0.1, 0.15)
-PATH = pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, PLACE, DRIFT, EPOCH)
-OTHER = pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, (-1.0, 1.8, 0.1), (0.1, 0.2, 0.0), EPOCH)
+PATH = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH)
+OTHER = pt.ThreeBodyPath(
+    MU1, MU2, separation=SEPARATION, position=(-1.0, 1.8, 0.1), velocity=(0.1, 0.2, 0.0), epoch=EPOCH
+)
 TIMES = EPOCH + np.array([-2.0, -0.5, 0.0, 1e-9, 0.3, 1.1, 3.7])
 VIEWS = {"primary": PATH.from_primary, "secondary": PATH.from_secondary}
 each = pytest.mark.parametrize("name", VIEWS)
@@ -67,7 +70,9 @@ def test_derivatives_with_respect_to_time(name):
 
 def test_path_does_not_depend_on_the_order_of_questions():
     def fresh():
-        return pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, PLACE, DRIFT, EPOCH).from_primary
+        return pt.ThreeBodyPath(
+            MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH
+        ).from_primary
 
     together, piecemeal = fresh(), fresh()
     r = stacked(together.position_at(TIMES.reshape(1, -1)))[0]
@@ -76,7 +81,7 @@ def test_path_does_not_depend_on_the_order_of_questions():
 
 
 def test_a_copy_has_the_same_path():
-    path = pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, PLACE, DRIFT, EPOCH)
+    path = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH)
     r = stacked(path.from_primary.position_at(TIMES))
     copy = pickle.loads(pickle.dumps(path))
     assert np.array_equal(stacked(copy.from_primary.position_at(TIMES)), r)
@@ -90,7 +95,7 @@ def test_path_leads_back(after):
     r = turn.apply(stacked(orbit.position_at(time)))
     v = turn.apply(stacked(orbit.velocity_at(time))) - np.cross((0, 0, n), r)
     reduced = MU2 / (MU1 + MU2) * SEPARATION
-    back = pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, r - (reduced, 0, 0), v, time)
+    back = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=r - (reduced, 0, 0), velocity=v, epoch=time)
     assert back.jacobi_constant == pytest.approx(PATH.jacobi_constant, abs=1e-14)
     end = stacked(back.from_primary.position_at(EPOCH))
     start = back.frame.attitude(EPOCH).apply(stacked(orbit.position_at(EPOCH)))
@@ -107,8 +112,13 @@ def test_long_doubles_are_kept():
 def test_units_scale():
     length, time = 1000.0, 60.0
     mu = length**3 / time**2
-    same = pt.ThreeBodyOrbit(
-        MU1 * mu, MU2 * mu, SEPARATION * length, np.multiply(PLACE, length), np.multiply(DRIFT, length / time), EPOCH
+    same = pt.ThreeBodyPath(
+        MU1 * mu,
+        MU2 * mu,
+        separation=SEPARATION * length,
+        position=np.multiply(PLACE, length),
+        velocity=np.multiply(DRIFT, length / time),
+        epoch=EPOCH,
     )
     t = EPOCH + (TIMES - EPOCH) * time
     expected = np.multiply(length, stacked(PATH.from_secondary.position_at(TIMES)))
@@ -118,11 +128,11 @@ def test_units_scale():
 
 def test_members_are_what_each_is_alone():
     places = np.array([PLACE, (1.8, 0.75, 0.2), (-1.0, 1.8, 0.1)])
-    together = pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, places, DRIFT, EPOCH)
+    together = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=places, velocity=DRIFT, epoch=EPOCH)
     assert together.jacobi_constant.shape == (3,)
     r = stacked(together.from_primary.position_at(np.full(3, 2.0)))
     for i in range(3):
-        alone = pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, places[i], DRIFT, EPOCH)
+        alone = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=places[i], velocity=DRIFT, epoch=EPOCH)
         assert np.max(np.abs(r[i] - stacked(alone.from_primary.position_at(2.0)))) < 1e-14
 
 
@@ -132,7 +142,7 @@ FALL = 0.03
 def falling(name, mu=0.01):
     """A path from rest beside an attractor, and times just before and after the fall, the tide left out."""
     mass, x = {"primary": (1 - mu, -mu), "secondary": (mu, 1 - mu)}[name]
-    path = pt.ThreeBodyOrbit(1 - mu, mu, 1.0, (x + FALL, 0, 0), (0, -FALL, 0))
+    path = pt.ThreeBodyPath(1 - mu, mu, separation=1.0, position=(x + FALL, 0, 0), velocity=(0, -FALL, 0))
     return path, np.pi * np.sqrt(FALL**3 / (8 * mass)) * np.array([0.99, 1.01])
 
 
@@ -147,7 +157,7 @@ def test_passage_close_to_the_secondary_keeps_the_jacobi_constant():
     path, t = falling("secondary")  # the tide leads it past, at 1.8e-10
     x, y, _, *velocity = path.variables_at(t[1])
     assert 0.001 < np.hypot(x, y) < 0.003
-    after = pt.ThreeBodyOrbit(0.99, 0.01, 1.0, (x + 0.99, y, 0), velocity)
+    after = pt.ThreeBodyPath(0.99, 0.01, separation=1.0, position=(x + 0.99, y, 0), velocity=velocity)
     rounding = np.finfo(float).eps * 2 * 0.01 / 1.8e-10  # of the potential at the periapsis
     assert abs(after.jacobi_constant - path.jacobi_constant) < 4 * rounding
 
@@ -157,10 +167,10 @@ def test_nothing_is_at_times_that_are_not_finite():
     assert np.array_equal(np.isnan(PATH.variables_at(times)[0]), [True, True, True, False, False])
 
 
-@pytest.mark.parametrize("way", ["pickle.loads(copy)", "ThreeBodyOrbit(*numbers).from_primary"])
+@pytest.mark.parametrize("way", ["pickle.loads(copy)", "ThreeBodyPath(*numbers).from_primary"])
 def test_engine_is_there_without_a_propagation(way):
     numbers = MU1, MU2, SEPARATION, PLACE, DRIFT, EPOCH
-    code = "import pickle; from poinsot.orbits.restricted_three_body import ThreeBodyOrbit; "
+    code = "import pickle; from poinsot.orbits.restricted_three_body import ThreeBodyPath; "
     code += f"copy, numbers = {pickle.dumps(PATH.from_primary)!r}, {numbers!r}; print(*{way}.position_at(2.0))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert np.array_equal(np.array(printed.split(), dtype=float), stacked(PATH.from_primary.position_at(2.0)))
@@ -170,14 +180,14 @@ def test_engine_is_there_without_a_propagation(way):
 
 
 def test_paths_from_a_libration_point():
-    point = pt.LagrangePoint(3.1, 0.4, 2.5, "L2", epoch=0.7)
+    point = pt.LagrangePointPath(3.1, 0.4, separation=2.5, point="L2", epoch=0.7)
     offset, drift = np.array([0.01, -0.02, 0.03]), (0.1, 0.0, -0.1)
-    path = point.orbit(offset, drift)
+    path = point.path(offset=offset, velocity=drift)
     assert (path.mass_ratio, path.mean_motion, path.epoch) == (point.mass_ratio, point.mean_motion, 0.7)
     for view, held in ((path.from_primary, point.from_primary), (path.from_secondary, point.from_secondary)):
         assert np.max(np.abs(stacked(view.position_at(0.7)) - held.position - offset)) < 1e-15
     assert np.array_equal(path.velocity, drift)
-    assert point.orbit(np.zeros((4, 3))).position.shape == (4, 3)
+    assert point.path(offset=np.zeros((4, 3))).position.shape == (4, 3)
 
 
 AT_SECONDARY, AT_PRIMARY = (SEPARATION * MU1 / (MU1 + MU2), 0, 0), (-SEPARATION * MU2 / (MU1 + MU2), 0, 0)
@@ -194,14 +204,14 @@ WRONG = {
 @pytest.mark.parametrize("sentence", WRONG)
 def test_wrong_paths_are_refused(sentence):
     with pytest.raises(ValueError) as error:
-        pt.ThreeBodyOrbit(*WRONG[sentence], DRIFT)
+        in_order(pt.ThreeBodyPath, *WRONG[sentence], DRIFT)
     assert str(error.value) == sentence
 
 
 @pytest.mark.parametrize("time", [hy.time, sympy.Symbol("t")])
 def test_symbols_are_refused_with_a_sentence(time):
     sentence = (
-        r"^the formulas of a ThreeBodyOrbit must have numbers, got a symbol\. "
+        r"^the formulas of a ThreeBodyPath must have numbers, got a symbol\. "
         r"In a kernel its path is integrated along: ask the sky for the position\.$"
     )
     with pytest.raises(TypeError, match=sentence):
@@ -229,7 +239,15 @@ def both(path):
 
 
 UPRIGHT = pt.UniformGravity(0.3, (1, 0, 0))
-FLYBY = pt.EscapeOrbit(1.0, 2.0, 1.6, 0.4, 1.1, -0.7, 0.6)
+FLYBY = pt.EscapeOrbit(
+    1.0,
+    periapsis_distance=2.0,
+    eccentricity=1.6,
+    inclination=0.4,
+    node=1.1,
+    argument_of_periapsis=-0.7,
+    time_since_periapsis=0.6,
+)
 A, B = Push(PATH.from_primary), Push(OTHER.from_secondary)
 SYSTEMS = {
     "synodic": both(PATH),
@@ -279,7 +297,7 @@ def test_sky_of_a_motion_is_the_integrated_one(name, monkeypatch):
     state = pt.State(motion.quaternion, motion.conjugate_momenta, motion.times)
     energy, torque = system.potential_energy(state), system.torque_body(state)
     tracked = [PATH.from_primary, PATH.from_secondary, *[FLYBY] * (name == "with a flyby")]
-    for view in (*tracked, pt.FixedPoint((1, 2, 3), 1.0)):
+    for view in (*tracked, pt.FixedPosition(1.0, position=(1, 2, 3))):
         place, inverse = stacked(view.position_at(motion.times)), view.inverse_distance_at(motion.times)
         with monkeypatch.context() as blinded:
             if view in tracked:
@@ -296,7 +314,7 @@ def test_members_along_paths_of_their_own(name):
     places = np.array([PLACE, (1.8, 0.75, 0.2), (-1.0, 1.8, 0.1)])
 
     def system(chosen):
-        path = pt.ThreeBodyOrbit(MU1, MU2, SEPARATION, places[chosen], DRIFT, EPOCH)
+        path = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=places[chosen], velocity=DRIFT, epoch=EPOCH)
         return pt.System(BODY, *both(path), *([UPRIGHT] if name == "space" else []))
 
     together = pt.propagate(system(slice(None)), START, RUN)

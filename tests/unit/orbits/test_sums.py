@@ -5,8 +5,12 @@ import pytest
 
 import poinsot as pt
 
-SATELLITE = pt.KeplerOrbit(398600.4418, 7000.0, 0.01, 0.9, 0.3, 0.5)
-EARTH = pt.KeplerOrbit(1.32712440041e11, 1.495978707e8, 0.0167, 0.4, 0.0, 1.8)
+SATELLITE = pt.KeplerOrbit(
+    398600.4418, semimajor_axis=7000.0, eccentricity=0.01, inclination=0.9, node=0.3, argument_of_periapsis=0.5
+)
+EARTH = pt.KeplerOrbit(
+    1.32712440041e11, semimajor_axis=1.495978707e8, eccentricity=0.0167, inclination=0.4, argument_of_periapsis=1.8
+)
 ZERO = pt.Calendar("2026-01-01", "TDB")
 
 
@@ -15,7 +19,9 @@ def place(orbit, times):
 
 
 def tabulated(orbit, **labels):
-    return pt.Ephemeris.fit(orbit.mu, lambda times: place(orbit, times), 0.0, 6000.0, **labels)
+    return pt.Ephemeris.from_function(
+        orbit.mu, position=lambda times: place(orbit, times), start=0.0, stop=6000.0, **labels
+    )
 
 
 def test_positions_and_velocities_add():

@@ -14,8 +14,9 @@ from poinsot.orbits.two_body import two_body_orbit
 
 EPS = np.finfo(float).eps
 MU, Q = 1.3, 0.9
-ELEMENTS = (1.0, 2.0, 0.1, 0.0, 0.0, 0.0)
-ONE_ORBIT = pt.KeplerOrbit(*ELEMENTS)
+PLANE = {"inclination": 0.0, "node": 0.0, "argument_of_periapsis": 0.0}
+ELEMENTS = {"mu": 1.0, "semimajor_axis": 2.0, "eccentricity": 0.1, **PLANE}
+ONE_ORBIT = pt.KeplerOrbit(**ELEMENTS)
 TILTS = (0.0, 1e-300, 1e-16, 1e-8, 0.4, np.pi / 2, np.pi - 1e-8, np.pi)
 ECCENTRICITIES = (0.0, 1e-15, 1e-8, 0.1, 0.7, 0.999, 1 - 1e-9, 1.0, 1 + 1e-12, 1.01, 2.0, 50.0)
 CORNERS = (0.0, 1e-9, 0.5, -0.5, 0.9, -0.9, 0.999, 0.99999)
@@ -40,7 +41,7 @@ def test_position_comes_back_to_rounding(eccentricity, tilt):
     farthest = np.arccos(max(-1.0, -1 / eccentricity)) if eccentricity > 0 else np.pi
     for corner in CORNERS:
         r, v = vectors(eccentricity, corner * farthest, Rotation.from_euler("ZXZ", [random.uniform(-3, 3), tilt, 0.7]))
-        orbit = two_body_orbit(MU, r, v, 7.0)
+        orbit = two_body_orbit(MU, position=r, velocity=v, epoch=7.0)
         distance = np.linalg.norm(r)
         assert np.linalg.norm(floats(orbit.position_at(7.0)) - r) < 12 * EPS * distance
         stretch = max(1.0, distance / orbit.periapsis_distance)
@@ -50,8 +51,10 @@ def test_position_comes_back_to_rounding(eccentricity, tilt):
 @pytest.mark.parametrize("eccentricity", [0.0, 0.4, 0.97, 1.0, 1.7])
 def test_the_motion_goes_on_as_it_was(eccentricity):
     turn = Rotation.from_euler("ZXZ", [0.3, 1.0, -0.4])
-    first = two_body_orbit(MU, *vectors(eccentricity, 0.8, turn))
-    second = two_body_orbit(MU, floats(first.position_at(2.5)), floats(first.velocity_at(2.5)), 2.5)
+    first = two_body_orbit(MU, **dict(zip(("position", "velocity"), vectors(eccentricity, 0.8, turn), strict=True)))
+    second = two_body_orbit(
+        MU, position=floats(first.position_at(2.5)), velocity=floats(first.velocity_at(2.5)), epoch=2.5
+    )
     for time in (-1.0, 0.0, 2.5, 9.0):
         expected = floats(first.position_at(time))
         assert np.allclose(floats(second.position_at(time)), expected, rtol=0, atol=1e-13 * np.linalg.norm(expected))
@@ -59,19 +62,21 @@ def test_the_motion_goes_on_as_it_was(eccentricity):
 
 def test_the_kind_follows_from_the_energy():
     speed = np.sqrt(2.0)  # which rounds up, and its square too
-    assert isinstance(two_body_orbit(1.0, (1, 0, 0), (0, np.nextafter(speed, 0) - 1e-15, 0)), pt.KeplerOrbit)
-    assert isinstance(two_body_orbit(1.0, (1, 0, 0), (0, speed, 0)), EscapeOrbit)
-    exact = two_body_orbit(0.5, (1, 0, 0), (0, 1, 0))
+    assert isinstance(
+        two_body_orbit(1.0, position=(1, 0, 0), velocity=(0, np.nextafter(speed, 0) - 1e-15, 0)), pt.KeplerOrbit
+    )
+    assert isinstance(two_body_orbit(1.0, position=(1, 0, 0), velocity=(0, speed, 0)), EscapeOrbit)
+    exact = two_body_orbit(0.5, position=(1, 0, 0), velocity=(0, 1, 0))
     assert (type(exact), exact.eccentricity, exact.periapsis_distance) == (EscapeOrbit, 1.0, 1.0)
 
 
 @pytest.mark.parametrize("offset", [1e-18, 1e-14, 1e-10])
 def test_nothing_jumps_at_the_circle_in_the_equator(offset):
     """The motion of close vectors stays close, though node and periapsis may be anywhere."""
-    reference = two_body_orbit(1.0, (1, 0, 0), (0, 1, 0))
+    reference = two_body_orbit(1.0, position=(1, 0, 0), velocity=(0, 1, 0))
     for change in np.concatenate([np.eye(3), -np.eye(3)]) * offset:
         for r, v in ((np.array([1, 0, 0]) + change, (0, 1, 0)), ((1, 0, 0), np.array([0, 1, 0]) + change)):
-            orbit = two_body_orbit(1.0, r, v)
+            orbit = two_body_orbit(1.0, position=r, velocity=v)
             for time in (0.0, 1.0, 2.0):
                 difference = floats(orbit.position_at(time)) - floats(reference.position_at(time))
                 assert np.linalg.norm(difference) < 10 * offset + 8 * EPS
@@ -80,7 +85,7 @@ def test_nothing_jumps_at_the_circle_in_the_equator(offset):
 def test_a_distant_encounter_keeps_its_plane():
     """r and v almost parallel: their product alone would lose the plane, and the position with it."""
     r, v = np.array([3e5, 1.0, -2e5]), np.array([-3.0, 1e-7, 2.00001])
-    orbit = two_body_orbit(MU, r, v)
+    orbit = two_body_orbit(MU, position=r, velocity=v)
     assert np.linalg.norm(floats(orbit.position_at(0.0)) - r) < 12 * EPS * np.linalg.norm(r)
     assert np.linalg.norm(floats(orbit.velocity_at(0.0)) - v) < 1e-10 * np.linalg.norm(v)
 
@@ -91,11 +96,12 @@ def test_a_distant_encounter_keeps_its_plane():
 @pytest.mark.parametrize("eccentricity", [0.0, 0.3, 0.95])
 @pytest.mark.parametrize("E", [0.0, 0.7, -2.5, 3.0])
 def test_anomalies_of_an_ellipse_name_one_place(eccentricity, E):
-    e, shape = eccentricity, (MU, 1.2, eccentricity, 0.4, 1.1, -0.7)
+    e, plane = eccentricity, {"inclination": 0.4, "node": 1.1, "argument_of_periapsis": -0.7}
+    shape = {"mu": MU, "semimajor_axis": 1.2, "eccentricity": eccentricity, **plane}
     x, y = np.cos(E) - e, np.sqrt(1 - e * e) * np.sin(E)
     anomalies = {"eccentric_anomaly": E, "mean_anomaly": E - e * np.sin(E), "true_anomaly": np.arctan2(y, x)}
     positions = [
-        floats(pt.KeplerOrbit.from_elements(*shape, **{name: value}, epoch=2.0).position_at(2.0))
+        floats(pt.KeplerOrbit.from_elements(**shape, **{name: value}, epoch=2.0).position_at(2.0))
         for name, value in anomalies.items()
     ]
     expected = 1.2 * Rotation.from_euler("ZXZ", [1.1, 0.4, -0.7]).apply([x, y, 0])
@@ -110,7 +116,9 @@ def test_anomalies_of_a_hyperbola_name_one_place(H, length):
     anomalies = {"eccentric_anomaly": H, "mean_anomaly": e * np.sinh(H) - H, "true_anomaly": np.arctan2(y, x)}
     for name, value in anomalies.items():
         shape = {length: lengths[length], name: value}
-        orbit = EscapeOrbit.from_elements(MU, e, 0.4, 1.1, -0.7, **shape, epoch=2.0)
+        orbit = EscapeOrbit.from_elements(
+            MU, eccentricity=e, inclination=0.4, node=1.1, argument_of_periapsis=-0.7, **shape, epoch=2.0
+        )
         expected = Rotation.from_euler("ZXZ", [1.1, 0.4, -0.7]).apply([x, y, 0])
         loss = np.linalg.norm(expected) / 0.9 if name == "true_anomaly" else 1
         assert np.allclose(floats(orbit.position_at(2.0)), expected, rtol=0, atol=32 * EPS * loss * np.hypot(x, y))
@@ -120,13 +128,15 @@ def test_anomalies_of_a_hyperbola_name_one_place(H, length):
 @pytest.mark.parametrize("f", [0.0, 1.0, -2.0, 3.0])
 @pytest.mark.parametrize("eccentricity", [1.0, 1 + 1e-15, 1 + 1e-9])
 def test_true_anomaly_of_a_parabola_and_next_to_it(eccentricity, f):
-    orbit = EscapeOrbit.from_elements(MU, eccentricity, 0, 0, 0, periapsis_distance=Q, true_anomaly=f, epoch=1.0)
+    orbit = EscapeOrbit.from_elements(MU, eccentricity=eccentricity, periapsis_distance=Q, true_anomaly=f, epoch=1.0)
     assert float(orbit.true_anomaly_at(1.0)) == pytest.approx(f, rel=1e-7 if eccentricity > 1 + 1e-12 else 1e-13)
 
 
 def test_members_from_mean_anomalies():
     M = np.array([0.1, 2.0, -1.0])
-    orbit = pt.KeplerOrbit.from_elements(MU, 1.2, 0.3, 0.4, 1.1, -0.7, mean_anomaly=M)
+    orbit = pt.KeplerOrbit.from_elements(
+        MU, semimajor_axis=1.2, eccentricity=0.3, inclination=0.4, node=1.1, argument_of_periapsis=-0.7, mean_anomaly=M
+    )
     assert np.allclose(orbit.mean_anomaly_at(0.0), M, rtol=0, atol=4 * EPS)
 
 
@@ -158,19 +168,31 @@ DEPTHS = {"ellipse": "778.137", "parabola": "0.137", "hyperbola": "77.887"}  # R
 
 
 def conic(e, q, **others):
-    ahead = (0.4, 1.1, -0.7, 0.0)
-    return pt.KeplerOrbit(MU, q / (1 - e), e, *ahead, **others) if e < 1 else EscapeOrbit(MU, q, e, *ahead, **others)
+    others |= {"eccentricity": e, "inclination": 0.4, "node": 1.1, "argument_of_periapsis": -0.7}
+    if e < 1:
+        return pt.KeplerOrbit(MU, semimajor_axis=q / (1 - e), **others)
+    return EscapeOrbit(MU, periapsis_distance=q, **others)
 
 
 def conic_from_elements(e, q, **others):
     ahead = {"true_anomaly": 0.0} | others
     if e < 1:
-        return pt.KeplerOrbit.from_elements(MU, q / (1 - e), e, 0.4, 1.1, -0.7, **ahead)
-    return EscapeOrbit.from_elements(MU, e, 0.4, 1.1, -0.7, periapsis_distance=q, **ahead)
+        return pt.KeplerOrbit.from_elements(
+            MU,
+            semimajor_axis=q / (1 - e),
+            eccentricity=e,
+            inclination=0.4,
+            node=1.1,
+            argument_of_periapsis=-0.7,
+            **ahead,
+        )
+    return EscapeOrbit.from_elements(
+        MU, eccentricity=e, inclination=0.4, node=1.1, argument_of_periapsis=-0.7, periapsis_distance=q, **ahead
+    )
 
 
 def conic_from_vectors(e, q, **others):
-    return two_body_orbit(MU, (0, q, 0), (-np.sqrt(MU * (1 + e) / q), 0, 0), **others)
+    return two_body_orbit(MU, position=(0, q, 0), velocity=(-np.sqrt(MU * (1 + e) / q), 0, 0), **others)
 
 
 @pytest.mark.parametrize("way", [conic, conic_from_elements, conic_from_vectors])
@@ -198,9 +220,9 @@ def test_no_word_above_the_surface_or_of_a_point(way, shape):
 
 def test_of_an_ensemble_the_lowest_member_is_told():
     with pytest.warns(UserWarning, match="lowest") as told:
-        pt.KeplerOrbit(MU, [7000, 6500, 9000, 6000], [0.2, 0.25, 0.1, 0.0], 0, 0, 0, radius=6378.137)
+        pt.KeplerOrbit(MU, semimajor_axis=[7000, 6500, 9000, 6000], eccentricity=[0.2, 0.25, 0.1, 0.0], radius=6378.137)
     with pytest.warns(UserWarning, match="lowest") as told_of_radii:
-        EscapeOrbit(MU, 5.0, 1.5, 0, 0, 0, radius=[4.0, 5.5, 5.25])
+        EscapeOrbit(MU, periapsis_distance=5.0, eccentricity=1.5, radius=[4.0, 5.5, 5.25])
     assert [str(warning.message) for warning in (*told, *told_of_radii)] == [
         "KeplerOrbit: the periapsis of 3 of 4 members is below the surface, the lowest, member 1, 1503.137 below it "
         f"(distance 4875, radius 6378.137); {AS_A_POINT}",
@@ -211,13 +233,16 @@ def test_of_an_ensemble_the_lowest_member_is_told():
 
 def test_a_surface_is_told_once_and_moves_nothing():
     with pytest.warns(UserWarning, match="KeplerOrbit") as told:
-        orbit = pt.KeplerOrbit(*ELEMENTS, radius=1.9)
+        orbit = pt.KeplerOrbit(**ELEMENTS, radius=1.9)
     assert len(told) == 1
-    moving = PrecessingOrbit.from_mean_motion(orbit, 0.4, 0.01)
+    moving = PrecessingOrbit.from_mean_motion(orbit, mean_motion=0.4, node_rate=0.01)
     assert (moving.radius, moving.periapsis_distance) == (1.9, 1.8)
     body = pt.Body((1, 1.2, 1.5))
     start = body.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
-    for deep, point in ((orbit, ONE_ORBIT), (moving, PrecessingOrbit.from_mean_motion(ONE_ORBIT, 0.4, 0.01))):
+    for deep, point in (
+        (orbit, ONE_ORBIT),
+        (moving, PrecessingOrbit.from_mean_motion(ONE_ORBIT, mean_motion=0.4, node_rate=0.01)),
+    ):
         ours, theirs = (pt.propagate(pt.System(body, pt.GravityGradient(o)), start, [0.0, 9.0]) for o in (deep, point))
         assert np.array_equal(ours.quaternion, theirs.quaternion)
 
@@ -228,18 +253,31 @@ def test_an_oblate_attractor_tells_what_its_orbit_did_not():
         "Oblateness: the periapsis is 0.075 below the equatorial radius (distance 1.8, radius 1.875); "
         "the field outside the attractor is continued inwards."
     )
-    known = pt.KeplerOrbit(*ELEMENTS, radius=1.7)  # above that one
-    for orbit in (ONE_ORBIT, PrecessingOrbit(ONE_ORBIT, 0.1), known, EscapeOrbit(1, 1.8, 1.5, 0, 0, 0)):
+    known = pt.KeplerOrbit(**ELEMENTS, radius=1.7)  # above that one
+    for orbit in (
+        ONE_ORBIT,
+        PrecessingOrbit(ONE_ORBIT, node_rate=0.1),
+        known,
+        EscapeOrbit(1, periapsis_distance=1.8, eccentricity=1.5),
+    ):
         with pytest.warns(UserWarning, match="equatorial") as told:
             pt.Oblateness(orbit, **flat)
         assert [str(warning.message) for warning in told] == [sentence]
         assert told[0].filename == __file__
-    for still in (pt.FixedPoint((0, 0, 1.8), 1.0), pt.RotatingPoint((1.8, 0, 0), 1.0, 0.3)):
+    for still in (
+        pt.FixedPosition(1.0, position=(0, 0, 1.8)),
+        pt.RotatingPosition(1.0, position=(1.8, 0, 0), rate=0.3),
+    ):
         with pytest.warns(UserWarning, match="is 0.075 below the equatorial radius"):
             pt.Oblateness(still, **flat)
     with pytest.warns(UserWarning, match="KeplerOrbit"):
-        orbit = pt.KeplerOrbit(*ELEMENTS, radius=1.9)
-    for quiet in (orbit, PrecessingOrbit(orbit), pt.FixedPoint((0, 0, 2), 1.0), pt.KeplerOrbit(1, 2, 0.01, 0, 0, 0)):
+        orbit = pt.KeplerOrbit(**ELEMENTS, radius=1.9)
+    for quiet in (
+        orbit,
+        PrecessingOrbit(orbit),
+        pt.FixedPosition(1.0, position=(0, 0, 2)),
+        pt.KeplerOrbit(1, semimajor_axis=2, eccentricity=0.01),
+    ):
         pt.Oblateness(quiet, **flat)
 
 
@@ -249,34 +287,37 @@ ANOMALIES = "true_anomaly, mean_anomaly, eccentric_anomaly"
 
 
 def hyperbola(e=1.5, **others):
-    return EscapeOrbit.from_elements(1.0, e, 0.0, 0.0, 0.0, **others)
+    return EscapeOrbit.from_elements(1.0, eccentricity=e, **others)
 
 
 WRONG = {
     "bound_escape": (
-        lambda: EscapeOrbit(1, 1, 0.5, 0, 0, 0),
+        lambda: EscapeOrbit(1, periapsis_distance=1, eccentricity=0.5),
         "eccentricity must be at least 1, got 0.5. An ellipse is a KeplerOrbit.",
     ),
     "bound_member": (
-        lambda: EscapeOrbit(1, 1, [1.5, -3], 0, 0, 0),
+        lambda: EscapeOrbit(1, periapsis_distance=1, eccentricity=[1.5, -3]),
         "eccentricity must be at least 1, got -3.0. An ellipse is a KeplerOrbit.",
     ),
-    "mu_of_escape": (lambda: EscapeOrbit(0, 1, 1.5, 0, 0, 0), "mu must be positive, got 0.0."),
-    "periapsis": (lambda: EscapeOrbit(1, -1, 1.5, 0, 0, 0), "periapsis_distance must be positive, got -1.0."),
+    "mu_of_escape": (lambda: EscapeOrbit(0, periapsis_distance=1, eccentricity=1.5), "mu must be positive, got 0.0."),
+    "periapsis": (
+        lambda: EscapeOrbit(1, periapsis_distance=-1, eccentricity=1.5),
+        "periapsis_distance must be positive, got -1.0.",
+    ),
     "no_anomaly": (
-        lambda: pt.KeplerOrbit.from_elements(*ELEMENTS),
+        lambda: pt.KeplerOrbit.from_elements(**ELEMENTS),
         f"elements must have exactly one of {ANOMALIES}, got none.",
     ),
     "two_anomalies": (
-        lambda: pt.KeplerOrbit.from_elements(*ELEMENTS, true_anomaly=1, mean_anomaly=1),
+        lambda: pt.KeplerOrbit.from_elements(**ELEMENTS, true_anomaly=1, mean_anomaly=1),
         f"elements must have exactly one of {ANOMALIES}, got true_anomaly and mean_anomaly.",
     ),
     "unbound_ellipse": (
-        lambda: pt.KeplerOrbit.from_elements(1, 2, 1.5, 0, 0, 0, mean_anomaly=0),
+        lambda: pt.KeplerOrbit.from_elements(1, semimajor_axis=2, eccentricity=1.5, mean_anomaly=0),
         "eccentricity must be in [0, 1), got 1.5. A Kepler orbit is an ellipse.",
     ),
     "negative_axis_of_an_ellipse": (
-        lambda: pt.KeplerOrbit.from_elements(1, -2, 0.5, 0, 0, 0, mean_anomaly=0),
+        lambda: pt.KeplerOrbit.from_elements(1, semimajor_axis=-2, eccentricity=0.5, mean_anomaly=0),
         "semimajor_axis must be positive, got -2.0.",
     ),
     "positive_axis": (
@@ -301,41 +342,41 @@ WRONG = {
         "got periapsis_distance and semimajor_axis.",
     ),
     "ellipse_for_an_escape": (
-        lambda: EscapeOrbit.from_vectors(1, (1, 0, 0), (0, 1, 0)),
+        lambda: EscapeOrbit.from_vectors(1, position=(1, 0, 0), velocity=(0, 1, 0)),
         "position and velocity must belong to a parabola or hyperbola, but the orbital energy is -0.5 < 0. "
         "An ellipse is a KeplerOrbit.",
     ),
     "at_the_attractor": (
-        lambda: two_body_orbit(1, (0, 0, 0), (0, 1, 0)),
+        lambda: two_body_orbit(1, position=(0, 0, 0), velocity=(0, 1, 0)),
         "position must not be zero, but the body is at the attractor.",
     ),
     "radial": (
-        lambda: two_body_orbit(1, (1, 2, 3), (2, 4, 6)),
+        lambda: two_body_orbit(1, position=(1, 2, 3), velocity=(2, 4, 6)),
         "position and velocity must span a plane, but they are parallel.",
     ),
     "dropped": (
-        lambda: two_body_orbit(1, (1, 2, 3), (0, 0, 0)),
+        lambda: two_body_orbit(1, position=(1, 2, 3), velocity=(0, 0, 0)),
         "position and velocity must span a plane, but they are parallel.",
     ),
     "hollow": (
-        lambda: pt.KeplerOrbit(*ELEMENTS, radius=-1),
+        lambda: pt.KeplerOrbit(**ELEMENTS, radius=-1),
         "radius must not be negative, got -1.0. A point has the radius 0.",
     ),
     "hollow_escape": (
-        lambda: EscapeOrbit(1, 1, 1.5, 0, 0, 0, radius=[0, -2]),
+        lambda: EscapeOrbit(1, periapsis_distance=1, eccentricity=1.5, radius=[0, -2]),
         "radius must not be negative, got -2.0. A point has the radius 0.",
     ),
-    "repelling": (lambda: two_body_orbit(-1, (1, 0, 0), (0, 1, 0)), "mu must be positive, got -1.0."),
+    "repelling": (lambda: two_body_orbit(-1, position=(1, 0, 0), velocity=(0, 1, 0)), "mu must be positive, got -1.0."),
     "backwards": (
-        lambda: PrecessingOrbit(ONE_ORBIT, 0, 0, -2),
+        lambda: PrecessingOrbit(ONE_ORBIT, node_rate=0, periapsis_rate=0, anomaly_rate=-2),
         "mean_motion must be positive, got -1.6464466094067263.",
     ),
     "mean_motion": (
-        lambda: PrecessingOrbit.from_mean_motion(ONE_ORBIT, 0),
+        lambda: PrecessingOrbit.from_mean_motion(ONE_ORBIT, mean_motion=0),
         "mean_motion must be positive, got 0.0.",
     ),
     "rate": (
-        lambda: PrecessingOrbit(ONE_ORBIT, float("nan")),
+        lambda: PrecessingOrbit(ONE_ORBIT, node_rate=float("nan")),
         "node_rate must be finite, but node_rate = nan.",
     ),
 }
@@ -350,4 +391,4 @@ def test_wrong_input_gives_one_sentence(name):
 
 def test_only_ellipses_precess():
     with pytest.raises(TypeError, match=r"^orbit must be a KeplerOrbit, got EscapeOrbit\.$"):
-        PrecessingOrbit(EscapeOrbit(1, 1, 1.5, 0, 0, 0))
+        PrecessingOrbit(EscapeOrbit(1, periapsis_distance=1, eccentricity=1.5))

@@ -207,7 +207,10 @@ def test_a_forced_polhode_is_drawn_without_ellipsoid(top, start):
 
 
 def test_names_of_axes_are_beside_long_numbers():
-    body, orbit = pt.Body((500, 600, 400)), pt.KeplerOrbit(398600.4418, 7000, 0.01, 0.9, 0, 0)
+    body, orbit = (
+        pt.Body((500, 600, 400)),
+        pt.KeplerOrbit(398600.4418, semimajor_axis=7000, eccentricity=0.01, inclination=0.9),
+    )
     start = body.state((0.5, -0.5, 0.5, -0.5), omega_body=(0, -1.08e-3, 2e-4))
     motion = pt.propagate(pt.System(body, pt.GravityGradient(orbit), units=SI), start, np.linspace(0, 29000, 301))
     panel = pt.plot.polhode(motion, view=(20, -60))

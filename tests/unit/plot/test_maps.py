@@ -11,7 +11,7 @@ import poinsot as pt
 
 X, Y = np.array([0.0, 1.0, 2.0]), np.array([10.0, 20.0])
 VALUES = np.array([[0.0, 2.0, 1.0], [5.0, np.nan, 40.0]])
-ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.1, 0.0, 0.0, 0.0)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
 BODY = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 
 

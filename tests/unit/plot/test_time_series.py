@@ -12,7 +12,15 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
 
-ORBIT = pt.KeplerOrbit(398600.4418, 7000.0, 0.1, 0.9, 0.3, 0.5, 0.2)
+ORBIT = pt.KeplerOrbit(
+    398600.4418,
+    semimajor_axis=7000.0,
+    eccentricity=0.1,
+    inclination=0.9,
+    node=0.3,
+    argument_of_periapsis=0.5,
+    true_anomaly=0.2,
+)
 BODY = pt.Body((400.0, 500.0, 600.0))
 SYSTEM = pt.System(BODY, pt.GravityGradient(ORBIT), units={"time": "s", "inertia": "kg m2"})
 TIMES = np.linspace(0, 6000, 61)
@@ -251,7 +259,9 @@ def test_drifts_are_on_a_log_axis():
 
 
 def test_what_is_conserved_is_named_with_its_value_and_unit():
-    circle = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(398600.4418, 7000.0, 0, 0, 0, 0)), units=SYSTEM.units)
+    circle = pt.System(
+        BODY, pt.GravityGradient(pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0)), units=SYSTEM.units
+    )
     motion = pt.propagate(circle, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.001)), TIMES)
     names = [text.get_text() for text in pt.plot.drift(motion).get_legend().get_texts()]
     value = motion.integrals["jacobi_energy"][0]
@@ -349,7 +359,11 @@ def test_bad_input(motion):
     free = pt.propagate(pt.System(BODY), motion.initial, (0.0, 1.0))
     with pytest.raises(ValueError, match=r"orbit must be named where the system has not exactly one, but it has none"):
         pt.plot.roll_pitch_yaw(free)
-    two = pt.System(BODY, pt.GravityGradient(ORBIT), pt.GravityGradient(pt.KeplerOrbit(4902.8, 7000.0, 0, 0, 0, 0)))
+    two = pt.System(
+        BODY,
+        pt.GravityGradient(ORBIT),
+        pt.GravityGradient(pt.KeplerOrbit(4902.8, semimajor_axis=7000.0, eccentricity=0)),
+    )
     with pytest.raises(ValueError, match=r"but it has 2\. Pass roll_pitch_yaw\(motion, orbit\)\.$"):
         pt.plot.roll_pitch_yaw(pt.propagate(two, motion.initial, (0.0, 1.0)))
     with pytest.raises(ValueError, match=r"second angle of sequence 313 must stay away from its singularity"):

@@ -82,19 +82,19 @@ WAYS = [ways for ways in WAYS if kernels.available(ways.get("precision", "double
 
 @pytest.mark.parametrize("ways", WAYS, ids=lambda ways: "-".join(map(str, ways.values())) or "default")
 @pytest.mark.parametrize("times", [[0.0, 50.0], [50.0, 0.0]], ids=["up", "down"])
-def test_times_states_and_slopes_are_recorded_in_the_order_of_the_times(times, ways):
+def test_times_states_and_directions_are_recorded_in_the_order_of_the_times(times, ways):
     motion = pt.propagate(FREE, spinning(), times, events=[ACROSS], **ways)
     found, expected = motion.events[0], quarters(0.7, 50.0)
     order = slice(None, None, 1 if times[0] < times[1] else -1)
     slack = 1e-9 if "tolerance" in ways else ROUNDING
     assert np.allclose(found.times, expected[order], rtol=slack, atol=0)
-    assert found.slopes.tolist() == [-1 if k % 2 == 0 else 1 for k in range(expected.size)][order]
+    assert found.directions.tolist() == [-1 if k % 2 == 0 else 1 for k in range(expected.size)][order]
     assert np.allclose(found.states.quaternion[:, 0], np.cos(0.35 * found.times), rtol=0, atol=max(slack, 2.5e-14))
     assert np.array_equal(found.states.time, found.times)
     assert np.allclose(found.omega_body, [0, 0, 0.7], rtol=0, atol=4e-15)
     assert len(found) == expected.size
     assert (
-        repr(found) == "Crossings of AxisCrossing(axis=[1.0, 0.0, 0.0], direction=[1.0, 0.0, 0.0], angle=1.57079632"
+        repr(found) == "EventRecord of AxisCrossing(axis=[1.0, 0.0, 0.0], target=[1.0, 0.0, 0.0], angle=1.57079632"
         f"67948966): {expected.size}"
     )
 
@@ -105,14 +105,14 @@ def test_both_directions_of_time_from_a_start_within():
     assert np.allclose(motion.events[0].times, np.sort([*(10 - expected), *(10 + expected)]), rtol=0, atol=8e-14)
 
 
-@pytest.mark.parametrize("slope", [-1, 1])
-def test_a_slope_chooses_rising_or_falling_in_time_whichever_way_the_run_goes(slope):
-    event = pt.AxisCrossing((1, 0, 0), (1, 0, 0), slope=slope)
+@pytest.mark.parametrize("direction", [-1, 1])
+def test_a_direction_chooses_rising_or_falling_in_time_whichever_way_the_run_goes(direction):
+    event = pt.AxisCrossing((1, 0, 0), (1, 0, 0), direction=direction)
     for end in (50.0, -50.0):
         motion = pt.propagate(FREE, spinning(), [end], events=[event, ACROSS])
         chosen, both = motion.events
-        assert set(chosen.slopes) == {slope}
-        assert np.array_equal(chosen.times, both.times[both.slopes == slope])
+        assert set(chosen.directions) == {direction}
+        assert np.array_equal(chosen.times, both.times[both.directions == direction])
 
 
 def test_members_have_their_own_events():
@@ -128,7 +128,7 @@ def test_members_have_their_own_events():
 
 
 def test_parameters_of_events_may_have_members_and_compile_nothing():
-    thirds = pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=np.linspace(0.2, 3.0, 9), slope=-1)
+    thirds = pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=np.linspace(0.2, 3.0, 9), direction=-1)
     found = pt.propagate(FREE, spinning(1.0), [6.0], events=[thirds]).events[0]
     assert np.allclose(found.times, np.linspace(0.2, 3.0, 9), rtol=0, atol=2e-14)
     assert found.members.tolist() == list(range(9))
@@ -172,7 +172,10 @@ def test_a_terminal_event_ends_the_motion_without_a_failure(members):
 
 @pytest.mark.parametrize("angle", [1e-2, 1e-5])
 def test_a_narrow_cone_ends_a_motion_though_its_value_cancels(angle):
-    event, rates = pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=angle, slope=1, terminal=True), np.linspace(0.3, 2, 97)
+    event, rates = (
+        pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=angle, direction=1, terminal=True),
+        np.linspace(0.3, 2, 97),
+    )
     motion = pt.propagate(FREE, spinning(rates), [100.0], events=[event])
     found = motion.events[0]
     assert len(found) == 97
@@ -198,7 +201,9 @@ def test_an_impulse_changes_the_rate_and_nothing_else(ways):
 
 def test_impulses_of_members_in_batches_are_those_of_each_alone():
     impulses = np.linspace(0.05, 0.6, 13)
-    orbit = pt.KeplerOrbit(1.0, 2.0, 0.1, 0.2, 0.3, 0.4)
+    orbit = pt.KeplerOrbit(
+        1.0, semimajor_axis=2.0, eccentricity=0.1, inclination=0.2, node=0.3, argument_of_periapsis=0.4
+    )
     system = pt.System(BODY, pt.GravityGradient(orbit))
     start, times = BODY.state((1, 0, 0, 0), omega_body=(0.02, 0.01, 0.5)), np.linspace(0, 20, 5)
     together = pt.propagate(system, start, times, events=[Kick(impulses), pt.Apsis(orbit)])
@@ -325,7 +330,9 @@ def test_values_that_are_not_finite_stop_the_run():
 @pytest.mark.parametrize("inertia", [1.0, 1e35])
 def test_events_change_the_motion_by_rounding_in_any_unit(unit, inertia):
     """In an eccentric orbit, with events of very different sizes; the steps need not be the same."""
-    orbit = pt.KeplerOrbit(1e9 / unit**2, 1e3, 0.3, 0.4, 0.5, 0.6)
+    orbit = pt.KeplerOrbit(
+        1e9 / unit**2, semimajor_axis=1e3, eccentricity=0.3, inclination=0.4, node=0.5, argument_of_periapsis=0.6
+    )
     body = pt.Body(inertia * np.array([1.0, 1.5, 2.0]))
     system = pt.System(body, pt.GravityGradient(orbit))
     start = body.state((1, 0, 0, 0), omega_body=np.array([0.2, 0.3, 1.1]) / unit)
@@ -361,18 +368,27 @@ def test_an_event_that_grows_from_nothing_costs_no_digit():
 
 
 def test_orbits_of_events_need_not_be_those_of_forces():
-    ellipse = pt.KeplerOrbit(1.0, 1.0, 0.3, 0.2, 0.3, 0.4)
-    system = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(1.0, 2.0, 0.0, 0.2, 0.3, 0.4)))
-    found = pt.propagate(system, spinning(), [40.0], events=[pt.Apsis(ellipse, slope=1)]).events[0]
+    ellipse = pt.KeplerOrbit(
+        1.0, semimajor_axis=1.0, eccentricity=0.3, inclination=0.2, node=0.3, argument_of_periapsis=0.4
+    )
+    system = pt.System(
+        BODY,
+        pt.GravityGradient(
+            pt.KeplerOrbit(
+                1.0, semimajor_axis=2.0, eccentricity=0.0, inclination=0.2, node=0.3, argument_of_periapsis=0.4
+            )
+        ),
+    )
+    found = pt.propagate(system, spinning(), [40.0], events=[pt.Apsis(ellipse, direction=1)]).events[0]
     assert np.allclose(found.times, 2 * np.pi * np.arange(1, 7), rtol=1e-15)
-    found = pt.propagate(FREE, spinning(), [40.0], events=[pt.Apsis(ellipse, slope=-1)]).events[0]
+    found = pt.propagate(FREE, spinning(), [40.0], events=[pt.Apsis(ellipse, direction=-1)]).events[0]
     assert np.allclose(found.times, np.pi * np.arange(1, 13, 2), rtol=1e-15)
 
 
 @pytest.mark.parametrize("members", [False, True])
 def test_orbits_that_are_integrated_along_and_actions_on_their_way(members):
     """The action must leave the variables of the orbit alone, and a body without forces may have such an event."""
-    path = pt.ThreeBodyOrbit(3.1, 0.4, 2.5, (1.9, 0.7, 0.3), (-0.2, 0.1, 0.15), 0.7)
+    path = pt.ThreeBodyPath(3.1, 0.4, separation=2.5, position=(1.9, 0.7, 0.3), velocity=(-0.2, 0.1, 0.15), epoch=0.7)
     orbit, other = path.from_primary, path.from_secondary
     system = FREE if members else pt.System(BODY, pt.GravityGradient(orbit))
     start = spinning([1.5, 1.6] if members else 1.5, time=0.7)
@@ -392,11 +408,15 @@ def test_orbits_that_are_integrated_along_and_actions_on_their_way(members):
 
 
 def test_events_where_tables_change_their_polynomials():
-    ellipse = pt.KeplerOrbit(1.0, 1.0, 0.2, 0.2, 0.3, 0.4)
-    table = pt.Ephemeris.fit(1.0, lambda t: np.stack(ellipse.position_at(t), axis=-1), 0.0, 13.0)
+    ellipse = pt.KeplerOrbit(
+        1.0, semimajor_axis=1.0, eccentricity=0.2, inclination=0.2, node=0.3, argument_of_periapsis=0.4
+    )
+    table = pt.Ephemeris.from_function(
+        1.0, position=lambda t: np.stack(ellipse.position_at(t), axis=-1), start=0.0, stop=13.0
+    )
     system = pt.System(BODY, pt.GravityGradient(table))
     knots = table.knots[(table.knots > 0) & (table.knots < 13)][::3]
-    events = [pt.Apsis(table, slope=1), *(pt.AtTime(knot) for knot in knots)]
+    events = [pt.Apsis(table, direction=1), *(pt.AtTime(knot) for knot in knots)]
     for rate in (0.5, [0.5, 0.6]):
         apsis, *at_knots = pt.propagate(system, spinning(rate), [0.0, 13.0], events=events).events
         assert np.allclose(apsis.of(0).times, 2 * np.pi * np.arange(1, 3), rtol=1e-12)
@@ -427,8 +447,8 @@ def test_wrong_events_are_refused_in_a_sentence():
         pt.propagate(FREE, spinning(), [1.0], events=ACROSS)
     with pytest.raises(TypeError, match=r"events must be a list of Event, but events\[1\] is int\."):
         run(ACROSS, 3)
-    with pytest.raises(ValueError, match=r"slope must be -1, 0 or 1, got 2\."):
-        pt.AtTime(1.0, slope=2)
+    with pytest.raises(ValueError, match=r"direction must be -1, 0 or 1, got 2\."):
+        pt.AtTime(1.0, direction=2)
     with pytest.raises(ValueError, match=r"Kick must either act or be terminal, but it does both\."):
         Kick(1.0, terminal=True)
     with pytest.raises(ValueError, match=r"axis must not be zero"):

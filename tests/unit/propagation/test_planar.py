@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 
-ORBIT = pt.KeplerOrbit(1.0, 1.0, 0.2, 0.0, 0.0, 0.4)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.2, argument_of_periapsis=0.4)
 BODY = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 SYSTEM = pt.System(BODY, pt.GravityGradient(ORBIT))
 UP = (np.cos(0.2), 0, 0, np.sin(0.2))
@@ -74,13 +74,13 @@ def test_ensembles_of_states_and_of_parameters():
     spins = rates[:, None] * (0, 0, 1.0)
     many = pt.propagate(SYSTEM, BODY.state(np.broadcast_to(UP, (9, 4)), omega_body=spins), TIMES, formulation="planar")
     eccentricities = np.linspace(0, 0.4, 9)
-    orbits = pt.KeplerOrbit(1.0, 1.0, eccentricities, 0.0, 0.0, 0.4)
+    orbits = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=eccentricities, argument_of_periapsis=0.4)
     start = BODY.state(UP, omega_body=(0, 0, 1.0))
     others = pt.propagate(pt.System(BODY, pt.GravityGradient(orbits)), start, TIMES, formulation="planar")
     for i in (0, 4, 8):
         one = pt.propagate(SYSTEM, BODY.state(UP, omega_body=spins[i]), TIMES)
         np.testing.assert_allclose(many.quaternion[i], one.quaternion, rtol=0, atol=3e-12)
-        orbit = pt.KeplerOrbit(1.0, 1.0, eccentricities[i], 0.0, 0.0, 0.4)
+        orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=eccentricities[i], argument_of_periapsis=0.4)
         one = pt.propagate(pt.System(BODY, pt.GravityGradient(orbit)), start, TIMES)
         np.testing.assert_allclose(others.quaternion[i], one.quaternion, rtol=0, atol=3e-12)
 
@@ -93,7 +93,12 @@ class Pole(pt.Potential):
 
 
 def test_an_inclined_orbit_is_taken_along_itself_and_refused_in_the_space_axes():
-    orbit, body = pt.KeplerOrbit(1.0, 1.0, 0.1, 0.5, np.pi / 2, 0.2), pt.Body((1.0, 1.3, 1.7))
+    orbit, body = (
+        pt.KeplerOrbit(
+            1.0, semimajor_axis=1.0, eccentricity=0.1, inclination=0.5, node=np.pi / 2, argument_of_periapsis=0.2
+        ),
+        pt.Body((1.0, 1.3, 1.7)),
+    )
     start = body.state(Rotation.from_euler("ZXZ", (np.pi / 2, 0.5, 0.3)), omega_body=(0, 0, 1.3))
     along = pt.System(body, pt.GravityGradient(orbit))
     planar = pt.propagate(along, start, [5.0], formulation="planar")

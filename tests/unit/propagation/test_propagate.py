@@ -277,7 +277,11 @@ def test_a_tolerance_below_the_rounding_unit_is_refused(top, start, precision):
         lambda system, state, **tolerance: pt.state_transition(system, state, [1.0], **tolerance),
         lambda system, state, **tolerance: pt.andoyer_section(system, state, 1.0, **tolerance),
         lambda system, _, **tolerance: pt.spin_orbit_section(
-            pt.System(system.body, pt.GravityGradient(pt.KeplerOrbit(1, 1, 0, 0, 0, 0))), 0.0, 1.5, 1, **tolerance
+            pt.System(system.body, pt.GravityGradient(pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0))),
+            0.0,
+            1.5,
+            1,
+            **tolerance,
         ),
     ],
 )

@@ -176,7 +176,7 @@ def test_relative_attitude_is_body_to_frame(satellite, start):
 
 
 def test_gravity_gradient_equilibrium_stays_in_the_orbit_frame():
-    orbit = pt.KeplerOrbit(2.0, 1.5, 0.0, 0.4, 1.1, 0.0)
+    orbit = pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.0, inclination=0.4, node=1.1)
     body = pt.Body((1.0, 1.3, 1.6))
     state = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=orbit.frame)
     motion = pt.propagate(pt.System(body, pt.GravityGradient(orbit)), state, np.linspace(0, orbit.period, 9))

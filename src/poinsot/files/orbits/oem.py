@@ -111,7 +111,7 @@ def read_oem(
     stop, *usable = _said(chosen, ("STOP_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME"), calendar, system)
     try:
         _check_whole(times, chosen, stop)
-        whole = Ephemeris.from_table(mu, times, table[:, :3], table[:, 3:], **labels)
+        whole = Ephemeris.from_table(mu, times=times, positions=table[:, :3], velocities=table[:, 3:], **labels)
         return _within(whole, usable, table, labels)
     except ValueError as error:
         raise ValueError(f"{name}, {chosen.places[0]} to {chosen.places[-1]}: {error}") from None
@@ -151,7 +151,7 @@ def _within(
     edge = np.stack([*whole.position_at(ends), *whole.velocity_at(ends)], axis=-1)
     rows = np.concatenate([edge[:1], table[inside], edge[1:]])
     times = np.concatenate([ends[:1], whole.knots[inside], ends[1:]])
-    return Ephemeris.from_table(float(whole.mu), times, rows[:, :3], rows[:, 3:], **labels)
+    return Ephemeris.from_table(float(whole.mu), times=times, positions=rows[:, :3], velocities=rows[:, 3:], **labels)
 
 
 def _check_rising(times: NDArray[np.float64], segment: _Segment) -> None:

@@ -94,11 +94,11 @@ def spice_orbit(
                 raise ValueError(f"kernels must have positions within {FARTHEST:g} km, got others.")
             return found
 
-        return Ephemeris.fit(
+        return Ephemeris.from_function(
             mu,
-            position,
-            first,
-            last,
+            position=position,
+            start=first,
+            stop=last,
             tolerance=TOLERANCE,
             reference_frame="ICRF" if frame.upper() == "J2000" else frame.upper(),
             origin=origin,

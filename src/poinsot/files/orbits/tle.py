@@ -180,11 +180,11 @@ def _orbit(
         places = _propagated(satellite, elapsed, epoch)
         return places if reference_frame == "TEME" else _in_icrf(places, epoch.date(elapsed))
 
-    return Ephemeris.fit(
+    return Ephemeris.from_function(
         MU_WGS72,
-        position,
-        first,
-        last,
+        position=position,
+        start=first,
+        stop=last,
         tolerance=TOLERANCE,
         reference_frame=reference_frame,
         origin="EARTH",

@@ -35,12 +35,12 @@ from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.parameters import Parametric, Table, kinds_of
 from poinsot.orbits.ephemeris import Ephemeris, PolynomialArc
 from poinsot.orbits.escape import EscapeOrbit
-from poinsot.orbits.fixed import FixedPoint
+from poinsot.orbits.fixed import FixedPosition
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.orbits.lagrange import LagrangePoint
+from poinsot.orbits.lagrange import LagrangePointPath
 from poinsot.orbits.planets import planet_orbit
 from poinsot.orbits.precessing import PrecessingOrbit
-from poinsot.orbits.restricted_three_body import ThreeBodyOrbit
+from poinsot.orbits.restricted_three_body import ThreeBodyPath
 from poinsot.orbits.sums import orbit_sum
 from poinsot.orbits.two_body import two_body_orbit
 from poinsot.quantities import ANGLES
@@ -62,7 +62,7 @@ CLASSES: dict[str, tuple[Any, ...]] = {
         EllipsoidGravity,
         LinearDamping,
     ),
-    "orbit": (Orbit, FixedPoint, ThreeBodyOrbit),
+    "orbit": (Orbit, FixedPosition, ThreeBodyPath),
     "field": (GravityField,),
 }
 """Classes of the package, found with their subclasses."""
@@ -86,7 +86,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
         EscapeOrbit.from_vectors,
         PrecessingOrbit.from_mean_motion,
         two_body_orbit,
-        LagrangePoint,
+        LagrangePointPath,
         planet_orbit,
         tle_orbit,
         omm_orbit,
@@ -268,7 +268,7 @@ def stored_ephemeris(
         raise ValueError("coefficients must not be empty, but there are none.")
     labels = (reference_frame, origin, calendar if dated else None)
     pieces = kinds_of(Ephemeris)["pieces"](times, polynomials, math.nan if error is None else float(error), labels)
-    return Ephemeris(mu, pieces, radius)
+    return Ephemeris(mu, pieces=pieces, radius=radius)
 
 
 PLACE = (
