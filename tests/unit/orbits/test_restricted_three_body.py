@@ -1,5 +1,6 @@
 """The path beside two attractors: its numbers, its views, and how a kernel integrates it along once."""
 
+import dataclasses
 import pickle
 import subprocess
 import sys
@@ -167,9 +168,9 @@ def test_nothing_is_at_times_that_are_not_finite():
     assert np.array_equal(np.isnan(PATH.variables_at(times)[0]), [True, True, True, False, False])
 
 
-@pytest.mark.parametrize("way", ["pickle.loads(copy)", "ThreeBodyPath(*numbers).from_primary"])
+@pytest.mark.parametrize("way", ["pickle.loads(copy)", "ThreeBodyPath(**numbers).from_primary"])
 def test_engine_is_there_without_a_propagation(way):
-    numbers = MU1, MU2, SEPARATION, PLACE, DRIFT, EPOCH
+    numbers = {name: value.tolist() for name, value in dataclasses.asdict(PATH).items()}
     code = "import pickle; from poinsot.orbits.restricted_three_body import ThreeBodyPath; "
     code += f"copy, numbers = {pickle.dumps(PATH.from_primary)!r}, {numbers!r}; print(*{way}.position_at(2.0))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
