@@ -90,6 +90,11 @@ def motion():
 
 
 @functools.cache
+def ensemble():
+    return pt.propagate(TOP, BODY.state([START.quaternion] * 3, omega_body=np.eye(3)), TIMES)
+
+
+@functools.cache
 def free():
     return pt.free_motion(BODY, START, TIMES)
 
@@ -425,6 +430,8 @@ def public_calls(folder):
         ),
         "Trajectory.__call__": (motion().__call__, {"time": 1.0}),
         "Trajectory.euler": (motion().euler, {"sequence": "313"}),
+        "Trajectory.isel": (ensemble().isel, {"time": [0, 2], "member": slice(0, 1)}),
+        "Trajectory.member": (ensemble().member, {"member": 1}),
         "Trajectory.relative_to": (motion().relative_to, {"frame": CIRCLE.frame}),
         "UniformGravity": (pt.UniformGravity, {"weight": 0.5, "center_of_mass": (1.0, 0, 0)}),
         "andoyer_section": (pt.andoyer_section, {"system": TOP, "state": START, "time": 3.0, "angle": 0.1}),

@@ -217,6 +217,61 @@ def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, 
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 
 
+# ---------------------------------------------------------------------- members taken out
+
+
+def same_motion(one, other):
+    """Whether two motions have the same numbers bit for bit."""
+    arrays = [(a.times, *a.phase.values(), a.energy, *a.drift.values()) for a in (one, other)]
+    events = [[(e.times, *e.states.phase.values(), e.directions, e.omega_body) for e in a.events] for a in (one, other)]
+    return all(map(np.array_equal, *arrays)) and all(
+        all(map(np.array_equal, *pair)) for pair in zip(*events, strict=True)
+    )
+
+
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")  # a root outside its range, in a trial
+@pytest.mark.parametrize(("switch", "fails"), [("none", True), ("table", False), ("members' times", True)])
+def test_a_member_of_an_ensemble_is_its_run_alone(switch, fails):
+    every, case = np.arange(9), ("apart", "both ways", fails)
+    given = system(switch, fails, every), state("apart", every), TIMES["both ways"]
+    together = pt.propagate(*given, events=watched("all", every))
+    for i in every.tolist():
+        one, (motion, sentence) = together.member(i), alone(switch, "all", *case, i)
+        assert told(one.failures.get(0)) == told(sentence)
+        assert one.failures.get(0) == together.failures.get(i)
+        reached = np.isfinite(together.quaternion[i, :, 0])
+        assert np.array_equal(one.times, motion.times)
+        assert all(np.array_equal(one.phase[name], rows[i, reached]) for name, rows in together.phase.items())
+        assert np.array_equal(one.kinetic_energy, together.kinetic_energy[i, reached])
+        assert np.allclose(one.energy, motion.energy, rtol=0, atol=WITHIN)
+        assert one.system.numbers == motion.system.numbers
+        assert [e.event.numbers for e in one.events] == [e.event.numbers for e in motion.events]
+        assert not any(map(wrong_event, one.events, motion.events))
+        assert all(
+            np.array_equal(e.times, whole.of(i).times) for e, whole in zip(one.events, together.events, strict=True)
+        )
+    again = pt.propagate(one.system, one.initial, one.times, events=[e.event for e in one.events])
+    assert same_motion(again, pt.propagate(motion.system, motion.initial, motion.times, events=watched("all", i)))
+
+
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+def test_members_of_members_are_members():
+    every = np.arange(9)
+    given = system("members' times", True, every), state("apart", every), TIMES["both ways"]
+    together = pt.propagate(*given, events=watched("all", every))
+    order = [7, 0, 5, 5, 2]
+    some = together.isel(member=order)
+    assert len(some) == len(some.quaternion) == 5
+    assert some.failures == {1: together.failures[0], 2: together.failures[5], 3: together.failures[5]}
+    for new, old in enumerate(order):
+        assert same_motion(some.member(new), together.member(old))
+    chosen = np.isin(every, [3, 4, 5])
+    for other in (together[3:6], together.isel(member=chosen), together.isel(member=[3, 4, -4])):
+        assert other.failures == {2: together.failures[5]}
+        assert all(same_motion(other[k], together[k + 3]) for k in range(3))
+    assert [motion.failures.get(0) for motion in together] == [together.failures.get(i) for i in range(9)]
+
+
 class Broken(pt.Torque):
     """A torque that is no number from a time on."""
 

@@ -41,7 +41,7 @@ def checked_motion(motion: Any, name: str = "motion") -> Trajectory:
     if motion.quaternion.ndim != 2:
         raise ValueError(
             f"{name} must be of one body, got an ensemble of {len(motion.quaternion)} members. "
-            "Propagate the member to draw alone."
+            f"Take one: {name}.member(0)."
         )
     return motion
 

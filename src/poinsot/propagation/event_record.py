@@ -16,8 +16,9 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.propagation.selection import Chosen, numbers_of_members
 
-__all__ = ["EventRecord", "checked_events", "crossings"]
+__all__ = ["EventRecord", "checked_events", "crossings", "crossings_of_members"]
 
 Array = NDArray[Any]
 
@@ -69,6 +70,17 @@ class EventRecord:
         """The inertial angular velocity along the body axes; shape (k, 3)."""
         numbers = (number[self.members] if number.ndim else number for number in self.system.numbers)
         return np.asarray(self.system.with_numbers(numbers).omega_body(self.states))
+
+
+def crossings_of_members(found: EventRecord, members: Chosen, system: System) -> EventRecord:
+    """Return those of some members, numbered anew, with the numbers of their event; `system` is theirs."""
+    whose = np.atleast_1d(members)
+    first, last = np.searchsorted(found.members, whose, "left"), np.searchsorted(found.members, whose, "right")
+    counts = last - first
+    rows = np.repeat(last - np.cumsum(counts), counts) + np.arange(np.sum(counts))
+    states = state_of(changed(found.states.phase, lambda x: x[rows]), found.times[rows])
+    event, again = numbers_of_members(found.event, members), np.repeat(np.arange(whose.size), counts)
+    return EventRecord(event, system, found.times[rows], states, found.directions[rows], again)
 
 
 def checked_events(events: Any) -> tuple[Event, ...]:

@@ -15,7 +15,8 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.trajectory import Run, Trajectory
+from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
+from poinsot.propagation.trajectory import Rows, Run, Trajectory
 
 __all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory"]
 
@@ -59,9 +60,20 @@ class StoredSystem:
     def __repr__(self) -> str:
         return self._written
 
+    def of_members(self, members: Chosen) -> StoredSystem:
+        """Return the body of some members."""
+        body = self._free.body
+        return StoredSystem(
+            numbers_of_members(body, members), self.units, self._written, self.not_rerunnable, self.integrals
+        )
+
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
         return self._free.omega_body(state)
+
+    def validity(self, *_: Any) -> dict[str, Any]:
+        """Return nothing: the ranges of its formulas are not known."""
+        return {}
 
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state; shape (...)."""
@@ -95,6 +107,24 @@ class StoredTrajectory(Trajectory):
         )
         self._record = record
 
+    @override
+    def _made_of(self, members: Chosen | None, rows: Rows, times: Array, phase: Phase) -> StoredTrajectory:
+        system: Any = self.system
+        initial, known = self.initial, self._record
+
+        def part(values: Array) -> Array:
+            return np.asarray(rows(values[..., None])[..., 0])
+
+        if members is not None:
+            system, initial = system.of_members(members), state_of_members(initial, members)
+        integrals, drift = (
+            {name: part(values) for name, values in each.items()} for each in (known.integrals, known.drift)
+        )
+        record = Record(part(known.potential_energy), integrals, drift)
+        comoving = getattr(self.environment, "comoving", None)
+        environment = None if comoving is None else StoredEnvironment(times, rows(comoving))
+        return StoredTrajectory(system, initial, times, phase, self.run, record, environment)
+
     @property
     @override
     def potential_energy(self) -> Array:
@@ -113,4 +143,4 @@ class StoredTrajectory(Trajectory):
     @property
     @override
     def summary(self) -> dict[str, Any]:
-        return dict(self._record.summary)
+        return dict(self._record.summary) or super().summary

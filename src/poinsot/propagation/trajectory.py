@@ -4,32 +4,39 @@ from __future__ import annotations
 
 import functools
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
+from poinsot.engine import kernels
 from poinsot.errors import real_numbers
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.propagation.event_record import EventRecord, crossings_of_members
+from poinsot.propagation.selection import Chosen, Index, checked_index, state_of_members, system_of_members
 
 if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
-    from poinsot.propagation.event_record import EventRecord
-
 __all__ = ["RelativeMotion", "Run", "Trajectory", "versions"]
 
 Array = NDArray[np.float64]
+Rows = Callable[[Array], Array]
+Several = slice | Sequence[int] | NDArray[Any]
+EVERY = slice(None)
+OF_PARTS = ("title", "calendar", "reference_frame")
+"""What a part of a motion has of the provenance of the whole: the scenario is not its own."""
+
 Interpolant = Callable[[Array], Phase]
 
 
@@ -79,7 +86,7 @@ class Trajectory:
     run : Run
         Method, order, steps, tolerance, versions.
     failures : dict
-        Of an ensemble: member -> why it stopped; its rows from there on are NaN.
+        Of an ensemble: member -> why it stopped; its rows from there on are NaN. Of one of its members: 0 -> why.
     events : tuple of EventRecord
         What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
     provenance : dict
@@ -224,6 +231,98 @@ class Trajectory:
             outside = t.min() if t.min() < first else t.max()
             raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
         return state_of(changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1])), t)
+
+    # ------------------------------------------------------------------ members and times
+
+    def __len__(self) -> int:
+        """Return the length of the first axis of its arrays: members of an ensemble, times of one body."""
+        return len(self.quaternion)
+
+    def __getitem__(self, index: Index) -> Any:
+        """Return what an index of the first axis chooses: members of an ensemble, times of one body."""
+        chosen: Any = index
+        return self.isel(time=chosen) if self.quaternion.ndim == 2 else self.isel(member=chosen)
+
+    @checked
+    def member(self, member: int) -> Trajectory:
+        """Return the motion of one member of an ensemble as of one body, with its own system, start and events.
+
+        Its rows are those of the ensemble bit for bit; times that the member did not reach are left out, and
+        `failures[0]` says why. `run` stays that of the ensemble.
+        """
+        return self.isel(member=member)
+
+    @overload
+    def isel(self, *, time: int, member: Index = ...) -> State: ...
+
+    @overload
+    def isel(self, *, time: Several = ..., member: Index = ...) -> Trajectory: ...
+
+    def isel(self, *, time: Index = EVERY, member: Index = EVERY) -> Trajectory | State:
+        """Return the motion at some of its times, or of some of its members, by their places.
+
+        Parameters
+        ----------
+        time : int, slice, array of int or of bool, optional
+            One time gives the `State` there. Several must be in the order of the motion; start, run, events and dense
+            output stay those of the whole.
+        member : int, slice, array of int or of bool, optional
+            One member gives its motion as of one body, see `member`; several are numbered anew.
+
+        Raises
+        ------
+        IndexError, TypeError, ValueError
+            If there is no such place, if it is none, or if the order of the times would change.
+        """
+        at = checked_index("time", time, self.times.size)
+        members = self._members(member)
+        if isinstance(at, int):
+            phase = changed(self.phase, lambda x: (x if members is None else x[members])[..., at, :])
+            return state_of(phase, np.full(phase["quaternion"].shape[:-1], self.times[at]))
+        if np.any(np.diff(at) <= 0):
+            raise ValueError("time must keep the order of the times of the motion, got places in another order.")
+        return self._selected(members, at)
+
+    def _members(self, index: Index) -> Chosen | None:
+        """Return which members are chosen; None of one body."""
+        if self.quaternion.ndim == 3:
+            return checked_index("member", index, len(self.quaternion))
+        if not (isinstance(index, slice) and index == EVERY):
+            raise ValueError("motion must be an ensemble to have members, but it is of one body.")
+        return None
+
+    def _selected(self, members: Chosen | None, at: NDArray[np.intp]) -> Trajectory:
+        """Return the motion of some members, None: of the one body, at some times."""
+        if isinstance(members, int):
+            at = at[np.all(np.isfinite(self.quaternion[members, at]), axis=-1)]
+
+        def rows(values: Array) -> Array:
+            return np.asarray(values[at] if members is None else values[members][..., at, :])
+
+        motion = self._made_of(members, rows, self.times[at], changed(self.phase, rows))
+        of_whom = range(1) if members is None else np.atleast_1d(members).tolist()
+        motion.failures = {new: self.failures[old] for new, old in enumerate(of_whom) if old in self.failures}
+        motion.provenance = {key: self.provenance[key] for key in OF_PARTS if key in self.provenance}
+        return motion
+
+    def _made_of(self, members: Chosen | None, rows: Rows, times: Array, phase: Phase) -> Trajectory:
+        """Return the motion that consists of some rows of the arrays of this one."""
+        system, initial, events = self.system, self.initial, self.events
+        if members is not None:
+            system, initial = system_of_members(system, members), state_of_members(initial, members)
+            events = tuple(crossings_of_members(found, members, system) for found in events)
+
+        def environment() -> Environment:
+            comoving = getattr(self.environment, "comoving", None)
+            if comoving is None:
+                return Environment(times)
+            watched = system.watching(found.event for found in events)
+            variables = kernels.coordinates(watched, initial, self.run.formulation, self.run.precision)
+            return variables.environment(watched, times, rows(comoving))
+
+        motion = Trajectory(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
+        motion.events = events
+        return motion
 
     # ------------------------------------------------------------------ proof
 

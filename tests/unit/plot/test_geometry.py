@@ -454,7 +454,7 @@ REST = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0))
 FREE = pt.System(BODY)
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)))
 MANY = BODY.state([(1, 0, 0, 0)] * 3, omega_body=(0.4, -0.3, 0.6))
-ENSEMBLE = "must be of one body, got an ensemble of 3 members. Propagate the member to draw alone."
+ENSEMBLE = "must be of one body, got an ensemble of 3 members. Take one: {}.member(0)."
 NO_MOTION = "motion must be a Trajectory, got State."
 AT_REST = "motion must have an angular momentum, but g = 0. A body at rest has no axis of rotation."
 NO_TIMES = "motion must have times to draw, but it has none."
@@ -514,7 +514,11 @@ REFUSED = {
         ValueError,
         "state must have an angular momentum, but g = 0. A body at rest has no direction to draw.",
     ),
-    "state_ensemble": (lambda: pt.plot.momentum_sphere(BODY, free(MANY)), ValueError, f"state {ENSEMBLE}"),
+    "state_ensemble": (
+        lambda: pt.plot.momentum_sphere(BODY, free(MANY)),
+        ValueError,
+        f"state {ENSEMBLE.format('state')}",
+    ),
     "state_empty": (
         lambda: pt.plot.momentum_sphere(BODY, EMPTY),
         ValueError,
@@ -529,7 +533,8 @@ REFUSED = {
 }
 for plot in (pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.herpolhode):
     REFUSED[f"{plot.__name__}_state"] = (lambda plot=plot: plot(START), TypeError, NO_MOTION)
-    REFUSED[f"{plot.__name__}_ensemble"] = (lambda plot=plot: plot(free(MANY)), ValueError, f"motion {ENSEMBLE}")
+    sentence = f"motion {ENSEMBLE.format('motion')}"
+    REFUSED[f"{plot.__name__}_ensemble"] = (lambda plot=plot: plot(free(MANY)), ValueError, sentence)
     REFUSED[f"{plot.__name__}_rest"] = (lambda plot=plot: plot(free(REST)), ValueError, AT_REST)
     REFUSED[f"{plot.__name__}_empty"] = (lambda plot=plot: plot(EMPTY), ValueError, NO_TIMES)
 

@@ -272,7 +272,7 @@ REFUSED = {
     "ensemble": (
         lambda _: pt.view(pt.propagate(pt.System(OBLIQUE), MANY, (0.0, 1.0))),
         ValueError,
-        "motion must be of one body, got an ensemble of 3 members. Propagate the member to draw alone.",
+        "motion must be of one body, got an ensemble of 3 members. Take one: motion.member(0).",
     ),
     "one_time": (
         lambda _: pt.view(free(times=(0.0,))),

@@ -339,6 +339,7 @@ def test_an_interrupt_of_the_way_forwards_skips_the_way_back(top, start, dense):
 @pytest.mark.parametrize("direction", [1, -1])
 def test_an_interrupt_keeps_what_was_reached(top, start, direction, dense):
     grid = direction * np.linspace(0, 1e9, 20_001)
+    pt.propagate(top, start, grid[:2], dense=dense)  # compiled before the clock runs
     stop = interrupted(top, start, grid, dense=dense)
     reached = stop.trajectory.times
     assert reached.tolist() == grid[: len(reached)].tolist()

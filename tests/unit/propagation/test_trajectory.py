@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from in_order import in_order
 
 TIMES = np.linspace(-1, 9, 21)
 MOMENTS = np.array([1.25, 1.0, 0.75])
@@ -147,6 +148,136 @@ def test_repr_says_what_ran_and_how_well(motion):
     assert lines[1] == "  times: 21, -1 ... 9"
     for word in ("formulation: lie_poisson", "steps: ", "norm_error: ", "drift_energy: "):
         assert any(line.strip().startswith(word) for line in lines)
+
+
+# ---------------------------------------------------------------------- members and times
+
+ORBITS = in_order(pt.KeplerOrbit, 2.0, 1.5, [0.1, 0.3, 0.6], 0.4, 1.1, -0.7, [2.0, 1.0, 0.0])
+OBLIQUE = pt.Body.from_inertia([[2.0, 0.3, -0.1], [0.3, 3.0, 0.2], [-0.1, 0.2, 2.5]])
+
+
+class Pushed(pt.Torque):
+    """A torque of a class that no file knows."""
+
+    size: float
+
+    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
+        return pt.functions.Vector((self.size, 0.0, -0.3 * omega_body[2]))
+
+
+ENSEMBLES = {
+    "orbits of their own": (pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(ORBITS)), 0.0),
+    "moments and starts of their own": (pt.System(pt.Body([(1, 2, 2.5), (2, 2, 3), (1, 1, 1)])), [0.0, 1.0, -0.5]),
+    "one oblique body": (pt.System(OBLIQUE, pt.UniformGravity(0.5, (1.0, 0.2, -0.3))), 0.0),
+    "stored without forces": (pt.System(OBLIQUE, Pushed([0.1, 0.2, 0.3])), 0.0),
+}
+
+
+@pytest.fixture(scope="module", params=ENSEMBLES)
+def members(request):
+    system, time = ENSEMBLES[request.param]
+    quaternions = [(0.1, 0.7, -0.5, 0.5), (0.5, -0.5, 0.5, 0.5), (1, 0, 0, 0)]
+    start = system.body.state(quaternions, omega_body=0.3 * np.eye(3), time=time)
+    return pt.propagate(system, start, TIMES)
+
+
+def read(motion):
+    """Everything that is read from a motion, by name."""
+    relative = motion.relative_to(pt.RotatingFrame((0.5, 0.5, 0.5, 0.5), (0, 0, 0.1)))
+    names = ("conjugate_momenta", "angular_momentum_body", "angular_momentum_space", "omega_body", "omega_space")
+    names += ("kinetic_energy", "potential_energy", "energy", "norm_error", "tangency_error", "quaternion")
+    found = {name: getattr(motion, name) for name in names} | {"relative": relative.omega_body}
+    found |= {f"integral {name}": values for name, values in motion.integrals.items()}
+    return found | {f"drift {name}": values for name, values in motion.drift.items()}
+
+
+def assert_same(values, rows, name):
+    """Bit for bit; what orbits give is computed again, by sines of arrays of another shape: some ulps of energies."""
+    slack = (
+        0.0
+        if name not in ("potential_energy", "energy")
+        else 16 * np.finfo(float).eps * np.max(np.abs(rows), initial=0)
+    )
+    np.testing.assert_allclose(values, rows, rtol=0, atol=slack, err_msg=name)
+
+
+def test_a_member_reads_as_its_row_of_the_ensemble(members, tmp_path):
+    for motion in (members, pt.load(pt.save(members, tmp_path / "members.nc"))):
+        rows = read(motion)
+        for i in range(3):
+            own = read(motion.member(i))
+            for name, values in rows.items():  # it may conserve more than the ensemble does
+                assert_same(own[name], values[i], name)
+            np.testing.assert_array_equal(motion.member(i).times, TIMES)
+
+
+def test_a_member_is_saved_and_loaded(members, tmp_path):
+    one = pt.load(pt.save(members, tmp_path / "members.nc")).member(1)
+    back = pt.load(pt.save(one, tmp_path / "one.nc"))
+    for name, values in read(one).items():
+        assert_same(read(back)[name], values, name)
+    assert repr(back.system) == repr(one.system)
+    assert back.summary["norm_error"] == one.summary["norm_error"] == np.max(np.abs(one.norm_error))
+
+
+@pytest.mark.parametrize("chosen", [slice(3, 15, 4), [0, 5, -1], TIMES > 5, np.arange(0), slice(None)])
+def test_some_of_the_times(members, chosen):
+    some, rows = members.isel(time=chosen), read(members)
+    assert np.array_equal(some.times, TIMES[chosen])
+    for name, values in read(some).items():
+        if not name.startswith("drift"):  # which is relative to the largest of its times
+            assert_same(values, rows[name][:, chosen], name)
+    assert np.array_equal(members.isel(time=chosen, member=2).quaternion, members.quaternion[2, chosen])
+
+
+def test_an_orbit_that_is_integrated_along_goes_with_its_member():
+    point = pt.LagrangePoint(1.0, 0.01, 1.0, "L4").orbit([(0.01, 0, 0), (0, 0.02, 0)]).from_secondary
+    system = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(point))
+    start = system.body.state([(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5)], omega_body=(0, 0, 1))
+    motion = pt.propagate(system, start, TIMES, events=[pt.Apsis(point)])
+    assert motion.environment.comoving.shape[:2] == (2, 21)
+    for part, rows in ((motion.member(1), 1), (motion.isel(time=slice(2, 9), member=[1]), (slice(1, 2), slice(2, 9)))):
+        assert np.array_equal(part.potential_energy, motion.potential_energy[rows])
+        assert np.array_equal(part.environment.comoving, motion.environment.comoving[rows])
+
+
+def test_times_of_one_body(top, start):
+    motion = pt.propagate(top, start, TIMES, dense=True, events=[pt.RateCrossing((0, 0, 1))])
+    assert len(motion) == 21
+    part = motion[2:20:3]
+    assert np.array_equal(part.quaternion, motion.quaternion[2:20:3])
+    assert np.array_equal(part(0.123).quaternion, motion(0.123).quaternion)
+    assert part.initial is motion.initial
+    assert part.events is motion.events
+    for state in (motion[-2], motion.isel(time=19)):
+        assert state.time == TIMES[19]
+        assert np.array_equal(state.quaternion, motion.quaternion[19])
+        assert np.array_equal(state.conjugate_momenta, motion.conjugate_momenta[19])
+    assert [float(state.time) for state in motion] == TIMES.tolist()
+
+
+def test_one_time_of_an_ensemble(members):
+    state = members.isel(time=4)
+    assert np.array_equal(state.angular_momentum_body, members.angular_momentum_body[:, 4])
+    assert state.time.tolist() == [TIMES[4]] * 3
+    assert np.array_equal(members.isel(time=4, member=1).quaternion, members.quaternion[1, 4])
+
+
+def test_places_that_are_none(motion, members):
+    for call, kind, sentence in (
+        (lambda: motion.member(0), ValueError, "motion must be an ensemble to have members, but it is of one body."),
+        (lambda: members.member(3), IndexError, r"member must lie within \[-3, 2\], got 3."),
+        (lambda: motion[21], IndexError, r"time must lie within \[-21, 20\], got 21."),
+        (lambda: motion.isel(time=[3, 2]), ValueError, "time must keep the order of the times of the motion, got"),
+        (lambda: motion.isel(time=[3, 3]), ValueError, "time must keep the order"),
+        (lambda: motion.isel(time=1.5), TypeError, "time must be a whole number, a slice, .* 21 truth values, got"),
+        (lambda: motion.isel(time=[True, False]), TypeError, "time must be a whole number"),
+        (lambda: members["a"], TypeError, "member must be a whole number"),
+        (lambda: members[0:"b"], TypeError, "member must be a slice of whole numbers, got"),
+        (lambda: members.member(True), TypeError, "member must be a whole number"),
+    ):
+        with pytest.raises(kind, match=sentence):
+            call()
 
 
 # ---------------------------------------------------------------------- frames

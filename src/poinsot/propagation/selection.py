@@ -1,0 +1,74 @@
+"""Some members of an ensemble, or some of the times: indices as NumPy and xarray take them."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.errors import array_of
+from poinsot.mechanics.parameters import Parametric, described, kinds_of
+from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.system import System
+
+__all__ = ["Chosen", "Index", "checked_index", "numbers_of_members", "state_of_members", "system_of_members"]
+
+Index = int | slice | ArrayLike
+Chosen = int | NDArray[np.intp]
+
+
+def checked_index(name: str, index: Any, count: int) -> Chosen:
+    """Return an index of an axis of a given length as a whole number or an array of them, none negative."""
+    if isinstance(index, slice):
+        return _of_slice(name, index, count)
+    given = array_of(name, index)
+    if given.dtype == bool and given.shape == (count,):
+        return np.flatnonzero(given)
+    if given.dtype.kind not in "iu" or given.ndim > 1:
+        raise TypeError(
+            f"{name} must be a whole number, a slice, an array of whole numbers, or one of {count} truth values, "
+            f"got {described(index)}."
+        )
+    outside = given[(given < -count) | (given >= count)]
+    if outside.size:
+        raise IndexError(f"{name} must lie within [{-count}, {count - 1}], got {outside.flat[0]}.")
+    chosen = np.where(given < 0, given + count, given).astype(np.intp)
+    return chosen if chosen.ndim else int(chosen)
+
+
+def _of_slice(name: str, index: slice, count: int) -> Chosen:
+    try:
+        return np.arange(count)[index]
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a slice of whole numbers, got {index}.") from None
+
+
+def numbers_of_members(record: Any, members: Chosen) -> Any:
+    """Return a record with the numbers of some members; those that all members share stay."""
+    kinds: dict[str, Any] = kinds_of(type(record))
+    own: dict[str, Any] = {}
+    for name, value in vars(record).items():
+        kind = kinds.get(name)
+        if isinstance(value, Parametric):
+            own[name] = numbers_of_members(value, members)
+        elif isinstance(kind, tuple) and np.ndim(value) > len(kind):
+            own[name] = np.asarray(value[members])
+        elif not isinstance(getattr(type(record), name, None), functools.cached_property):
+            own[name] = value
+    return record.unchecked(**own)
+
+
+def system_of_members(system: System, members: Chosen) -> System:
+    """Return the system with the numbers of some members."""
+    if not system.members:
+        return system
+    forces = (numbers_of_members(force, members) for force in system.forces)
+    return System(numbers_of_members(system.body, members), *forces, units=system.units)
+
+
+def state_of_members(state: State, members: Chosen) -> State:
+    """Return the states of some members; one that all members share stays."""
+    own = changed(state.phase, lambda x: x[members] if x.ndim > 1 else x)
+    return state_of(own, np.asarray(state.time[members]) if np.ndim(state.time) else state.time)
