@@ -161,8 +161,8 @@ class Pushed(pt.Torque):
 
     size: float
 
-    def torque(self, body, attitude, omega_body, environment):  # noqa: ARG002
-        return pt.functions.Vector((self.size, 0.0, -0.3 * omega_body[2]))
+    def torque(self, instant):
+        return pt.functions.Vector((self.size, 0.0, -0.3 * instant.omega_body[2]))
 
 
 ENSEMBLES = {
