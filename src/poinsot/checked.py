@@ -1,6 +1,8 @@
 """The kinds of the arguments of public functions, checked at the call by what their annotations say.
 
-Numbers and arrays (`float`, `ArrayLike`) are not looked at here: the functions take them by name and shape.
+Numbers and arrays (`float`, `ArrayLike`) are not looked at here: the functions take them by name and shape. What
+`Annotated` says beside a type and can be called, such as a `Quantity`, is given the name and the value, and returns
+what the function gets.
 """
 
 from __future__ import annotations
@@ -8,33 +10,27 @@ from __future__ import annotations
 import functools
 import inspect
 import os
-import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from pathlib import Path
+from types import SimpleNamespace, UnionType
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-__all__ = ["checked", "checked_fields"]
+__all__ = ["checked", "checked_fields", "hint_of"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-Rule = tuple[Callable[[Any], bool], str]
+Converter = Callable[[str, Any], Any]
 
-CLASSES = (
-    *(
-        "AttitudeTable",
-        "Bifurcation",
-        "Body",
-        "Branch",
-        "Calendar",
-        "ChaosIndicators",
-        "Frame",
-        "KeplerOrbit",
-        "LineSpectrum",
-    ),
-    *("Orbit", "PeriodicMotion", "PrecessingOrbit", "Section", "Shape", "State", "StateTransition", "System"),
-    "Trajectory",
-)
-"""Those of the package that annotations name, known by their names: a module need not import them to be checked."""
+
+class Rule(NamedTuple):
+    """Whether a value is of a kind, and what that is in words."""
+
+    holds: Callable[[Any], bool]
+    words: str
+    is_class: bool = False
+
 
 HINTS = {"a Frame": " An orbit has one: orbit.frame."}
 
@@ -42,19 +38,29 @@ HINTS = {"a Frame": " An orbit has one: orbit.frame."}
 def checked(function: Function) -> Function:
     """Refuse arguments of another kind than the annotations of a public function say, in a sentence."""
     parameters = inspect.signature(function).parameters.values()
-    rules = {p.name: rule for p in parameters if (rule := _rule(str(p.annotation)))}
     ordered = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
     names = [p.name for p in ordered]
     needed = [p.name for p in ordered if p.default is p.empty and p.name not in ("self", "cls")]
     call = function.__qualname__.removesuffix(".__init__") if "__init__" in function.__qualname__ else function.__name__
     order = f" The order is {call}({', '.join(needed)})." if len(needed) > 1 else ""
 
+    @functools.cache
+    def rules() -> dict[str, tuple[Rule | None, list[Converter]]]:
+        hints = {p.name: hint_of(p.annotation, function.__globals__) for p in parameters}
+        return {name: (_rule(hint), _converters(hint)) for name, hint in hints.items()}
+
+    def taken(name: str, value: Any) -> Any:
+        rule, converters = rules().get(name, (None, []))
+        if rule:
+            _check(name, value, rule, order if name in needed else "")
+        for convert in converters if value is not None else ():
+            value = convert(name, value)
+        return value
+
     @functools.wraps(function)
     def checking(*arguments: Any, **named: Any) -> Any:
-        for name, value in (*zip(names, arguments, strict=False), *named.items()):
-            if name in rules:
-                _check(name, value, rules[name], order if name in needed else "")
-        return function(*arguments, **named)
+        known = map(taken, names, arguments)
+        return function(*known, *arguments[len(names) :], **{name: taken(name, value) for name, value in named.items()})
 
     same_kind: Any = checking
     return same_kind  # type: ignore[no-any-return]
@@ -62,16 +68,32 @@ def checked(function: Function) -> Function:
 
 def checked_fields(record: Any) -> None:
     """Refuse fields of a dataclass of another kind than their annotations say."""
+    space = vars(sys.modules[type(record).__module__])
     for name, annotation in type(record).__annotations__.items():
-        if rule := _rule(str(annotation)):
+        if rule := _rule(hint_of(annotation, space)):
             _check(name, getattr(record, name), rule, "")
 
 
+def hint_of(annotation: Any, space: dict[str, Any]) -> Any:
+    """Return what an annotation stands for; names in it that are imported for type checkers alone are `Any`."""
+    try:
+        return get_type_hints(SimpleNamespace(__annotations__={"it": annotation}), space, include_extras=True)["it"]
+    except NameError as error:
+        return hint_of(annotation, space | {str(error.name): Any})
+
+
+def _converters(hint: Any) -> list[Converter]:
+    """Return what `Annotated` says beside a type that can be called."""
+    return [
+        extra for way in _ways(hint) if get_origin(way) is Annotated for extra in get_args(way)[1:] if callable(extra)
+    ]
+
+
 def _check(name: str, value: Any, rule: Rule, order: str) -> None:
-    holds, words = rule
-    if holds(value):
+    if rule.holds(value):
         return
-    if words.partition(" ")[2].partition(" ")[0] in CLASSES:
+    words = rule.words
+    if rule.is_class:
         kind = f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__
         if isinstance(value, list | tuple) and "a list" in words:
             kind += f" of {', '.join(dict.fromkeys(type(item).__name__ for item in value[:3])) or 'nothing'}"
@@ -87,35 +109,35 @@ def _shown(value: Any) -> str:
     return f"{type(value).__name__}{text if len(text) <= 40 else ''}"
 
 
-@functools.cache
-def _rule(annotation: str) -> Rule | None:
+def _ways(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+
+
+def _rule(hint: Any) -> Rule | None:
     """Return whether a value is of the kind of an annotation, and what that is in words; None if it is not known."""
-    ways = re.split(r" \| (?![^\[]*\])", annotation.strip("'\""))
-    rules = [rule for way in ways if way != "None" and (rule := _rule_of(way))]
-    if not rules or len(rules) < len([way for way in ways if way != "None"]):
+    ways = _ways(hint)
+    if Path in ways:
+        ways = tuple(way for way in ways if way is not str)
+    rules = [_rule_of(way) for way in ways if way is not type(None)]
+    known = [rule for rule in rules if rule is not None]
+    if not known or len(known) < len(rules):
         return None
-    tests, words = [rule[0] for rule in rules], " or ".join(rule[1] for rule in rules)
-    if "Path" in ways:
-        tests, words = [_is_path], "a path"
-    if "None" in ways:
-        tests.append(lambda value: value is None)
-    return lambda value: any(test(value) for test in tests), words
+    tests = [rule.holds for rule in known] + [lambda value: value is None] * (type(None) in ways)
+    words, is_class = " or ".join(rule.words for rule in known), any(rule.is_class for rule in known)
+    return Rule(lambda value: any(test(value) for test in tests), words, is_class)
 
 
-def _rule_of(way: str) -> Rule | None:
-    if way in CLASSES:
-        return functools.partial(_is_a, way), f"{'an' if way[0] in 'AEIO' else 'a'} {way}"
-    outer, _, inner = way.partition("[")
-    if outer in ("Sequence", "list", "tuple"):
-        count = inner.count(",") + 1 if outer == "tuple" else None
-        item = _rule(inner.removesuffix("]").partition(",")[0])
+def _rule_of(way: Any) -> Rule | None:
+    outer, inner = get_origin(way) or way, get_args(way)
+    if outer in (Sequence, list, tuple):
+        count = len(inner) if outer is tuple else None
+        item = _rule(inner[0])
         several = f"a list of {count}" if count else "a list"
-        return item and (functools.partial(_are, item[0], count), f"{several}, each {item[1]}")
+        return item and Rule(functools.partial(_are, item.holds, count), f"{several}, each {item.words}", item.is_class)
+    if isinstance(way, type) and way.__module__.startswith("poinsot."):
+        article = "an" if way.__name__[0] in "AEIO" else "a"
+        return Rule(lambda value: isinstance(value, way), f"{article} {way.__name__}", True)
     return SIMPLE.get(outer)
-
-
-def _is_a(name: str, value: Any) -> bool:
-    return any(kind.__name__ == name and kind.__module__.startswith("poinsot.") for kind in type(value).__mro__)
 
 
 def _are(test: Callable[[Any], bool], count: int | None, value: Any) -> bool:
@@ -132,11 +154,11 @@ def _is_path(value: Any) -> bool:
     return isinstance(value, str | os.PathLike) and "\0" not in str(value)
 
 
-SIMPLE: dict[str, Rule] = {
-    "int": (_is_whole, "a whole number of at most 63 bits"),
-    "bool": (lambda value: isinstance(value, bool | np.bool_), "True or False"),
-    "str": (lambda value: isinstance(value, str), "a text"),
-    "Path": (_is_path, "a path"),
-    "Callable": (callable, "a function"),
-    "Mapping": (lambda value: isinstance(value, Mapping), "a mapping"),
+SIMPLE: dict[Any, Rule] = {
+    int: Rule(_is_whole, "a whole number of at most 63 bits"),
+    bool: Rule(lambda value: isinstance(value, bool | np.bool_), "True or False"),
+    str: Rule(lambda value: isinstance(value, str), "a text"),
+    Path: Rule(_is_path, "a path"),
+    Callable: Rule(callable, "a function"),
+    Mapping: Rule(lambda value: isinstance(value, Mapping), "a mapping"),
 }

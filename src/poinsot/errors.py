@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import plain, refuse_beyond_a_turn
+from poinsot.quantities import plain
 
 __all__ = [
     "PropagationError",
@@ -69,7 +69,7 @@ def member_array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.fl
 
 
 def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
-    """Return `value` as finite floats of any shape; a quantity of time in a unit, of an angle in radians."""
+    """Return `value` as finite floats of any shape; a quantity of time in a unit."""
     array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.")
@@ -78,7 +78,6 @@ def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         place = f"{name}[{', '.join(map(str, where))}]" if where else name
         raise ValueError(f"{name} must be finite, but {place} = {array[where]}.")
-    refuse_beyond_a_turn(name, array)
     return array
 
 

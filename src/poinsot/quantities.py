@@ -1,29 +1,117 @@
-"""Numbers that carry a unit or a mask: the ones that convert, and the sentences about the others."""
+"""What numbers measure, said by their annotations; those that carry a unit or a mask, converted or refused.
+
+`inclination: Angle` declares a parameter of a record or a function: scenario files may then say "45 deg", and a
+quantity of astropy becomes radians. A number without a quantity is in units of the user's own.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
+import functools
 import math
-from typing import Any
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-__all__ = ["ANGLES", "plain", "refuse_beyond_a_turn"]
-
-ANGLES = (
-    *("inclination", "node", "argument_of_periapsis", "true_anomaly", "mean_anomaly", "eccentric_anomaly"),
-    *("euler_angles", "roll_pitch_yaw", "turn", "angle", "angles", "obliquity", "l", "g", "h"),
-)
-"""Names of arguments in radians, everywhere."""
-
-WITHIN_A_TURN = ("inclination", "obliquity")
-"""Angles between two planes, of which more than a turn is a number of degrees."""
+__all__ = [
+    "Angle",
+    "Angles",
+    "AngularVelocities",
+    "AngularVelocity",
+    "Date",
+    "Duration",
+    "Inclination",
+    "Quantity",
+    "Time",
+    "Times",
+    "extras_of",
+    "plain",
+    "quantities_of",
+    "quantity_of",
+]
 
 DEEPEST = 32
 """The most axes of an array, about."""
 
 
-def plain(name: str, value: Any, time_unit: str | None = None, depth: int = 0) -> Any:
-    """Return a value without its unit, converted where that is known: angles by their names, times by a unit.
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """What a number measures. Called with the name and the value of an argument, it returns the value in radians.
+
+    Attributes
+    ----------
+    kind : {"angle", "rate", "time", "duration"}
+        A rate is an angle over a time; a time may be given as a date, a duration not.
+    largest : float
+        The size of an angle beyond which it can only be a number of degrees.
+    """
+
+    kind: str
+    largest: float = math.inf
+
+    def __call__(self, name: str, value: Any) -> Any:
+        """Return an angle without its unit, in radians; anything else, whose unit is not known here, as it is."""
+        if self.kind != "angle":
+            return value
+        value = plain(name, value, "rad")
+        if math.isfinite(self.largest):
+            self._refuse_degrees(name, value)
+        return value
+
+    def _refuse_degrees(self, name: str, value: Any) -> None:
+        angles = np.empty(0)
+        with contextlib.suppress(TypeError, ValueError, OverflowError):  # no numbers: refused where they are used
+            angles = np.ravel(np.asarray(value, dtype=float))
+        wrong = angles[np.isfinite(angles) & (np.abs(angles) > self.largest)]
+        if wrong.size:
+            hint = f"Degrees: np.radians({wrong[0]})."
+            raise ValueError(f"{name} must be within 2 pi, in radians, got {wrong[0]}. {hint}")
+
+
+_ANGLE, _RATE, _TIME = Quantity("angle"), Quantity("rate"), Quantity("time")
+
+Angle = Annotated[float, _ANGLE]
+Angles = Annotated[ArrayLike, _ANGLE]
+Inclination = Annotated[float, Quantity("angle", 2 * math.pi)]
+"""An angle between two planes."""
+AngularVelocity = Annotated[float, _RATE]
+AngularVelocities = Annotated[ArrayLike, _RATE]
+Time = Annotated[float, _TIME]
+Times = Annotated[ArrayLike, _TIME]
+Date = Annotated[Any, _TIME]
+"""A time, or what a calendar makes one."""
+Duration = Annotated[float, Quantity("duration")]
+
+
+def extras_of(hint: Any) -> tuple[Any, ...]:
+    """Return what `Annotated` says beside a type, or beside one of several."""
+    if get_origin(hint) is Annotated:
+        return get_args(hint)[1:]
+    alternatives = get_args(hint) if get_origin(hint) in (Union, UnionType) else ()
+    return tuple(extra for one in alternatives for extra in extras_of(one))
+
+
+def quantity_of(hint: Any) -> Quantity | None:
+    """Return what an annotated number measures; None if it is in units of the user's own."""
+    return next((extra for extra in extras_of(hint) if isinstance(extra, Quantity)), None)
+
+
+def quantities_of(cls: Any) -> dict[str, Quantity]:
+    """Return what the fields of a record measure, by name, of those whose annotations say it."""
+    return _quantities(cls)
+
+
+@functools.cache
+def _quantities(cls: type) -> dict[str, Quantity]:
+    hints = get_type_hints(cls, include_extras=True)
+    return {name: quantity for name, hint in hints.items() if (quantity := quantity_of(hint))}
+
+
+def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any:
+    """Return a value without its unit, converted to the unit that is meant, if one is.
 
     Raises
     ------
@@ -33,22 +121,21 @@ def plain(name: str, value: Any, time_unit: str | None = None, depth: int = 0) -
     if isinstance(value, list | tuple) and depth < DEEPEST:
         if {int, float}.issuperset(map(type, value)):
             return value
-        return [plain(name, item, time_unit, depth + 1) for item in value]
+        return [plain(name, item, unit, depth + 1) for item in value]
     kind = type(value)
     if isinstance(value, np.ma.MaskedArray) or hasattr(kind, "unmasked"):
         raise TypeError(
             f"{name} must be plain numbers, got a masked array. Write value.compressed(), or value.filled(number)."
         )
     if hasattr(kind, "to_value") and hasattr(kind, "unit"):
-        return _converted(name, value, time_unit)
+        return _converted(name, value, unit)
     if hasattr(kind, "units") and (hasattr(kind, "magnitude") or hasattr(kind, "to_value")):
         raise TypeError(_own_units(name, value.units))
     return value
 
 
-def _converted(name: str, value: Any, time_unit: str | None) -> Any:
+def _converted(name: str, value: Any, unit: str | None) -> Any:
     """Return the numbers of a quantity as astropy has them."""
-    unit = "rad" if name.rpartition(".")[2] in ANGLES else time_unit
     if unit is None:
         raise TypeError(_own_units(name, value.unit))
     try:
@@ -66,10 +153,3 @@ def _own_units(name: str, unit: Any) -> str:
 
 def _quantity(unit: Any) -> str:
     return f"a quantity in {unit}" if str(unit) else "a dimensionless quantity"
-
-
-def refuse_beyond_a_turn(name: str, radians: Any) -> None:
-    """Refuse an inclination that can only be a number of degrees."""
-    wrong = np.ravel(radians)[np.ravel(np.abs(radians)) > 2 * math.pi]
-    if name in WITHIN_A_TURN and wrong.size:
-        raise ValueError(f"{name} must be within 2 pi, in radians, got {wrong[0]}. Degrees: np.radians({wrong[0]}).")

@@ -12,7 +12,7 @@ import sys
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.checked import checked
@@ -26,6 +26,7 @@ from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run
 from poinsot.propagation.variational_run import TangentRun, units
+from poinsot.quantities import Times
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
 
@@ -101,7 +102,7 @@ class ChaosIndicators:
 def chaos_indicators(
     system: System,
     state: State,
-    times: ArrayLike,
+    times: Times,
     *,
     vectors: int = 1,
     momentum_unit: float | None = None,
@@ -242,7 +243,7 @@ class LyapunovSpectrum:
 def lyapunov_spectrum(
     system: System,
     state: State,
-    times: ArrayLike,
+    times: Times,
     *,
     formulation: str | None = None,
     tolerance: float | None = None,

@@ -30,6 +30,7 @@ from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import check_kinds, checked_time
+from poinsot.quantities import Time
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -99,7 +100,7 @@ class Equilibrium:
 
 @checked
 def equilibria(
-    system: System, frame: Frame | None = None, *, guesses: Rotation | ArrayLike | None = None, time: float = 0.0
+    system: System, frame: Frame | None = None, *, guesses: Rotation | ArrayLike | None = None, time: Time = 0.0
 ) -> list[Equilibrium]:
     """Return the relative equilibria of a system: its attitudes at rest in a uniformly turning frame.
 
@@ -145,7 +146,7 @@ class _Balance:
     Attitudes p are unit quaternions body -> frame, shape (n, 4).
     """
 
-    def __init__(self, system: System, frame: Frame, time: float) -> None:
+    def __init__(self, system: System, frame: Frame, time: Time) -> None:
         self.system, self.time = system, time
         self.to_space, self.omega_space = frame.quaternion(time), np.asarray(frame.omega_space(time))
         about_rates = float(np.max(system.body.moments) * np.linalg.norm(self.omega_space))

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
+from poinsot.quantities import Times
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
 
@@ -74,7 +75,7 @@ class LineSpectrum:
 
 
 @checked
-def frequencies(signal: ArrayLike, times: ArrayLike, count: int = 10) -> LineSpectrum:
+def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectrum:
     """Return the lines of an evenly sampled signal: frequencies, amplitudes and the errors of the frequencies.
 
     All lines together minimise the mean of w |signal - sum of a exp(i nu t)|^2, of a real signal |signal - Re sum|^2,
@@ -104,7 +105,7 @@ def frequencies(signal: ArrayLike, times: ArrayLike, count: int = 10) -> LineSpe
 
 
 @checked
-def diffusion(signal: ArrayLike, times: ArrayLike, count: int = 1) -> Array:
+def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
     """Return the relative change of the strongest frequencies of a signal from one half of a run to the other.
 
     nu2/nu1 - 1, of a regular motion no more than the errors of the frequencies, is Laskar's (1993) sign of chaos. A
@@ -348,7 +349,7 @@ def _checked_count(count: int) -> int:
     return int(count)
 
 
-def _checked(signal: ArrayLike, times: ArrayLike, lines: int, halves: int = 1) -> tuple[Array, Array]:
+def _checked(signal: ArrayLike, times: Times, lines: int, halves: int = 1) -> tuple[Array, Array]:
     """Return signals (..., n), real or complex, and ascending times (n,)."""
     values = _numbers(signal)
     n, needed = values.shape[-1] if values.ndim else 1, halves * max(32, 8 * lines)

@@ -28,6 +28,7 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.propagation.arguments import check_kinds, members_of
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Inclination
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -167,7 +168,7 @@ class CassiniState:
 
 
 @checked
-def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliquity: float = 0.0) -> CassiniState:
+def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliquity: Inclination = 0.0) -> CassiniState:
     """Return the Cassini state of a body under the gravity gradient of what it orbits.
 
     The guess, at the periapsis: the first body axis along the radius, the third normal to the orbit or tilted from

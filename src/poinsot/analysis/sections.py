@@ -25,6 +25,7 @@ from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Angle, Angles, AngularVelocities, Time
 
 __all__ = ["Section", "andoyer_section", "section", "spin_orbit_section"]
 
@@ -127,7 +128,9 @@ def _all_times(motion: Trajectory) -> EventRecord:
 
 
 @checked
-def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolutions: int, **options: Any) -> Section:
+def spin_orbit_section(
+    system: System, angle: Angles, rate: AngularVelocities, revolutions: int, **options: Any
+) -> Section:
     """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate.
 
     The third body axis is normal to the orbit, the first one at the angle from the direction to the periapsis
@@ -182,7 +185,7 @@ def spin_orbit_section(system: System, angle: ArrayLike, rate: ArrayLike, revolu
 
 
 @checked
-def andoyer_section(system: System, state: State, time: float, *, angle: float = 0.0, **options: Any) -> Section:
+def andoyer_section(system: System, state: State, time: Time, *, angle: Angle = 0.0, **options: Any) -> Section:
     """Return Andoyer's l and L/G where g passes an angle, growing; a start on the section is its first point.
 
     Parameters
@@ -216,7 +219,7 @@ def andoyer_section(system: System, state: State, time: float, *, angle: float =
     return _with_starts(found, Andoyer.of(state), event.angle)
 
 
-def _with_starts(found: Section, starts: Andoyer, angle: ArrayLike) -> Section:
+def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:
     """Return a section with the starts that lie on it as first points: no zero is an event where a motion starts."""
     own = (starts.g - angle, starts.l, starts.L / starts.G)
     off, l, height = (np.broadcast_to(part, len(found.x)) for part in own)

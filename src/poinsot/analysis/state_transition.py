@@ -21,6 +21,7 @@ from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import TangentRun, units
+from poinsot.quantities import Times
 
 __all__ = ["StateTransition", "state_transition"]
 
@@ -99,7 +100,7 @@ class StateTransition:
 def state_transition(
     system: System,
     state: State,
-    times: ArrayLike,
+    times: Times,
     parameters: Sequence[str] = (),
     *,
     order: int = 1,

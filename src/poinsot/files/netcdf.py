@@ -18,6 +18,7 @@ from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
+from poinsot.files.scenarios.writer import SYSTEM, WITH_FILES, Text, shape_of, text_of
 from poinsot.files.zarr_store import GROUP, read_store, write_store
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
@@ -25,9 +26,8 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.dataset import PROVENANCE, WITH_FILES
 from poinsot.propagation.stored_trajectory import Record, StoredEnvironment, StoredSystem, StoredTrajectory
-from poinsot.propagation.trajectory import Run, Trajectory
+from poinsot.propagation.trajectory import Method, Run, Trajectory
 
 if TYPE_CHECKING:
     import xarray
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 __all__ = ["load", "save"]
 
 Array = NDArray[np.float64]
+
+PROVENANCE = ("title", "seed", "scenario", "scenario_of", "scenario_read")
+"""What a trajectory knows of the scenario that made it, and a file too."""
 
 SUFFIXES = (".nc", ".zarr")
 
@@ -87,7 +90,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     if not isinstance(motion, Trajectory):
         raise TypeError(f"motion must be a Trajectory, got {described(motion)}. The order is save(motion, path).")
     path = _checked_path(path)
-    data = motion.dataset
+    data = _with_texts(motion)
     data.attrs["digest"] = _digest(data)
     if path.suffix == ".nc":
         with new_file(path, overwrite) as part:
@@ -99,7 +102,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
 
 
 def load(source: str | Path | xarray.Dataset) -> Trajectory:
-    """Return the trajectory in a file that `save` wrote, or in a dataset as `motion.dataset`.
+    """Return the trajectory in a file that `save` wrote, or in the dataset that xarray made of one.
 
     Times, q, the momenta, the start and the orbits that were integrated along come back to the bit. Body, forces and
     orbits are made again from the text in the file and the arrays that it names. Where it has none (classes from
@@ -141,6 +144,37 @@ def _checked_path(path: Any) -> Path:
     if checked.suffix not in SUFFIXES:
         raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {checked.name!r}.")
     return checked
+
+
+def _with_texts(motion: Trajectory) -> xarray.Dataset:
+    """Return the dataset of a motion with the text that makes its system again, or why there can be none.
+
+    Arrays that the text names are variables, and so are those of the body's shape, whose text is `shape`.
+    """
+    texts, arrays = _texts_of(motion)
+    return motion.dataset.assign({name: _named(name, values) for name, values in arrays.items()}).assign_attrs(texts)
+
+
+def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the texts of scenario and shape, or why there is none, and the arrays that they name."""
+    known = {key: motion.provenance[key] for key in PROVENANCE if motion.provenance.get(key) is not None}
+    shape = shape_of(motion) or Text("", {})
+    shaped = {"shape": shape.text} if shape.text else {}
+    if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
+        return {**known, **shaped}, {**motion.provenance.get("data", {}), **shape.data}
+    if not isinstance(motion.system, System):
+        return {**known, "not_rerunnable": motion.system.not_rerunnable, **shaped}, shape.data
+    try:
+        text = text_of(motion)
+    except ValueError as error:
+        return {**known, "not_rerunnable": str(error), **shaped}, shape.data
+    read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
+    return {**known, **read, **shaped}, {**text.data, **shape.data}
+
+
+def _named(name: str, values: Any) -> tuple[list[str], Any, dict[str, str]]:
+    """Return an array that a text names, as a variable with axes of its own."""
+    return [f"{name}_axis{i}" for i in range(np.ndim(values))], values, {"units": "1", "long_name": "named in a text"}
 
 
 def _encoding(data: xarray.Dataset) -> dict[str, dict[str, Any]]:
@@ -354,8 +388,10 @@ class _Reading:
             if str(key).startswith("version_")
         }
         method, formulation, precision = (str(said[key]) for key in RUN[:3])
+        if method not in list(Method):
+            raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {method[:40]!r}.")
         return Run(
-            method,
+            Method(method),
             formulation,
             precision,
             float(said["tolerance"]),

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
@@ -14,6 +13,7 @@ from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, state_with
+from poinsot.quantities import Quantity, Times, quantities_of
 
 __all__ = ["Andoyer"]
 
@@ -43,16 +43,18 @@ class Andoyer:
         If G is not positive, |L| or |H| is larger than G, or members do not match.
     """
 
-    l: Any
-    g: Any
-    h: Any
+    l: Annotated[Any, Quantity("angle")]
+    g: Annotated[Any, Quantity("angle")]
+    h: Annotated[Any, Quantity("angle")]
     L: Any
     G: Any
     H: Any
 
     def __post_init__(self) -> None:
+        measured = quantities_of(type(self))
         for name in ("l", "g", "h", "L", "G", "H"):
-            value = member_array(name, getattr(self, name), ())
+            value = getattr(self, name)
+            value = member_array(name, measured[name](name, value) if name in measured else value, ())
             object.__setattr__(self, name, value if value.ndim else float(value))
         (first, members), *others = [(name, len(x)) for name, x in vars(self).items() if np.ndim(x)] or [("", 0)]
         for name, count in others:
@@ -79,7 +81,7 @@ class Andoyer:
         g = 2 * np.arctan2(middle[..., 3], middle[..., 0])
         return cls(l, np.arctan2(np.sin(g), np.cos(g)), h, body[..., 2], np.hypot.reduce(body, axis=-1), space[..., 2])
 
-    def state(self, time: ArrayLike = 0.0) -> State:
+    def state(self, time: Times = 0.0) -> State:
         """Return the state with these variables."""
         (cos_J, sin_J), (cos_I, sin_I) = (_cosine_and_sine(x, self.G) for x in (self.L, self.H))
         J, I = np.arctan2(sin_J, cos_J), np.arctan2(sin_I, cos_I)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
@@ -15,7 +16,8 @@ from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpos
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
-from poinsot.mechanics.parameters import Parametric, Vector, described
+from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector, described
+from poinsot.quantities import AngularVelocities, Times
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from poinsot.mechanics.frame import Frame
     from poinsot.mechanics.state import State
 
-__all__ = ["Body", "inertia_of_spread"]
+__all__ = ["Body", "ObliqueBody", "inertia_of_spread"]
 
 EQUAL_MOMENTS = 64 * np.finfo(float).eps
 """Moments of a tensor that differ by less, relative to the largest, are equal: their axes are free."""
@@ -73,7 +75,7 @@ class Body(Parametric):
         """Return g . omega / 2, eq. (9); shape (...)."""
         return self.kinetics().kinetic_energy(_three("angular_momentum_body", angular_momentum_body))
 
-    def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
+    def angular_momentum(self, omega_body: AngularVelocities) -> NDArray[Any]:
         """Return the angular momentum in body axes, I omega; shape (..., 3)."""
         return quat.component_product(self.moments, _three("omega_body", omega_body))
 
@@ -102,7 +104,7 @@ class Body(Parametric):
     # ------------------------------------------------------------------ ways to a body
 
     @staticmethod
-    def from_inertia(tensor: ArrayLike) -> Body:
+    def from_inertia(tensor: Matrix) -> Body:
         """Return the body with an inertia tensor, shape (3, 3), about the user's axes.
 
         The axes stay the user's: every vector of a state, force or result is along them.
@@ -231,7 +233,7 @@ class Body(Parametric):
         return Body(_positive("mass", mass) * np.array([side, side, across / 2]))
 
     @staticmethod
-    def point_masses(masses: ArrayLike, positions: ArrayLike) -> Body:
+    def point_masses(masses: ArrayLike, positions: Points) -> Body:
         """Return the body of point masses, shapes (n,) and (n, 3), about their centre of mass."""
         m = _positive("masses", masses, (None,))
         if not m.size:
@@ -246,11 +248,11 @@ class Body(Parametric):
         self,
         attitude: Rotation | ArrayLike,
         *,
-        omega_body: ArrayLike | None = None,
-        omega_space: ArrayLike | None = None,
+        omega_body: AngularVelocities | None = None,
+        omega_space: AngularVelocities | None = None,
         angular_momentum_body: ArrayLike | None = None,
         angular_momentum_space: ArrayLike | None = None,
-        time: ArrayLike = 0.0,
+        time: Times = 0.0,
         frame: Frame | None = None,
     ) -> State:
         """Return the state of this body with an attitude and exactly one of the four vectors.
@@ -298,20 +300,25 @@ class ObliqueBody(Body):
 
     axes: Annotated[Any, (3, 3)]
 
+    @override
     def kinetics(self, scale: Scalar = 1) -> Kinetics:
         return ObliqueKinetics.unchecked(**vars(super().kinetics(scale)), axes=self.axes)
 
-    def angular_momentum(self, omega_body: ArrayLike) -> NDArray[Any]:
+    @override
+    def angular_momentum(self, omega_body: AngularVelocities) -> NDArray[Any]:
         return turned(self.axes, super().angular_momentum(turned(self.axes.T, _three("omega_body", omega_body))))
 
+    @override
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
         return super().moment_about(turned(self.axes.T, _three("direction_body", direction_body)))
 
     @property
+    @override
     def principal_matrix(self) -> NDArray[np.float64]:
         return np.asarray(self.axes)
 
     @property
+    @override
     def inertia(self) -> NDArray[np.float64]:
         axes = np.asarray(self.axes)
         return np.asarray((axes * np.asarray(self.moments)[..., None, :]) @ np.swapaxes(axes, -1, -2))

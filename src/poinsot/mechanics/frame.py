@@ -14,6 +14,7 @@ from poinsot.errors import real_array, real_numbers
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
 from poinsot.mechanics.parameters import described
+from poinsot.quantities import AngularVelocities, Time, Times
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -28,14 +29,14 @@ class Frame(ABC):
     """Axes that move in space; attitudes and rates relative to them go in and come out by name."""
 
     @abstractmethod
-    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:
+    def quaternion(self, time: Times) -> NDArray[np.float64]:
         """Return the unit quaternion frame -> space, x_space = q x_frame q~; shape (..., 4)."""
 
     @abstractmethod
-    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:
+    def omega_space(self, time: Times) -> NDArray[np.float64]:
         """Return the angular velocity of the frame, space axes; shape (..., 3)."""
 
-    def attitude(self, time: ArrayLike) -> Rotation:
+    def attitude(self, time: Times) -> Rotation:
         """Return the scipy rotation frame -> space."""
         return rotation(self.quaternion(time))
 
@@ -76,13 +77,13 @@ class RotatingFrame(Frame):
         The time of `attitude`.
     """
 
-    def __init__(self, attitude: Rotation | ArrayLike, omega_space: ArrayLike, epoch: float = 0.0) -> None:
+    def __init__(self, attitude: Rotation | ArrayLike, omega_space: AngularVelocities, epoch: Time = 0.0) -> None:
         self._start = unit_quaternion(attitude)
         self._omega = real_array("omega_space", omega_space, (3,))
         self._epoch = float(real_array("epoch", epoch, ()))
 
     @override
-    def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:
+    def quaternion(self, time: Times) -> NDArray[np.float64]:
         half = 0.5 * (real_numbers("time", time) - self._epoch)
         rate = np.linalg.norm(self._omega)
         turned: Any = np.stack(
@@ -92,5 +93,5 @@ class RotatingFrame(Frame):
         return quat.product(turned, self._start)
 
     @override
-    def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:
+    def omega_space(self, time: Times) -> NDArray[np.float64]:
         return np.broadcast_to(self._omega, (*real_numbers("time", time).shape, 3))

@@ -6,12 +6,12 @@ import operator
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.parameters import Matrix, Parametric
 
 __all__ = ["GravityField", "norms", "whole_degree"]
 
@@ -85,9 +85,7 @@ class GravityField(Parametric):
         return [(self.C[n, m], self.S[n, m]) for m in range(n + 1)]
 
     @classmethod
-    def from_normalized(
-        cls, mass: float, radius: float, C: ArrayLike, S: ArrayLike, extent: float = 0.0
-    ) -> GravityField:
+    def from_normalized(cls, mass: float, radius: float, C: Matrix, S: Matrix, extent: float = 0.0) -> GravityField:
         """Return the field of fully normalised coefficients, as most tables have them; every one may have members.
 
         A normalised coefficient is one that is not, over sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!).

@@ -1,9 +1,10 @@
 """Records whose annotated fields are physical parameters: what bodies, forces and orbits have in common.
 
 A field is declared by its annotation: `float` (a scalar), `Vector` (three components),
-`Annotated[Any, (5, 5)]` (any other shape; a length may be the name of an `int` field), another record, or
-structure (`int`, `bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may
-carry a leading member axis.
+`Annotated[Any, (5, 5)]` (any other shape; a length may be the name of an `int` field), what it measures beside it
+(`Angle`, `AngularVelocity`, `Time`, or `Annotated[Vector, Quantity("rate")]`), another record, or structure (`int`,
+`bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may carry a leading
+member axis.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, Self, dataclass_transform, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Self, dataclass_transform, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,12 +21,17 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.errors import member_array
 from poinsot.functions import Scalar
+from poinsot.quantities import extras_of, quantities_of, quantity_of
 
-__all__ = ["Parametric", "Table", "Vector", "described", "kinds_of"]
+__all__ = ["Matrix", "Parametric", "Points", "Table", "Vector", "described", "kinds_of"]
 
 
 Vector = Annotated[Any, (3,)]
 """Annotation of a parameter with three components; the field's docstring says in which axes."""
+
+Points = Annotated[ArrayLike, ("n", 3)]
+Matrix = Annotated[ArrayLike, ("n", "n")]
+"""Annotations of arguments that are arrays of two axes."""
 
 
 class Table:
@@ -55,9 +61,12 @@ class Parametric:
                 not isinstance(value, kind) or (kind is int and isinstance(value, bool))
             ):
                 raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
+        quantities = quantities_of(type(self))
         for name, kind in _fields_of(self).items():
             if isinstance(kind, tuple):
-                object.__setattr__(self, name, member_array(name, getattr(self, name), kind))
+                value = getattr(self, name)
+                value = quantities[name](name, value) if name in quantities else value
+                object.__setattr__(self, name, member_array(name, value, kind))
 
     def __repr__(self) -> str:
         fields = ", ".join(f"{name}={listed(getattr(self, name))}" for name in _fields_of(self))
@@ -67,6 +76,11 @@ class Parametric:
     def parts(self) -> Iterator[Parametric]:
         """The records among the fields."""
         return (value for name in _fields_of(self) if isinstance(value := getattr(self, name), Parametric))
+
+    @property
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        """The name of what makes the record again, and its arguments by name: the class and its fields."""
+        return type(self).__name__, {name: getattr(self, name) for name in _fields_of(self)}
 
     @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
@@ -173,10 +187,9 @@ def _fields(cls: Any) -> tuple[dict[str, Any], list[str]]:
 
 def _kind(cls: type, name: str, hint: Any) -> Any:
     """Return the shape of a real parameter, or the class of anything else."""
-    if hint is float:
-        return ()
-    if get_origin(hint) is Annotated:
-        return get_args(hint)[1]
+    shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
+    if shape is not None or hint is float or quantity_of(hint):
+        return shape or ()
     if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric | Table)):
         return hint
     raise TypeError(

@@ -13,6 +13,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Vector
+from poinsot.quantities import Angle, AngularVelocity, Time
 
 __all__ = ["AndoyerCrossing", "Apsis", "AtTime", "AttractorCrossing", "AxisCrossing", "RateCrossing", "SpinFlip"]
 
@@ -38,7 +39,7 @@ class AxisCrossing(Event):
 
     axis: Vector
     target: Vector
-    angle: float = field(default=np.pi / 2, kw_only=True)
+    angle: Angle = field(default=np.pi / 2, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -72,7 +73,7 @@ class AttractorCrossing(Event):
 
     axis: Vector
     orbit: Orbit
-    angle: float = field(default=np.pi / 2, kw_only=True)
+    angle: Angle = field(default=np.pi / 2, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -102,7 +103,7 @@ class RateCrossing(Event):
     """
 
     axis: Vector
-    rate: float = field(default=0.0, kw_only=True)
+    rate: AngularVelocity = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -159,7 +160,7 @@ class AndoyerCrossing(Event):
         If the pole is zero.
     """
 
-    angle: float = field(default=0.0, kw_only=True)
+    angle: Angle = field(default=0.0, kw_only=True)
     pole: Vector = field(default=(0.0, 0.0, 1.0), kw_only=True)
 
     def __post_init__(self) -> None:
@@ -206,7 +207,7 @@ class AtTime(Event):
     time : float
     """
 
-    time: float
+    time: Time
 
     @override
     def value(self, instant: Instant) -> Scalar:

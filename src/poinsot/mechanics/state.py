@@ -14,6 +14,7 @@ from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.parameters import listed
+from poinsot.quantities import Angles, Times
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -54,7 +55,7 @@ class State:
     in place of Q, which follows from it. The paper's Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
     """
 
-    def __init__(self, quaternion: ArrayLike, conjugate_momenta: ArrayLike, time: ArrayLike = 0.0) -> None:
+    def __init__(self, quaternion: ArrayLike, conjugate_momenta: ArrayLike, time: Times = 0.0) -> None:
         q = unit_quaternion(quaternion, "quaternion")
         Q = member_array("conjugate_momenta", conjugate_momenta, (4,))
         self.time = member_array("time", time, ())
@@ -65,7 +66,7 @@ class State:
 
     @classmethod
     @checked
-    def from_euler(cls, angles: ArrayLike, momenta: ArrayLike, sequence: str = "313", time: ArrayLike = 0.0) -> State:
+    def from_euler(cls, angles: Angles, momenta: ArrayLike, sequence: str = "313", time: Times = 0.0) -> State:
         """Return the state with Euler angles (radians) and their canonical momenta; shapes (3,) or (n, 3).
 
         Any angles are accepted off the singularity; q changes its sign when the first grows by 2 pi.
@@ -125,7 +126,7 @@ class State:
         )
 
 
-def state_with(q: ArrayLike, g: ArrayLike, time: ArrayLike) -> State:
+def state_with(q: ArrayLike, g: ArrayLike, time: Times) -> State:
     """Return the state with an angular momentum along the body axes, which it keeps to the last digit."""
     checked = State(q, 2 * quat.product(q, quat.pure(g)), time)
     momenta = np.array(np.broadcast_to(g, (*checked.quaternion.shape[:-1], 3)), dtype=float)

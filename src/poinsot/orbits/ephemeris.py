@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import operator
 from collections.abc import Callable
 from dataclasses import KW_ONLY
@@ -22,11 +23,12 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.parameters import Table, described, listed
+from poinsot.mechanics.parameters import Points, Table, described, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import check_surface
+from poinsot.quantities import Time, Times
 
-__all__ = ["Ephemeris", "EphemerisFrame", "PolynomialArc"]
+__all__ = ["Ephemeris", "EphemerisFrame"]
 
 Array = NDArray[np.float64]
 
@@ -127,8 +129,8 @@ class Ephemeris(Orbit):
         mu: float,
         *,
         position: Callable[[Array], ArrayLike],
-        start: float,
-        stop: float,
+        start: Time,
+        stop: Time,
         tolerance: float = 1e-13,
         reference_frame: str = "space axes",
         origin: str = "attractor",
@@ -177,9 +179,9 @@ class Ephemeris(Orbit):
         cls,
         mu: float,
         *,
-        times: ArrayLike,
-        positions: ArrayLike,
-        velocities: ArrayLike,
+        times: Times,
+        positions: Points,
+        velocities: Points,
         reference_frame: str = "space axes",
         origin: str = "attractor",
         calendar: Calendar | None = None,
@@ -218,6 +220,54 @@ class Ephemeris(Orbit):
                 f"{difference:.3g} of {size:.3g}. Are their units consistent, and the rows near enough?"
             )
         return cls(mu, pieces=_Pieces(t, coefficients, error, (reference_frame, origin, calendar)), radius=radius)
+
+    @classmethod
+    @checked
+    def from_pieces(
+        cls,
+        mu: float,
+        *,
+        knots: Times,
+        coefficients: Annotated[ArrayLike, ("pieces", 3, "terms")],
+        reference_frame: str = "space axes",
+        origin: str = "attractor",
+        error: float | None = None,
+        radius: float = 0.0,
+        dated: bool = True,
+        calendar: Calendar | None = None,
+    ) -> Ephemeris:
+        """Return an ephemeris from what it is made of.
+
+        Parameters
+        ----------
+        mu : float
+        knots : array (n + 1,)
+            Strictly rising.
+        coefficients : array (n, 3, terms)
+            Of Chebyshev's polynomials in each piece, positions from the attractor.
+        reference_frame, origin, error, radius, calendar
+            As the attributes.
+        dated : bool
+            Whether its times are those of the calendar.
+        """
+        times = real_array("knots", knots, (None,))
+        if times.size < 2 or np.any(np.diff(times) <= 0):
+            raise ValueError("knots must be two or more that rise, got others.")
+        polynomials = real_array("coefficients", coefficients, (times.size - 1, 3, None))
+        if not polynomials.size:
+            raise ValueError("coefficients must not be empty, but there are none.")
+        bound = math.nan if error is None else float(real_array("error", error, ()))
+        labels = (reference_frame, origin, calendar if dated else None)
+        return cls(mu, pieces=_Pieces(times, polynomials, bound, labels), radius=radius)
+
+    @property
+    @override
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        made = self.pieces
+        names = ("knots", "coefficients", "reference_frame", "origin")
+        error = {} if math.isnan(made.error) else {"error": made.error}
+        fields = {"mu": self.mu, **{name: getattr(made, name) for name in names}, **error}
+        return "Ephemeris.from_pieces", {**fields, "dated": made.calendar is not None, "radius": self.radius}
 
     def __post_init__(self) -> None:
         super().__post_init__()

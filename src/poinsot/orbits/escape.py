@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.orbits.angle_reduction import elapsed
 from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
+from poinsot.quantities import Angle, Duration, Inclination, Time
 
 __all__ = ["EscapeAxes", "EscapeOrbit"]
 
@@ -54,11 +56,11 @@ class EscapeOrbit(ConicOrbit):
     _: KW_ONLY
     periapsis_distance: float
     eccentricity: float
-    inclination: float = 0.0
-    node: float = 0.0
-    argument_of_periapsis: float = 0.0
-    time_since_periapsis: float = 0.0
-    epoch: float = 0.0
+    inclination: Inclination = 0.0
+    node: Angle = 0.0
+    argument_of_periapsis: Angle = 0.0
+    time_since_periapsis: Duration = 0.0
+    epoch: Time = 0.0
     radius: float = 0.0
 
     def __post_init__(self) -> None:
@@ -69,20 +71,21 @@ class EscapeOrbit(ConicOrbit):
         check_surface(self)
 
     @classmethod
+    @checked
     def from_elements(
         cls,
         mu: float,
         *,
-        periapsis_distance: Any = None,
-        semimajor_axis: Any = None,
+        periapsis_distance: float | None = None,
+        semimajor_axis: float | None = None,
         eccentricity: float,
-        inclination: float = 0.0,
-        node: float = 0.0,
-        argument_of_periapsis: float = 0.0,
-        true_anomaly: Any = None,
-        mean_anomaly: Any = None,
-        eccentric_anomaly: Any = None,
-        epoch: float = 0.0,
+        inclination: Inclination = 0.0,
+        node: Angle = 0.0,
+        argument_of_periapsis: Angle = 0.0,
+        true_anomaly: Angle | None = None,
+        mean_anomaly: Angle | None = None,
+        eccentric_anomaly: Angle | None = None,
+        epoch: Time = 0.0,
         radius: float = 0.0,
     ) -> EscapeOrbit:
         """Return the orbit with one of the two lengths and one of the three anomalies at the epoch.
@@ -113,7 +116,7 @@ class EscapeOrbit(ConicOrbit):
 
     @classmethod
     def from_vectors(
-        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
     ) -> EscapeOrbit:
         """Return the orbit through a position with a velocity, space axes, shape (3,), at the epoch.
 

@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.orbits.angle_reduction import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
+from poinsot.quantities import Angle, Inclination, Time
 
 __all__ = ["EccentricAxes", "EllipticAxes", "KeplerAxes", "KeplerOrbit", "LongEllipticAxes"]
 
@@ -55,11 +57,11 @@ class KeplerOrbit(ConicOrbit):
     _: KW_ONLY
     semimajor_axis: float
     eccentricity: float
-    inclination: float = 0.0
-    node: float = 0.0
-    argument_of_periapsis: float = 0.0
-    true_anomaly: float = 0.0
-    epoch: float = 0.0
+    inclination: Inclination = 0.0
+    node: Angle = 0.0
+    argument_of_periapsis: Angle = 0.0
+    true_anomaly: Angle = 0.0
+    epoch: Time = 0.0
     radius: float = 0.0
 
     def __post_init__(self) -> None:
@@ -70,19 +72,20 @@ class KeplerOrbit(ConicOrbit):
         check_surface(self)
 
     @classmethod
+    @checked
     def from_elements(
         cls,
         mu: float,
         *,
         semimajor_axis: float,
         eccentricity: float,
-        inclination: float = 0.0,
-        node: float = 0.0,
-        argument_of_periapsis: float = 0.0,
-        true_anomaly: Any = None,
-        mean_anomaly: Any = None,
-        eccentric_anomaly: Any = None,
-        epoch: float = 0.0,
+        inclination: Inclination = 0.0,
+        node: Angle = 0.0,
+        argument_of_periapsis: Angle = 0.0,
+        true_anomaly: Angle | None = None,
+        mean_anomaly: Angle | None = None,
+        eccentric_anomaly: Angle | None = None,
+        epoch: Time = 0.0,
         radius: float = 0.0,
     ) -> KeplerOrbit:
         """Return the ellipse with exactly one of the three anomalies at the epoch, radians.
@@ -116,7 +119,7 @@ class KeplerOrbit(ConicOrbit):
 
     @classmethod
     def from_vectors(
-        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
     ) -> KeplerOrbit:
         """Return the ellipse through a position with a velocity, space axes, shape (3,), at the epoch.
 
@@ -357,7 +360,7 @@ ELONGATED = 0.7
 loses digits."""
 
 
-def centre_equation(eccentricity: Any, mean_anomaly: Any) -> NDArray[np.float64]:
+def centre_equation(eccentricity: Any, mean_anomaly: Angle | None) -> NDArray[np.float64]:
     """Return the true less the mean anomaly, radians, with a last axis of one."""
     e, E = eccentricity, functions.eccentric_anomaly(eccentricity, mean_anomaly)
     beta = e / (1 + np.sqrt((1 - e) * (1 + e)))

@@ -17,6 +17,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Vector
 from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
+from poinsot.quantities import AngularVelocity, Time
 
 __all__ = ["LagrangePointPath", "RotatingPosition"]
 
@@ -46,8 +47,8 @@ class RotatingPosition(Orbit):
     mu: float
     _: KW_ONLY
     position: Vector
-    rate: float
-    epoch: float = 0.0
+    rate: AngularVelocity
+    epoch: Time = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -125,7 +126,7 @@ class LagrangePointPath(CirclingPair):
     _: KW_ONLY
     separation: float
     point: str
-    epoch: float = 0.0
+    epoch: Time = 0.0
 
     def __post_init__(self) -> None:
         for name in ("mu_primary", "mu_secondary", "separation", "epoch"):
@@ -152,13 +153,13 @@ class LagrangePointPath(CirclingPair):
         )
 
     @property
+    @override
     def from_primary(self) -> RotatingPosition:
-        """The orbit of the body about the primary."""
         return RotatingPosition(self.mu_primary, position=self._places[0], rate=self.mean_motion, epoch=self.epoch)
 
     @property
+    @override
     def from_secondary(self) -> RotatingPosition:
-        """The orbit of the body about the secondary."""
         return RotatingPosition(self.mu_secondary, position=self._places[1], rate=self.mean_motion, epoch=self.epoch)
 
     @property

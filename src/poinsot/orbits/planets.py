@@ -12,6 +12,7 @@ from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits import solutions
 from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.quantities import Date
 
 __all__ = ["planet_orbit"]
 
@@ -53,7 +54,7 @@ Array = NDArray[np.float64]
 
 
 @checked
-def planet_orbit(body: str, attractor: str, start: Any, stop: Any, *, calendar: Calendar = J2000) -> Ephemeris:
+def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar: Calendar = J2000) -> Ephemeris:
     """Return the position of the Sun, the Moon or a planet relative to another of them, without any data file.
 
     The planets are those of VSOP2013 (Simon et al. 2013), the Moon that of ELP2000-82B (Chapront-Touze and Chapront

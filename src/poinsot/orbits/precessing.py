@@ -17,6 +17,7 @@ from poinsot.orbits.angle_reduction import angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicAxes, plane_of
 from poinsot.orbits.frame import OrbitFrame
 from poinsot.orbits.kepler import EllipticAxes, KeplerOrbit, LongEllipticAxes, is_circle
+from poinsot.quantities import AngularVelocity
 
 __all__ = ["LongPrecessingAxes", "PrecessingAxes", "PrecessingOrbit"]
 
@@ -46,13 +47,18 @@ class PrecessingOrbit(Orbit):
 
     orbit: KeplerOrbit
     _: KW_ONLY
-    node_rate: float = 0.0
-    periapsis_rate: float = 0.0
-    anomaly_rate: float = 0.0
+    node_rate: AngularVelocity = 0.0
+    periapsis_rate: AngularVelocity = 0.0
+    anomaly_rate: AngularVelocity = 0.0
 
     @classmethod
     def from_mean_motion(
-        cls, orbit: KeplerOrbit, *, mean_motion: float, node_rate: float = 0.0, periapsis_rate: float = 0.0
+        cls,
+        orbit: KeplerOrbit,
+        *,
+        mean_motion: AngularVelocity,
+        node_rate: AngularVelocity = 0.0,
+        periapsis_rate: AngularVelocity = 0.0,
     ) -> PrecessingOrbit:
         """Return the orbit with an observed rate of the mean anomaly, radians per unit of time.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Any
@@ -21,17 +22,28 @@ from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Parametric, Vector
 from poinsot.orbits import solutions
 from poinsot.orbits.universal import refuse_symbols
+from poinsot.quantities import Time
 
 __all__ = ["CirclingPair", "SynodicAxes", "ThreeBodyPath", "ThreeBodyView"]
 
 
-class CirclingPair:
+class CirclingPair(ABC):
     """Two attractors on circles about each other, the primary the heavier one."""
 
     if TYPE_CHECKING:
         mu_primary: Any
         mu_secondary: Any
         separation: Any
+
+    @property
+    @abstractmethod
+    def from_primary(self) -> Orbit:
+        """The orbit of the body about the primary."""
+
+    @property
+    @abstractmethod
+    def from_secondary(self) -> Orbit:
+        """The orbit of the body about the secondary."""
 
     @property
     def mass_ratio(self) -> Any:
@@ -91,7 +103,7 @@ class ThreeBodyPath(CirclingPair, Parametric):
     separation: float
     position: Vector
     velocity: Vector
-    epoch: float = 0.0
+    epoch: Time = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -102,13 +114,13 @@ class ThreeBodyPath(CirclingPair, Parametric):
                 raise ValueError(f"position must be apart from both attractors, but the body is at the {name}.")
 
     @property
+    @override
     def from_primary(self) -> ThreeBodyView:
-        """The orbit of the body about the primary."""
         return ThreeBodyView(self, attractor="primary")
 
     @property
+    @override
     def from_secondary(self) -> ThreeBodyView:
-        """The orbit of the body about the secondary."""
         return ThreeBodyView(self, attractor="secondary")
 
     @property

@@ -13,13 +13,14 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
 from poinsot.mechanics.parameters import described
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.quantities import Date
 
 __all__ = ["orbit_sum"]
 
 TOLERANCE = 1e-12
 
 
-def orbit_sum(*orbits: Orbit, start: Any = None, stop: Any = None) -> Ephemeris:
+def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeris:
     """Return the orbit of the body of the first about the attractor of the last: the sum of their positions.
 
     Each orbit but the first is that of the attractor of the one before: `orbit_sum(satellite, earth)`, of a

@@ -8,13 +8,14 @@ from poinsot.checked import checked
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.from_cartesian import passage
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.quantities import Time
 
 __all__ = ["two_body_orbit"]
 
 
 @checked
 def two_body_orbit(
-    mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: float = 0.0, radius: float = 0.0
+    mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
 ) -> KeplerOrbit | EscapeOrbit:
     """Return the orbit through a position with a velocity: an ellipse, a parabola or a hyperbola.
 

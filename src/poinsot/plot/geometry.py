@@ -27,11 +27,11 @@ from poinsot.plot.solids import (
     view_direction,
     zoom_of,
 )
+from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["herpolhode", "poinsot_construction", "polhode"]
 

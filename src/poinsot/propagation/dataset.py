@@ -10,40 +10,27 @@ import numpy as np
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.probing import orbits_of
-from poinsot.propagation.scenario_text import Text, shape_of, text_of
 
 if TYPE_CHECKING:
     import xarray
 
     from poinsot.propagation.trajectory import Trajectory
 
-__all__ = ["PROVENANCE", "SYSTEM", "WHOLE", "WITH_FILES", "calendar_of", "dataset_of", "space_axes_of"]
+__all__ = ["calendar_of", "dataset_of", "space_axes_of"]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
-
-PROVENANCE = ("title", "seed", "scenario", "scenario_of", "scenario_read")
-"""What a trajectory knows of the scenario that made it, and a dataset too."""
-
-SYSTEM, WHOLE = "system", "state, times and system"
-"""What the text of a scenario in a file is of: the rest is in the variables."""
-
-WITH_FILES = "state, times and system, with files"
-"""The scenario names files: what was read from them is in `scenario_read`, the text of the system, and variables."""
 
 
 def dataset_of(motion: Trajectory) -> xarray.Dataset:
     """Return the dataset of a trajectory, one variable for each quantity, along `time`, members first.
 
-    It has what a trajectory is made of, to the bit, and nothing of the machine that computed it. The attribute
-    `scenario` has the text that makes the system again; where there can be none, `not_rerunnable` says why. Arrays
-    that the text names are variables, and so are those of the body's shape, whose text is the attribute `shape`.
+    It has what a trajectory is made of, bit for bit, and nothing of the machine that computed it; of its system no
+    more than its `repr`, to which `save` adds what makes it again.
     """
     import xarray
 
-    scenario, data = _scenario_of(motion)
     return xarray.Dataset(
-        {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()}
-        | {name: _named(name, values) for name, values in data.items()},
+        {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()},
         coords={
             "time": ("time", motion.times, {"units": motion.system.units["time"], **_said_of_time(motion)}),
             "parameter": ["0", "1", "2", "3"],
@@ -59,7 +46,7 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
             **{key: value for key, value in motion.summary.items() if key != "wall_time"},
             **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
             **{f"version_{name}": version for name, version in motion.run.versions.items()},
-            **scenario,
+            **{key: motion.provenance[key] for key in ("title", "seed") if motion.provenance.get(key) is not None},
             **({} if space_axes_of(motion) == SPACE_AXES_UNNAMED else {"reference_frame": space_axes_of(motion)}),
             "units_time": motion.system.units["time"],
             "units_inertia": motion.system.units["inertia"],
@@ -92,28 +79,6 @@ def _said_of_time(motion: Trajectory) -> dict[str, str]:
         "scale": calendar.scale,
         "counted_in": counted,
     }
-
-
-def _scenario_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the texts of scenario and shape, or why there is none, what else is known, and the arrays they name."""
-    known = {key: motion.provenance[key] for key in PROVENANCE if motion.provenance.get(key) is not None}
-    shape = shape_of(motion) or Text("", {})
-    shaped = {"shape": shape.text} if shape.text else {}
-    if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
-        return {**known, **shaped}, {**motion.provenance.get("data", {}), **shape.data}
-    if hasattr(motion.system, "not_rerunnable"):
-        return {**known, "not_rerunnable": motion.system.not_rerunnable, **shaped}, shape.data
-    try:
-        text = text_of(motion)
-    except ValueError as error:
-        return {**known, "not_rerunnable": str(error), **shaped}, shape.data
-    read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
-    return {**known, **read, **shaped}, {**text.data, **shape.data}
-
-
-def _named(name: str, values: Any) -> tuple[list[str], Any, dict[str, str]]:
-    """Return an array that a text names, as a variable with axes of its own."""
-    return [f"{name}_axis{i}" for i in range(np.ndim(values))], values, {"units": "1", "long_name": "named in a text"}
 
 
 class _Variables:

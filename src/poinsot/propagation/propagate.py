@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.engine import kernels
@@ -35,7 +35,8 @@ from poinsot.propagation.arguments import (
     members_of,
 )
 from poinsot.propagation.event_record import checked_events, crossings
-from poinsot.propagation.trajectory import Run, Trajectory, versions
+from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
+from poinsot.quantities import Times
 
 __all__ = ["propagate"]
 
@@ -49,7 +50,7 @@ Array = NDArray[Any]
 def propagate(
     system: System,
     state: State,
-    times: ArrayLike,
+    times: Times,
     *,
     events: Sequence[Event] = (),
     formulation: str | None = None,
@@ -128,7 +129,7 @@ def propagate(
                 half.run()
         wall_time = clock.perf_counter() - began
         steps = sum(half.steps for half in halves)
-        run = Run("Taylor", chosen, precision, float(engine.tol), engine.order, steps, wall_time, versions())
+        run = Run(Method.TAYLOR, chosen, precision, float(engine.tol), engine.order, steps, wall_time, versions())
     motion = _join((system, watched), state, t, halves, variables, run, dense)
     for half in halves:
         if half.stopped:
@@ -150,9 +151,7 @@ def _propagate_members(
     done = Ensemble(count, t.size, variables.formulation, variables.axes.size if tracked_orbits(watched) else 0)
     integrate_members(watched, state, np.sort(t), variables, tolerance, threads, progress, done)
     name, steps = variables.formulation.name, int(done.steps.sum())
-    run = Run(
-        "Taylor, members in batches", name, "double", done.tolerance, done.order, steps, done.wall_time, versions()
-    )
+    run = Run(Method.TAYLOR_OF_MEMBERS, name, "double", done.tolerance, done.order, steps, done.wall_time, versions())
     order = slice(None, None, 1 if _rises(t) else -1)
     phase = changed(done.phase, lambda x: x[:, order])
     environment = (

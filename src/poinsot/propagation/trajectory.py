@@ -6,11 +6,12 @@ import functools
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from enum import StrEnum
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
@@ -23,12 +24,13 @@ from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.event_record import EventRecord, crossings_of_members
 from poinsot.propagation.selection import Chosen, Index, checked_index, state_of_members, system_of_members
+from poinsot.quantities import Times
 
 if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
-__all__ = ["RelativeMotion", "Run", "Trajectory", "versions"]
+__all__ = ["Method", "RelativeMotion", "Run", "Trajectory", "versions"]
 
 Array = NDArray[np.float64]
 Rows = Callable[[Array], Array]
@@ -40,13 +42,24 @@ OF_PARTS = ("title", "calendar", "reference_frame")
 Interpolant = Callable[[Array], Phase]
 
 
+class Method(StrEnum):
+    """What computed a trajectory."""
+
+    TAYLOR = "Taylor"
+    TAYLOR_OF_MEMBERS = "Taylor, members in batches"
+    VARIATIONAL = "Taylor, with neighbours to first order"
+    CLOSED_FORM = "closed form"
+    TABLE = "table"
+
+
 @dataclass(frozen=True)
 class Run:
     """How a trajectory was computed.
 
     Attributes
     ----------
-    method, formulation, precision : str
+    method : Method
+    formulation, precision : str
     tolerance : float
         Of the integrator, relative, per step.
     order, steps : int
@@ -57,7 +70,7 @@ class Run:
         Of the package and of what computed.
     """
 
-    method: str
+    method: Method
     formulation: str
     precision: str
     tolerance: float
@@ -217,7 +230,7 @@ class Trajectory:
             self.omega_body - frame_omega,
         )
 
-    def __call__(self, time: ArrayLike) -> State:
+    def __call__(self, time: Times) -> State:
         """Return the state at a time, or a batch of states at an array of times, from the dense output."""
         if self._interpolant is None:
             raise ValueError(
@@ -366,6 +379,7 @@ class Trajectory:
         validity = self.system.validity(self._state, self.environment).items()
         return {
             **{key: value for key, value in asdict(self.run).items() if key != "versions"},
+            "method": str(self.run.method),
             "norm_error": _largest(self.norm_error),
             "tangency_error": _largest(self.tangency_error),
             **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),

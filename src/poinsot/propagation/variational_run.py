@@ -27,7 +27,7 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
-from poinsot.propagation.trajectory import Run, versions
+from poinsot.propagation.trajectory import Method, Run, versions
 
 __all__ = ["TangentRun", "units"]
 
@@ -109,16 +109,22 @@ class TangentRun:
     def run(self, out: EnsembleOutput) -> Run:
         """Return how it was computed."""
         steps = int(out.steps.sum())
-        return Run(METHOD, self.formulation.name, "double", out.tolerance, out.order, steps, out.wall_time, versions())
+        return Run(
+            Method.VARIATIONAL,
+            self.formulation.name,
+            "double",
+            out.tolerance,
+            out.order,
+            steps,
+            out.wall_time,
+            versions(),
+        )
 
     def raise_interrupted(self, out: EnsembleOutput, result: object) -> None:
         """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
         if out.interrupted:
             message = f"the integration was interrupted: {out.finished} of {len(out.steps)} members are done."
             raise PropagationInterrupted(message, float(self.times[-1]), result)
-
-
-METHOD = "Taylor, with neighbours to first order"
 
 
 def units(tangent: tuple[int, ...], scale: float) -> Array:

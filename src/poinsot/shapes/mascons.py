@@ -8,6 +8,7 @@ from typing_extensions import override
 
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
+from poinsot.mechanics.parameters import Points
 from poinsot.shapes.cubature import gravity_of_points, multipoles
 from poinsot.shapes.shape import Shape
 
@@ -32,7 +33,7 @@ class Mascons(Shape):
         If there are none, or a mass is not positive.
     """
 
-    def __init__(self, masses: ArrayLike, positions: ArrayLike) -> None:
+    def __init__(self, masses: ArrayLike, positions: Points) -> None:
         self.masses = real_array("masses", masses, (None,))
         refuse_nonpositive("masses", self.masses)
         if not self.masses.size:

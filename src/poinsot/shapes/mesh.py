@@ -11,6 +11,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
+from poinsot.mechanics.parameters import Points
 from poinsot.shapes import polyhedron
 from poinsot.shapes.shape import Shape, mass_of
 from poinsot.shapes.winding import FLAT, check_closed, check_outwards, repaired
@@ -53,8 +54,8 @@ class Mesh(Shape):
     @checked
     def __init__(
         self,
-        vertices: ArrayLike,
-        faces: ArrayLike,
+        vertices: Points,
+        faces: Points,
         *,
         mass: float | None = None,
         density: float | None = None,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,6 +67,12 @@ class Shape(ABC):
         """Return the shape whose points are matrix x + position."""
 
     # ------------------------------------------------------------------ what follows
+
+    @property
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        """The name of what makes the shape again, and its arguments by name: those of its class that it has."""
+        names = inspect.signature(type(self)).parameters
+        return type(self).__name__, {name: getattr(self, name) for name in names if hasattr(self, name)}
 
     @property
     def principal_axes(self) -> Rotation:

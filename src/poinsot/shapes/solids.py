@@ -41,6 +41,12 @@ class Solid(Shape):
     def inertia(self) -> Array:
         return np.asarray(self._axes @ self._own_body().inertia @ self._axes.T)
 
+    @property
+    @override
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        name, arguments = super().definition
+        return name, {**arguments, "position": self._center, "matrix": self._axes}
+
     @abstractmethod
     def _own_body(self) -> Body:
         """Return the body about the centre, along the axes of symmetry."""

@@ -13,7 +13,7 @@ import poinsot as pt
 from in_order import in_order
 from poinsot import functions as fn
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
-from poinsot.propagation.scenario_text import text_of
+from poinsot.files.scenarios.writer import text_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
 OBLIQUE = pt.Body.from_inertia([[3, 0.1, 0], [0.1, 4, 0.2], [0, 0.2, 5]])
@@ -116,8 +116,13 @@ def test_again_to_the_bit(motions, name, tmp_path):
     assert_same(motions[name], again.propagate(progress=False))
 
 
-def test_datasets_are_read_too(motions):
-    assert_same(motions["in orbit"], pt.load(motions["in orbit"].dataset))
+def test_datasets_that_xarray_opens_are_read_too(motions, tmp_path):
+    with xarray.open_dataset(pt.save(motions["in orbit"], tmp_path / "it.nc"), decode_cf=False) as data:
+        read = pt.load(data)
+        assert_same(motions["in orbit"], read)
+        assert repr(read.system) == repr(motions["in orbit"].system)
+    bare = pt.load(motions["in orbit"].dataset)
+    assert bare.system.not_rerunnable == "the dataset has no scenario."
 
 
 def test_orbits_are_where_they_were_integrated(motions, tmp_path):
@@ -257,7 +262,7 @@ def test_stores_are_what_zarr_reads(motions, name, tmp_path):
         for key, variable in data.variables.items():
             assert np.array_equal(variable.values, expected[key].values)
             assert (variable.dims, variable.attrs) == (expected[key].dims, expected[key].attrs)
-        assert set(data.attrs) == set(expected.attrs) | {"digest"}
+        assert set(data.attrs) == set(expected.attrs) | {"digest", "scenario", "scenario_of"}
         assert_same(pt.load(data.load()), motion)
 
 

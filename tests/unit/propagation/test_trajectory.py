@@ -231,7 +231,8 @@ def test_some_of_the_times(members, chosen):
 
 
 def test_an_orbit_that_is_integrated_along_goes_with_its_member():
-    point = pt.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4").orbit([(0.01, 0, 0), (0, 0.02, 0)]).from_secondary
+    point = pt.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4")
+    point = point.path(offset=[(0.01, 0, 0), (0, 0.02, 0)]).from_secondary
     system = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(point))
     start = system.body.state([(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5)], omega_body=(0, 0, 1))
     motion = pt.propagate(system, start, TIMES, events=[pt.Apsis(point)])

@@ -22,7 +22,7 @@ from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import calendar_of as dates_of_motion
 from poinsot.propagation.dataset import space_axes_of
-from poinsot.propagation.trajectory import Run, Trajectory, versions
+from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -127,7 +127,7 @@ class AttitudeTable:
         (times, unit), q = self._times_of(system), self.quaternion
         phase = {"quaternion": q, "angular_momentum_body": system.body.angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
-        run = Run("table", given, "double", 0.0, 0, 0, 0.0, versions())
+        run = Run(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
         motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, lambda: phase, run)
         motion.provenance = self._known_of(system)
         return motion

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file
@@ -21,6 +21,7 @@ from poinsot.files.spice import ET, loaded
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Times
 
 __all__ = ["read_ck", "spice_attitude", "write_ck"]
 
@@ -75,7 +76,7 @@ CK_{number}_SPK = {spacecraft}
 @checked
 def spice_attitude(
     frame: str,
-    times: ArrayLike,
+    times: Times,
     kernels: Sequence[str | Path],
     *,
     reference_frame: str = "J2000",

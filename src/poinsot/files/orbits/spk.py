@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from poinsot.files.spice import ET, Kernels, loaded
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.quantities import Date
 
 __all__ = ["spice_orbit"]
 
@@ -30,8 +30,8 @@ MOST_TIMES = 100_000
 def spice_orbit(
     target: str | int,
     center: str | int,
-    start: Any,
-    stop: Any,
+    start: Date,
+    stop: Date,
     kernels: Sequence[str | Path],
     *,
     frame: str = "J2000",

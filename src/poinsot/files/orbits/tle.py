@@ -20,6 +20,7 @@ from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.mechanics.parameters import described
 from poinsot.orbits.attractors import attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.quantities import Date
 
 __all__ = ["omm_orbit", "tle_orbit"]
 
@@ -79,8 +80,8 @@ Array = NDArray[np.float64]
 @checked
 def tle_orbit(
     lines: str | Sequence[str],
-    start: Any,
-    stop: Any,
+    start: Date,
+    stop: Date,
     *,
     max_age: float = 14.0,
     reference_frame: str = "TEME",
@@ -123,8 +124,8 @@ def tle_orbit(
 @checked
 def omm_orbit(
     message: str | Mapping[str, Any],
-    start: Any,
-    stop: Any,
+    start: Date,
+    stop: Date,
     *,
     max_age: float = 14.0,
     reference_frame: str = "TEME",
@@ -163,8 +164,8 @@ def omm_orbit(
 def _orbit(
     satellite: Any,
     epoch: Calendar,
-    start: Any,
-    stop: Any,
+    start: Date,
+    stop: Date,
     max_age: float,
     reference_frame: str,
     calendar: Calendar | None,

@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers
-from poinsot.files.scenarios.errors import Errors, has, nearest
+from poinsot.files.scenarios.errors import Errors, has, maker_at, nearest
 from poinsot.files.scenarios.folder import Folder
-from poinsot.files.scenarios.registry import Key, kind_of, makers
-from poinsot.files.scenarios.schema import converted, scenario_model, short
+from poinsot.files.scenarios.registry import DEFAULTS, Key, makers
+from poinsot.files.scenarios.schema import STATE, converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
@@ -124,13 +124,13 @@ class Parts:
         random, members = np.random.default_rng(ensemble["seed"]), ensemble["members"]
         for i, spread in enumerate(ensemble["spread"]):
             place: Path = ("ensemble", "spread", i)
-            table, key = self._target(spread["of"], place)
+            table, key, kind = self._target(spread["of"], place)
             value = np.zeros(3) if key == "turn" else np.asarray(table[key], dtype=float)
             if members * value.size > MOST_DRAWN:
                 raise self._errors.at(
                     ("ensemble", "members"), f"must make at most {MOST_DRAWN} numbers of one, but {members} make more."
                 )
-            drawn = self._drawn(random, spread, value, members, place)
+            drawn = self._drawn(random, {**spread, "kind": kind}, value, members, place)
             if key == "turn":
                 self._turn = drawn
             else:
@@ -144,8 +144,7 @@ class Parts:
         if spread.get("size") is None:
             raise self._errors.at((*place, "size"), "must be there, but it is not.")
         try:
-            kind = kind_of(spread["of"].rpartition(".")[2])
-            size = real_numbers("size", converted(spread["size"], kind, self.time_unit, "size"))
+            size = real_numbers("size", converted(spread["size"], spread["kind"], self.time_unit, "size"))
             size = np.broadcast_to(size, value.shape)
         except (TypeError, ValueError) as error:
             raise self._errors.prefixed((*place, "size"), _about_size(str(error))) from None
@@ -162,10 +161,10 @@ class Parts:
             raise self._errors.at((*place, "size"), "must not be beside isotropic, but it is.")
         return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
 
-    def _target(self, path: str, place: Path) -> tuple[Any, Any]:
-        """Return the table and the key of the number at a path such as state.omega_body."""
+    def _target(self, path: str, place: Path) -> tuple[Any, Any, str]:
+        """Return the table, the key and the kind of the number at a path such as state.omega_body."""
         if path == "state.turn":
-            return self.values["state"], "turn"
+            return self.values["state"], "turn", "angle"
         parts = [
             int(part) if part.isdecimal() and len(part) < 6 else part
             for part in path.replace("[", ".").replace("]", "").split(".")
@@ -178,7 +177,9 @@ class Parts:
             raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is none.{near}")
         if node[parts[-1]].dtype.kind != "f":
             raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is a date.")
-        return node, parts[-1]
+        *outer, last = parts
+        keys = STATE if outer == ["state"] else maker_at(self.values, tuple(outer)).keys
+        return node, last, next(key.kind for key in keys if key.name == last)
 
     # ------------------------------------------------------------------ parts
 
@@ -198,8 +199,7 @@ class Parts:
 
     def _part(self, group: str, table: dict[str, Any], place: Path) -> Any:
         """Return what a table describes."""
-        kinds = makers(group)
-        maker = kinds[table.get("type", next(iter(kinds)))]
+        maker = makers(group)[table.get("type") or DEFAULTS[group]]
         arguments = [
             self._orbit(name, (*place, key.name))
             for key in maker.keys

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from poinsot.files.scenarios.registry import Maker, makers
+from poinsot.files.scenarios.registry import DEFAULTS, Maker, makers
 from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
 
-__all__ = ["Errors", "has", "nearest"]
+__all__ = ["Errors", "has", "maker_at", "nearest"]
 
 MISSING = "must be there, but it is not."
 
@@ -106,9 +106,8 @@ class Errors:
 def _types_of(error: Any) -> str:
     """Return what a table can name as its type."""
     location = [part for part in error["loc"] if isinstance(part, str)]
-    groups = {"body": "body", "forces": "force", "orbits": "orbit"}
     inner = [INNER[part] for part in location if part in INNER]
-    group = inner[-1] if inner else groups.get(location[0]) if location else None
+    group = inner[-1] if inner else GROUPS.get(location[0]) if location else None
     return f" There is {', '.join(makers(group))}." if group else ""
 
 
@@ -129,23 +128,28 @@ def _place_in(data: Any, location: tuple[Any, ...]) -> Path:
     return tuple(place)
 
 
+def maker_at(data: Any, place: Path) -> Maker:
+    """Return what makes a thing of the table at a place: of a body, a force, an orbit, a frame, or in one of them."""
+    for part in place:
+        data = data[part]
+    inner = [part for part in place if part in INNER]
+    group = INNER[inner[-1]] if inner else GROUPS[place[0]]
+    return makers(group)[data.get("type") or DEFAULTS[group]]
+
+
 def _keys_at(data: Any, outer: Path) -> list[str]:
     """Return the keys that the table at a place can have."""
-    for part in outer:
-        data = data[part]
-    groups = {"body": "body", "forces": "force", "orbits": "orbit", "frames": "frame"}
-    if outer and outer[0] in groups:
-        inner = [part for part in outer if part in INNER]
-        group = INNER[inner[-1]] if inner else groups[str(outer[0])]
-        kinds = makers(group)
-        maker: Maker = kinds[data.get("type", next(iter(kinds)))]
-        return [key.name for key in maker.keys]
+    if outer and outer[0] in GROUPS:
+        return [key.name for key in maker_at(data, outer).keys]
     model: Any = scenario_model()
     for part in outer:
         if not isinstance(part, int):
             model = _model_in(model.model_fields[part].annotation)
     return list(model.model_fields)
 
+
+GROUPS: dict[Any, str] = {"body": "body", "forces": "force", "orbits": "orbit", "frames": "frame"}
+"""Groups of the tables of a scenario."""
 
 INNER: dict[Any, str] = {"field": "field", "shape": "shape", "parts": "part"}
 """Groups of the tables within those of bodies, forces and orbits, by their keys."""

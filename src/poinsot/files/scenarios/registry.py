@@ -1,110 +1,59 @@
-"""What a scenario can name: the package's bodies, forces, orbits and fields, and the other ways to them.
+"""What a scenario can name: every body, force, orbit, shape and gravity field, and the functions that make one.
 
-Classes are found by themselves, and read by their annotated fields: a new force needs no line here.
+Classes are found among the subclasses, a user's own too, and functions in the modules; their arguments are read by
+their annotations. What ships in a new module needs no line here.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
+import importlib
 import inspect
-import math
+import pkgutil
 import re
-from collections.abc import Callable, Iterator
-from typing import Any
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Self, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from poinsot import forces, orbits, shapes
+from poinsot.checked import hint_of
 from poinsot.errors import real_array
-from poinsot.files.bodies.fields import read_field
-from poinsot.files.bodies.meshes import read_mesh
-from poinsot.files.orbits.oem import read_oem
-from poinsot.files.orbits.spk import spice_orbit
-from poinsot.files.orbits.tle import omm_orbit, tle_orbit
-from poinsot.forces.damping import LinearDamping
-from poinsot.forces.ellipsoid import EllipsoidGravity
-from poinsot.forces.gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
-from poinsot.forces.mascons import MasconGravity
+from poinsot.files import bodies as files_of_bodies
+from poinsot.files import orbits as files_of_orbits
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
-from poinsot.mechanics.parameters import Parametric, Table, kinds_of
-from poinsot.orbits.ephemeris import Ephemeris, PolynomialArc
-from poinsot.orbits.escape import EscapeOrbit
-from poinsot.orbits.fixed import FixedPosition
-from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.orbits.lagrange import LagrangePointPath
-from poinsot.orbits.planets import planet_orbit
-from poinsot.orbits.precessing import PrecessingOrbit
-from poinsot.orbits.restricted_three_body import ThreeBodyPath
-from poinsot.orbits.sums import orbit_sum
-from poinsot.orbits.two_body import two_body_orbit
-from poinsot.quantities import ANGLES
+from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.quantities import extras_of, quantity_of
 from poinsot.shapes.assembly import Assembly
-from poinsot.shapes.mascons import Mascons
-from poinsot.shapes.mesh import Mesh
-from poinsot.shapes.solids import Cylinder, Ellipsoid
+from poinsot.shapes.shape import Shape
 
-__all__ = ["Key", "Maker", "kind_of", "makers"]
+__all__ = ["DEFAULTS", "Key", "Maker", "known_classes", "makers"]
 
-CLASSES: dict[str, tuple[Any, ...]] = {
+BASES: dict[str, tuple[type, ...]] = {
     "body": (Body,),
-    "force": (
-        UniformGravity,
-        GravityGradient,
-        HarmonicGravity,
-        Oblateness,
-        MasconGravity,
-        EllipsoidGravity,
-        LinearDamping,
-    ),
-    "orbit": (Orbit, FixedPosition, ThreeBodyPath),
+    "force": (Potential, Torque),
+    "orbit": (Orbit, CirclingPair),
     "field": (GravityField,),
-}
-"""Classes of the package, found with their subclasses."""
-
-FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
-    "body": (
-        Body.from_inertia,
-        Body.from_stokes,
-        Body.from_ratios,
-        Body.ellipsoid,
-        Body.box,
-        Body.cylinder,
-        Body.point_masses,
-        Body.from_shape,
-    ),
-    "force": (),
-    "orbit": (
-        KeplerOrbit.from_elements,
-        KeplerOrbit.from_vectors,
-        EscapeOrbit.from_elements,
-        EscapeOrbit.from_vectors,
-        PrecessingOrbit.from_mean_motion,
-        two_body_orbit,
-        LagrangePointPath,
-        planet_orbit,
-        tle_orbit,
-        omm_orbit,
-        orbit_sum,
-        Ephemeris.from_table,
-        read_oem,
-        spice_orbit,
-    ),
-    "field": (GravityField.from_normalized, read_field),
     "frame": (RotatingFrame,),
-    "shape": (Mesh, Mesh.box, Ellipsoid, Cylinder, Mascons, read_mesh, Assembly),
+    "shape": (Shape,),
 }
-"""Other ways to them."""
 
-NOT_FOR_FILES = (PolynomialArc,)
+DEFAULTS = {"body": "Body", "field": "GravityField", "frame": "RotatingFrame"}
+"""Types of the tables that need not say one, by group."""
 
-RATES = ("rate", "node_rate", "periapsis_rate", "anomaly_rate", "mean_motion", "omega_body", "omega_space")
-TIMES = ("epoch", "time", "time_since_periapsis", "start", "stop", "step", "values", "times", "knots")
+PACKAGES = (forces, orbits, shapes, files_of_bodies, files_of_orbits)
+"""Their modules have the classes that ship, and functions that make one."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,8 +63,8 @@ class Key:
     Attributes
     ----------
     kind : str
-        "number", "angle", "rate", "time", "text", "texts", "whole", "truth", "file", "files", "orbit", "orbits",
-        "field", "shape" or "shapes".
+        "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
+        "orbits", "field", "shape" or "shapes".
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     """
@@ -124,7 +73,7 @@ class Key:
     kind: str
     rank: int = 0
     required: bool = True
-    default: Any = None
+    default: float | str | None = None
     help: str = ""
 
 
@@ -139,90 +88,152 @@ class Maker:
     takes_calendar: bool = False
 
 
-@functools.cache
 def makers(group: str) -> dict[str, Maker]:
-    """Return what a table of a group may name as its type, by name."""
+    """Return what a table of a group may name as its type, by name; the package's own go before others."""
     if group == "part":
         return {name: maker for name, maker in makers("shape").items() if maker.call is not Assembly}
-    found = [_of_class(cls) for base in CLASSES.get(group, ()) for cls in _concrete(base)]
-    others = list(map(_of_function, FUNCTIONS[group]))
-    if group == "orbit":
-        others.append(dataclasses.replace(_of_function(stored_ephemeris), name="Ephemeris"))
-    if group == "field":
-        others.append(dataclasses.replace(_of_function(field_of_shape), name="Shape.field"))
+    return _makers(group, tuple(_subclasses(BASES[group])))
+
+
+def known_classes() -> tuple[type, ...]:
+    """Return all classes that a scenario can name now: a user may define one at any time."""
+    return tuple(cls for bases in BASES.values() for cls in _subclasses(bases))
+
+
+@functools.lru_cache(maxsize=16)
+def _makers(group: str, classes: tuple[type, ...]) -> dict[str, Maker]:
+    ways: list[tuple[str, Callable[..., Any]]] = [(cls.__name__, cls) for cls in classes if not inspect.isabstract(cls)]
+    ways += [(f"{cls.__name__}.{name}", way) for cls in classes for name, way in _constructors(cls)]
+    ways += [(way.__name__, way) for way in _functions()]
+    ways += [("Body.from_shape", body_of_shape), ("Shape.field", field_of_shape)]
+    found = [maker for name, way in ways if _makes(way, BASES[group]) and (maker := _maker(way, name))]
     if group == "shape":
-        others = [maker if maker.call is Assembly else _placed(maker) for maker in others]
-    return {maker.name: maker for maker in sorted((*found, *others), key=lambda maker: maker.name)}
+        found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
+    named = {maker.name: maker for maker in sorted(found, key=lambda maker: _is_own(maker.call))}
+    return {name: named[name] for name in sorted(named)}
 
 
-def kind_of(name: str) -> str:
-    """Return what a number of this name is: "angle", "rate", "time", or "number" in the user's own units."""
-    kinds = (("angle", ANGLES), ("rate", RATES), ("time", TIMES))
-    return next((kind for kind, names in kinds if name in names), "number")
+def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
+    """Yield the public ones of some classes and all their subclasses, each once."""
+    _import_all()
+    stack, seen = list(bases), dict[type, None]()
+    while stack:
+        cls = stack.pop()
+        if cls not in seen:
+            seen[cls] = None
+            stack += cls.__subclasses__()
+    yield from filter(_is_public, seen)
 
 
-def _concrete(base: Any) -> Iterator[type[Parametric]]:
-    """Yield a class and its subclasses, those of the package of which there can be instances by parameters."""
-    own = base.__module__.partition(".")[0] == "poinsot" and not base.__name__.startswith("_")
-    if own and not inspect.isabstract(base) and base not in NOT_FOR_FILES:
-        kinds = kinds_of(base).values()
-        if not any(isinstance(kind, type) and issubclass(kind, Table) for kind in kinds):
-            yield base
-    for subclass in base.__subclasses__():
-        yield from _concrete(subclass)
+def _is_own(thing: Any) -> bool:
+    return str(thing.__module__).partition(".")[0] == "poinsot"
 
 
-def _of_class(cls: type[Parametric]) -> Maker:
-    said = _described(cls.__doc__)
-    keys = tuple(
-        _key_of_field(field, kinds_of(cls)[field.name], said.get(field.name, ""))
-        for field in dataclasses.fields(cls)  # type: ignore[arg-type]
-    )
-    return Maker(cls.__name__, cls, keys, _first_line(cls.__doc__))
+def _is_public(thing: Any) -> bool:
+    if _is_own(thing):
+        return thing.__name__ in sys.modules[thing.__module__].__all__
+    return not thing.__name__.startswith("_")
 
 
-def _key_of_field(field: Any, kind: Any, said: str) -> Key:
-    required = field.default is dataclasses.MISSING
-    rest = (required, None if required else field.default, said)
-    if isinstance(kind, tuple):
-        return Key(field.name, kind_of(field.name), len(kind), *rest)
-    words = {int: "whole", bool: "truth", str: "text"}
-    if kind in words:
-        return Key(field.name, words[kind], 0, *rest)
-    return Key(field.name, "field" if issubclass(kind, GravityField) else "orbit", 0, *rest)
+@functools.cache
+def _import_all() -> list[Any]:
+    """Import and return all modules of the packages, so that their classes are known."""
+    names = (f"{package.__name__}.{found.name}" for package in PACKAGES for found in _modules_in(package))
+    return [importlib.import_module(name) for name in names]
 
 
-def _of_function(call: Callable[..., Any]) -> Maker:
-    said = _described(call.__doc__)
-    parameters = inspect.signature(call).parameters.values()
-    keys = tuple(_key_of_parameter(p, said.get(p.name, "")) for p in parameters if "Calendar" not in str(p.annotation))
-    return Maker(call.__qualname__, call, keys, _first_line(call.__doc__), len(keys) < len(parameters))
+def _modules_in(package: Any) -> Iterator[pkgutil.ModuleInfo]:
+    return pkgutil.iter_modules(package.__path__)
 
 
-def _key_of_parameter(parameter: inspect.Parameter, said: str) -> Key:
-    annotation, name = str(parameter.annotation), parameter.name
-    required = parameter.default is inspect.Parameter.empty
-    rest = (required, None if required else parameter.default, said)
-    if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
-        return Key(name, "orbits", 0, True, None, said)
-    if name in WORDS or annotation.endswith("Orbit"):
-        return Key(name, WORDS.get(name, "orbit"), 0, *rest)
-    if "str" in annotation:
-        return Key(name, "texts" if "Sequence" in annotation else "text", 0, *rest)
-    if annotation.partition(" ")[0] in ("int", "bool"):
-        return Key(name, "whole" if annotation.startswith("int") else "truth", 0, *rest)
-    rank = RANKS.get(name, 1) if "ArrayLike" in annotation else 0
-    return Key(name, kind_of(name), rank, *rest)
+def _functions() -> Iterator[Callable[..., Any]]:
+    """Yield the public functions of the packages."""
+    for module in _import_all():
+        yield from (thing for name in module.__all__ if inspect.isfunction(thing := getattr(module, name)))
 
 
-WORDS = {"path": "file", "kernels": "files", "shape": "shape", "parts": "shapes"}
-"""Kinds of parameters by their names."""
+def _constructors(cls: type) -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Yield the public class methods and static methods of a class, by name."""
+    for name, found in vars(cls).items():
+        if isinstance(found, classmethod | staticmethod) and not name.startswith("_"):
+            yield name, getattr(cls, name)
 
-RANKS = dict.fromkeys(("tensor", "positions", "velocities", "vertices", "faces", "matrix", "C", "S", "coefficients"), 2)
-"""Of arrays that are no vectors, by the names of their parameters."""
+
+def _makes(way: Any, bases: tuple[type, ...]) -> bool:
+    """Whether a class, or what a function returns, is one of a group."""
+    if isinstance(way, type):
+        return issubclass(way, bases)
+    result = hint_of(_function(way).__annotations__.get("return"), _function(way).__globals__)
+    kinds = [one for one in _ways(result) if isinstance(one, type)]
+    return any(issubclass(kind, bases) for kind in kinds) or (result is Self and issubclass(way.__self__, bases))
 
 
-def field_of_shape(shape: Any, degree: int, radius: float | None = None) -> GravityField:
+def _function(call: Any) -> Any:
+    return inspect.unwrap(getattr(call, "__func__", call))
+
+
+def _maker(call: Callable[..., Any], name: str) -> Maker | None:
+    """Return what makes something by the arguments of a call; None if a file cannot have one that it needs."""
+    hints, said = _hints(call), _described(call.__doc__)
+    keys, takes_calendar = [], False
+    for parameter in inspect.signature(call).parameters.values():
+        hint, required = hints.get(parameter.name, Any), parameter.default is parameter.empty
+        if Calendar in _ways(hint):
+            takes_calendar = True
+            continue
+        kind, rank = _kind_of(hint)
+        if parameter.kind is parameter.VAR_POSITIONAL:
+            kind = f"{kind}s"
+        if kind:
+            default = parameter.default if isinstance(parameter.default, float | int | str) else None
+            keys.append(Key(parameter.name, kind, rank, required, default, said.get(parameter.name, "")))
+        elif required:
+            return None
+    return Maker(name, call, tuple(keys), _first_line(call.__doc__), takes_calendar)
+
+
+def _hints(call: Any) -> dict[str, Any]:
+    """Return what the annotations of a record or of the arguments of a function stand for, by name."""
+    if not (isinstance(call, type) and dataclasses.is_dataclass(call)):
+        function = _function(inspect.getattr_static(call, "__init__") if isinstance(call, type) else call)
+        space = getattr(function, "__globals__", {})
+        return {name: hint_of(said, space) for name, said in inspect.get_annotations(function).items()}
+    fields = [field.name for field in dataclasses.fields(call)]
+    said = {name: (base, says) for base in call.__mro__[::-1] for name, says in inspect.get_annotations(base).items()}
+    return {name: hint_of(said[name][1], vars(sys.modules[said[name][0].__module__])) for name in fields}
+
+
+def _ways(hint: Any) -> tuple[Any, ...]:
+    """Return the alternatives of a hint, without what is said beside them."""
+    if get_origin(hint) is Annotated:
+        return _ways(get_args(hint)[0])
+    if get_origin(hint) not in (Union, UnionType):
+        return (hint,)
+    return tuple(way for one in get_args(hint) for way in _ways(one) if way is not type(None))
+
+
+def _kind_of(hint: Any) -> tuple[str, int]:
+    """Return the kind of a key and the rank of its numbers, by an annotation; no kind if a file cannot have it."""
+    shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
+    ways, quantity = _ways(hint), quantity_of(hint)
+    is_array = shape is not None or set(_ways(ArrayLike)) <= set(ways)
+    if quantity or is_array or float in ways:
+        return quantity.kind if quantity else "number", len(shape) if shape is not None else int(is_array)
+    for way in ways:
+        if get_origin(way) is Sequence and (kind := _kind_of(get_args(way)[0])[0]):
+            return f"{kind}s", 0
+    words = ((str, "text"), (bool, "truth"), (int, "whole"), (Shape, "shape"), (GravityField, "field"))
+    kinds = ((Path, "file"), *words, ((Orbit, CirclingPair), "orbit"))
+    found = (word for cls, word in kinds for way in ways if isinstance(way, type) and issubclass(way, cls))
+    return next(found, ""), 0
+
+
+def body_of_shape(shape: Shape) -> Body:
+    """Return the body of a shape about its centre of mass, along the shape's axes, as `Body.from_shape` does."""
+    return Body.from_shape(shape)
+
+
+def field_of_shape(shape: Shape, degree: int, radius: float | None = None) -> GravityField:
     """Return the gravity field of a shape about its centre of mass, as `Shape.field` does.
 
     Parameters
@@ -234,41 +245,6 @@ def field_of_shape(shape: Any, degree: int, radius: float | None = None) -> Grav
     """
     field: GravityField = shape.field(degree, radius)
     return field
-
-
-def stored_ephemeris(
-    mu: float,
-    knots: ArrayLike,
-    coefficients: ArrayLike,
-    reference_frame: str,
-    origin: str,
-    error: float | None = None,
-    radius: float = 0.0,
-    dated: bool = True,
-    *,
-    calendar: Calendar | None = None,
-) -> Ephemeris:
-    """Return an ephemeris from what it is made of.
-
-    Parameters
-    ----------
-    knots : array (n + 1,)
-    coefficients : array (n, 3, terms)
-        Of Chebyshev's polynomials in each piece, positions from the attractor.
-    reference_frame, origin, error, radius
-        As the attributes of `Ephemeris`.
-    dated : bool
-        Whether its times are those of the calendar.
-    """
-    times = real_array("knots", knots, (None,))
-    if times.size < 2 or np.any(np.diff(times) <= 0):
-        raise ValueError("knots must be two or more that rise, got others.")
-    polynomials = real_array("coefficients", coefficients, (times.size - 1, 3, None))
-    if not polynomials.size:
-        raise ValueError("coefficients must not be empty, but there are none.")
-    labels = (reference_frame, origin, calendar if dated else None)
-    pieces = kinds_of(Ephemeris)["pieces"](times, polynomials, math.nan if error is None else float(error), labels)
-    return Ephemeris(mu, pieces=pieces, radius=radius)
 
 
 PLACE = (

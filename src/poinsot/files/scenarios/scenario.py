@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
+from poinsot.files.scenarios.toml_text import MOST_CHARACTERS
+from poinsot.files.scenarios.writer import WHOLE, WITH_FILES, text_of
 from poinsot.files.untrusted import read_bytes
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.dataset import WHOLE, WITH_FILES
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
-from poinsot.propagation.scenario_text import MOST_CHARACTERS, text_of
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "repetition"]

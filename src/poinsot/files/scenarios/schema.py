@@ -25,21 +25,16 @@ from pydantic import (
 from poinsot.engine.kernels import PRECISIONS
 from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
-from poinsot.files.scenarios.registry import Key, Maker, makers
+from poinsot.files.scenarios.registry import DEFAULTS, Key, Maker, known_classes, makers
 from poinsot.mechanics.formulations import FORMULATIONS
 
 __all__ = ["converted", "scenario_model", "schema", "short"]
-
-DEFAULT_BODY = "Body"
 
 METHOD_NAMES = ("integration", "closed form")
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
 LARGEST_WHOLE = 2**53
-
-DATED = ("start", "stop", "values", "time", "epoch")
-"""Keys that can have dates."""
 
 STATE = (
     Key("quaternion", "number", 1, False, help="Unit quaternion, scalar first, body to space (or to the frame)."),
@@ -60,17 +55,17 @@ STATE = (
     Key("angular_momentum_body", "number", 1, False, help="Angular momentum along the body axes."),
     Key("angular_momentum_space", "number", 1, False, help="Angular momentum along the space axes."),
     Key("frame", "text", 0, False, help="An orbit (radial, transverse, normal), or a table under frames."),
-    Key("time", "date", 0, False, 0.0, help="The time of the state."),
+    Key("time", "time", 0, False, 0.0, help="The time of the state."),
 )
 
 TIMES = (
-    Key("start", "date", 0, False, 0.0, help="The first time; default: that of the state."),
-    Key("stop", "date", 0, False, help="The last time."),
+    Key("start", "time", 0, False, 0.0, help="The first time; default: that of the state."),
+    Key("stop", "time", 0, False, help="The last time."),
     Key("count", "whole", 0, False, help="How many times, with start and stop."),
-    Key("step", "time", 0, False, help="The distance of the times, with start and stop."),
+    Key("step", "duration", 0, False, help="The distance of the times, with start and stop."),
     Key("periods", "number", 0, False, help="In place of stop: so many revolutions of an orbit."),
     Key("orbit", "orbit", 0, False, help="The orbit of these revolutions."),
-    Key("values", "dates", 0, False, help="The times themselves, in place of all others."),
+    Key("values", "time", 1, False, help="The times themselves, in place of all others."),
 )
 
 
@@ -80,9 +75,13 @@ def schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found, "title": "poinsot scenario"}
 
 
-@functools.cache
 def scenario_model() -> type[BaseModel]:
-    """Return the model of a whole file."""
+    """Return the model of a whole file, with what can be named now."""
+    return _scenario_model(known_classes())
+
+
+@functools.lru_cache(maxsize=1)
+def _scenario_model(_: tuple[type, ...]) -> type[BaseModel]:
     several, named, frame = _several(_union("force", "field")), _named(_union("orbit", "field")), makers("frame")
     model: type[BaseModel] = _created(
         "Scenario",
@@ -189,7 +188,7 @@ def _ensemble() -> Any:
 def _union(group: str, inner: str) -> Any:
     """Return a table that says by its type which keys it has."""
     models = [Annotated[_model(maker, inner), Tag(name)] for name, maker in makers(group).items()]
-    default = {"body": DEFAULT_BODY, "field": "GravityField"}.get(group)
+    default = DEFAULTS.get(group)
 
     def type_of(value: Any) -> Any:
         if isinstance(value, BaseModel):
@@ -199,9 +198,8 @@ def _union(group: str, inner: str) -> Any:
     return Annotated[Union[tuple(models)], Discriminator(type_of)]  # noqa: UP007
 
 
-@functools.cache
 def _model(maker: Maker, inner: str) -> Any:
-    default = maker.name if maker.name in (DEFAULT_BODY, "RotatingFrame", "GravityField") else ...
+    default = maker.name if maker.name in DEFAULTS.values() else ...
     fields = {key.name: _field(key, inner) for key in maker.keys}
     return _created(
         maker.name.replace(".", "_"),
@@ -232,8 +230,7 @@ def _field(key: Key, inner: str) -> Any:
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank)
     if key.required:
         return annotation, Field(description=key.help or None)
-    default = key.default if isinstance(key.default, float | int | str | None) else None
-    return annotation, Field(default, description=key.help or None)
+    return annotation, Field(key.default, description=key.help or None)
 
 
 FILE_NAME = "The path of a file, from the folder of this one: in it or below."
@@ -246,9 +243,7 @@ ORBIT_NAME = "The name of a table under orbits, or name.from_primary, name.from_
 def _number(kind: str, rank: int = 0) -> Any:
     one: dict[str, Any] = {"type": "number"} if kind == "number" else {"type": ["number", "string"]}
     several: dict[str, Any] = {"type": "array", "items": one if rank < 2 else {"type": "array", "items": one}}
-    if kind == "dates":
-        said = several
-    elif rank:
+    if rank:
         said = several if rank > 1 else {"type": "array", "items": {"anyOf": [one, several]}}
     else:
         said = {"anyOf": [one, several]}
@@ -258,12 +253,12 @@ def _number(kind: str, rank: int = 0) -> Any:
 def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
     """Return the numbers, those with a unit in radians and units of time; dates as they are."""
     name, unit = str(info.field_name), (info.context or {}).get("time_unit")
-    if name in DATED and _is_date(value):
+    if kind == "time" and _is_date(value):
         return value
     try:
         if isinstance(value, dict) and "data" in value:
             return _named_array(name, value, (info.context or {}).get("data"))
-        return real_numbers(name, converted(value, "time" if kind in ("date", "dates") else kind, unit, name))
+        return real_numbers(name, converted(value, kind, unit, name))
     except TypeError as error:
         raise ValueError(str(error)) from None
 
@@ -294,7 +289,7 @@ def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
         return [converted(item, kind, unit, f"{name}[{i}]") for i, item in enumerate(value)]
     if isinstance(value, str) and kind != "number":
         try:
-            return quantity(value, kind, unit)
+            return quantity(value, "time" if kind == "duration" else kind, unit)
         except ValueError as error:
             raise ValueError(f"{name} {error}") from None
     if isinstance(value, bool) or not isinstance(value, int | float):

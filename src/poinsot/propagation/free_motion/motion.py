@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.double_double import DoubleDouble
@@ -19,7 +19,8 @@ from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, check_kinds, checked_times, members_of
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
-from poinsot.propagation.trajectory import Run, Trajectory, versions
+from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
+from poinsot.quantities import Times
 
 __all__ = ["free_motion"]
 
@@ -30,7 +31,7 @@ BLOCK = 4096
 
 
 @checked
-def free_motion(body: Body, state: State, times: ArrayLike, *, units: Mapping[str, str] | None = None) -> Trajectory:
+def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, str] | None = None) -> Trajectory:
     """Return the torque-free motion of a body from a state, at the given times, in closed form.
 
     Any time costs the same and is as accurate: the rates are computed in twice the double precision from the
@@ -74,7 +75,7 @@ def free_motion(body: Body, state: State, times: ArrayLike, *, units: Mapping[st
         rotation = _Rotation(elements_of(body.moments, body.principal_matrix, state), state)
         phase = rotation.phase(t)
         interpolant = (rotation.phase, -np.inf, np.inf)
-    run = Run("closed form", "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions())
+    run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions())
     return Trajectory(system, state, t, lambda: phase, run, interpolant)
 
 

@@ -5,28 +5,34 @@ from __future__ import annotations
 import functools
 import json
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.files.scenarios.toml_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.parameters import Parametric, kinds_of
-from poinsot.shapes.solids import Solid
+from poinsot.mechanics.parameters import Parametric
+from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.propagation.trajectory import Method, Trajectory
+from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.shape import Shape
 
-if TYPE_CHECKING:
-    from poinsot.propagation.trajectory import Trajectory
+__all__ = ["METHODS", "SYSTEM", "WHOLE", "WITH_FILES", "Text", "shape_of", "text_of"]
 
-__all__ = ["METHODS", "MOST_CHARACTERS", "MOST_NUMBERS", "Text", "shape_of", "text_of"]
+SYSTEM, WHOLE = "system", "state, times and system"
+"""What the text of a scenario in a file is of: the rest is in the variables."""
 
-MOST_CHARACTERS = 1_000_000
-"""Of a scenario: what is read in a second."""
+WITH_FILES = "state, times and system, with files"
+"""The scenario names files: what was read from them is in `scenario_read`, the text of the system, and variables."""
 
-MOST_NUMBERS = 20_000
-
-METHODS = {"Taylor": "integration", "Taylor, members in batches": "integration", "closed form": "closed form"}
-"""How a trajectory says that it was computed, and what a scenario calls it."""
+METHODS = {
+    Method.TAYLOR: "integration",
+    Method.TAYLOR_OF_MEMBERS: "integration",
+    Method.CLOSED_FORM: "closed form",
+}
+"""What a scenario calls the methods that it can have."""
 
 MOST_WRITTEN = 100
 """Numbers of one array in a text; longer ones are named there, and are variables beside it."""
@@ -79,16 +85,12 @@ def shape_of(motion: Trajectory) -> Text | None:
         return None
     writer = _Writer("shape")
     text = _table("[body]", {"type": "Body.from_shape"}) + writer.shape("[body.shape]", shape)
-    return Text(text, writer.data) if len(text) <= MOST_CHARACTERS and text.count("=") < MOST_KEYS else None
-
-
-MOST_KEYS = 4_000
-"""Of the text of a shape."""
+    return Text(text, writer.data) if len(text) <= MOST_CHARACTERS and text.count("=") < 0.8 * MOST_KEYS else None
 
 
 def _parts_of(shape: Any) -> Iterator[Any]:
     """Yield a shape, or the parts of one that has parts."""
-    if not hasattr(shape, "parts"):
+    if not isinstance(shape, Assembly):
         yield shape
         return
     for part in shape.parts:
@@ -103,14 +105,14 @@ def _source(motion: Trajectory) -> str:
     return f"{motion.run.method} ({motion.run.formulation})"
 
 
-def _check(*records: Any) -> None:
+def _check(*records: Parametric) -> None:
     """Refuse what no file can name, all of it at once."""
     outside = {type(x).__qualname__: None for x in _all(records) if _is_outside(x)}
     if outside:
         raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
 
 
-def _all(records: Any) -> Iterator[Parametric]:
+def _all(records: Iterable[Parametric]) -> Iterator[Parametric]:
     for record in records:
         yield record
         yield from _all(record.parts)
@@ -118,7 +120,7 @@ def _all(records: Any) -> Iterator[Parametric]:
 
 def _options(motion: Trajectory) -> dict[str, Any]:
     run = motion.run
-    if METHODS[run.method] == "closed form":
+    if run.method is Method.CLOSED_FORM:
         return {"method": "closed form"}
     options = {"formulation": run.formulation, "tolerance": run.tolerance, "precision": run.precision}
     return options | ({"dense": True} if motion.has_dense_output else {})
@@ -134,25 +136,26 @@ class _Writer:
         self._names: dict[int, str] = {}
 
     def section(self, heading: str, record: Parametric) -> str:
-        fields: dict[str, Any] = {"type": type(record).__name__}
+        """Return a record as a table, the records in it as tables in that."""
+        kind, made_of = record.definition
+        fields: dict[str, Any] = {"type": kind}
         inner = []
-        for name, value in _fields_of(record).items():
+        for name, value in made_of.items():
             if not isinstance(value, Parametric):
                 fields[name] = self._kept(value)
-            elif isinstance(value, Orbit) or _holds_orbits(value):
+            elif isinstance(value, Orbit | CirclingPair):
                 fields[name] = self._name_of(value)
             else:
                 inner.append(self.section(f"[{heading.strip('[]')}.{name}]", value))
         return "\n".join([_table(heading, fields), *inner])
 
-    def shape(self, heading: str, shape: Any) -> str:
+    def shape(self, heading: str, shape: Shape) -> str:
         """Return a shape as a table, its parts as tables in it."""
-        name = heading.strip("[]")
-        if hasattr(shape, "parts"):
-            parts = [self.shape(f"[[{name}.parts]]", part) for part in _parts_of(shape)]
-            return "\n".join([_table(heading, {"type": type(shape).__name__}), *parts])
-        fields = {key: self._kept(value) for key, value in _of_shape(shape).items()}
-        return _table(heading, {"type": type(shape).__name__, **fields})
+        kind, made_of = shape.definition
+        if isinstance(shape, Assembly):
+            inner = [self.shape(f"[[{heading.strip('[]')}.parts]]", part) for part in _parts_of(shape)]
+            return "\n".join([_table(heading, {"type": kind}), *inner])
+        return _table(heading, {"type": kind, **{key: self._kept(value) for key, value in made_of.items()}})
 
     def _kept(self, value: Any) -> Any:
         """Return a value, or the name of a long array."""
@@ -162,51 +165,11 @@ class _Writer:
         self.data[name] = value
         return {"data": name}
 
-    def _name_of(self, orbit: Parametric) -> str:
+    def _name_of(self, orbit: Any) -> str:
         if id(orbit) not in self._names:
             self._names[id(orbit)] = name = f"orbit{len(self._names) + 1}"
             self.orbits.append(self.section(f"[orbits.{name}]", orbit))
         return self._names[id(orbit)]
-
-
-def _fields_of(record: Parametric) -> dict[str, Any]:
-    """Return the fields of a record by name; in the place of a table, what it is made of."""
-    if hasattr(record, "pieces"):
-        return _of_pieces(record)
-    return {name: getattr(record, name) for name in kinds_of(type(record))}
-
-
-def _of_pieces(orbit: Any) -> dict[str, Any]:
-    pieces = orbit.pieces
-    names = ("knots", "coefficients", "reference_frame", "origin")
-    error = {} if math.isnan(pieces.error) else {"error": pieces.error}
-    dated = pieces.calendar is not None
-    return {"mu": orbit.mu, **{name: getattr(pieces, name) for name in names}, **error, "dated": dated} | {
-        "radius": orbit.radius
-    }
-
-
-OF_SHAPES = {
-    "Mesh": ("vertices", "faces"),
-    "Mascons": ("masses", "positions"),
-    "Ellipsoid": ("semiaxes",),
-    "Cylinder": ("radius", "height"),
-}
-"""What shapes are made of, but for mass and place."""
-
-
-def _of_shape(shape: Any) -> dict[str, Any]:
-    fields = {name: getattr(shape, name) for name in OF_SHAPES[type(shape).__name__]}
-    if type(shape).__name__ != "Mascons":
-        fields["mass"] = shape.mass
-    if isinstance(shape, Solid):
-        fields |= {"position": shape.center_of_mass, "matrix": shape._axes}
-    return fields
-
-
-def _holds_orbits(record: Parametric) -> bool:
-    """Whether orbits are seen from it, as a path beside two attractors."""
-    return hasattr(record, "from_primary")
 
 
 def _table(heading: str, fields: dict[str, Any]) -> str:
