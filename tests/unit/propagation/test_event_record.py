@@ -443,7 +443,7 @@ def test_wrong_events_are_refused_in_a_sentence():
     def run(*events):
         pt.propagate(FREE, spinning(), [1.0], events=list(events))
 
-    with pytest.raises(TypeError, match=r"events must be a list of Event, got AxisCrossing\."):
+    with pytest.raises(TypeError, match=r"events must be a list, each an Event, got AxisCrossing\."):
         pt.propagate(FREE, spinning(), [1.0], events=ACROSS)
     with pytest.raises(TypeError, match=r"events must be a list of Event, but events\[1\] is int\."):
         run(ACROSS, 3)
