@@ -49,8 +49,7 @@ INTERNAL = {
     *(
         "potential_at",
         "at",
-        "beside",
-        "watching",
+        "with_parts",
         "position",
         "velocity",
         "direction",
@@ -425,7 +424,6 @@ def public_calls(folder):
         "System": (pt.System, {"body": BODY, "units": {"time": "s"}}),
         "System.energy": (TOP.energy, {"state": START}),
         "System.kinetic_energy": (TOP.kinetic_energy, {"state": START}),
-        "System.momentum_scale": (TOP.momentum_scale, {"state": START}),
         "System.omega_body": (TOP.omega_body, {"state": START}),
         "System.potential_energy": (TOP.potential_energy, {"state": START}),
         "System.torque_body": (TOP.torque_body, {"state": START}),

@@ -19,9 +19,11 @@ from poinsot.checked import checked
 from poinsot.engine.ensemble import Ensemble, EnsembleOutput
 from poinsot.engine.progress import bar
 from poinsot.engine.state_vector import Coordinates
+from poinsot.engine.torque_scale import momentum_scale
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.mechanics.formulations import Formulation
-from poinsot.mechanics.probing import orbits_of, time_scale
+from poinsot.mechanics.probing import time_scale
+from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run
@@ -365,7 +367,7 @@ def _fastest(system: System, state: State) -> float:
     """Return the rate of the fastest angle that a motion needs to be looked at along: the orbit's, else the body's."""
     if any(np.any(functions.norm(orbit.velocity_at(orbit.sample_time)) > 0) for orbit in orbits_of(system)):
         return 1 / time_scale(system)
-    return float(np.max(system.momentum_scale(state) / np.min(system.body.moments, axis=-1)))
+    return float(np.max(momentum_scale(system, state) / np.min(system.body.moments, axis=-1)))
 
 
 def _momentum_unit(system: System, rate: float) -> float:

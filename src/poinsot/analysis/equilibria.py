@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.dual import Dual, partial
 from poinsot.checked import checked
+from poinsot.engine.torque_scale import momentum_scale
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
@@ -151,7 +152,7 @@ class _Balance:
         self.to_space, self.omega_space = frame.quaternion(time), np.asarray(frame.omega_space(time))
         about_rates = float(np.max(system.body.moments) * np.linalg.norm(self.omega_space))
         at_rest = system.body.state((1, 0, 0, 0), angular_momentum_body=(0, 0, about_rates))
-        self.momentum = float(system.momentum_scale(at_rest))
+        self.momentum = float(momentum_scale(system, at_rest))
         self.stiffness = self.momentum**2 / float(np.max(system.body.moments))
         self.slenderness = _slenderness(system.body)
         self.slow = min(SLOW * self.slenderness, 0.01)

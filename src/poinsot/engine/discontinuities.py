@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine.parameter_folding import Constants
-from poinsot.mechanics.system import System
+from poinsot.engine.problem import Problem
 
 if TYPE_CHECKING:
     from poinsot.engine.event_detection import Watch
@@ -52,13 +52,13 @@ class Pieces:
 
     Parameters
     ----------
-    system : System
+    problem : Problem
     values : callable
-        A system without knots to the constants, numbers that broadcast to (pieces, members).
+        A problem without knots to the constants, numbers that broadcast to (pieces, members).
     """
 
-    def __init__(self, system: System, values: Callable[[System], list[Any]]) -> None:
-        self.system, self.knots, self._values = system, system.knots, values
+    def __init__(self, problem: Problem, values: Callable[[Problem], list[Any]]) -> None:
+        self.problem, self.knots, self._values = problem, problem.knots, values
         self._blocks: dict[int, list[Any]] = {}
 
     def at(self, time: float, forwards: bool) -> int:
@@ -75,11 +75,11 @@ class Pieces:
         return [value[min(place, len(value) - 1), min(member, value.shape[1] - 1)] for value in self._blocks[block]]
 
     def _computed(self, block: int) -> list[Any]:
-        system = self.system
+        problem = self.problem
         if self.knots.size:
             knots = self.knots[block * BLOCK : (block + 1) * BLOCK + 1]
-            system = system.between_knots(0.5 * (knots[1:] + knots[:-1])[:, None])
-        return [np.atleast_2d(value) for value in self._values(system)]
+            problem = problem.between_knots(0.5 * (knots[1:] + knots[:-1])[:, None])
+        return [np.atleast_2d(value) for value in self._values(problem)]
 
 
 class Switches:

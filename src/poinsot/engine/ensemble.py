@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.event_detection import Recorded
+from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
 from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.state import State
-from poinsot.mechanics.system import System
 
 __all__ = ["Ensemble", "EnsembleOutput", "allowed_threads", "integrate_members"]
 
@@ -92,7 +92,7 @@ class Ensemble(EnsembleOutput):
 
 
 def integrate_members(
-    system: System,
+    problem: Problem,
     state: State,
     times: Array,
     variables: Coordinates,
@@ -102,7 +102,7 @@ def integrate_members(
     out: EnsembleOutput,
 ) -> None:
     """Integrate members from their states to all the times, which rise; what is finished is kept on Ctrl-C."""
-    work = _Work(system, state, times, variables, tolerance, out)
+    work = _Work(problem, state, times, variables, tolerance, out)
     threads = min(threads, -(-len(out.steps) // work.width))
     began = clock.perf_counter()
     with bar("members", len(out.steps), progress) as report, ThreadPoolExecutor(threads) as pool:
@@ -122,9 +122,15 @@ class _Work:
     """Slabs of members, taken by the threads one after another."""
 
     def __init__(
-        self, system: System, state: State, times: Array, variables: Coordinates, tolerance: float, out: EnsembleOutput
+        self,
+        problem: Problem,
+        state: State,
+        times: Array,
+        variables: Coordinates,
+        tolerance: float,
+        out: EnsembleOutput,
     ) -> None:
-        self.system, self.state, self.times, self.variables, self.out = system, state, times, variables, out
+        self.problem, self.state, self.times, self.variables, self.out = problem, state, times, variables, out
         self.tolerance, self.width = tolerance, kernels.LANES
         self.starts = np.broadcast_to(variables.from_state(state), (len(out.steps), variables.size))
         self.stop = False
@@ -133,7 +139,7 @@ class _Work:
 
     def _cut(self) -> Iterator[NDArray[np.int_]]:
         """Yield the members in slabs, fast rotators first: lanes of a batch take about equally many steps."""
-        speed = np.linalg.norm(self.system.omega_body(self.state), axis=-1)
+        speed = np.linalg.norm(self.problem.system.omega_body(self.state), axis=-1)
         order = np.argsort(-np.broadcast_to(speed, (len(self.out.steps),)), kind="stable")
         row = self.times.size * self.variables.size * self.width * 8
         slab = self.width * int(np.clip(SLAB_BYTES // row, 1, BATCHES_IN_A_SLAB))
@@ -141,7 +147,7 @@ class _Work:
 
     def serve(self, report: Callable[[float], None]) -> None:
         """Integrate slab after slab, until none is left."""
-        lent = kernels.integrator(self.system, self.variables, "double", self.tolerance, self.width)
+        lent = kernels.integrator(self.problem, self.variables, "double", self.tolerance, self.width)
         try:
             with lent as borrowed:
                 self.out.order, self.out.tolerance = borrowed.engine.order, float(borrowed.engine.tol)

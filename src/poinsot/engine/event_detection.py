@@ -6,7 +6,7 @@ rounding only. What happens at the instant of another event is found there, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import heyoka as hy
@@ -29,6 +29,7 @@ from poinsot.engine.discontinuities import (
     with_rates,
 )
 from poinsot.engine.parameter_folding import Constant, Constants
+from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.functions import Vector
@@ -37,7 +38,6 @@ from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, changed, state_of
-from poinsot.mechanics.system import System
 
 __all__ = ["Recorded", "Watch", "event_functions"]
 
@@ -59,7 +59,7 @@ class Watch:
 
     Parameters
     ----------
-    events : list of Event
+    events : sequence of Event
         Of which only the structure is looked at.
     functions, conditions, symbols, equations : lists of expressions
         The values of the events, what is positive where their zeros count, and the variables of the integrator with
@@ -91,7 +91,7 @@ class Watch:
 
     def __init__(
         self,
-        events: list[Event],
+        events: Sequence[Event],
         functions: list[Any],
         conditions: list[Any],
         symbols: list[Any],
@@ -132,11 +132,11 @@ class Watch:
             self.stops.append(stop(alarm(self._alarm), callback=self._coming_back()))
 
     def begin(
-        self, engine: Any, system: System, variables: Coordinates, forwards: bool, members: NDArray[np.int_]
+        self, engine: Any, problem: Problem, variables: Coordinates, forwards: bool, members: NDArray[np.int_]
     ) -> None:
         """Fit the scales to the state of an integrator; a zero where it stands is no event."""
         self._way = 1 if forwards else -1
-        self._system, self._variables, self._members = system, variables, members
+        self._problem, self._variables, self._members = problem, variables, members
         self._follows[:], self.error = False, None
         self._last[:] = np.ravel(engine.time).astype(float)[:, None]
         self._since[:], self.stopped[:], self.rehearsing = 0.0, [""] * self._lanes, False
@@ -317,7 +317,7 @@ class Watch:
         batched = np.ndim(variables.scale) > 0 or any(np.ndim(number) for number in variables.axes.numbers)
         phase = variables.to_phase(np.array([time]), rows[None] if batched else rows)
         state = state_of(changed(phase, np.ravel), np.array(time))
-        event, body = (_of_member(part, member) for part in (self._system.events[number], self._system.body))
+        event, body = (_of_member(part, member) for part in (self._problem.events[number], self._problem.system.body))
         after = event.act(body, state)
         if not isinstance(after, State) or after.quaternion.shape != (4,):
             what = described(after) if not isinstance(after, State) else "one of several members"
@@ -368,30 +368,31 @@ class Watch:
 
 
 def event_functions(
-    system: System, formulation: Formulation, variables: list[Any], axes: Any, scale: Any, constants: Constants
+    problem: Problem, formulation: Formulation, variables: list[Any], axes: Any, scale: Any, constants: Constants
 ) -> tuple[list[Any], list[Any]]:
     """Return values and conditions of a system's events as expressions of the variables of a kernel and the time."""
-    if not system.events:
+    if not problem.events:
         return [], []
     seen: list[Any] = []
+    body = problem.system.body
 
     def torque_of(attitude: Any, omega: Any) -> Vector:
         seen.extend([attitude, omega])
         return Vector((0.0, 0.0, 0.0))
 
     own, comoving, time = variables[: formulation.size], variables[formulation.size :], constants.variable(hy.time)
-    formulation.derivatives(own, system.body.kinetics(scale), torque_of, axes.omega(time, comoving))
+    formulation.derivatives(own, body.kinetics(scale), torque_of, axes.omega(time, comoving))
     attitude, omega = seen
     environment = axes.environment(time, comoving)
-    instant = Instant(system.body, attitude, environment, omega)
-    values = [event.value(instant) for event in system.events]
-    for event, value in zip(system.events, values, strict=True):
+    instant = Instant(body, attitude, environment, omega)
+    values = [event.value(instant) for event in problem.events]
+    for event, value in zip(problem.events, values, strict=True):
         if isinstance(value, Constant | int | float):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
                 f"of {formulation.name!r}."
             )
-    conditions = [event.condition(instant) for event in system.events]
+    conditions = [event.condition(instant) for event in problem.events]
     return [constants.expression(value) for value in values], [
         hy.expression(0.0) + constants.expression(x) for x in conditions
     ]

@@ -23,18 +23,19 @@ from poinsot.engine.discontinuities import Pieces, Switches, event_class, lane_o
 from poinsot.engine.event_detection import Watch, event_functions
 from poinsot.engine.linear import NONE, Linearization
 from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
 from poinsot.engine.scales import Scales
 from poinsot.engine.state_vector import SMALL, Coordinates
 from poinsot.engine.termination import LONGEST
+from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import STEPS_AT_A_TIME, Neighbours
 from poinsot.mechanics.axes import Axes, TrackingAxes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
-from poinsot.mechanics.probing import orbits_of
+from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State
-from poinsot.mechanics.system import System
 
 PRECISIONS: dict[str, Any] = {
     "double": np.float64,
@@ -128,19 +129,19 @@ class _Pool:
 _pool = _Pool()
 
 
-def coordinates(system: System, state: State, formulation: str, precision: str) -> Coordinates:
+def coordinates(problem: Problem, state: State, formulation: str, precision: str) -> Coordinates:
     """Return the variables in which a system is integrated: carried by its orbit where all its forces allow.
 
     Wide precision stays in the space axes, so that it judges the carried ones.
     """
-    chosen, smooth = FORMULATIONS[formulation], system.between_knots()
-    chosen.check(system, state)
+    chosen, smooth = FORMULATIONS[formulation], problem.between_knots()
+    chosen.check(problem.system, state)
     axes: Axes = smooth.space_axes
     comoving = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
     if comoving is not None and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
         axes = comoving
     # A power of two scales without rounding.
-    return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state)))))
+    return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / momentum_scale(problem.system, state)))))
 
 
 class Borrowed:
@@ -159,21 +160,21 @@ class Borrowed:
         Arguments for the engine.
     """
 
-    def __init__(self, built: _Built, system: System, variables: Coordinates, precision: str, lanes: int) -> None:
+    def __init__(self, built: _Built, problem: Problem, variables: Coordinates, precision: str, lanes: int) -> None:
         self.engine, self._switches, self.watch = built.engine, built.switches, built.watch
         self._roots = built.roots
         self._companion, self._first = variables.companion, variables.companions.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
-        typed = kind if lanes == 1 and not system.knots.size else functools.partial(np.asarray, dtype=kind)
-        if precision == "quadruple" and system.knots.size:  # no array of these takes part in sums with other numbers
+        typed = kind if lanes == 1 and not problem.knots.size else functools.partial(np.asarray, dtype=kind)
+        if precision == "quadruple" and problem.knots.size:  # no array of these takes part in sums with other numbers
             typed = np.frompyfunc(kind, 1, 1)
 
-        def values(smooth: System) -> list[Any]:
+        def values(smooth: Problem) -> list[Any]:
             numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)
             return built.constants.values(tuple(map(typed, numbers)))
 
-        self._values, self._system, self.variables = values, system, variables
-        self.scales = Scales(system, variables, built.constants.powers, lanes, self.engine.order)
+        self._values, self._problem, self.variables = values, problem, variables
+        self.scales = Scales(problem.system, variables, built.constants.powers, lanes, self.engine.order)
         for part in (self._switches, self.watch):
             if part is not None:
                 part.scales = self.scales
@@ -191,27 +192,27 @@ class Borrowed:
         if self._switches is not None:
             self._switches.begin(self.engine, self._pieces, forwards, self._members)
         else:
-            table = self._table[:, members] if pars.ndim > 1 else self._values(self._system)[: len(pars)]
+            table = self._table[:, members] if pars.ndim > 1 else self._values(self._problem)[: len(pars)]
             pars[: len(table)] = table
             for lane in map(int, np.flatnonzero(self.scales.bits)):
                 own = lane_of(pars, lane)[: len(table)]
                 own[:] = self.scales.parameters(own, lane)
         self._roots.begin(self.engine)
         if self.watch is not None:
-            self.watch.begin(self.engine, self._system, self.variables, forwards, self._members)
+            self.watch.begin(self.engine, self._problem, self.variables, forwards, self._members)
         if self.engine.with_events:
             self.engine.reset_cooldowns()
 
     @functools.cached_property
     def _table(self) -> NDArray[np.float64]:
         """The values of the parameters of all members, one column each."""
-        values = self._values(self._system)[: len(self.engine.pars)]
-        members = np.broadcast_shapes(self._system.members, np.shape(self.variables.scale))
+        values = self._values(self._problem)[: len(self.engine.pars)]
+        members = np.broadcast_shapes(self._problem.members, np.shape(self.variables.scale))
         return np.reshape([np.broadcast_to(value, members) for value in values], (len(values), *members))
 
     @functools.cached_property
     def _pieces(self) -> Pieces:
-        return Pieces(self._system, self._values)
+        return Pieces(self._problem, self._values)
 
     @property
     def _looks(self) -> bool:
@@ -332,48 +333,48 @@ class Borrowed:
 
 @contextmanager
 def integrator(
-    system: System, variables: Coordinates, precision: str, tolerance: float, lanes: int = 1
+    problem: Problem, variables: Coordinates, precision: str, tolerance: float, lanes: int = 1
 ) -> Iterator[Borrowed]:
-    """Lend an integrator for a system."""
-    smooth = system.between_knots()
-    structure = (*smooth.structure, smooth is not system, *variables.structure)
+    """Lend an integrator for a system and events."""
+    smooth = problem.between_knots()
+    structure = (*smooth.structure, smooth is not problem, *variables.structure)
     kernel = Kernel(structure, variables.formulation.name, precision, tolerance, lanes)
-    built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not system)
-    yield Borrowed(built, system, variables, precision, lanes)
+    built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not problem)
+    yield Borrowed(built, problem, variables, precision, lanes)
     _pool.give(kernel, built)
 
 
-def _can_be_comoving(system: System, axes: Axes) -> bool:
+def _can_be_comoving(problem: Problem, axes: Axes) -> bool:
     """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
     variables = Coordinates(FORMULATIONS["lie_poisson"], axes, 1.0)
     try:
-        _equations(system, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
+        _equations(problem, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
     except functions.NotComoving:
         return False
     return True
 
 
 def _equations(
-    system: System, variables: Coordinates, symbols: list[Any], constants: Constants
+    problem: Problem, variables: Coordinates, symbols: list[Any], constants: Constants
 ) -> tuple[list[Any], tuple[list[Any], list[Any]]]:
     """Return the rates of the variables, and the values and conditions of the events."""
     inputs = constants.inputs()
     scale, axes = next(inputs), variables.axes.with_numbers(inputs)
     companion = variables.companion
-    twin = system.with_numbers(inputs)
+    twin = problem.with_numbers(inputs)
     if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
         axes = axes.along(list(orbits_of(twin)))
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
     motion, companions = own[: variables.companions.start], symbols[variables.companions]
     try:
-        rates = twin.derivatives(variables.formulation.name, motion, time, scale=scale, axes=axes)
+        rates = twin.system.derivatives(variables.formulation.name, motion, time, scale=scale, axes=axes)
         equations = [NONE + constants.expression(rate) for rate in rates]
         values = event_functions(twin, variables.formulation, motion, axes, scale, constants)
         if companion is None:
             return equations, values
         comoving = motion[variables.comoving]
         environment, turns = axes.environment(time, comoving), axes.omega(time, comoving) is not None
-        linear = Linearization(twin, variables.formulation, motion, environment, scale, turns, constants)
+        linear = Linearization(twin.system, variables.formulation, motion, environment, scale, turns, constants)
         _refuse_jumps(constants, symbols[: variables.formulation.size], companion)
         return [*equations, *(NONE + rate for rate in companion.equations(companions, linear))], values
     except TypeError as error:
@@ -404,10 +405,10 @@ def available(precision: str) -> bool:
     return kind is not None
 
 
-def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: bool) -> _Built:
+def _build(problem: Problem, variables: Coordinates, kernel: Kernel, with_knots: bool) -> _Built:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
-    equations, (values, conditions) = _equations(system, variables, symbols, constants)
+    equations, (values, conditions) = _equations(problem, variables, symbols, constants)
     kind: Any = PRECISIONS[kernel.precision]
     attitude = next(iter(variables.formulation.blocks.values()))
     switches, watch, stops = None, None, {}
@@ -416,7 +417,7 @@ def _build(system: System, variables: Coordinates, kernel: Kernel, with_knots: b
         stops["t_events"] = switches.events
     if values:
         first = switches.parameters if switches else constants.next_parameter()
-        watch = Watch(system.events, values, conditions, symbols, equations, first, attitude, kernel.lanes, kind)
+        watch = Watch(problem.events, values, conditions, symbols, equations, first, attitude, kernel.lanes, kind)
         stops = {"t_events": [*stops.get("t_events", []), *watch.stops], "nt_events": watch.passed}
         if switches:
             switches.watch, watch.settle = watch, switches.settle

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.state_vector import SMALL, Coordinates
+from poinsot.engine.torque_scale import torque_scale
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.system import System
 
@@ -117,7 +118,7 @@ class Scales:
 
     @functools.cached_property
     def _push(self) -> Array:
-        return np.ravel(self._system.push * self._variables.scale)
+        return np.ravel(torque_scale(self._system) * self._variables.scale)
 
     @functools.cached_property
     def _inertia(self) -> Array:

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.engine.problem import Problem
 from poinsot.mechanics.axes import Axes, SpaceAxes, TrackingEnvironment
 from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.formulations import Formulation
-from poinsot.mechanics.probing import same, tracked_orbits
+from poinsot.mechanics.shared_orbits import same, tracked_orbits
 from poinsot.mechanics.state import Phase, State
-from poinsot.mechanics.system import System
 
 if TYPE_CHECKING:
     from poinsot.engine.variational import Neighbours
@@ -130,9 +130,11 @@ class Coordinates:
             self._turn(own, axes.quaternion(times, comoving))
         return self.formulation.to_phase(own)
 
-    def environment(self, system: System, times: Array, comoving: Array) -> Environment:
+    def environment(self, problem: Problem, times: Array, comoving: Array) -> Environment:
         """Return the world at the times, with the variables of the axes there, shape (..., n, axes.size)."""
-        return IntegratedEnvironment(times, system.beside(comoving.shape[:-1]), self.axes, np.moveaxis(comoving, -1, 0))
+        return IntegratedEnvironment(
+            times, problem.beside(comoving.shape[:-1]), self.axes, np.moveaxis(comoving, -1, 0)
+        )
 
 
 class IntegratedEnvironment(TrackingEnvironment):
@@ -141,10 +143,10 @@ class IntegratedEnvironment(TrackingEnvironment):
     `carried` are the variables of the axes, shape (..., n, size).
     """
 
-    def __init__(self, times: Array, system: System, axes: Axes, comoving: Array) -> None:
-        own: Any = system.space_axes if isinstance(axes, SpaceAxes) else system.common_axes
+    def __init__(self, times: Array, problem: Problem, axes: Axes, comoving: Array) -> None:
+        own: Any = problem.space_axes if isinstance(axes, SpaceAxes) else problem.common_axes
         super().__init__(times, own, comoving)
-        self._orbits = tracked_orbits(system)
+        self._orbits = tracked_orbits(problem)
         self.comoving = np.moveaxis(comoving, 0, -1)
 
     def _of(self, orbit: Orbit) -> Environment:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from poinsot.atomic_write import new_file, new_folder
 from poinsot.checked import checked
 from poinsot.engine import kernels
+from poinsot.engine.problem import Problem
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.scenarios.writer import SYSTEM, WITH_FILES, Text, shape_of, text_of
@@ -322,8 +323,9 @@ class _Reading:
         initial, run = self._initial(), self._run()
         environment = None
         if "carried" in self.data.variables:
-            variables = kernels.coordinates(system, initial, run.formulation, run.precision)
-            environment = partial(variables.environment, system, times, self._array("carried"))
+            problem = Problem(system)
+            variables = kernels.coordinates(problem, initial, run.formulation, run.precision)
+            environment = partial(variables.environment, problem, times, self._array("carried"))
         return Trajectory(system, initial, times, lambda: phase, run, environment=environment)
 
     def _system(self) -> System:

@@ -6,21 +6,20 @@ formula. It is frozen and becomes a dataclass by itself.
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from dataclasses import field
 from typing import Any
 
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.force import Force
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import kinds_of, listed
+from poinsot.mechanics.parameters import Parametric, kinds_of, listed
 from poinsot.mechanics.state import State
 
 __all__ = ["Event"]
 
 
-class Event(Force):
+class Event(Parametric, ABC):
     """A zero of one scalar formula along a motion.
 
     A subclass that also has the method `act` changes the state there, and the motion goes on from what it returns.

@@ -24,7 +24,8 @@ from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, 
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.probing import orbits_of, samples, time_scale
+from poinsot.mechanics.probing import samples, time_scale
+from poinsot.mechanics.shared_orbits import orbits_of
 
 if TYPE_CHECKING:
     from poinsot.mechanics.state import State

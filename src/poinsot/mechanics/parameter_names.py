@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.probing import orbits_of
+from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.system import System
 
 __all__ = ["named_numbers", "resolve"]

@@ -16,7 +16,7 @@ from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.probing import orbits_of, same
+from poinsot.mechanics.shared_orbits import orbits_of, same
 from poinsot.plot.labels import (
     BLACK,
     BLUE,

@@ -12,6 +12,7 @@ from poinsot.engine import kernels
 from poinsot.engine.ensemble import allowed_threads
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
+from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, changed, state_of
@@ -65,7 +66,7 @@ def checked_time(
     return real_array(name, calendar.time(time) if calendar and holds_dates(time) else time, shape, unit)
 
 
-def check_span(system: System, state: State, times: NDArray[np.float64]) -> None:
+def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> None:
     """Refuse times at which an orbit is not known."""
     first, last = system.span
     if last - first == np.inf:
@@ -79,7 +80,7 @@ def check_span(system: System, state: State, times: NDArray[np.float64]) -> None
             )
 
 
-def members_of(system: System, state: State) -> tuple[int, ...]:
+def members_of(system: Collection, state: State) -> tuple[int, ...]:
     """Return () for one body, (members,) for an ensemble."""
     shapes = {shape for shape in (state.quaternion.shape[:-1], state.time.shape, system.members) if shape}
     if len(shapes) > 1:

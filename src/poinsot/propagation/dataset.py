@@ -9,7 +9,7 @@ import numpy as np
 
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.probing import orbits_of
+from poinsot.mechanics.shared_orbits import orbits_of
 
 if TYPE_CHECKING:
     import xarray

@@ -15,13 +15,14 @@ from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.engine.ensemble import Ensemble, integrate_members
 from poinsot.engine.event_detection import Recorded
+from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.probing import tracked_orbits
+from poinsot.mechanics.shared_orbits import tracked_orbits
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
@@ -101,22 +102,21 @@ def propagate(
     t = checked_times(times, system)
     chosen = checked_formulation(formulation)
     asked = checked_tolerance(tolerance, precision)
-    chosen_events = checked_events(events)
-    watched = system.watching(chosen_events) if chosen_events else system
-    check_span(watched, state, t)
-    members = members_of(watched, state)
+    problem = Problem(system, checked_events(events))
+    check_span(problem, state, t)
+    members = members_of(problem, state)
     if members:
         shown = sys.stderr.isatty() if progress is None else progress
         _check_single(dense, precision)
         state = broadcast_members(state, members)
-        variables = kernels.coordinates(watched, state, chosen, precision)
-        return _propagate_members((system, watched), state, t, variables, asked, checked_threads(threads), shown)
-    variables = kernels.coordinates(watched, state, chosen, precision)
+        variables = kernels.coordinates(problem, state, chosen, precision)
+        return _propagate_members(problem, state, t, variables, asked, checked_threads(threads), shown)
+    variables = kernels.coordinates(problem, state, chosen, precision)
     start, origin = variables.from_state(_in_precision(state, precision)), float(state.time)
     ends = np.append(t, origin)
     with (
         bar("time", float(np.ptp(ends)), bool(progress)) as report,
-        kernels.integrator(watched, variables, precision, asked) as borrowed,
+        kernels.integrator(problem, variables, precision, asked) as borrowed,
     ):
         engine = borrowed.engine
         began = clock.perf_counter()
@@ -130,7 +130,7 @@ def propagate(
         wall_time = clock.perf_counter() - began
         steps = sum(half.steps for half in halves)
         run = Run(Method.TAYLOR, chosen, precision, float(engine.tol), engine.order, steps, wall_time, versions())
-    motion = _join((system, watched), state, t, halves, variables, run, dense)
+    motion = _join(problem, state, t, halves, variables, run, dense)
     for half in halves:
         if half.stopped:
             raise half.error(motion) from half.cause
@@ -138,7 +138,7 @@ def propagate(
 
 
 def _propagate_members(
-    systems: tuple[System, System],
+    problem: Problem,
     state: State,
     t: Array,
     variables: Coordinates,
@@ -146,20 +146,19 @@ def _propagate_members(
     threads: int,
     progress: bool,
 ) -> Trajectory:
-    system, watched = systems
-    count = members_of(watched, state)[0]
-    done = Ensemble(count, t.size, variables.formulation, variables.axes.size if tracked_orbits(watched) else 0)
-    integrate_members(watched, state, np.sort(t), variables, tolerance, threads, progress, done)
+    count = members_of(problem, state)[0]
+    done = Ensemble(count, t.size, variables.formulation, variables.axes.size if tracked_orbits(problem) else 0)
+    integrate_members(problem, state, np.sort(t), variables, tolerance, threads, progress, done)
     name, steps = variables.formulation.name, int(done.steps.sum())
     run = Run(Method.TAYLOR_OF_MEMBERS, name, "double", done.tolerance, done.order, steps, done.wall_time, versions())
     order = slice(None, None, 1 if _rises(t) else -1)
     phase = changed(done.phase, lambda x: x[:, order])
     environment = (
-        functools.partial(variables.environment, watched, t, done.comoving[:, order]) if done.comoving.size else None
+        functools.partial(variables.environment, problem, t, done.comoving[:, order]) if done.comoving.size else None
     )
     failures = dict(sorted(done.failures.items()))
-    motion = Trajectory(system, state, t, lambda: phase, run, failures=failures, environment=environment)
-    motion.events = crossings(system, watched.events, variables, done.happened, _rises(t))
+    motion = Trajectory(problem.system, state, t, lambda: phase, run, failures=failures, environment=environment)
+    motion.events = crossings(problem.system, problem.events, variables, done.happened, _rises(t))
     if done.interrupted:
         message = f"propagation was interrupted: {done.finished} of {len(done.steps)} members are done."
         raise PropagationInterrupted(message, float(t[-1]), motion)
@@ -347,7 +346,7 @@ class _Half:
 
 
 def _join(
-    systems: tuple[System, System],
+    problem: Problem,
     state: State,
     t: Array,
     halves: list[_Half],
@@ -356,7 +355,7 @@ def _join(
     dense: bool,
 ) -> Trajectory:
     """Put the two halves into the order of the requested times; rows that were not reached are left out."""
-    (system, watched), (later, earlier) = systems, halves
+    later, earlier = halves
     count = [sum(map(len, half.rows)) for half in halves]
     rows = _stacked([*(part[::-1] for part in reversed(earlier.rows)), *later.rows], variables.size)
     times = np.concatenate([earlier.grid[: count[1]][::-1], later.grid[: count[0]]])
@@ -365,13 +364,13 @@ def _join(
     dense_output = functools.partial(_phase_at, halves, variables)
     interpolant = (dense_output, halves[1].reached, halves[0].reached) if dense else None
     environment = None
-    if tracked_orbits(watched):
-        environment = functools.partial(variables.environment, watched, times, rows[:, variables.formulation.size :])
+    if tracked_orbits(problem):
+        environment = functools.partial(variables.environment, problem, times, rows[:, variables.formulation.size :])
     motion = Trajectory(
-        system, state, times, lambda: variables.to_phase(times, rows), run, interpolant, environment=environment
+        problem.system, state, times, lambda: variables.to_phase(times, rows), run, interpolant, environment=environment
     )
     found = [(0, record) for half in halves for record in half.happened]
-    motion.events = crossings(system, watched.events, variables, found, _rises(t))
+    motion.events = crossings(problem.system, problem.events, variables, found, _rises(t))
     return motion
 
 

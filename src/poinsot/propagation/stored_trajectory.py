@@ -47,6 +47,7 @@ class StoredSystem:
     """
 
     forces = ()
+    parts = ()
     members = ()
     calendar = None
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.engine import kernels
+from poinsot.engine.problem import Problem
 from poinsot.errors import real_numbers
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.environment import Environment
@@ -329,9 +330,9 @@ class Trajectory:
             comoving = getattr(self.environment, "comoving", None)
             if comoving is None:
                 return Environment(times)
-            watched = system.watching(found.event for found in events)
-            variables = kernels.coordinates(watched, initial, self.run.formulation, self.run.precision)
-            return variables.environment(watched, times, rows(comoving))
+            problem = Problem(system, [found.event for found in events])
+            variables = kernels.coordinates(problem, initial, self.run.formulation, self.run.precision)
+            return variables.environment(problem, times, rows(comoving))
 
         motion = Trajectory(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
         motion.events = events

@@ -10,11 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.ensemble import EnsembleOutput, integrate_members
+from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import SMALL, Coordinates
+from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import Neighbours
 from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.formulations import FORMULATIONS
-from poinsot.mechanics.probing import space_axes
+from poinsot.mechanics.shared_orbits import space_axes
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
@@ -84,13 +86,13 @@ class TangentRun:
             raise ValueError(f"formulation must be one of {able} for neighbours of a motion, got {chosen!r}.")
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
-        self.system, self.members = system, members_of(system, state)
+        self.system, self.problem, self.members = system, Problem(system), members_of(system, state)
         self.state = broadcast_members(state, self.members or (1,))
-        variables = kernels.coordinates(system, self.state, chosen, "double")
+        variables = kernels.coordinates(self.problem, self.state, chosen, "double")
         if inputs:  # axes carried by an orbit would change with it
             axes = space_axes(system.between_knots(), closed_forms=True)
             variables = dataclasses.replace(variables, axes=axes)
-        self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(system.momentum_scale(self.state))))))
+        self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(momentum_scale(system, self.state))))))
         self._variables = dataclasses.replace(variables, scale=np.full(len(self.state.time), self.scale))
         first = 1 + len(variables.axes.numbers)
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
@@ -103,7 +105,7 @@ class TangentRun:
         neighbours = Neighbours(self.tangent, vectors.shape[-2], self._inputs, self._order, vectors)
         variables = dataclasses.replace(self._variables, companion=neighbours)
         start = self.state if state is None else state
-        integrate_members(self.system, start, times, variables, self._tolerance, self._threads, self._progress, out)
+        integrate_members(self.problem, start, times, variables, self._tolerance, self._threads, self._progress, out)
         return variables
 
     def run(self, out: EnsembleOutput) -> Run:

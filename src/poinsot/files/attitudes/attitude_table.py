@@ -17,7 +17,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.probing import orbits_of
+from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import calendar_of as dates_of_motion

@@ -1,0 +1,45 @@
+"""What is integrated: a system, and beside it the events to watch for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from typing_extensions import override
+
+from poinsot.mechanics.collection import Collection
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.formula_trials import try_event
+from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.system import System
+
+__all__ = ["Problem"]
+
+
+class Problem(Collection):
+    """A system and events side by side, with the numbers and orbits of both.
+
+    Parameters
+    ----------
+    system : System
+    events : sequence of Event
+    """
+
+    def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
+        self.system, self.events = system, tuple(events)
+        if events:
+            self.refuse_other_axes()
+        for event in events:
+            try_event(event, system.body)
+
+    @property
+    @override
+    def parts(self) -> tuple[Parametric, ...]:
+        return (*self.system.parts, *self.events)
+
+    @override
+    def with_parts(self, parts: Iterable[Any]) -> Problem:
+        parts, count = tuple(parts), len(self.system.parts)
+        twin = object.__new__(Problem)
+        twin.system, twin.events = self.system.with_parts(parts[:count]), parts[count:]
+        return twin

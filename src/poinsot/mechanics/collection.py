@@ -1,0 +1,118 @@
+"""Records taken together: their numbers in one row, their orbits, the times at which they change."""
+
+from __future__ import annotations
+
+import functools
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.functions import Scalar
+from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, frames_of
+from poinsot.mechanics.parameters import Parametric, union_of_knots
+from poinsot.mechanics.shared_orbits import common_axes, orbits_of, space_axes, span
+
+__all__ = ["Collection"]
+
+SAME_KNOT = 64
+"""Roundings of a time by which two tables may miss each other's knots."""
+
+
+class Collection(ABC):
+    """What has parts, such as a body and the forces on it, with the numbers of all of them."""
+
+    @property
+    @abstractmethod
+    def parts(self) -> tuple[Parametric, ...]:
+        """The records."""
+
+    @abstractmethod
+    def with_parts(self, parts: Iterable[Any]) -> Self:
+        """Return the same of other parts, unchecked."""
+
+    @functools.cached_property
+    def structure(self) -> tuple[Any, ...]:
+        """What selects the equations, without any real number."""
+        return tuple(part.structure for part in self.parts)
+
+    @functools.cached_property
+    def numbers(self) -> tuple[NDArray[np.float64], ...]:
+        """The real parameters of the parts, in the order in which `with_numbers` takes them."""
+        return tuple(number for part in self.parts for number in part.numbers)
+
+    @functools.cached_property
+    def members(self) -> tuple[int, ...]:
+        """The shape of the member axis of the numbers: () for one body, (members,) for an ensemble."""
+        shapes = {number.shape for number in self.numbers if number.shape}
+        if len(shapes) > 1:
+            counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
+            raise ValueError(f"body and forces must have equally many members, got {counts}.")
+        return shapes.pop() if shapes else ()
+
+    @functools.cached_property
+    def common_axes(self) -> Axes | None:
+        """The axes of the one orbit that all parts share; None if there is none."""
+        return common_axes(self)
+
+    @functools.cached_property
+    def space_axes(self) -> Axes:
+        """The space axes, with variables of orbits whose formulas do not run on symbols."""
+        return space_axes(self)
+
+    @functools.cached_property
+    def knots(self) -> NDArray[np.float64]:
+        """Times, ascending, at which the tables of its orbits change their polynomials; of equal ones, the first."""
+        knots = union_of_knots(self.parts)
+        if not knots.size:
+            return knots
+        return knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
+
+    @functools.cached_property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time at which all its orbits are known."""
+        return span(self)
+
+    @property
+    def calendar(self) -> Any:
+        """What its times mean as dates; None where no orbit has a calendar."""
+        return next((orbit.calendar for orbit in orbits_of(self) if orbit.calendar is not None), None)
+
+    @functools.cached_property
+    def beside_samples(self) -> Self:
+        """The same with numbers that broadcast against a row of samples, members first."""
+        return self.with_numbers(number[..., None] for number in self.numbers)
+
+    def between_knots(self, time: ArrayLike | None = None) -> Self:
+        """Return what it is between the knots around a time, by default the first two."""
+        if not self.knots.size:
+            return self
+        time = 0.5 * (self.knots[0] + self.knots[1]) if time is None else time
+        return self.with_parts(part.between_knots(time) for part in self.parts)
+
+    def beside(self, shape: tuple[int, ...]) -> Self:
+        """Return the same with numbers that broadcast against arrays of a shape, members first."""
+        return self.with_numbers(
+            np.reshape(number, (*number.shape, *(1,) * (len(shape) - number.ndim))) for number in self.numbers
+        )
+
+    def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
+        """Return the same on other scalars: runtime parameters, symbols, arrays."""
+        scalars = iter(scalars)
+        return self.with_parts(part.with_numbers(scalars) for part in self.parts)
+
+    def refuse_other_axes(self) -> None:
+        """Raise a ValueError for orbits along different space axes, or with different calendars."""
+        orbits = list(orbits_of(self))
+        frames = frames_of(orbits)
+        calendars = dict.fromkeys(orbit.calendar for orbit in orbits if orbit.calendar is not None)
+        for what, found in (("reference frame", frames), ("calendar", calendars)):
+            if len(found) > 1:
+                first, second, *_ = found
+                hint = " Make one, and give calendar= to all." if what == "calendar" else ""
+                if SPACE_AXES_UNNAMED in found:
+                    hint = " Give reference_frame= to the one or the other."
+                raise ValueError(f"the orbits of a system must have one {what}, got {first} and {second}.{hint}")
