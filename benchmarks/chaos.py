@@ -31,10 +31,10 @@ def chaos_maps(short):
 
 def _map(side, tilt, formulation):
     options = {"formulation": formulation, "tolerance": TOLERANCE, "threads": 2, "progress": False}
-    pt.chaos_indicators(SYSTEM, _starts(4, tilt), [1.0], **options)  # compiles
+    pt.analysis.chaos_indicators(SYSTEM, _starts(4, tilt), [1.0], **options)  # compiles
     start, times = _starts(side, tilt), [ORBITS * ORBIT.period]
     began, used = time.perf_counter(), time.process_time()
-    found = pt.chaos_indicators(SYSTEM, start, times, **options)
+    found = pt.analysis.chaos_indicators(SYSTEM, start, times, **options)
     took, used = time.perf_counter() - began, time.process_time() - used
     last = found.mean_megno[:, -1]
     return {
@@ -51,7 +51,9 @@ def _error_of_megno(tilt, options):
     """Return the largest relative error of the mean MEGNO of some members, against samples ten times as dense."""
     start, period = _starts(8, tilt), ORBIT.period
     dense = np.linspace(0, 20 * period, 20 * 8 * 10 + 1)[1:]
-    coarse, fine = (pt.chaos_indicators(SYSTEM, start, t, **options).mean_megno[:, -1] for t in (dense[-1:], dense))
+    coarse, fine = (
+        pt.analysis.chaos_indicators(SYSTEM, start, t, **options).mean_megno[:, -1] for t in (dense[-1:], dense)
+    )
     return float(np.max(np.abs(coarse - fine) / np.maximum(2, np.abs(fine))))
 
 

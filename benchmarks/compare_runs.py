@@ -32,14 +32,16 @@ ELLIPSE = pt.KeplerOrbit(
     true_anomaly=0.3,
     epoch=0.2,
 )
-FLYBY = pt.EscapeOrbit(
+FLYBY = pt.orbits.EscapeOrbit(
     1.0, periapsis_distance=0.8, eccentricity=1.5, inclination=0.3, node=0.2, argument_of_periapsis=0.1, epoch=4.0
 )
-DRIFTING = pt.PrecessingOrbit(ELLIPSE, node_rate=0.01, periapsis_rate=-0.02)
-RESTING = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
-TURNING = pt.RotatingPosition(0.9, position=(0.8, -0.5, 0.7), rate=0.3)
-HALO = pt.ThreeBodyPath(0.9878, 0.0122, separation=1.0, position=(0.8233, 0.0, 0.0223), velocity=(0.0, 0.1343, 0.0))
-TABLE = pt.Ephemeris.from_function(
+DRIFTING = pt.orbits.PrecessingOrbit(ELLIPSE, node_rate=0.01, periapsis_rate=-0.02)
+RESTING = pt.orbits.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
+TURNING = pt.orbits.RotatingPosition(0.9, position=(0.8, -0.5, 0.7), rate=0.3)
+HALO = pt.orbits.ThreeBodyPath(
+    0.9878, 0.0122, separation=1.0, position=(0.8233, 0.0, 0.0223), velocity=(0.0, 0.1343, 0.0)
+)
+TABLE = pt.orbits.Ephemeris.from_function(
     1.1, position=lambda t: np.stack(ELLIPSE.position_at(t), axis=-1), start=-5.0, stop=25.0
 )
 FIELD = pt.GravityField(
@@ -143,14 +145,17 @@ def stopped(force, **options):
 def variations(*forces, order=1):
     """Return the state transition of one motion."""
     system, state = pt.System(BODY, *forces), BODY.state(Q, omega_body=RATES)
-    found = pt.state_transition(system, state, FEW, order=order)
+    found = pt.analysis.state_transition(system, state, FEW, order=order)
     return {name: np.asarray(value) for name, value in vars(found).items() if isinstance(value, np.ndarray)}
 
 
 def spectra(force):
     """Return what grows beside a motion."""
     system, state = pt.System(BODY, force), BODY.state(Q, omega_body=RATES)
-    chaos, spectrum = pt.chaos_indicators(system, state, TIMES[5:]), pt.lyapunov_spectrum(system, state, TIMES[5:])
+    chaos, spectrum = (
+        pt.analysis.chaos_indicators(system, state, TIMES[5:]),
+        pt.analysis.lyapunov_spectrum(system, state, TIMES[5:]),
+    )
     parts = {"chaos": vars(chaos), "spectrum": vars(spectrum)}
     return {
         f"{part} {name}": np.asarray(value)
@@ -181,13 +186,13 @@ def free():
 
 def events():
     """Return one of each kind: recorded, acting, and one that ends the motion."""
-    return (pt.RateCrossing((1, 0, 0), rate=0.2), Kick(), Bound(1.5, terminal=True))
+    return (pt.events.RateCrossing((1, 0, 0), rate=0.2), Kick(), Bound(1.5, terminal=True))
 
 
 FORCES = {
     "no force": (),
     "weight": pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
-    "damping": pt.LinearDamping(0.05),
+    "damping": pt.forces.LinearDamping(0.05),
     "switched": Burn(0.1),
     "circle": pt.GravityGradient(CIRCLE),
     "ellipse": pt.GravityGradient(ELLIPSE),
@@ -196,10 +201,10 @@ FORCES = {
     "resting": pt.GravityGradient(RESTING),
     "turning": pt.GravityGradient(TURNING),
     "table": pt.GravityGradient(TABLE),
-    "oblate": (pt.GravityGradient(ELLIPSE), pt.Oblateness(ELLIPSE, 0.3, 0.2, (0.4, -0.3, 0.8))),
-    "mascons": pt.MasconGravity(ELLIPSE, (0.6, 0.7), [(0.05, -0.03, 0.02), (-0.03, 0.04, -0.05)]),
+    "oblate": (pt.GravityGradient(ELLIPSE), pt.forces.Oblateness(ELLIPSE, 0.3, 0.2, (0.4, -0.3, 0.8))),
+    "mascons": pt.forces.MasconGravity(ELLIPSE, (0.6, 0.7), [(0.05, -0.03, 0.02), (-0.03, 0.04, -0.05)]),
     "two orbits": (pt.GravityGradient(ELLIPSE), pt.GravityGradient(RESTING)),
-    "orbit and damping": (pt.GravityGradient(ELLIPSE), pt.LinearDamping(0.02)),
+    "orbit and damping": (pt.GravityGradient(ELLIPSE), pt.forces.LinearDamping(0.02)),
     "orbit and weight": (pt.GravityGradient(ELLIPSE), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
     "three bodies": (pt.GravityGradient(HALO.from_primary), pt.GravityGradient(HALO.from_secondary)),
 }
@@ -230,10 +235,10 @@ def cases():
     yield (
         "ellipse, field",
         lambda: single(
-            pt.HarmonicGravity(pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.0, inclination=0.2), FIELD)
+            pt.forces.HarmonicGravity(pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.0, inclination=0.2), FIELD)
         ),
     )
-    yield "ellipsoid", lambda: single(pt.EllipsoidGravity(RESTING, 1.1, (0.9, 0.6, 0.4)))
+    yield "ellipsoid", lambda: single(pt.forces.EllipsoidGravity(RESTING, 1.1, (0.9, 0.6, 0.4)))
     yield "planar", planar
     yield "free motion", free
 
@@ -264,7 +269,13 @@ def edges():
 def results():
     """Return the results of all runs by name; of one that fails, its error sentence."""
     out = {}
-    for force in (pt.GravityGradient, pt.HarmonicGravity, pt.MasconGravity, pt.EllipsoidGravity, pt.Oblateness):
+    for force in (
+        pt.GravityGradient,
+        pt.forces.HarmonicGravity,
+        pt.forces.MasconGravity,
+        pt.forces.EllipsoidGravity,
+        pt.forces.Oblateness,
+    ):
         force.check = lambda *_: None
     for name, run in cases():
         try:

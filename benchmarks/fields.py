@@ -58,9 +58,12 @@ def _forces(short):
     forces = {"`GravityGradient`": (body, pt.GravityGradient(ORBIT))}
     for degree in (2, 4, 8, 16):
         if degree <= highest:
-            forces[f"`HarmonicGravity`, degree {degree}"] = body, pt.HarmonicGravity(ORBIT, field.truncated(degree))
+            forces[f"`HarmonicGravity`, degree {degree}"] = (
+                body,
+                pt.forces.HarmonicGravity(ORBIT, field.truncated(degree)),
+            )
     if not short:
-        forces["`EllipsoidGravity`"] = ellipsoid, pt.EllipsoidGravity(ORBIT, 1.0, SEMIAXES)
+        forces["`EllipsoidGravity`"] = ellipsoid, pt.forces.EllipsoidGravity(ORBIT, 1.0, SEMIAXES)
         forces["`MasconGravity`, 100 points"] = _points(100)
     return forces
 
@@ -77,4 +80,4 @@ def _points(count):
     random = np.random.default_rng(2)
     masses, points = random.uniform(1, 2, count) / count, random.normal(size=(count, 3)) * (0.5, 0.35, 0.25)
     points -= masses @ points / masses.sum()
-    return pt.Body.point_masses(masses, points), pt.MasconGravity(ORBIT, masses, points)
+    return pt.Body.point_masses(masses, points), pt.forces.MasconGravity(ORBIT, masses, points)

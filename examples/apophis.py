@@ -16,7 +16,7 @@ import poinsot as pt
 hour, day = 3600.0, 86400.0  # s; km
 apophis = pt.Body((0.61, 0.965, 1.0))  # up to a factor, which changes nothing
 mu, perigee, excess_speed = 398600.4418, 38000.0, 5.84
-flyby = pt.EscapeOrbit(
+flyby = pt.orbits.EscapeOrbit(
     mu, periapsis_distance=perigee, eccentricity=1 + perigee * excess_speed**2 / mu
 )  # at the perigee at t = 0
 system = pt.System(apophis, pt.GravityGradient(flyby), units={"time": "s"})
@@ -32,13 +32,13 @@ def tumbling(nutation, size=1.0):
 
 
 def off(nutation):
-    free = pt.FreeRotation(apophis, tumbling(nutation))
+    free = pt.analysis.FreeRotation(apophis, tumbling(nutation))
     return free.rotation_period / free.precession_period - rotation / precession
 
 
 nutation = brentq(off, np.radians(1.0), np.radians(13.7))
-size = pt.FreeRotation(apophis, tumbling(nutation)).precession_period / precession
-before = pt.FreeRotation(apophis, tumbling(nutation, size))
+size = pt.analysis.FreeRotation(apophis, tumbling(nutation)).precession_period / precession
+before = pt.analysis.FreeRotation(apophis, tumbling(nutation, size))
 spin = 2 * before.energy / before.angular_momentum  # the effective rate
 low, high = np.degrees(before.nutation_range)
 print(f"before: {before.mode}, nutation {low:.1f} to {high:.1f} deg, energy ratio {before.energy_ratio:.4f}")
@@ -62,7 +62,7 @@ def start(time):
 def rotations(motion):
     """The free rotations that go on from the last time."""
     momenta = motion.angular_momentum_body[:, -1]
-    return pt.FreeRotation(apophis, apophis.state(motion.quaternion[:, -1], angular_momentum_body=momenta))
+    return pt.analysis.FreeRotation(apophis, apophis.state(motion.quaternion[:, -1], angular_momentum_body=momenta))
 
 
 motion = pt.propagate(system, start(-far), [-far, far])

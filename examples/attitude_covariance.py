@@ -22,7 +22,7 @@ initial = np.diag(np.concatenate([np.full(3, of_attitude), of_momentum]) ** 2)
 names = ["moments[0]", "moments[1]", "moments[2]"]
 of_moments = np.diag((0.005 * moments) ** 2)
 
-transition = pt.state_transition(system, start, times, names)
+transition = pt.analysis.state_transition(system, start, times, names)
 covariance = transition.covariance(initial, of_moments)
 predicted = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 

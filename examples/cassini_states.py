@@ -21,7 +21,9 @@ def precessing(mu, a, e, inclination, rate, node_period):
     ellipse = pt.KeplerOrbit(
         mu * day**2, semimajor_axis=a, eccentricity=e, inclination=inclination * degree, argument_of_periapsis=np.pi / 4
     )
-    return pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate)
+    return pt.orbits.PrecessingOrbit.from_mean_motion(
+        ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate
+    )
 
 
 def moon_orbit(node_period=18.600):
@@ -29,8 +31,8 @@ def moon_orbit(node_period=18.600):
 
 
 moon_body = pt.Body.from_ratios(beta=6.31e-4, gamma=2.28e-4)
-moon = pt.cassini_state(moon_body, moon_orbit())
-mercury = pt.cassini_state(
+moon = pt.analysis.cassini_state(moon_body, moon_orbit())
+mercury = pt.analysis.cassini_state(
     pt.Body.from_stokes(C20=-6e-5, C22=1e-5, polar_moment_factor=0.34),
     precessing(132712440018, 57909050, 0.2056, 8.6, 360 / 87.969, 328000),
     spin=1.5,
@@ -80,7 +82,7 @@ marks = {True: ("o", "#0072B2", "stable"), False: ("x", "#D55E00", "unstable")}
 apart = []
 for years in (10, 14, 25, 32, 40, 50, 60, 70, 80, 95, 120, 150, 200, 300, 450):
     for x in (x for x in balances(years) if abs(x) < np.pi / 4):
-        state = pt.cassini_state(moon_body, moon_orbit(years), obliquity=x)
+        state = pt.analysis.cassini_state(moon_body, moon_orbit(years), obliquity=x)
         marker, color, _ = marks[state.motion.stable]
         axes.plot(years, np.sign(x) * state.obliquity / degree, marker, color=color)
         apart.append(abs(state.obliquity / abs(x) - 1))

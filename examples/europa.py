@@ -23,7 +23,9 @@ def moon(mu, J2, C22, polar, a, e, inclination, rate, node_period):
     ellipse = pt.KeplerOrbit(
         mu, semimajor_axis=a, eccentricity=e, inclination=inclination * degree, argument_of_periapsis=np.pi / 4
     )
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate)
+    orbit = pt.orbits.PrecessingOrbit.from_mean_motion(
+        ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate
+    )
     return pt.Body.from_stokes(-J2, C22, polar), orbit
 
 
@@ -52,7 +54,7 @@ def frequencies(state):
     return np.array([state.longitude, state.precession, state.wobble])
 
 
-states = {name: pt.cassini_state(body, orbit) for name, (body, orbit) in moons.items()}
+states = {name: pt.analysis.cassini_state(body, orbit) for name, (body, orbit) in moons.items()}
 print("periods of longitude [days], precession from the node, wobble [years]; obliquity [arcmin]")
 for name, (body, orbit) in moons.items():
     linear, lean = linear_theory(body, orbit)
@@ -81,10 +83,10 @@ for what, (rate, days, allowed) in published.items():
 # Europa's periapsis moves: seen from the node it goes back once in 143 revolutions of the longitude, 1.39 years.
 body, orbit = moons["Europa"]
 turn = -orbit.mean_motion / 143
-moving = pt.PrecessingOrbit.from_mean_motion(
+moving = pt.orbits.PrecessingOrbit.from_mean_motion(
     orbit.orbit, mean_motion=orbit.mean_motion - turn, node_rate=orbit.node_rate, periapsis_rate=turn
 )
-whole = pt.periodic_motion(
+whole = pt.analysis.periodic_motion(
     pt.System(body, pt.GravityGradient(moving)), europa.motion.state, -2 * np.pi / turn, europa.motion.frame
 )
 own, lap = frequencies(europa), 2 * np.pi / whole.period  # a look once in a period leaves multiples of lap open

@@ -21,7 +21,7 @@ def start(body):
     """The body at rest in the axes of a circular orbit, in units of its mean motion."""
     orbit = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.0)
     state = body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
-    return pt.periodic_motion(pt.System(body, pt.GravityGradient(orbit)), state, orbit.period)
+    return pt.analysis.periodic_motion(pt.System(body, pt.GravityGradient(orbit)), state, orbit.period)
 
 
 MEAN = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 1))
@@ -36,7 +36,7 @@ def amplitude(motion):
 branches = []
 for name, body in BODIES.items():
     w2 = 3 * (body.moments[1] - body.moments[0]) / body.moments[2]
-    branch = pt.continue_motion(start(body), "eccentricity", 0.25)
+    branch = pt.analysis.continue_motion(start(body), "eccentricity", 0.25)
     branches.append(branch)
     small = np.flatnonzero((branch.values > 0) & (branch.values < 2e-3))[0]
     linear = np.degrees(2 * branch.values[small] * w2 / (w2 - 1))
@@ -44,7 +44,7 @@ for name, body in BODIES.items():
     print(f"{name}: at e = {branch.values[small]:.5f} {own:.5f} deg, linear theory {linear:.5f} deg; {branch}")
     assert abs(own / linear - 1) < 0.01
 
-phobos = pt.continue_motion(start(BODIES["Phobos"]), "eccentricity", 0.0151).motions[-1]
+phobos = pt.analysis.continue_motion(start(BODIES["Phobos"]), "eccentricity", 0.0151).motions[-1]
 print(f"Phobos, e = 0.0151: {amplitude(phobos):.3f} deg, observed -1.1 deg")
 assert abs(amplitude(phobos) + 1.1) < 0.03
 assert [each.kind for each in branches[-1].bifurcations if each.kind == "fold"] == ["fold"]

@@ -30,7 +30,7 @@ A, B, C = satellite.moments
 
 orbit = pt.KeplerOrbit(mu=398600.4418, semimajor_axis=7000.0, eccentricity=0.0, inclination=0.9, node=0.3)
 system = pt.System(satellite, pt.GravityGradient(orbit), units={"time": "s", "inertia": "kg m2"})
-(rest,) = pt.equilibria(system, orbit.frame, guesses=(1, 0, 0, 0))  # the boom along the vertical
+(rest,) = pt.analysis.equilibria(system, orbit.frame, guesses=(1, 0, 0, 0))  # the boom along the vertical
 n = orbit.mean_motion
 
 

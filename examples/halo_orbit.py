@@ -15,8 +15,10 @@ PLACE, SPEED, PERIOD = (1.1721212352395958, 0, 8.5877005926413993e-2), -1.878221
 
 mu = KM**3 / SECONDS**2
 pair = mu * (1 - MASS_RATIO), mu * MASS_RATIO
-path = pt.ThreeBodyPath(*pair, separation=KM, position=np.multiply(PLACE, KM), velocity=(0, SPEED * KM / SECONDS, 0))
-point = pt.LagrangePointPath(*pair, separation=KM, point="L2")
+path = pt.orbits.ThreeBodyPath(
+    *pair, separation=KM, position=np.multiply(PLACE, KM), velocity=(0, SPEED * KM / SECONDS, 0)
+)
+point = pt.orbits.LagrangePointPath(*pair, separation=KM, point="L2")
 spacecraft = pt.Body((100.0, 120.0, 130.0))  # its long axis is the first
 forces = pt.GravityGradient(path.from_primary), pt.GravityGradient(path.from_secondary)
 system = pt.System(spacecraft, *forces, units={"time": "s", "inertia": "kg m2"})

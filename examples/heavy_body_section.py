@@ -32,7 +32,7 @@ figure, panels = plt.subplots(1, 2, figsize=(10, 4.8), sharey=True, layout="cons
 spread = []
 for panel, weight in zip(panels, (0.0, 0.012), strict=True):
     system = pt.System(body, pt.UniformGravity(weight, lever))
-    section = pt.andoyer_section(system, starts(system, l, ratio), 6000.0, progress=False)
+    section = pt.analysis.andoyer_section(system, starts(system, l, ratio), 6000.0, progress=False)
     states = section.motion.events[0].states
     assert np.max(np.abs(system.energy(states) - energy)) < 1e-12
     assert np.max(np.abs(states.angular_momentum_space[:, 2] - vertical)) < 1e-12

@@ -19,11 +19,11 @@ COLOURS = {"L1": "#000000", "L2": "#0072B2", "L3": "#D55E00", "L4": "#009E73", "
 
 figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
 for name, colour in COLOURS.items():
-    point = pt.LagrangePointPath(EARTH, MOON, separation=SEPARATION, point=name)
+    point = pt.orbits.LagrangePointPath(EARTH, MOON, separation=SEPARATION, point=name)
     n, mu = point.mean_motion, point.mass_ratio
     attractors = (pt.GravityGradient(orbit) for orbit in (point.from_primary, point.from_secondary))
     system = pt.System(spacecraft, *attractors, units={"time": "s"})
-    at_rest = [found for found in pt.equilibria(system, point.frame) if found.stability == "lyapunov"]
+    at_rest = [found for found in pt.analysis.equilibria(system, point.frame) if found.stability == "lyapunov"]
     along, across, _ = Rotation.from_quat(at_rest[0].attitude, scalar_first=True).as_matrix()[:, 0]
     angle = np.degrees(np.arctan2(across, along)) % 180
     print(f"{name}: the long axis rests at {angle:.2f} deg from the line, librates at", at_rest[0].frequencies / n)

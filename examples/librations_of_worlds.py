@@ -36,7 +36,7 @@ def away(motion, still, frame):
 
 def compare(world, modes, linear, signal, times, mean_motion):
     """Add a row for each of the strongest lines of a signal, (members, times); linear values ascend, as they do."""
-    found = pt.frequencies(signal, times - times[0], count=12)
+    found = pt.analysis.frequencies(signal, times - times[0], count=12)
     order = np.argsort(found.frequencies[:, : len(linear)], axis=1)
     one, two = np.take_along_axis(found.frequencies, order, 1) / linear - 1
     errors = np.take_along_axis(found.errors, order, 1) / linear
@@ -60,8 +60,10 @@ for world, (body, mu, a, e, i, rate, node_period, spin, periods, every) in world
     ellipse = pt.KeplerOrbit(
         mu * day**2, semimajor_axis=a, eccentricity=e, inclination=i * degree, argument_of_periapsis=np.pi / 4
     )
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate)
-    state = pt.cassini_state(body, orbit, spin)
+    orbit = pt.orbits.PrecessingOrbit.from_mean_motion(
+        ellipse, mean_motion=rate * degree - node_rate, node_rate=node_rate
+    )
+    state = pt.analysis.cassini_state(body, orbit, spin)
     forced, start = state.motion, state.motion.state
     times = start.time + forced.period * np.arange(0, periods, every)
     size = 3e-4 if world == "Mercury" else 1e-4
@@ -77,11 +79,11 @@ circle = pt.KeplerOrbit(42828.37, semimajor_axis=9376.0, eccentricity=0.0)
 phobos = pt.System(pt.Body((0.3615, 0.4265, 0.5024)), pt.GravityGradient(circle))
 held = {"Phobos": (phobos, circle.frame, circle.mean_motion)}
 for name in ("L1", "L2", "L3", "L4", "L5"):
-    point = pt.LagrangePointPath(398600.4418, 4902.8, separation=384400.0, point=name)
+    point = pt.orbits.LagrangePointPath(398600.4418, 4902.8, separation=384400.0, point=name)
     forces = pt.GravityGradient(point.from_primary), pt.GravityGradient(point.from_secondary)
     held[name] = pt.System(pt.Body((60.0, 120.0, 150.0)), *forces), point.frame, point.mean_motion
 for world, (system, frame, n) in held.items():
-    rest = next(e for e in pt.equilibria(system, frame) if e.stability == "lyapunov")
+    rest = next(e for e in pt.analysis.equilibria(system, frame) if e.stability == "lyapunov")
     times = np.arange(1024) * 0.5 / n
     motion = pt.propagate(system, starts(rest.state, system.body, (1, 1, 1), (0, 0, 0)), times, progress=False)
     turned = away(motion, Rotation.from_quat([rest.attitude], scalar_first=True), frame)
@@ -98,7 +100,7 @@ system = pt.System(hyperion, pt.GravityGradient(orbit))
 islands = {"1:1": (0.0, 0.56, 1), "2:1": (0.0, 2.32, 1), "9:4": (0.0, 2.53225, 4), "1:2": (np.pi / 2, 0.8674, 2)}
 for island, (angle, rate, revolutions) in islands.items():
     guess = hyperion.state((np.cos(angle / 2), 0, 0, np.sin(angle / 2)), omega_body=(0, 0, rate))
-    forced = pt.periodic_motion(system, guess, revolutions * orbit.period)
+    forced = pt.analysis.periodic_motion(system, guess, revolutions * orbit.period)
     multiplier = np.linalg.eigvals(forced.matrix[np.ix_([2, 5], [2, 5])])[0]  # in the plane
     samples = 4 * revolutions
     times = np.arange(1024) * forced.period / samples
@@ -107,7 +109,7 @@ for island, (angle, rate, revolutions) in islands.items():
     turned = away(motion, forced.over_period(samples).attitude, forced.frame)[..., 2]
     lap = 2 * np.pi / forced.period  # the multiplier leaves whole ones open
     branches = np.array([-1, 1])[:, None] * np.angle(multiplier) / forced.period + lap * np.arange(samples)
-    strongest = pt.frequencies(turned[0], times, count=1).frequencies
+    strongest = pt.analysis.frequencies(turned[0], times, count=1).frequencies
     nearest = branches.flat[np.argmin(abs(branches - strongest))]
     compare(f"Hyperion {island}", ["in the plane"], np.array([nearest]), turned, times, 1.0)
 

@@ -20,7 +20,9 @@ zero = np.zeros_like(angle)
 attitudes = np.stack([np.cos(angle / 2), zero, zero, np.sin(angle / 2)], axis=-1)
 start = moon.state(attitudes, omega_body=np.stack([zero, zero, rate], axis=-1))
 
-found = pt.chaos_indicators(system, start, [50 * orbit.period], formulation="planar", tolerance=1e-9, progress=False)
+found = pt.analysis.chaos_indicators(
+    system, start, [50 * orbit.period], formulation="planar", tolerance=1e-9, progress=False
+)
 megno, exponent = found.mean_megno[:, -1], found.lyapunov[:, -1] * orbit.period
 chaotic = megno > 4
 print(f"{np.mean(chaotic):.0%} of the starts are chaotic, with {np.median(exponent[chaotic]):.2f} e-foldings an orbit")
@@ -29,7 +31,7 @@ assert 0.5 < np.median(exponent[chaotic]) < 0.9
 
 names = ("synchronous libration", "chaos", "circulation")
 spins = np.array([0.35, 1.0, 2.95])[:, None] * (0, 0, 1)
-three = pt.chaos_indicators(
+three = pt.analysis.chaos_indicators(
     system,
     moon.state(np.broadcast_to((1.0, 0, 0, 0), (3, 4)), omega_body=spins),
     np.geomspace(0.2, 100, 200) * orbit.period,

@@ -58,12 +58,12 @@ assert abs(measured / amplitude - 1) < 5e-3
 
 # The fourth degree, of the homogeneous ellipsoid of its size in km: w^2 grows by (R/a)^2 (1680 C44 - 30 C42)/(12 C22),
 # with C42 = 5/7 C20 C22 and C44 = 5/28 C22^2 (Balmino 1994), C20 and C22 from the squares of the semiaxes.
-shape = pt.Ellipsoid((13.0, 11.4, 9.1), mass=1.0)
+shape = pt.shapes.Ellipsoid((13.0, 11.4, 9.1), mass=1.0)
 body, field = pt.Body.from_inertia(shape.inertia), shape.field(4)
 w = linear(body)
 x2, y2, z2 = np.array([13.0, 11.4, 9.1]) ** 2
 growth = (5 / 4 * (x2 - y2) + 5 / 14 * ((x2 + y2) / 2 - z2)) / 9376.0**2
-degrees = {2: pt.GravityGradient, 4: lambda orbit: pt.HarmonicGravity(orbit, field)}
+degrees = {2: pt.GravityGradient, 4: lambda orbit: pt.forces.HarmonicGravity(orbit, field)}
 
 
 def free_frequency(gravity):

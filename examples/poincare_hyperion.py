@@ -18,14 +18,14 @@ system = pt.System(hyperion, pt.GravityGradient(orbit))
 n = orbit.mean_motion
 rates = n * np.concatenate([np.linspace(0, 3, 61), np.linspace(0.8, 0.95, 7), np.linspace(1.9, 2.05, 7)])
 angles, rates = (x.ravel() for x in np.meshgrid([0, np.pi / 2], rates))
-section = pt.spin_orbit_section(system, angles, rates, 400, progress=False)
+section = pt.analysis.spin_orbit_section(system, angles, rates, 400, progress=False)
 axes = pt.plot.section(section, "Hyperion at each periapsis, (B - A)/C = 0.26, e = 0.1")
 axes.figure.savefig("poincare_hyperion.png", dpi=150)
 
 # The scan: four looks at each of the revolutions, so that whole turns are seen.
 revolutions = 300
 angles, rates = (x.ravel() for x in np.meshgrid(np.arange(20) * np.pi / 20, n * np.linspace(0, 3, 61)))
-starts = pt.spin_orbit_section(system, angles, rates, 1, progress=False).motion.initial
+starts = pt.analysis.spin_orbit_section(system, angles, rates, 1, progress=False).motion.initial
 times = np.arange(4 * revolutions + 1) * orbit.period / 4
 motion = pt.propagate(system, starts, times, formulation="planar", tolerance=1e-10, progress=False)
 turned = 2 * np.unwrap(np.arctan2(motion.quaternion[..., 3], motion.quaternion[..., 0]), axis=-1)

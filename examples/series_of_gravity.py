@@ -26,7 +26,7 @@ points = np.concatenate(balls)
 points -= np.mean(points, axis=0)
 points /= np.max(np.linalg.norm(points, axis=-1))  # R = 1
 masses = np.full(len(points), 1 / len(points))
-field, body = pt.Mascons(masses, points).field(int(DEGREES[-1])), pt.Body.point_masses(masses, points)
+field, body = pt.shapes.Mascons(masses, points).field(int(DEGREES[-1])), pt.Body.point_masses(masses, points)
 print(f"{len(points)} points; C20 = {field.C[2, 0]:.3f}, C22 = {field.C[2, 2]:.3f}, C31 = {field.C[3, 1]:.3f}")
 
 # Directions from 50 to 90 degrees off the long axis, where there is room for an attractor.
@@ -37,15 +37,17 @@ directions = np.stack([np.cos(angle), np.sin(angle) * np.cos(turn), np.sin(angle
 
 def torques(make, distance):
     """The torques of a force for attractors in all directions, at rest: the body has the members' positions."""
-    system = pt.System(body, make(pt.FixedPosition(np.ones(len(directions)), position=-distance * directions)))
+    system = pt.System(body, make(pt.orbits.FixedPosition(np.ones(len(directions)), position=-distance * directions)))
     attitudes = np.tile([1.0, 0, 0, 0], (len(directions), 1))
     return system.torque_body(pt.State(attitudes, np.zeros_like(attitudes)))
 
 
 errors = {}
 for distance in DISTANCES:
-    exact = torques(lambda orbit: pt.MasconGravity(orbit, masses, points), distance)
-    series = [torques(lambda orbit, n=n: pt.HarmonicGravity(orbit, field.truncated(int(n))), distance) for n in DEGREES]
+    exact = torques(lambda orbit: pt.forces.MasconGravity(orbit, masses, points), distance)
+    series = [
+        torques(lambda orbit, n=n: pt.forces.HarmonicGravity(orbit, field.truncated(int(n))), distance) for n in DEGREES
+    ]
     errors[distance] = np.array([np.linalg.norm(found - exact) / np.linalg.norm(exact) for found in series])
 
 print("| r/R | " + " | ".join(f"N = {n}" for n in DEGREES[::2]) + " | a degree |")

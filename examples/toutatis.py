@@ -33,7 +33,7 @@ def on_the_ecliptic(vectors):
 
 
 # Torque-free: the body turns about its long axis in 5.4 days, and the axis about the momentum in 7.4.
-free = pt.FreeRotation(toutatis, start)
+free = pt.analysis.FreeRotation(toutatis, start)
 longitude, latitude = on_the_ecliptic(start.angular_momentum_space)
 print(f"{free.mode}: rotation {free.rotation_period / day:.4f} d, precession {free.precession_period / day:.4f} d")
 print(f"angular momentum towards longitude {longitude:.1f}, latitude {latitude:.1f} deg of the ecliptic")
@@ -51,8 +51,8 @@ ELLIPSES = (
     (1047.3486, 5.20288700, 0.04838624, 1.30439695, 34.39644051, 14.72847983, 100.47390909, 3034.74612775),
     (3497.898, 9.53667594, 0.05386179, 2.48599187, 49.95424423, 92.59887831, 113.66242448, 1222.49362201),
 )
-earth_to_sun, moon_to_sun = (pt.planet_orbit("sun", body, **known) for body in ("earth", "moon"))
-sun = pt.planet_orbit("earth", "sun", 0.0, day).mu
+earth_to_sun, moon_to_sun = (pt.orbits.planet_orbit("sun", body, **known) for body in ("earth", "moon"))
+sun = pt.orbits.planet_orbit("earth", "sun", 0.0, day).mu
 J2000 = calendar.time("2000-01-01T12:00:00 TDB")
 times = np.linspace(0, known["stop"], 12000)
 places = [-np.transpose(orbit.position_at(times)) for orbit in (earth_to_sun, moon_to_sun)]
@@ -100,10 +100,10 @@ path = solve_ivp(
     path_rates, (0, known["stop"]), first, method="DOP853", rtol=1e-12, atol=[1e-3] * 3 + [1e-10] * 3, dense_output=True
 ).sol
 labels = {"reference_frame": "ICRF", "origin": "SUN", "calendar": calendar}
-from_sun = pt.Ephemeris.from_function(
+from_sun = pt.orbits.Ephemeris.from_function(
     sun, position=lambda t: path(t)[:3].T, start=0.0, stop=known["stop"], tolerance=1e-11, **labels
 )
-from_earth = pt.orbit_sum(from_sun, earth_to_sun)
+from_earth = pt.orbits.orbit_sum(from_sun, earth_to_sun)
 
 flybys = []
 for date, published in {
@@ -135,7 +135,7 @@ motions = {
 def rotations(motion, rows):
     """The free rotations that would go on from some of the times."""
     momenta = motion.angular_momentum_body[rows]
-    return pt.FreeRotation(toutatis, toutatis.state(motion.attitude[rows], angular_momentum_body=momenta))
+    return pt.analysis.FreeRotation(toutatis, toutatis.state(motion.attitude[rows], angular_momentum_body=momenta))
 
 
 print("at the start, then at the aphelia of", ", ".join(calendar.date(times[aphelia]).strftime("%B %Y")))

@@ -20,10 +20,10 @@ ELLIPSE = pt.KeplerOrbit(
     true_anomaly=2.0,
     epoch=0.25,
 )
-ESCAPE = pt.EscapeOrbit(
+ESCAPE = pt.orbits.EscapeOrbit(
     2.0, periapsis_distance=1.5, eccentricity=1.3, inclination=0.4, node=1.1, argument_of_periapsis=-0.7
 )
-PRECESSING = pt.PrecessingOrbit(ELLIPSE, node_rate=-0.001)
+PRECESSING = pt.orbits.PrecessingOrbit(ELLIPSE, node_rate=-0.001)
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1.0, 0.2, -0.3)), units={"time": "s"})
 SATELLITE = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(CIRCLE), units={"time": "s"})
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
@@ -39,6 +39,12 @@ CORNERS = ((0.0, 0, 0), (1.5, 0.2, 0), (0.1, 1.2, -0.1), (0.3, 0.4, 1.1))
 FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
 SIGNAL = np.sin(0.7 * np.arange(256))
 TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
+
+SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.orbits, pt.shapes)
+PUBLIC = {
+    name: thing for space in SPACES for name in space.__all__ if not inspect.ismodule(thing := getattr(space, name))
+}
+"""Everything public by its name, but for the pictures."""
 
 INTERNAL = {
     *("unchecked", "with_numbers", "number_names", "between_knots", "check", "validity"),  # the records' own business
@@ -85,7 +91,7 @@ def along(times):
 
 @functools.cache
 def motion():
-    return pt.propagate(TOP, START, TIMES, dense=True, events=[pt.SpinFlip((1, 0, 0))])
+    return pt.propagate(TOP, START, TIMES, dense=True, events=[pt.events.SpinFlip((1, 0, 0))])
 
 
 @functools.cache
@@ -107,37 +113,37 @@ def along_orbit():
 @functools.cache
 def periodic():
     start = SATELLITE.body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=CIRCLE.frame)
-    return pt.periodic_motion(SATELLITE, start, 0.2 * float(CIRCLE.period), CIRCLE.frame)
+    return pt.analysis.periodic_motion(SATELLITE, start, 0.2 * float(CIRCLE.period), CIRCLE.frame)
 
 
 @functools.cache
 def branch():
-    return pt.continue_motion(periodic(), "moments[0]", 1.02)
+    return pt.analysis.continue_motion(periodic(), "moments[0]", 1.02)
 
 
 @functools.cache
 def ephemeris():
-    return pt.Ephemeris.from_function(2.0, position=along, start=0.0, stop=3.0, calendar=CALENDAR)
+    return pt.orbits.Ephemeris.from_function(2.0, position=along, start=0.0, stop=3.0, calendar=CALENDAR)
 
 
 @functools.cache
 def indicators():
-    return pt.chaos_indicators(TOP, START, [1.0])
+    return pt.analysis.chaos_indicators(TOP, START, [1.0])
 
 
 @functools.cache
 def transition():
-    return pt.state_transition(TOP, START, [1.0], ("weight",))
+    return pt.analysis.state_transition(TOP, START, [1.0], ("weight",))
 
 
 @functools.cache
 def table():
-    return pt.AttitudeTable(motion().times, motion().attitude.as_quat(scalar_first=True), motion().omega_body)
+    return pt.files.AttitudeTable(motion().times, motion().attitude.as_quat(scalar_first=True), motion().omega_body)
 
 
 @functools.cache
 def field():
-    return pt.Ellipsoid((3, 2, 1), mass=2.0).field(2)
+    return pt.shapes.Ellipsoid((3, 2, 1), mass=2.0).field(2)
 
 
 def files(folder):
@@ -145,12 +151,14 @@ def files(folder):
     at = {"motion": motion(), "calendar": CALENDAR, "reference_frame": "ICRF"}
     named = {**at, "overwrite": True}
     return {
-        "aem": pt.write_aem(path=folder / "m.aem", **named),
-        "apm": pt.write_apm(BODY, START, folder / "m.apm", calendar=CALENDAR, reference_frame="ICRF", overwrite=True),
-        "csv": pt.write_quaternion_csv(path=folder / "m.csv", **named),
-        "stk": pt.write_stk_attitude(path=folder / "m.a", **named),
+        "aem": pt.files.write_aem(path=folder / "m.aem", **named),
+        "apm": pt.files.write_apm(
+            BODY, START, folder / "m.apm", calendar=CALENDAR, reference_frame="ICRF", overwrite=True
+        ),
+        "csv": pt.files.write_quaternion_csv(path=folder / "m.csv", **named),
+        "stk": pt.files.write_stk_attitude(path=folder / "m.a", **named),
         "nc": pt.save(motion(), folder / "m.nc", overwrite=True),
-        "ck": pt.write_ck(path=folder / "m.bc", **named),
+        "ck": pt.files.write_ck(path=folder / "m.bc", **named),
         "toml": text(folder / "top.toml", SCENARIO),
         "obj": text(
             folder / "m.obj",
@@ -227,11 +235,14 @@ def public_calls(folder):
         "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
         "Andoyer.of": (pt.Andoyer.of, {"state": START}),
         "Andoyer.state": (pt.Andoyer(0.1, 0.2, 0.3, 0.5, 1.0, 0.4).state, {"time": 1.0}),
-        "AndoyerCrossing": (pt.AndoyerCrossing, {"angle": 0.3, "pole": (0, 0, 1), "direction": 1, "terminal": False}),
-        "Apsis": (pt.Apsis, {"orbit": ELLIPSE, "direction": 1, "terminal": False}),
-        "Assembly": (pt.Assembly, {"parts": [pt.Ellipsoid((3, 2, 1), mass=1.0)]}),
+        "AndoyerCrossing": (
+            pt.events.AndoyerCrossing,
+            {"angle": 0.3, "pole": (0, 0, 1), "direction": 1, "terminal": False},
+        ),
+        "Apsis": (pt.events.Apsis, {"orbit": ELLIPSE, "direction": 1, "terminal": False}),
+        "Assembly": (pt.shapes.Assembly, {"parts": [pt.shapes.Ellipsoid((3, 2, 1), mass=1.0)]}),
         "AttitudeTable": (
-            pt.AttitudeTable,
+            pt.files.AttitudeTable,
             {
                 "times": TIMES[:2],
                 "quaternion": ((1, 0, 0, 0), (0, 1, 0, 0)),
@@ -245,8 +256,8 @@ def public_calls(folder):
         "AttitudeTable.angle_to": (table().angle_to, {"motion": motion()}),
         "AttitudeTable.state": (table().state, {"body": BODY, "row": 1}),
         "AttitudeTable.trajectory": (table().trajectory, {"system": TOP}),
-        "AttractorCrossing": (pt.AttractorCrossing, {**cone, "orbit": ELLIPSE, "angle": 0.3}),
-        "AxisCrossing": (pt.AxisCrossing, {**cone, "target": (0, 0, 1), "angle": 0.3}),
+        "AttractorCrossing": (pt.events.AttractorCrossing, {**cone, "orbit": ELLIPSE, "angle": 0.3}),
+        "AxisCrossing": (pt.events.AxisCrossing, {**cone, "target": (0, 0, 1), "angle": 0.3}),
         "Body": (pt.Body, {"moments": (1.25, 1.0, 0.75)}),
         "Body.angular_momentum": (BODY.angular_momentum, {"omega_body": (0.1, 0.2, 0.3)}),
         "Body.box": (pt.Body.box, {"mass": 1.0, "sides": (1.0, 2.0, 3.0)}),
@@ -254,7 +265,7 @@ def public_calls(folder):
         "Body.ellipsoid": (pt.Body.ellipsoid, {"mass": 1.0, "semiaxes": (1.0, 2.0, 3.0)}),
         "Body.from_inertia": (pt.Body.from_inertia, {"tensor": ((2.0, 0.1, 0), (0.1, 2.5, 0.2), (0, 0.2, 3.0))}),
         "Body.from_ratios": (pt.Body.from_ratios, {"alpha": 0.2, "beta": 0.3, "polar_moment": 2.0}),
-        "Body.from_shape": (pt.Body.from_shape, {"shape": pt.Ellipsoid((3, 2, 1), mass=1.0)}),
+        "Body.from_shape": (pt.Body.from_shape, {"shape": pt.shapes.Ellipsoid((3, 2, 1), mass=1.0)}),
         "Body.from_stokes": (
             pt.Body.from_stokes,
             {
@@ -283,12 +294,12 @@ def public_calls(folder):
         "Calendar.date": (CALENDAR.date, {"time": 10.0}),
         "Calendar.time": (CALENDAR.time, {"epoch": 10.0}),
         "EventRecord.of": (motion().events[0].of, {"member": 0}),
-        "Cylinder": (pt.Cylinder, {"radius": 1.0, "height": 2.0, **mass_of}),
-        "Ellipsoid": (pt.Ellipsoid, {"semiaxes": (3.0, 2, 1), **mass_of}),
-        "Ellipsoid of density": (pt.Ellipsoid, {"semiaxes": (3.0, 2, 1), "density": 2.0}),
-        "EllipsoidGravity": (pt.EllipsoidGravity, {"orbit": ELLIPSE, "mass": 1.0, "semiaxes": (0.3, 0.2, 0.1)}),
+        "Cylinder": (pt.shapes.Cylinder, {"radius": 1.0, "height": 2.0, **mass_of}),
+        "Ellipsoid": (pt.shapes.Ellipsoid, {"semiaxes": (3.0, 2, 1), **mass_of}),
+        "Ellipsoid of density": (pt.shapes.Ellipsoid, {"semiaxes": (3.0, 2, 1), "density": 2.0}),
+        "EllipsoidGravity": (pt.forces.EllipsoidGravity, {"orbit": ELLIPSE, "mass": 1.0, "semiaxes": (0.3, 0.2, 0.1)}),
         "Ephemeris.from_function": (
-            pt.Ephemeris.from_function,
+            pt.orbits.Ephemeris.from_function,
             {
                 **{"mu": 2.0, "position": along, "start": 0.0, "stop": 3.0, "tolerance": 1e-10, "origin": "a"},
                 **{"reference_frame": "ICRF", "calendar": CALENDAR, "radius": 0.1},
@@ -303,35 +314,35 @@ def public_calls(folder):
             },
         ),
         "Ephemeris.from_table": (
-            pt.Ephemeris.from_table,
+            pt.orbits.Ephemeris.from_table,
             {
                 **{"mu": 2.0, "times": TIMES, "positions": along(TIMES), "reference_frame": "ICRF", "origin": "a"},
                 **{"velocities": np.stack(ELLIPSE.velocity_at(TIMES), -1), "calendar": CALENDAR, "radius": 0.1},
             },
         ),
         "EscapeOrbit": (
-            pt.EscapeOrbit,
+            pt.orbits.EscapeOrbit,
             {
                 **{"mu": 2.0, "periapsis_distance": 1.5, "eccentricity": 1.3, **elements},
                 **{"time_since_periapsis": 0.2, "epoch": 0.1, "radius": 0.1},
             },
         ),
         "EscapeOrbit.from_elements": (
-            pt.EscapeOrbit.from_elements,
+            pt.orbits.EscapeOrbit.from_elements,
             {
                 **{"mu": 2.0, "eccentricity": 1.3, **elements, "semimajor_axis": -1.5, "true_anomaly": 0.5},
                 **{"epoch": 0.1, "radius": 0.1},
             },
         ),
-        "EscapeOrbit.from_vectors": (pt.EscapeOrbit.from_vectors, {**passage, "velocity": (0.1, 3.0, 0.2)}),
-        "FixedPosition": (pt.FixedPosition, {"position": (1.0, 0, 0), "mu": 1.0}),
+        "EscapeOrbit.from_vectors": (pt.orbits.EscapeOrbit.from_vectors, {**passage, "velocity": (0.1, 3.0, 0.2)}),
+        "FixedPosition": (pt.orbits.FixedPosition, {"position": (1.0, 0, 0), "mu": 1.0}),
         "RotatingFrame.quaternion": (TURNING.quaternion, {"time": 1.0}),
         "RotatingFrame.omega_space": (TURNING.omega_space, {"time": 1.0}),
         "Frame.attitude": (ELLIPSE.frame.attitude, {"time": 1.0}),
         "Orbit.inverse_distance_at": (PRECESSING.inverse_distance_at, {"time": 1.0}),
         "OrbitFrame.omega_space": (ELLIPSE.frame.omega_space, {"time": 1.0}),
         "OrbitFrame.quaternion": (ELLIPSE.frame.quaternion, {"time": 1.0}),
-        "FreeRotation": (pt.FreeRotation, {"body": BODY, "state": START}),
+        "FreeRotation": (pt.analysis.FreeRotation, {"body": BODY, "state": START}),
         "GravityField": (
             pt.GravityField,
             {
@@ -345,8 +356,8 @@ def public_calls(folder):
         ),
         "GravityField.truncated": (field().truncated, {"degree": 2}),
         "GravityGradient": (pt.GravityGradient, {"orbit": ELLIPSE}),
-        "HarmonicGravity": (pt.HarmonicGravity, {"orbit": ELLIPSE, "field": field()}),
-        "AtTime": (pt.AtTime, {"time": 1.0, "direction": 1, "terminal": False}),
+        "HarmonicGravity": (pt.forces.HarmonicGravity, {"orbit": ELLIPSE, "field": field()}),
+        "AtTime": (pt.events.AtTime, {"time": 1.0, "direction": 1, "terminal": False}),
         "KeplerOrbit": (
             pt.KeplerOrbit,
             {
@@ -367,50 +378,50 @@ def public_calls(folder):
         ),
         "KeplerOrbit.from_vectors": (pt.KeplerOrbit.from_vectors, passage),
         "LagrangePointPath": (
-            pt.LagrangePointPath,
+            pt.orbits.LagrangePointPath,
             {"mu_primary": 1.0, "mu_secondary": 0.01, "separation": 1.0, "point": "L4", "epoch": 0.0},
         ),
         "LagrangePointPath.path": (
-            pt.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4").path,
+            pt.orbits.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4").path,
             {"offset": (0.01, 0, 0), "velocity": (0, 0.01, 0)},
         ),
-        "LinearDamping": (pt.LinearDamping, {"coefficient": 0.1}),
+        "LinearDamping": (pt.forces.LinearDamping, {"coefficient": 0.1}),
         "MasconGravity": (
-            pt.MasconGravity,
+            pt.forces.MasconGravity,
             {"orbit": ELLIPSE, "masses": (1.0, 1.0), "positions": ((0.1, 0, 0), (-0.1, 0, 0))},
         ),
-        "Mascons": (pt.Mascons, {"masses": (1.0, 1.0), "positions": ((0.1, 0, 0), (-0.1, 0, 0))}),
-        "Mesh": (pt.Mesh, {"vertices": CORNERS, "faces": FACES, "mass": 1.0, "repair": False}),
-        "Mesh.box": (pt.Mesh.box, {"sides": (1.0, 2.0, 3.0), "density": 1.0}),
+        "Mascons": (pt.shapes.Mascons, {"masses": (1.0, 1.0), "positions": ((0.1, 0, 0), (-0.1, 0, 0))}),
+        "Mesh": (pt.shapes.Mesh, {"vertices": CORNERS, "faces": FACES, "mass": 1.0, "repair": False}),
+        "Mesh.box": (pt.shapes.Mesh.box, {"sides": (1.0, 2.0, 3.0), "density": 1.0}),
         "Oblateness": (
-            pt.Oblateness,
+            pt.forces.Oblateness,
             {"orbit": ELLIPSE, "j2": 1e-3, "equatorial_radius": 0.1, "pole": (0, 0, 1)},
         ),
         "PeriodicMotion.over_period": (periodic().over_period, {"count": 9}),
         "PrecessingOrbit": (
-            pt.PrecessingOrbit,
+            pt.orbits.PrecessingOrbit,
             {"orbit": ELLIPSE, "node_rate": 0.01, "periapsis_rate": 0.01, "anomaly_rate": 0.01},
         ),
         "PrecessingOrbit.angles_at": (PRECESSING.angles_at, {"time": 1.0}),
         "PrecessingOrbit.from_mean_motion": (
-            pt.PrecessingOrbit.from_mean_motion,
+            pt.orbits.PrecessingOrbit.from_mean_motion,
             {"orbit": ELLIPSE, "mean_motion": 0.7, "node_rate": 0.01, "periapsis_rate": 0.01},
         ),
-        "RateCrossing": (pt.RateCrossing, {**cone, "rate": 0.1}),
+        "RateCrossing": (pt.events.RateCrossing, {**cone, "rate": 0.1}),
         "RotatingFrame": (pt.RotatingFrame, {"attitude": (1.0, 0, 0, 0), "omega_space": (0, 0, 1.0), "epoch": 0.5}),
         "RotatingPosition": (
-            pt.RotatingPosition,
+            pt.orbits.RotatingPosition,
             {"position": (1.0, 0, 0), "mu": 1.0, "rate": 0.1, "epoch": 0.0},
         ),
-        "Scenario.propagate": (pt.read_scenario(at["toml"]).propagate, {"threads": 1, "progress": False}),
-        "Shape.attraction": (pt.Ellipsoid((3, 2, 1), mass=1.0).attraction, {"points": (5.0, 0, 0)}),
-        "Shape.field": (pt.Ellipsoid((3, 2, 1), mass=1.0).field, {"degree": 2, "radius": 4.0}),
+        "Scenario.propagate": (pt.files.read_scenario(at["toml"]).propagate, {"threads": 1, "progress": False}),
+        "Shape.attraction": (pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).attraction, {"points": (5.0, 0, 0)}),
+        "Shape.field": (pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).field, {"degree": 2, "radius": 4.0}),
         "Shape.moved": (
-            pt.Ellipsoid((3, 2, 1), mass=1.0).moved,
+            pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).moved,
             {"position": (1.0, 0, 0), "attitude": (1.0, 0, 0, 0)},
         ),
-        "Shape.potential": (pt.Ellipsoid((3, 2, 1), mass=1.0).potential, {"points": (5.0, 0, 0)}),
-        "SpinFlip": (pt.SpinFlip, cone),
+        "Shape.potential": (pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).potential, {"points": (5.0, 0, 0)}),
+        "SpinFlip": (pt.events.SpinFlip, cone),
         "State": (pt.State, {"quaternion": (1.0, 0, 0, 0), "conjugate_momenta": (0, 0.1, 0.2, 0.3), "time": 1.0}),
         "State.euler": (START.euler, {"sequence": "313"}),
         "State.from_euler": (
@@ -428,7 +439,7 @@ def public_calls(folder):
         "System.potential_energy": (TOP.potential_energy, {"state": START}),
         "System.torque_body": (TOP.torque_body, {"state": START}),
         "ThreeBodyPath": (
-            pt.ThreeBodyPath,
+            pt.orbits.ThreeBodyPath,
             {
                 **{"mu_primary": 1.0, "mu_secondary": 0.01, "separation": 1.0, "epoch": 0.0},
                 **{"position": (0.5, 0.8, 0), "velocity": (0, 0.1, 0)},
@@ -440,36 +451,36 @@ def public_calls(folder):
         "Trajectory.member": (ensemble().member, {"member": 1}),
         "Trajectory.relative_to": (motion().relative_to, {"frame": CIRCLE.frame}),
         "UniformGravity": (pt.UniformGravity, {"weight": 0.5, "center_of_mass": (1.0, 0, 0)}),
-        "andoyer_section": (pt.andoyer_section, {"system": TOP, "state": START, "time": 3.0, "angle": 0.1}),
+        "andoyer_section": (pt.analysis.andoyer_section, {"system": TOP, "state": START, "time": 3.0, "angle": 0.1}),
         "cassini_state": (
-            pt.cassini_state,
+            pt.analysis.cassini_state,
             {"body": SATELLITE.body, "orbit": PRECESSING, "spin": 1.0, "obliquity": 0.1},
         ),
-        "chaos_indicators": (pt.chaos_indicators, {**here, **run, "vectors": 1, "momentum_unit": 1.0}),
+        "chaos_indicators": (pt.analysis.chaos_indicators, {**here, **run, "vectors": 1, "momentum_unit": 1.0}),
         "continue_motion": (
-            pt.continue_motion,
+            pt.analysis.continue_motion,
             {
                 **{"motion": periodic(), "parameter": "moments[0]", "to": 1.001, "progress": False},
                 **{"period": lambda _: periodic().period, "frame": lambda _: CIRCLE.frame},
             },
         ),
-        "diffusion": (pt.diffusion, {"signal": SIGNAL, "times": 0.1, "count": 1}),
+        "diffusion": (pt.analysis.diffusion, {"signal": SIGNAL, "times": 0.1, "count": 1}),
         "equilibria": (
-            pt.equilibria,
+            pt.analysis.equilibria,
             {"system": SATELLITE, "frame": CIRCLE.frame, "guesses": (1.0, 0, 0, 0), "time": 0.0},
         ),
         "free_motion": (pt.free_motion, {"body": BODY, "state": START, "times": TIMES, "units": {"time": "s"}}),
-        "frequencies": (pt.frequencies, {"signal": SIGNAL, "times": 0.1, "count": 1}),
+        "frequencies": (pt.analysis.frequencies, {"signal": SIGNAL, "times": 0.1, "count": 1}),
         "load": (pt.load, {"source": at["nc"]}),
-        "lyapunov_spectrum": (pt.lyapunov_spectrum, {**here, **run}),
-        "omm_orbit": (pt.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),
-        "orbit_sum": (functools.partial(pt.orbit_sum, ephemeris(), ephemeris()), {"start": 0.5, "stop": 2.0}),
+        "lyapunov_spectrum": (pt.analysis.lyapunov_spectrum, {**here, **run}),
+        "omm_orbit": (pt.files.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),
+        "orbit_sum": (functools.partial(pt.orbits.orbit_sum, ephemeris(), ephemeris()), {"start": 0.5, "stop": 2.0}),
         "periodic_motion": (
-            pt.periodic_motion,
+            pt.analysis.periodic_motion,
             {"system": SATELLITE, "guess": periodic().state, "period": periodic().period, "frame": CIRCLE.frame},
         ),
         "planet_orbit": (
-            pt.planet_orbit,
+            pt.orbits.planet_orbit,
             {"body": "EARTH", "attractor": "SUN", "start": 0.0, "stop": 1e5, "calendar": CALENDAR},
         ),
         "plot.angular_momentum": (pt.plot.angular_momentum, {"motion": motion(), **shown}),
@@ -507,10 +518,10 @@ def public_calls(folder):
             pt.plot.roll_pitch_yaw,
             {"motion": along_orbit(), "orbit": CIRCLE, "degrees": True, **shown},
         ),
-        "plot.section": (pt.plot.section, {"section": pt.section(motion(), where), **shown}),
+        "plot.section": (pt.plot.section, {"section": pt.analysis.section(motion(), where), **shown}),
         "plot.spectrum": (
             pt.plot.spectrum,
-            {"spectrum": pt.frequencies(SIGNAL, 0.1, 2), "time": "s", "unit": "m", **shown},
+            {"spectrum": pt.analysis.frequencies(SIGNAL, 0.1, 2), "time": "s", "unit": "m", **shown},
         ),
         "plot.uncertainty": (
             pt.plot.uncertainty,
@@ -522,65 +533,66 @@ def public_calls(folder):
         ),
         "propagate": (
             pt.propagate,
-            {**here, **run, "events": [pt.SpinFlip((1, 0, 0))], "dense": True, "precision": "double"},
+            {**here, **run, "events": [pt.events.SpinFlip((1, 0, 0))], "dense": True, "precision": "double"},
         ),
-        "read_aem": (pt.read_aem, {"path": at["aem"], "segment": 0, "calendar": CALENDAR}),
-        "read_apm": (pt.read_apm, {"path": at["apm"], "calendar": CALENDAR}),
+        "read_aem": (pt.files.read_aem, {"path": at["aem"], "segment": 0, "calendar": CALENDAR}),
+        "read_ck": (pt.files.read_ck, {"path": at["ck"][0], "calendar": CALENDAR}),
+        "read_apm": (pt.files.read_apm, {"path": at["apm"], "calendar": CALENDAR}),
         "read_field": (
-            pt.read_field,
+            pt.files.read_field,
             {"path": at["field"], "degree": 2, "mass": 1.0, "unit": 1.0, "extent": 0.0},
         ),
-        "read_mesh": (pt.read_mesh, {"path": at["obj"], "mass": 1.0, "unit": 1.0, "repair": False}),
-        "read_oem": (pt.read_oem, {"path": at["oem"], "mu": 398600.0, "segment": 0, "calendar": CALENDAR}),
-        "read_quaternion_csv": (pt.read_quaternion_csv, {"path": at["csv"], "calendar": CALENDAR}),
-        "read_scenario": (pt.read_scenario, {"path": at["toml"]}),
-        "read_stk_attitude": (pt.read_stk_attitude, {"path": at["stk"], "calendar": CALENDAR}),
+        "read_mesh": (pt.files.read_mesh, {"path": at["obj"], "mass": 1.0, "unit": 1.0, "repair": False}),
+        "read_oem": (pt.files.read_oem, {"path": at["oem"], "mu": 398600.0, "segment": 0, "calendar": CALENDAR}),
+        "read_quaternion_csv": (pt.files.read_quaternion_csv, {"path": at["csv"], "calendar": CALENDAR}),
+        "read_scenario": (pt.files.read_scenario, {"path": at["toml"]}),
+        "read_stk_attitude": (pt.files.read_stk_attitude, {"path": at["stk"], "calendar": CALENDAR}),
         "save": (pt.save, {"motion": motion(), "path": folder / "out.nc", "overwrite": True}),
         "save to Zarr": (pt.save, {"motion": motion(), "path": folder / "out.zarr", "overwrite": True}),
         "section": (
-            pt.section,
+            pt.analysis.section,
             {"motion": motion(), "coordinates": where, "event": 0, "labels": ("x", "y")},
         ),
         "spice_attitude": (
-            pt.spice_attitude,
+            pt.files.spice_attitude,
             {
                 **{"frame": "SC_BODY_1", "times": TIMES, "kernels": kernels, "reference_frame": "J2000"},
                 **{"calendar": CALENDAR},
             },
         ),
         "spice_orbit": (
-            pt.spice_orbit,
+            pt.files.spice_orbit,
             {
                 **{"target": -999, "center": 399, "start": 0.5, "stop": 2.0, "kernels": [at["spk"]]},
                 **{"frame": "J2000", "mu": 2.0, "calendar": J2000},
             },
         ),
         "spin_orbit_section": (
-            pt.spin_orbit_section,
+            pt.analysis.spin_orbit_section,
             {"system": SATELLITE, "angle": 0.1, "rate": 1.0, "revolutions": 1},
         ),
-        "state_transition": (pt.state_transition, {**here, **run, "parameters": ("weight",), "order": 1}),
-        "tle_orbit": (pt.tle_orbit, {"lines": VANGUARD, **dates, "reference_frame": "TEME"}),
-        "two_body_orbit": (pt.two_body_orbit, passage),
+        "state_transition": (pt.analysis.state_transition, {**here, **run, "parameters": ("weight",), "order": 1}),
+        "tle_orbit": (pt.files.tle_orbit, {"lines": VANGUARD, **dates, "reference_frame": "TEME"}),
+        "two_body_orbit": (pt.orbits.two_body_orbit, passage),
         "view": (pt.view, {"motion": motion(), "path": folder / "out.html", "overwrite": True}),
         "write_aem": (
-            pt.write_aem,
+            pt.files.write_aem,
             {
                 **{**out, "path": folder / "out.aem", "object_name": "A", "object_id": "A", "center_name": "EARTH"},
                 **{"originator": "A", "rates": True, "version": "2.0"},
             },
         ),
         "write_apm": (
-            pt.write_apm,
+            pt.files.write_apm,
             {
                 **{"body": BODY, "state": START, "path": folder / "out.apm", **NAMED, "object_name": "A"},
                 **{"object_id": "A", "center_name": "EARTH", "originator": "A", "version": "2.0"},
             },
         ),
-        "write_ck": (pt.write_ck, {**out, "path": folder / "out.bc", "spacecraft": -1000, "rates": True}),
-        "write_quaternion_csv": (pt.write_quaternion_csv, {**out, "path": folder / "out.csv", "rates": True}),
+        "write_ck": (pt.files.write_ck, {**out, "path": folder / "out.bc", "spacecraft": -1000, "rates": True}),
+        "write_quaternion_csv": (pt.files.write_quaternion_csv, {**out, "path": folder / "out.csv", "rates": True}),
         "write_stk_attitude": (
-            pt.write_stk_attitude,
+            pt.files.write_stk_attitude,
             {
                 **{"motion": motion(), "path": folder / "out.a", "calendar": CALENDAR, "reference_frame": "ICRF"},
                 **{"central_body": "Earth", "rates": True, "overwrite": True},
@@ -596,9 +608,17 @@ def public_calls(folder):
 
 
 def orbits():
-    point = pt.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4")
-    rotating = pt.RotatingPosition(1.0, position=(1.0, 0, 0), rate=0.1)
-    return ELLIPSE, ESCAPE, PRECESSING, ephemeris(), rotating, pt.FixedPosition(1.0, position=(1.0, 0, 0)), point.path()
+    point = pt.orbits.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4")
+    rotating = pt.orbits.RotatingPosition(1.0, position=(1.0, 0, 0), rate=0.1)
+    return (
+        ELLIPSE,
+        ESCAPE,
+        PRECESSING,
+        ephemeris(),
+        rotating,
+        pt.orbits.FixedPosition(1.0, position=(1.0, 0, 0)),
+        point.path(),
+    )
 
 
 def signature(thing, name):
@@ -627,8 +647,7 @@ OMM = {
 def public_names():
     """Yield every public name and every public method that takes arguments, less those that are not a user's."""
     yield from (f"plot.{name}" for name in pt.plot.__all__)
-    for name in pt.__all__:
-        thing = getattr(pt, name)
+    for name, thing in PUBLIC.items():
         if name not in NOT_CALLED:
             yield name
         if (

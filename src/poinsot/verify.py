@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from poinsot import paper
 from poinsot.algebra import quaternion as quat
-from poinsot.analysis.equilibria import equilibria
+from poinsot.analysis.equilibrium import equilibria
 from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.periodic import CassiniState, cassini_state
 from poinsot.engine import kernels

@@ -60,14 +60,14 @@ def test_files_of_attitudes_are_told_with_their_reader(folder):
         assert told[1] == "  times: 31, 0 ... 600"
         assert "2026-11-21T00:00:00" in told[2]
         assert told[3] == "  rates: in the file"
-        assert told[-1] == f"  in Python: pt.{reader}('sat.{end}')"
+        assert told[-1] == f"  in Python: pt.files.{reader}('sat.{end}')"
         assert f"sat.{end} must have a scenario to print, but it has none." in refused(
             "info", f"sat.{end}", "--scenario"
         )
     (folder / "any.txt").write_text((folder / "sat.aem").read_text())
-    assert "pt.read_aem('any.txt')" in call("info", "any.txt").stdout
+    assert "pt.files.read_aem('any.txt')" in call("info", "any.txt").stdout
     named = {"calendar": pt.Calendar("2026-11-21T00:00:00", "UTC"), "reference_frame": "ICRF"}
-    pt.write_apm(BODY, START, "one.xml", **named)
+    pt.files.write_apm(BODY, START, "one.xml", **named)
     told = call("info", "one.xml").stdout
     assert told.startswith("One attitude, CCSDS APM: SC_BODY_1 in ICRF\n")
     assert "body: Body(moments=[4.0, 5.0, 6.0])" in told
@@ -87,11 +87,11 @@ def test_shapes_and_fields_are_told_with_their_reader(folder):
     (folder / "it.obj").write_text(TETRAHEDRON)
     told = call("info", "it.obj").stdout
     assert told.startswith("Shape: 4 vertices, 4 faces, closed\n  volume: 1, ")
-    assert "pt.read_mesh('it.obj', density=...)" in told
+    assert "pt.files.read_mesh('it.obj', density=...)" in told
     (folder / "it.gfc").write_text(FIELD)
     assert call("info", "it.gfc").stdout.splitlines() == [
         "Gravity field: degree 2, reference radius 2.5",
-        "  in Python: pt.read_field('it.gfc', mass=...)",
+        "  in Python: pt.files.read_field('it.gfc', mass=...)",
     ]
 
 

@@ -1,27 +1,45 @@
 """The public names, and what importing them costs."""
 
 import ast
-import inspect
+import pkgutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import poinsot
 
+SPACES = [
+    poinsot,
+    *(
+        import_module(f"poinsot.{name}")
+        for name in ("analysis", "events", "files", "forces", "orbits", "plot", "shapes")
+    ),
+]
 
-@pytest.mark.parametrize("package", [poinsot, poinsot.plot])
+
+@pytest.mark.parametrize("package", SPACES, ids=lambda package: package.__name__)
 def test_every_name_of_the_stub_is_public_and_documented(package):
     stub = ast.parse(Path(package.__file__).with_suffix(".pyi").read_text())
     imported = [alias.name for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names]
     (public,) = (ast.literal_eval(node.value) for node in stub.body if isinstance(node, ast.Assign))
-    assert public == sorted(imported) == package.__all__
+    assert public == sorted(imported) == package.__all__ == dir(package)
     assert all(getattr(package, name).__doc__ for name in public)
 
 
-def test_every_name_of_the_plots_is_a_function_and_no_module():
-    assert all(inspect.isfunction(getattr(poinsot.plot, name)) for name in poinsot.plot.__all__)
+@pytest.mark.parametrize("package", SPACES[1:], ids=lambda package: package.__name__)
+def test_no_module_hides_a_public_name(package):
+    """An imported module is an attribute of its package, in the place of what has its name."""
+    assert not {module.name for module in pkgutil.iter_modules(package.__path__)} & set(package.__all__)
+
+
+def test_the_root_is_short_and_has_what_it_shares_with_a_namespace():
+    assert len(poinsot.__all__) <= 45
+    for space in SPACES[1:]:
+        for name in set(space.__all__) & set(poinsot.__all__):
+            assert getattr(space, name) is getattr(poinsot, name)
 
 
 @pytest.mark.parametrize(
@@ -30,6 +48,10 @@ def test_every_name_of_the_plots_is_a_function_and_no_module():
         ("", {"numpy", "scipy", "heyoka"}),
         ("poinsot.propagate, poinsot.System, poinsot.KeplerOrbit", set()),
         ("[getattr(poinsot.plot, name) for name in poinsot.plot.__all__]", set()),
+        (
+            "from poinsot import analysis, events, files, forces, orbits, plot, shapes",
+            {"numpy", "scipy", "heyoka"},
+        ),
     ],
 )
 def test_import_leaves_heavy_packages_alone(use, more):

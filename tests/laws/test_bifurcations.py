@@ -12,8 +12,8 @@ def forced(beta, gamma, to, e=0.01):
     """Librations of a body on an ellipse."""
     body, orbit = pt.Body.from_ratios(beta=beta, gamma=gamma), pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=e)
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
-    motion = pt.periodic_motion(pt.System(body, pt.GravityGradient(orbit)), start, orbit.period)
-    return pt.continue_motion(motion, "eccentricity", to)
+    motion = pt.analysis.periodic_motion(pt.System(body, pt.GravityGradient(orbit)), start, orbit.period)
+    return pt.analysis.continue_motion(motion, "eccentricity", to)
 
 
 def upright(c):
@@ -23,13 +23,15 @@ def upright(c):
 
 def spinning_top():
     start = upright(0.4).body.state((1, 0, 0, 0), omega_body=(0, 0, 4.0))
-    return pt.continue_motion(pt.periodic_motion(upright(0.4), start, np.pi / 2), upright, 1.9, start=0.4)
+    return pt.analysis.continue_motion(
+        pt.analysis.periodic_motion(upright(0.4), start, np.pi / 2), upright, 1.9, start=0.4
+    )
 
 
 def sleeping_top():
     system = pt.System(pt.Body((1.0, 1.0, 0.5)), pt.UniformGravity(weight=0.5, center_of_mass=(0, 0, 1)))
     start = system.body.state((1, 0, 0, 0), omega_body=(0, 0, 4.0))
-    return pt.continue_motion(pt.periodic_motion(system, start, np.pi / 2), "weight", 1.5)
+    return pt.analysis.continue_motion(pt.analysis.periodic_motion(system, start, np.pi / 2), "weight", 1.5)
 
 
 class Brake(pt.Torque):
@@ -46,7 +48,9 @@ def driven():
     body = pt.Body((1.0, 1.3, 1.6))
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=CIRCLE.frame)
     system = pt.System(body, pt.GravityGradient(CIRCLE), Brake(0.02))
-    return pt.continue_motion(pt.periodic_motion(system, start, 0.2 * CIRCLE.period, CIRCLE.frame), "strength", -0.03)
+    return pt.analysis.continue_motion(
+        pt.analysis.periodic_motion(system, start, 0.2 * CIRCLE.period, CIRCLE.frame), "strength", -0.03
+    )
 
 
 FAMILIES = {

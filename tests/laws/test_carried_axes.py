@@ -72,7 +72,7 @@ def comoving(system):
 
 CASES = {
     "gravity gradient": (lambda o: [pt.GravityGradient(o)], True),
-    "with damping": (lambda o: [pt.GravityGradient(o), pt.LinearDamping(0.1)], True),
+    "with damping": (lambda o: [pt.GravityGradient(o), pt.forces.LinearDamping(0.1)], True),
     "sums, lengths, products": (lambda o: [Offset(o, (0.1, 0.2, 0.3))], True),
     "with gravity along space": (lambda o: [pt.GravityGradient(o), pt.UniformGravity(0.3, (1, 0, 0))], False),
     "a component in space": (lambda o: [Polar(o)], False),

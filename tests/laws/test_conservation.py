@@ -93,7 +93,7 @@ def orbit(eccentricity):
 
 
 CIRCLE, ELLIPSE = orbit(0.0), orbit(0.3)
-AT_REST = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
+AT_REST = pt.orbits.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
 
 
 # ---------------------------------------------------------------------- quantities by hand
@@ -233,8 +233,8 @@ def test_generic_systems_claim_what_they_keep_and_nothing_else():
         (pt.GravityGradient(ELLIPSE), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
         (pt.GravityGradient(CIRCLE), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
         (pt.GravityGradient(CIRCLE), pt.GravityGradient(AT_REST)),
-        (pt.LinearDamping(0.1),),
-        (pt.LinearDamping(0.1), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
+        (pt.forces.LinearDamping(0.1),),
+        (pt.forces.LinearDamping(0.1), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
     ],
 )
 def test_nothing_is_claimed_where_nothing_is_kept(forces):
@@ -264,7 +264,7 @@ def test_no_momentum_along_the_axis_of_a_top_with_its_weight_beside_it():
 @LAWS
 @given(bodies(), states(), st.floats(0.01, 0.5))
 def test_damping_takes_energy_at_its_own_rate(body, state, coefficient):
-    system = pt.System(body, pt.UniformGravity(0.7, (0.3, -0.2, 0.5)), pt.LinearDamping(coefficient))
+    system = pt.System(body, pt.UniformGravity(0.7, (0.3, -0.2, 0.5)), pt.forces.LinearDamping(coefficient))
     assume(np.min(body.inertia.diagonal()) > 0.1)
     assert "energy" not in names(system)
     motion, step = pt.propagate(system, state, [0, 6], dense=True), 0.02
@@ -303,7 +303,7 @@ def test_turning_the_momentum_over_runs_the_motion_back(forces, body, state):
 SYSTEMS = {
     **{name: pt.System(BODY, *forces) for name, forces in REVERSIBLE.items()},
     "ellipse": pt.System(BODY, pt.GravityGradient(ELLIPSE)),
-    "damped": pt.System(BODY, pt.GravityGradient(ELLIPSE), pt.LinearDamping(0.05)),
+    "damped": pt.System(BODY, pt.GravityGradient(ELLIPSE), pt.forces.LinearDamping(0.05)),
 }
 each_system = pytest.mark.parametrize("system", SYSTEMS.values(), ids=SYSTEMS)
 
@@ -389,11 +389,11 @@ def test_turned_world_has_the_turned_motion(turn, state):
     world_is_turned(
         turn,
         state,
-        (pt.GravityGradient(ELLIPSE), pt.GravityGradient(AT_REST), pt.LinearDamping(0.05)),
+        (pt.GravityGradient(ELLIPSE), pt.GravityGradient(AT_REST), pt.forces.LinearDamping(0.05)),
         (
             pt.GravityGradient(turned_orbit(ELLIPSE, turn)),
-            pt.GravityGradient(pt.FixedPosition(0.9, position=turn.apply(place))),
-            pt.LinearDamping(0.05),
+            pt.GravityGradient(pt.orbits.FixedPosition(0.9, position=turn.apply(place))),
+            pt.forces.LinearDamping(0.05),
         ),
     )
     about_vertical = Rotation.from_rotvec([0, 0, turn.magnitude()])
@@ -406,7 +406,7 @@ def test_turned_world_has_the_turned_motion(turn, state):
 def test_axes_of_the_body_are_a_matter_of_description(moments, turn, state):
     lever, body = np.array([0.3, -0.2, 0.5]), pt.Body(moments)
     assume(np.min(moments) > 0.1)
-    common = (pt.GravityGradient(ELLIPSE), pt.LinearDamping(0.05))
+    common = (pt.GravityGradient(ELLIPSE), pt.forces.LinearDamping(0.05))
     motion = pt.propagate(pt.System(body, pt.UniformGravity(0.7, lever), *common), state, TIMES)
     other = turned_body(body, turn)
     other_state = other.state(

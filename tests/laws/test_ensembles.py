@@ -75,7 +75,7 @@ class Saturated(pt.Torque):
         return fn.Vector(limited)
 
 
-class Kick(pt.AxisCrossing):
+class Kick(pt.events.AxisCrossing):
     """What turns and shortens the momentum."""
 
     factor: float
@@ -86,7 +86,7 @@ class Kick(pt.AxisCrossing):
 
 
 LOW = pt.KeplerOrbit(1.0, semimajor_axis=1.6, eccentricity=0.2, inclination=0.5, node=0.3, argument_of_periapsis=0.7)
-TABLE = pt.Ephemeris.from_function(
+TABLE = pt.orbits.Ephemeris.from_function(
     1.0, position=lambda t: np.stack(list(LOW.position_at(t)), -1), start=-12.0, stop=12.0
 )
 GAINS = RNG.uniform(0.05, 0.3, MOST)
@@ -104,8 +104,8 @@ def force(switch, i):
     }[switch]
 
 
-RECORDED = pt.RateCrossing((0.2, 1.0, 0.1))
-TERMINAL = pt.AxisCrossing((0, 1, 0), (0.3, 0, 1), angle=0.4, terminal=True)
+RECORDED = pt.events.RateCrossing((0.2, 1.0, 0.1))
+TERMINAL = pt.events.AxisCrossing((0, 1, 0), (0.3, 0, 1), angle=0.4, terminal=True)
 FACTORS = RNG.uniform(0.7, 1.1, MOST)
 
 
@@ -347,7 +347,7 @@ def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monk
     monkeypatch.setattr(kernels, "STEPS_AT_A_TIME", {1: chunk})
 
     def call(*given):
-        return pt.state_transition(*given, TIMES["both ways"])
+        return pt.analysis.state_transition(*given, TIMES["both ways"])
 
     together, found = both(functools.partial(system, switch, fails), "apart", call)
     for i, (one, sentence) in enumerate(found):
@@ -363,7 +363,7 @@ def test_second_derivatives_are_those_of_members_alone(monkeypatch):
     monkeypatch.setattr(kernels, "STEPS_AT_A_TIME", {2: 20})
 
     def call(*given):
-        return pt.state_transition(*given, TIMES["both ways"], order=2)
+        return pt.analysis.state_transition(*given, TIMES["both ways"], order=2)
 
     together, found = both(functools.partial(system, "members' times", False), "together", call)
     for i, (one, _) in enumerate(found):
@@ -381,7 +381,7 @@ def test_indicators_are_those_of_members_alone(way):
         return pt.System(BODY, force("members' times", i), Edge(edges[i], sides[i]))
 
     def call(*given):
-        return pt.chaos_indicators(*given, TIMES[way], vectors=2, momentum_unit=1.0)
+        return pt.analysis.chaos_indicators(*given, TIMES[way], vectors=2, momentum_unit=1.0)
 
     together, found = both(system_of, "apart", call)
     assert sorted(together.failures) == [2, 7]
@@ -396,7 +396,7 @@ def test_spectra_do_not_depend_on_the_order_of_members():
     """Alone they have other units, and other times of orthogonalisation."""
     order = np.random.default_rng(0).permutation(9)
     one, other = (
-        pt.lyapunov_spectrum(system("members' times", True, i), state("together", i), [1.0, 3.0, 7.0])
+        pt.analysis.lyapunov_spectrum(system("members' times", True, i), state("together", i), [1.0, 3.0, 7.0])
         for i in (np.arange(9), order)
     )
     np.testing.assert_allclose(one.exponents[order], other.exponents, rtol=0, atol=1e-10)
@@ -406,7 +406,7 @@ def test_spectra_do_not_depend_on_the_order_of_members():
 
 def test_sections_are_those_of_members_alone():
     def section_of(motion):
-        return pt.section(motion, lambda points: (points.times, points.omega_body[:, 2]), 0)
+        return pt.analysis.section(motion, lambda points: (points.times, points.omega_body[:, 2]), 0)
 
     every = np.arange(9)
     given = system("rate", True, every), state("apart", every), TIMES["both ways"]

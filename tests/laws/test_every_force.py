@@ -26,7 +26,7 @@ ELLIPSE = pt.KeplerOrbit(
     true_anomaly=0.3,
     epoch=0.2,
 )
-AT_REST = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
+AT_REST = pt.orbits.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
 COSINES = [(0, 0, 0, 0), (0, 0, 0, 0), (-0.3, 0.05, 0.1, 0), (0.2, 0.1, -0.05, 0.08)]
 SINES = [(0, 0, 0, 0), (0, 0, 0, 0), (0, -0.1, 0.15, 0), (0, 0.3, 0.04, -0.06)]
 FIELD = pt.GravityField(3, 1.1, 0.8, COSINES, SINES)
@@ -36,11 +36,11 @@ FORCES = (
     pt.GravityGradient(AT_REST),
     Oblateness(ELLIPSE, 0.3, 0.7, (0.4, -0.3, 0.8)),
     Oblateness(AT_REST, 0.3, 0.7, (0.4, -0.3, 0.8)),
-    pt.HarmonicGravity(ELLIPSE, FIELD),
-    pt.HarmonicGravity(AT_REST, FIELD),
-    pt.MasconGravity(AT_REST, (0.6, 0.7), [(0.5, -0.3, 0.2), (-0.3, 0.4, -0.5)]),
-    pt.EllipsoidGravity(AT_REST, 1.1, (0.9, 0.6, 0.4)),
-    pt.LinearDamping(0.05),
+    pt.forces.HarmonicGravity(ELLIPSE, FIELD),
+    pt.forces.HarmonicGravity(AT_REST, FIELD),
+    pt.forces.MasconGravity(AT_REST, (0.6, 0.7), [(0.5, -0.3, 0.2), (-0.3, 0.4, -0.5)]),
+    pt.forces.EllipsoidGravity(AT_REST, 1.1, (0.9, 0.6, 0.4)),
+    pt.forces.LinearDamping(0.05),
 )
 POTENTIALS = tuple(force for force in FORCES if isinstance(force, pt.Potential))
 BODIES = (
@@ -104,7 +104,9 @@ def heyoka_torque(system):
 
 
 def sympy_torque(system, time):
-    if any(isinstance(force, pt.EllipsoidGravity) for force in system.forces):  # whose root is too long to write out
+    if any(
+        isinstance(force, pt.forces.EllipsoidGravity) for force in system.forces
+    ):  # whose root is too long to write out
         return lambda q, omega: np.array(sympy_numbers(system, q, omega, time), dtype=float)
     variables = sympy.symbols("q0:4 w1:4", real=True)
     torque = formulas.torque(system, variables[:4], variables[4:], time)
@@ -163,8 +165,8 @@ def turned_world(force, turn):
 def turned_part(orbit, turn):
     if isinstance(orbit, pt.GravityField):  # along the body
         return orbit
-    if isinstance(orbit, pt.FixedPosition):
-        return pt.FixedPosition(orbit.mu, position=turn.apply(orbit.position))
+    if isinstance(orbit, pt.orbits.FixedPosition):
+        return pt.orbits.FixedPosition(orbit.mu, position=turn.apply(orbit.position))
     r, v = (turn.apply(np.array(x)) for x in (orbit.position_at(orbit.epoch), orbit.velocity_at(orbit.epoch)))
     return pt.KeplerOrbit.from_vectors(orbit.mu, position=r, velocity=v, epoch=orbit.epoch)
 

@@ -61,7 +61,7 @@ class Switched(pt.Torque):
         return on * instant.omega_body
 
 
-class Kick(pt.AtTime):
+class Kick(pt.events.AtTime):
     """Gives the body an angular momentum."""
 
     momentum: pt.Vector
@@ -126,7 +126,7 @@ def test_growth_with_dense_output_and_events(factor):
     marks = time * np.array([0.3, 0.9])
     times = np.linspace(0, time, 7)
     system, one = pt.System(BALL, torque), BALL.state(attitude, omega_body=rate * axis)
-    events = [pt.AtTime(mark) for mark in marks]
+    events = [pt.events.AtTime(mark) for mark in marks]
     dense = pt.propagate(system, one, times, dense=True, events=events)
     plain = pt.propagate(system, one, times, events=events)
     assert np.abs(dense.quaternion - plain.quaternion).max() < 100 * EPS * (1 + abs(angle))
@@ -149,7 +149,7 @@ def test_growth_in_carried_axes_between_knots_and_in_wide_precision(kind, factor
     attitude, axis, rate = start("lie_poisson", factor)
     torque, time, angle = grown(factor, 1, rate)
     orbit = (
-        pt.Ephemeris.from_function(
+        pt.orbits.Ephemeris.from_function(
             1.0, position=lambda t: np.stack(ORBIT.position_at(t), axis=-1), start=0.0, stop=time
         )
         if kind == "table"
@@ -219,7 +219,7 @@ def test_neighbours_of_a_growing_motion(factor):
     attitude, axis, rate = start("lie_poisson", factor)
     torque, time, angle = grown(factor, 1, rate)
     one = BALL.state(attitude, omega_body=rate * axis)
-    found = pt.state_transition(pt.System(BALL, torque), one, [time], ["forces[0].k"])
+    found = pt.analysis.state_transition(pt.System(BALL, torque), one, [time], ["forces[0].k"])
     hat = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     turn = Rotation.from_rotvec(angle * axis).as_matrix()
     right = np.eye(3) - (1 - np.cos(angle)) / angle * hat + (1 - np.sin(angle) / angle) * hat @ hat

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.mechanics import standard_events as crossings
+from poinsot.events import standard_events as crossings
 
 BODY = pt.Body((1.0, 1.3, 1.9))
 ORBIT = pt.KeplerOrbit(
@@ -65,22 +65,22 @@ def andoyer_g(matrices, omega, times):
 
 EVENTS = {
     "AxisCrossing": (
-        pt.AxisCrossing(AXIS, DIRECTION),
+        pt.events.AxisCrossing(AXIS, DIRECTION),
         lambda *a: angle_to(lambda t: DIRECTION + 0 * t[:, None])(*a) + np.pi / 2,
     ),
     "AxisCrossing, cone": (
-        pt.AxisCrossing(AXIS, DIRECTION, angle=1.1),
+        pt.events.AxisCrossing(AXIS, DIRECTION, angle=1.1),
         lambda *a: angle_to(lambda t: DIRECTION + 0 * t[:, None])(*a) + 1.1,
     ),
     "AttractorCrossing": (
-        pt.AttractorCrossing(AXIS, ORBIT, angle=1.3),
+        pt.events.AttractorCrossing(AXIS, ORBIT, angle=1.3),
         lambda *a: angle_to(towards_attractor)(*a) + 1.3,
     ),
-    "RateCrossing": (pt.RateCrossing(AXIS, rate=0.2), lambda m, w, t: w @ AXIS / np.linalg.norm(AXIS) - 0.2),
-    "SpinFlip": (pt.SpinFlip(AXIS), lambda m, w, t: (w * BODY.moments) @ AXIS),
-    "AndoyerCrossing": (pt.AndoyerCrossing(angle=0.8), andoyer_g),
-    "Apsis": (pt.Apsis(ORBIT), radial_rate),
-    "AtTime": (pt.AtTime(3.7), lambda m, w, t: t - 3.7),
+    "RateCrossing": (pt.events.RateCrossing(AXIS, rate=0.2), lambda m, w, t: w @ AXIS / np.linalg.norm(AXIS) - 0.2),
+    "SpinFlip": (pt.events.SpinFlip(AXIS), lambda m, w, t: (w * BODY.moments) @ AXIS),
+    "AndoyerCrossing": (pt.events.AndoyerCrossing(angle=0.8), andoyer_g),
+    "Apsis": (pt.events.Apsis(ORBIT), radial_rate),
+    "AtTime": (pt.events.AtTime(3.7), lambda m, w, t: t - 3.7),
 }
 
 

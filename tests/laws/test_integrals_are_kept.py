@@ -94,7 +94,7 @@ SYSTEMS = {
     "gyroscopic": pt.System(TRIAXIAL, Gyroscopic(0.4)),
     "sideways": pt.System(TRIAXIAL, Sideways(0.4)),
     "along space": pt.System(TRIAXIAL, AlongSpace(1e-6)),
-    "damped": pt.System(TRIAXIAL, pt.LinearDamping(1e-6)),
+    "damped": pt.System(TRIAXIAL, pt.forces.LinearDamping(1e-6)),
 }
 ROTOR = np.array((0.3, -0.2, 0.5))
 ROTORS = {"rotor": ROTOR, "oblique rotor": 1e-4 * ROTOR, "two rotors": ROTOR + 0.1}

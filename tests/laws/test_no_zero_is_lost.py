@@ -133,7 +133,7 @@ def test_andoyers_angle_is_passed_where_the_variables_say(seed, sign):
     q = rng.normal(size=(3, 4))
     start = body.state(q / np.linalg.norm(q, axis=1)[:, None], omega_body=0.3 * rng.normal(size=(3, 3)))
     times = sign * np.linspace(0, 20, 4001)
-    motion = pt.propagate(system, start, times, events=[pt.AndoyerCrossing(angle=0.8)])
+    motion = pt.propagate(system, start, times, events=[pt.events.AndoyerCrossing(angle=0.8)])
     for k in range(3):
         found = motion.events[0].of(k)
         one = pt.State(motion.quaternion[k], motion.conjugate_momenta[k], times)
@@ -149,11 +149,11 @@ def test_a_start_on_the_section_is_a_point_of_it():
     aside = pt.Andoyer(l=0.4, g=0.7, h=0.2, L=0.5, G=1.0, H=0.3).state()
     pair = pt.State(*(np.stack([getattr(s, n) for s in (start, aside)]) for n in ("quaternion", "conjugate_momenta")))
     for sign in (1, -1):
-        alone = pt.andoyer_section(pt.System(BODY), start, 20.0 * sign, angle=0.8)
+        alone = pt.analysis.andoyer_section(pt.System(BODY), start, 20.0 * sign, angle=0.8)
         assert (alone.x[0, 0], alone.y[0, 0]) == pytest.approx((0.3, 0.5), abs=1e-15)
         assert alone.x.shape[1] == 1 + len(alone.motion.events[0]) > 1
-        both = pt.andoyer_section(pt.System(BODY), pair, 20.0 * sign, angle=0.8)
-        plain = pt.andoyer_section(pt.System(BODY), aside, 20.0 * sign, angle=0.8)
+        both = pt.analysis.andoyer_section(pt.System(BODY), pair, 20.0 * sign, angle=0.8)
+        plain = pt.analysis.andoyer_section(pt.System(BODY), aside, 20.0 * sign, angle=0.8)
         assert np.allclose(both.x[0][np.isfinite(both.x[0])], alone.x[0], rtol=0, atol=1e-12)
         assert np.allclose(both.x[1][np.isfinite(both.x[1])], plain.x[0], rtol=0, atol=1e-12)
 

@@ -74,7 +74,7 @@ def gradient(q):
 
 FIELDS = {
     "top": (pt.UniformGravity(WEIGHT, CENTER), top, (0, 0, 1)),
-    "gradient": (pt.GravityGradient(pt.FixedPosition(0.4, position=(0.3, 0, -0.4))), gradient, (0.6, 0, -0.8)),
+    "gradient": (pt.GravityGradient(pt.orbits.FixedPosition(0.4, position=(0.3, 0, -0.4))), gradient, (0.6, 0, -0.8)),
 }
 
 

@@ -25,13 +25,17 @@ def subclasses(cls):
             yield from subclasses(each)
 
 
-KINDS = [*(cls for cls in subclasses(pt.Orbit) if not inspect.isabstract(cls)), pt.LagrangePointPath, pt.ThreeBodyPath]
+KINDS = [
+    *(cls for cls in subclasses(pt.Orbit) if not inspect.isabstract(cls)),
+    pt.orbits.LagrangePointPath,
+    pt.orbits.ThreeBodyPath,
+]
 WAYS = {
     f"{cls.__name__}.{name}".removesuffix(".__init__"): getattr(cls, name)
     for cls in KINDS
     for name in ("__init__", *vars(cls))
     if name == "__init__" or (name.startswith("from_") and inspect.ismethod(getattr(cls, name)))
-} | {"two_body_orbit": pt.two_body_orbit}
+} | {"two_body_orbit": pt.orbits.two_body_orbit}
 
 
 def test_all_ways_are_here():

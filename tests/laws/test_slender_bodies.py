@@ -51,7 +51,7 @@ class Central(pt.Potential):
         return -0.1 * instant.inverse_distance(self.orbit)
 
 
-class Same(pt.AtTime):
+class Same(pt.events.AtTime):
     """An action that leaves the state as it is."""
 
     def act(self, body, state):  # noqa: ARG002
@@ -105,7 +105,7 @@ def many(body, folder):  # noqa: ARG001
 
 
 def crossed(body, folder):  # noqa: ARG001
-    motion = run(along(body), events=[pt.AtTime(time) for time in TIMES[TIMES != 0]])
+    motion = run(along(body), events=[pt.events.AtTime(time) for time in TIMES[TIMES != 0]])
     found = [each.of(0) for each in motion.events]
     return np.insert([rates(body, each.states)[0] for each in found], 1, rates(body, motion.initial), axis=0)
 
@@ -147,7 +147,7 @@ KINDS = {
     "events": crossed,
     "actions": acted,
     "resumed": resumed,
-    "neighbours": lambda body, _: pt.state_transition(along(body), start(body), TIMES).motion.omega_body,
+    "neighbours": lambda body, _: pt.analysis.state_transition(along(body), start(body), TIMES).motion.omega_body,
     "relative": lambda body, _: run(free(body)).relative_to(pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0))).omega_body,
     "pickled": lambda body, _: pickle.loads(pickle.dumps(run(along(body)))).omega_body,
     "copied": lambda body, _: copy.deepcopy(run(free(body))).omega_body,

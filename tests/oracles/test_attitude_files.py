@@ -65,7 +65,7 @@ def parsed(path):
 
 @pytest.mark.parametrize(("version", "ending"), [("1.0", "aem"), ("1.0", "xml"), ("2.0", "xml")])
 def test_ephemeris_read_by_ccsds_ndm(tmp_path, version, ending):
-    message = parsed(pt.write_aem(MOTION, tmp_path / f"m.{ending}", **NAMED, version=version))
+    message = parsed(pt.files.write_aem(MOTION, tmp_path / f"m.{ending}", **NAMED, version=version))
     (segment,) = message.body.segment
     about = segment.metadata
     assert (about.ref_frame_a, about.ref_frame_b) == ("EME2000", "SC_BODY_1")
@@ -90,7 +90,7 @@ def test_ephemeris_read_by_ccsds_ndm(tmp_path, version, ending):
 def test_parameters_read_by_ccsds_ndm(tmp_path, version, ending):
     body = pt.Body.from_inertia([[5.0, 0.3, -0.4], [0.3, 6.0, 0.5], [-0.4, 0.5, 7.0]])
     state = body.state(TILT, omega_body=RATE * AXIS, time=2.5)
-    data = parsed(pt.write_apm(body, state, tmp_path / f"m.{ending}", **NAMED, version=version)).body.segment.data
+    data = parsed(pt.files.write_apm(body, state, tmp_path / f"m.{ending}", **NAMED, version=version)).body.segment.data
     if version < "2":
         check_quaternion(data.quaternion_state.quaternion, 0.0)
         assert instant(data.quaternion_state.epoch) == 2.5
@@ -139,7 +139,7 @@ def test_ephemeris_read_by_orekit(tmp_path, version, ending, rates):
     from org.orekit.data import DataSource
     from org.orekit.files.ccsds.ndm import ParserBuilder
 
-    path = pt.write_aem(MOTION, tmp_path / f"m.{ending}", **NAMED, version=version, rates=rates)
+    path = pt.files.write_aem(MOTION, tmp_path / f"m.{ending}", **NAMED, version=version, rates=rates)
     message = ParserBuilder().buildAemParser().parseMessage(DataSource(File(str(path))))
     states = message.getSegments().get(0).getData().getAngularCoordinates()
     assert states.size() == TIMES.size
@@ -201,7 +201,7 @@ def test_types_are_read_as_orekit_reads_them(tmp_path, frames, version, kind, mo
 
     path = tmp_path / "a.aem"
     path.write_text(HEAD.format(version=version, a=frames[0], b=frames[1], kind=kind, more=more, row=row))
-    ours = pt.read_aem(path)
+    ours = pt.files.read_aem(path)
     message = ParserBuilder().buildAemParser().parseMessage(DataSource(File(str(path))))
     theirs = message.getSegments().get(0).getData().getAngularCoordinates().get(0)
     matrix = np.array([list(line) for line in theirs.getRotation().getMatrix()])
@@ -215,7 +215,7 @@ def test_types_are_read_as_orekit_reads_them(tmp_path, frames, version, kind, mo
 
 
 def test_stk_file_by_another_parser(tmp_path):
-    text = pt.write_stk_attitude(MOTION, tmp_path / "m.a", **NAMED).read_text().splitlines()
+    text = pt.files.write_stk_attitude(MOTION, tmp_path / "m.a", **NAMED).read_text().splitlines()
     begin = text.index("AttitudeTimeQuatAngVels") + 1
     words = dict(line.split(" ", 1) for line in text[2 : begin - 1])
     assert words["ScenarioEpoch"] == "20 Nov 2026 23:59:23.000000000"  # UTC is 37 s behind TAI
@@ -228,7 +228,7 @@ def test_stk_file_by_another_parser(tmp_path):
 
 
 def test_csv_by_numpy(tmp_path):
-    path = pt.write_quaternion_csv(MOTION, tmp_path / "m.csv")
+    path = pt.files.write_quaternion_csv(MOTION, tmp_path / "m.csv")
     lines = path.read_text().splitlines()
     header = next(i for i, line in enumerate(lines) if not line.startswith("#"))
     rows = np.genfromtxt(lines[header + 1 :], delimiter=",", names=lines[header].split(","))
@@ -242,7 +242,7 @@ def test_csv_by_numpy(tmp_path):
 
 def test_c_kernel_by_spice(tmp_path):
     spice = pytest.importorskip("spiceypy")
-    kernels = pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED, spacecraft=-42)
+    kernels = pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED, spacecraft=-42)
     for kernel in kernels:
         spice.furnsh(str(kernel))
     try:

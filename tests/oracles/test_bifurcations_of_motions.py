@@ -77,8 +77,8 @@ def slope_of(motion, e):
 @pytest.fixture(scope="module")
 def hyperion():
     start = system(0.02).body.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
-    motion = pt.periodic_motion(system(0.02), start, 2 * np.pi)
-    return pt.continue_motion(motion, "eccentricity", 0.75)
+    motion = pt.analysis.periodic_motion(system(0.02), start, 2 * np.pi)
+    return pt.analysis.continue_motion(motion, "eccentricity", 0.75)
 
 
 def test_bifurcations_of_librations_are_those_of_hills_equations(hyperion):
@@ -113,7 +113,7 @@ def side(found):
     branches = []
     for to in (found.value - 0.004, found.value + 0.004):
         try:
-            branches.append((to, pt.continue_motion(found, "eccentricity", to)))
+            branches.append((to, pt.analysis.continue_motion(found, "eccentricity", to)))
         except ValueError as error:
             assert "to which the branch goes" in str(error)  # noqa: PT017
     (only,) = branches
@@ -159,7 +159,9 @@ def upright(c):
 def test_top_of_three_moments_turns_over_where_its_formula_says():
     """Upright at the rate w: (C - A) w^2 = (weight) (height) and the same of B (Euler's equations, linear)."""
     start = upright(0.4).body.state((1, 0, 0, 0), omega_body=(0, 0, 4.0))
-    branch = pt.continue_motion(pt.periodic_motion(upright(0.4), start, np.pi / 2), upright, 1.9, start=0.4)
+    branch = pt.analysis.continue_motion(
+        pt.analysis.periodic_motion(upright(0.4), start, np.pi / 2), upright, 1.9, start=0.4
+    )
     assert branch.parameter == "upright"
     assert [each.kind for each in branch.bifurcations] == ["branching"] * 2
     assert [each.change for each in branch.bifurcations] == [1, -1]
@@ -171,7 +173,7 @@ def test_sleeping_top_wakes_where_lagrange_says():
     """(C w)^2 = 4 A (weight) (height)."""
     top = pt.System(pt.Body((1.0, 1.0, 0.5)), pt.UniformGravity(weight=0.5, center_of_mass=(0, 0, 1)))
     start = top.body.state((1, 0, 0, 0), omega_body=(0, 0, 4.0))
-    branch = pt.continue_motion(pt.periodic_motion(top, start, np.pi / 2), "weight", 1.5)
+    branch = pt.analysis.continue_motion(pt.analysis.periodic_motion(top, start, np.pi / 2), "weight", 1.5)
     (found,) = branch.bifurcations
     assert (found.kind, found.change) == ("collision", 2)
     assert found.value == pytest.approx(1.0, abs=1e-9)

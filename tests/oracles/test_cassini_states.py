@@ -26,8 +26,8 @@ def cassini_state(world):
         node=world.node,
         argument_of_periapsis=world.periapsis,
     )
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=world.rate, node_rate=world.node_rate)
-    return pt.cassini_state(pt.Body(world.moments), orbit, world.spin)
+    orbit = pt.orbits.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=world.rate, node_rate=world.node_rate)
+    return pt.analysis.cassini_state(pt.Body(world.moments), orbit, world.spin)
 
 
 @pytest.fixture(scope="module")

@@ -53,7 +53,7 @@ def spin_orbit_with_its_variation(angle, rate, vector, momentum_unit, times):
 @pytest.mark.parametrize(("angle", "rate", "chaotic"), [(0.2, 2.9, False), (0.1, 0.35, False), (0.01, 1.0, True)])
 def test_growth_and_megno_of_the_spin_orbit_problem(angle, rate, chaotic, sense):
     times = sense * np.array([0.3, 2.0, 5.5, 8.0, 12.0]) * YEAR
-    found = pt.chaos_indicators(SPIN_ORBIT, in_plane(angle, rate), times, formulation="planar")
+    found = pt.analysis.chaos_indicators(SPIN_ORBIT, in_plane(angle, rate), times, formulation="planar")
     reference = spin_orbit_with_its_variation(angle, rate, found.vectors[0], found.momentum_unit, times)
     growth, megno, mean = reference
     assert (growth[-1] > 6) == chaotic
@@ -67,7 +67,7 @@ def test_growth_and_megno_of_the_spin_orbit_problem(angle, rate, chaotic, sense)
 def test_growth_in_space_against_neighbours_in_wide_precision():
     start = HYPERION.state((0.5, 0.1, -0.7, 0.5), omega_body=(0.3, -0.8, 1.1))
     times, h = np.array([1.0, 6.0, 15.0]), 1e-5
-    found = pt.chaos_indicators(SPIN_ORBIT, start, times, vectors=2)
+    found = pt.analysis.chaos_indicators(SPIN_ORBIT, start, times, vectors=2)
     q0, g0 = Rotation.from_quat(start.quaternion, scalar_first=True), start.angular_momentum_body
     ends = []
     for u in h * found.vectors:
@@ -112,7 +112,7 @@ TILTED = (0.8, 0.5, -0.2, np.sqrt(1 - 0.93))
 def test_integrable_motions_are_regular(system, attitude, rates):
     start = system.body.state(attitude, omega_body=rates)
     times = np.geomspace(10, 3000, 40)
-    found = pt.chaos_indicators(system, start, times)
+    found = pt.analysis.chaos_indicators(system, start, times)
     assert abs(found.mean_megno[-1] - 2) < 0.06
     slope = np.polyfit(np.log(times[15:]), found.growth[15:], 1)[0]
     assert abs(slope - 1) < 0.2
@@ -134,11 +134,11 @@ def unstable_motions():
 )
 def test_unstable_equilibria_have_the_exponent_of_linear_theory(system, start, exponent, count):
     times = np.array([40.0, 240.0]) / exponent
-    found = pt.chaos_indicators(system, start, times)
+    found = pt.analysis.chaos_indicators(system, start, times)
     assert np.diff(found.growth)[0] == pytest.approx(200, rel=1e-3)
     assert found.megno[-1] == pytest.approx(240, rel=0.02)
     assert found.mean_megno[-1] == pytest.approx(120, rel=0.02)
-    spectrum = pt.lyapunov_spectrum(system, start, times).exponents
+    spectrum = pt.analysis.lyapunov_spectrum(system, start, times).exponents
     from_first_to_last = (spectrum[1] * times[1] - spectrum[0] * times[0]) / (times[1] - times[0])
     expected = exponent * np.array([1] * count + [0] * (6 - 2 * count) + [-1] * count)
     np.testing.assert_allclose(from_first_to_last, expected, rtol=0, atol=0.03 * exponent)
@@ -148,9 +148,9 @@ def test_unstable_equilibria_have_the_exponent_of_linear_theory(system, start, e
 @pytest.mark.parametrize("coefficient", [0.0, 0.03])
 def test_the_sum_of_a_spectrum_is_the_divergence_of_the_flow(coefficient):
     body = pt.Body((1.25, 1.0, 0.75))
-    system = pt.System(body, pt.UniformGravity(0.5, (1, 0.2, -0.3)), pt.LinearDamping(coefficient))
+    system = pt.System(body, pt.UniformGravity(0.5, (1, 0.2, -0.3)), pt.forces.LinearDamping(coefficient))
     start = body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
-    spectrum = pt.lyapunov_spectrum(system, start, [30.0, 60.0, 200.0])
+    spectrum = pt.analysis.lyapunov_spectrum(system, start, [30.0, 60.0, 200.0])
     divergence = -coefficient * np.sum(1 / np.array(body.moments))
     np.testing.assert_allclose(np.sum(spectrum.exponents, axis=-1), divergence, rtol=0, atol=1e-12)
 
@@ -161,7 +161,7 @@ def test_the_sum_of_a_spectrum_is_the_divergence_of_the_flow(coefficient):
 def test_hyperion_has_the_published_exponent():
     """Case 8 of the external cases: 0.75 to 0.95 in an orbit, the mean over neighbouring starts."""
     starts = in_plane(0.01 + np.linspace(-1e-3, 1e-3, 100), 1.0)
-    found = pt.chaos_indicators(SPIN_ORBIT, starts, [100 * YEAR], formulation="planar", tolerance=1e-12)
+    found = pt.analysis.chaos_indicators(SPIN_ORBIT, starts, [100 * YEAR], formulation="planar", tolerance=1e-12)
     assert 0.75 < np.mean(found.lyapunov) * YEAR < 0.95
     assert np.mean(found.mean_megno / found.growth) == pytest.approx(0.5, abs=0.1)
 
@@ -171,9 +171,9 @@ def test_a_chaotic_top_has_one_pair_of_exponents():
     system = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.UniformGravity(0.5, (1, 0.2, -0.3)))
     start = system.body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
     times = np.array([500.0, 2000.0])
-    spectrum = pt.lyapunov_spectrum(system, start, times).exponents
+    spectrum = pt.analysis.lyapunov_spectrum(system, start, times).exponents
     np.testing.assert_allclose(spectrum, -spectrum[:, ::-1], rtol=0, atol=0.01)
-    found = pt.chaos_indicators(system, start, times)
+    found = pt.analysis.chaos_indicators(system, start, times)
     np.testing.assert_allclose(spectrum[:, 0], found.lyapunov, rtol=0, atol=0.03)  # the scatter of neighbouring starts
     assert spectrum[-1, 0] > 0.03
     assert np.all(np.abs(spectrum[-1, 1:5]) < 0.006)
@@ -183,12 +183,12 @@ def test_a_thousand_orbits_of_chaos_are_twice_five_hundred():
     starts = in_plane(0.01 + np.linspace(-1e-3, 1e-3, 24), 1.0)
     half, whole = 500 * YEAR, 1000 * YEAR
     options = {"formulation": "planar", "tolerance": 1e-12}
-    found = pt.chaos_indicators(SPIN_ORBIT, starts, [half, whole], **options)
+    found = pt.analysis.chaos_indicators(SPIN_ORBIT, starts, [half, whole], **options)
     assert np.all(np.isfinite(found.growth))
     assert np.max(found.growth) > 750  # the vectors have grown beyond the largest float
     middle = pt.propagate(SPIN_ORBIT, starts, [half], formulation="planar", tolerance=1e-12)
     again = pt.State(middle.quaternion[:, 0], middle.conjugate_momenta[:, 0], half)
-    second = pt.chaos_indicators(SPIN_ORBIT, again, [whole], **options)
+    second = pt.analysis.chaos_indicators(SPIN_ORBIT, again, [whole], **options)
     halves = np.concatenate([found.lyapunov[:, 0], second.lyapunov[:, 0]])
     error = np.std(halves) / np.sqrt(halves.size)
     assert abs(np.mean(found.lyapunov[:, 1]) - np.mean(halves)) < 3 * np.sqrt(2) * error
@@ -199,7 +199,7 @@ def test_gali_of_two_vectors_in_the_plane():
     """Their area is that at the start over the product of their lengths: t^-2, or exp(-2 lambda t)."""
     times = np.geomspace(3, 300, 30) * YEAR
     regular, chaotic = (
-        pt.chaos_indicators(SPIN_ORBIT, in_plane(angle, rate), span, vectors=2, formulation="planar")
+        pt.analysis.chaos_indicators(SPIN_ORBIT, in_plane(angle, rate), span, vectors=2, formulation="planar")
         for angle, rate, span in ((0.2, 2.9, times), (0.01, 1.0, np.arange(1, 16) * YEAR))
     )
     assert np.polyfit(np.log(times), np.log(regular.gali), 1)[0] == pytest.approx(-2, abs=0.1)
@@ -210,9 +210,9 @@ def test_gali_of_two_vectors_in_the_plane():
 def test_gali_in_space_stays_where_motion_is_regular():
     start = LAGRANGE.body.state(TILTED, omega_body=(0.3, -0.4, 2.5))
     times = np.geomspace(10, 3000, 20)
-    pair, all_six = (pt.chaos_indicators(LAGRANGE, start, times, vectors=count) for count in (2, 6))
+    pair, all_six = (pt.analysis.chaos_indicators(LAGRANGE, start, times, vectors=count) for count in (2, 6))
     assert np.polyfit(np.log(times[5:]), np.log(pair.gali[5:]), 1)[0] == pytest.approx(0, abs=0.1)
     assert np.polyfit(np.log(times[5:]), np.log(all_six.gali[5:]), 1)[0] == pytest.approx(-6, abs=0.5)
     tumbling = HYPERION.state((0.5, 0.1, -0.7, 0.5), omega_body=(0.3, -0.8, 1.1))
-    chaotic = pt.chaos_indicators(SPIN_ORBIT, tumbling, [60 * YEAR], vectors=2)
+    chaotic = pt.analysis.chaos_indicators(SPIN_ORBIT, tumbling, [60 * YEAR], vectors=2)
     assert chaotic.gali[0] < 1e-8 * np.min(pair.gali)

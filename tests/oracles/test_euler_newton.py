@@ -48,8 +48,10 @@ class Problem:
         forces = {
             "gravity": lambda: pt.UniformGravity(self.weight, self.lever),
             "orbit": lambda: pt.GravityGradient(in_order(pt.KeplerOrbit, *self.elements, epoch=self.epoch)),
-            "attractor_at_rest": lambda: pt.GravityGradient(pt.FixedPosition(self.mu_at_rest, position=self.place)),
-            "damping": lambda: pt.LinearDamping(self.coefficient),
+            "attractor_at_rest": lambda: pt.GravityGradient(
+                pt.orbits.FixedPosition(self.mu_at_rest, position=self.place)
+            ),
+            "damping": lambda: pt.forces.LinearDamping(self.coefficient),
         }
         return pt.System(self.body, *(make() for name, make in forces.items() if getattr(self, name)))
 

@@ -19,8 +19,8 @@ def test_a_spinning_body_passes_planes_and_cones_within_ulps(unit):
     body = pt.Body(np.array([1.0, 2.0, 3.0]) * 1e30)
     start = body.state((1, 0, 0, 0), omega_body=np.array([0, 0, 0.7]) / unit)
     events = [
-        pt.AxisCrossing((1, 0, 0), (2, 0, 0)),
-        pt.AxisCrossing((3, 0, 0), (1, 0, 0), angle=np.pi / 3, direction=1),
+        pt.events.AxisCrossing((1, 0, 0), (2, 0, 0)),
+        pt.events.AxisCrossing((3, 0, 0), (1, 0, 0), angle=np.pi / 3, direction=1),
     ]
     plane, cone = pt.propagate(pt.System(body), start, [300 * unit], events=events).events
     rate = 0.7 / unit
@@ -37,7 +37,12 @@ def test_rates_of_a_free_body_vanish_at_multiples_of_a_quarter_period():
     p = np.sqrt((C - B) * (G2 - T2 * A) / (A * B * C))
     m = (B - A) * (T2 * C - G2) / ((C - B) * (G2 - T2 * A))
     start = body.state((1, 0, 0, 0), omega_body=w)
-    events = [pt.RateCrossing((0, 1, 0)), pt.SpinFlip((0, 1, 0)), pt.RateCrossing((1, 0, 0)), pt.SpinFlip((1, 1, 0))]
+    events = [
+        pt.events.RateCrossing((0, 1, 0)),
+        pt.events.SpinFlip((0, 1, 0)),
+        pt.events.RateCrossing((1, 0, 0)),
+        pt.events.SpinFlip((1, 1, 0)),
+    ]
     rate, flip, first, oblique = pt.propagate(pt.System(body), start, [200.0], events=events).events
     half = 2 * ellipk(m) / p
     k = np.arange(1, int(200 / half) + 1)
@@ -58,7 +63,7 @@ def test_the_pendulum_passes_its_lowest_point_twice_a_period():
     q = np.array([q0 * c, q1 * c, -q1 * s, q0 * s])
     start = body.state(q, omega_body=(0, 0, 0))
     period = 4 * ellipk(np.sin(amplitude / 2) ** 2) / np.sqrt(0.7 * 1.3 / 3.0)
-    events = [pt.AxisCrossing((1, 0, 0), (0, 0, 1)), pt.RateCrossing((0, 0, 1))]
+    events = [pt.events.AxisCrossing((1, 0, 0), (0, 0, 1)), pt.events.RateCrossing((0, 0, 1))]
     lowest, turning = pt.propagate(system, start, [20.4 * period], events=events).events
     assert np.allclose(lowest.times, (np.arange(len(lowest)) + 0.5) * period / 2, rtol=1e-13, atol=0)
     assert np.allclose(turning.times, np.arange(1, len(turning) + 1) * period / 2, rtol=1e-13, atol=0)
@@ -73,7 +78,7 @@ def test_apsides_come_at_half_periods(eccentricity):
     body = pt.Body((1.0, 2.0, 3.0))
     system = pt.System(body, pt.GravityGradient(orbit))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
-    events = [pt.Apsis(orbit, direction=1), pt.Apsis(orbit, direction=-1)]
+    events = [pt.events.Apsis(orbit, direction=1), pt.events.Apsis(orbit, direction=-1)]
     nearest, farthest = pt.propagate(system, start, [20.2 * orbit.period], events=events).events
     assert np.allclose(nearest.times / orbit.period, np.arange(1, 21), rtol=4e-15 / eccentricity**0.5, atol=0)
     assert np.allclose(farthest.times / orbit.period, np.arange(20) + 0.5, rtol=4e-15 / eccentricity**0.5, atol=0)
@@ -83,7 +88,7 @@ def test_an_impulsive_torque_against_an_integration_in_pieces():
     """A kick in body axes each time the second rate rises through zero; rotation matrices by scipy's DOP853."""
     moments, kick = np.array([1.0, 2.0, 3.0]), np.array([0.02, 0.05, -0.01])
 
-    class Kick(pt.RateCrossing):
+    class Kick(pt.events.RateCrossing):
         impulse: pt.Vector
 
         def act(self, body, state):
@@ -121,7 +126,7 @@ def test_andoyers_angle_is_that_of_the_variables():
     body = pt.Body((1.0, 1.4, 2.0))
     system = pt.System(body, pt.UniformGravity(0.3, (0.2, 0.1, 0.5)))
     start = body.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.3, 0.9, 0.8))
-    found = pt.propagate(system, start, [60.0], events=[pt.AndoyerCrossing(angle=0.4)]).events[0]
+    found = pt.propagate(system, start, [60.0], events=[pt.events.AndoyerCrossing(angle=0.4)]).events[0]
     g = pt.Andoyer.of(found.states).g
     assert len(found) > 5
     assert np.max(np.abs(g - 0.4)) < 1e-13
@@ -133,7 +138,7 @@ def test_the_spacecraft_sees_the_attractor_where_angles_say():
     )
     body = pt.Body((1.0, 2.0, 3.0))
     start = body.state((1, 0, 0, 0), omega_body=(0.3, 0.1, 0.2))
-    event = pt.AttractorCrossing((0, 1, 1), orbit, angle=1.1, direction=1)
+    event = pt.events.AttractorCrossing((0, 1, 1), orbit, angle=1.1, direction=1)
     found = pt.propagate(pt.System(body), start, [100.0], events=[event]).events[0]
     positions = np.stack([np.asarray(x) for x in orbit.position_at(found.times)], axis=-1)
     axes = found.states.attitude.apply(np.array([0, 1, 1]) / np.sqrt(2))

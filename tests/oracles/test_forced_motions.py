@@ -49,7 +49,7 @@ def on_the_ellipse(body, to):
     """The branch of forced librations, from rest on the circle on."""
     system, orbit = satellite(0.0, body)
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
-    return pt.continue_motion(pt.periodic_motion(system, start, orbit.period), "eccentricity", to)
+    return pt.analysis.continue_motion(pt.analysis.periodic_motion(system, start, orbit.period), "eccentricity", to)
 
 
 BODIES = {"slow": pt.Body((1.0, 1.3, 1.6)), "fast": pt.Body((0.9, 1.6, 1.65))}
@@ -134,16 +134,16 @@ def test_forced_libration_of_small_eccentricity(name):
 def colombo_fold(flattening, i):
     """Where Cassini states 1 and 4 of an axially symmetric body end, as the rate of the node over the precession."""
     C, A = 1.0, 1 - flattening
-    orbit = pt.PrecessingOrbit(
+    orbit = pt.orbits.PrecessingOrbit(
         pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=i), node_rate=-0.7 * flattening
     )
-    motion = pt.cassini_state(pt.Body((A, A, C)), orbit).motion
+    motion = pt.analysis.cassini_state(pt.Body((A, A, C)), orbit).motion
     time = float(motion.state.time)
 
     def node(system):
         return pt.RotatingFrame((1, 0, 0, 0), (0, 0, float(system.forces[0].orbit.node_rate)), time)
 
-    branch = pt.continue_motion(motion, "node_rate", -2 * flattening, frame=node)
+    branch = pt.analysis.continue_motion(motion, "node_rate", -2 * flattening, frame=node)
     (fold,) = (each for each in branch.bifurcations if each.kind == "fold")
     assert branch.values[-1] == branch.values[0]
     axis = np.mean(fold.motion.over_period().relative_to(fold.motion.frame).attitude.apply((0, 0, 1)), axis=0)
@@ -211,8 +211,8 @@ def test_boundaries_of_stability(name):
     body = pt.Body(moments)
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=CIRCLE.frame)
     period = 0.2 * CIRCLE.period  # an equilibrium repeats itself after any
-    motion = pt.periodic_motion(pt.System(body, pt.GravityGradient(CIRCLE)), start, period, CIRCLE.frame)
-    branch = pt.continue_motion(motion, f"moments[{k}]", to)
+    motion = pt.analysis.periodic_motion(pt.System(body, pt.GravityGradient(CIRCLE)), start, period, CIRCLE.frame)
+    branch = pt.analysis.continue_motion(motion, f"moments[{k}]", to)
     (found,) = branch.bifurcations
     assert found.kind == kind
     assert found.value == pytest.approx(boundary(moments, k, low, high), rel=1e-12)

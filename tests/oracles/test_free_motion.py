@@ -73,7 +73,7 @@ def test_any_unit_of_mass(size):
     motions = [pt.free_motion(body, start, [1.0, 1e3]) for body, start in zip(bodies, starts, strict=True)]
     # The moments round differently: their ratios are off by a unit in the last place, and so is the rate.
     assert np.max(np.abs(motions[0].quaternion - motions[1].quaternion)) < 1e3 * 4 * EPS
-    rotations = [pt.FreeRotation(body, start) for body, start in zip(bodies, starts, strict=True)]
+    rotations = [pt.analysis.FreeRotation(body, start) for body, start in zip(bodies, starts, strict=True)]
     for name in ("precession_period", "rotation_period", "spin_period", "energy_ratio"):
         assert abs(getattr(rotations[1], name) / getattr(rotations[0], name) - 1) < 8 * EPS
     for name in ("energy", "angular_momentum", "dynamic_moment"):

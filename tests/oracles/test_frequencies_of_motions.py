@@ -66,11 +66,11 @@ def assert_both_rates(motion, count, rtol):
     initial = motion.initial
     both = precession, rotation = rates_of_free_rotation(motion.system.body.moments, initial.angular_momentum_body)
     for name, (signal, parts) in signals_of(motion).items():
-        found = pt.frequencies(signal, motion.times, count=count)
+        found = pt.analysis.frequencies(signal, motion.times, count=count)
         expected = np.dot(parts, both)
         expected = abs(expected) if np.isrealobj(signal) else expected
         assert found.frequencies[0] == pytest.approx(expected, rel=rtol, abs=0), name
-    known = pt.FreeRotation(motion.system.body, initial)
+    known = pt.analysis.FreeRotation(motion.system.body, initial)
     assert 2 * np.pi / known.precession_period == pytest.approx(precession, rel=1e-14)
     assert 2 * np.pi / known.rotation_period == pytest.approx(abs(rotation), rel=1e-14)
 
@@ -103,7 +103,7 @@ def test_libration_of_phobos_on_a_circle(amplitude):
     start = phobos.state((np.cos(amplitude / 2), 0, 0, np.sin(amplitude / 2)), omega_body=(0, 0, 1.0))
     times = np.linspace(0, 400, 4096)
     q = pt.propagate(system, start, times).relative_to(CIRCLE.frame).quaternion
-    found = pt.frequencies(2 * np.arctan2(q[:, 3], q[:, 0]), times, count=6)
+    found = pt.analysis.frequencies(2 * np.arctan2(q[:, 3], q[:, 0]), times, count=6)
     pendulum = np.pi / (2 * ellipk(np.sin(amplitude) ** 2))  # of its small oscillations
     exact = np.sqrt(3 * (PHOBOS[1] - PHOBOS[0]) / PHOBOS[2]) * pendulum
     # Three times the worst of 20 starts shaken by an ulp; the roundings of an attitude, beside a small amplitude.
@@ -120,14 +120,14 @@ def test_librations_of_a_satellite_are_those_of_linear_theory():
     start = satellite.state(Rotation.from_rotvec(tilts[:, None] * np.ones(3)), omega_space=(0, 0, 1.0))
     times = np.linspace(0, 800, 4096)
     q = pt.propagate(system, start, times, progress=False).relative_to(CIRCLE.frame).quaternion
-    found = pt.frequencies(np.moveaxis(q[..., 1:], -1, 0), times, count=10).frequencies  # axis, tilt, line
+    found = pt.analysis.frequencies(np.moveaxis(q[..., 1:], -1, 0), times, count=10).frequencies  # axis, tilt, line
     smallest = found.reshape(3, 2, 2, -1).mean(axis=2)
     smallest = (4 * smallest[:, 0] - smallest[:, 1]) / 3  # they grow with the square of the tilt, here in both senses
     np.testing.assert_allclose(np.sort(smallest[0, :2]), np.sort([slow, fast]), rtol=1e-12)
     np.testing.assert_allclose(np.sort(smallest[1, :2]), np.sort([slow, fast]), rtol=1e-12)
     pitch = np.sqrt(3 * (along - radial) / normal)
     assert smallest[2, 0] == pytest.approx(pitch, rel=1e-12)
-    resting = next(e for e in pt.equilibria(system, CIRCLE.frame) if e.stability == "lyapunov")
+    resting = next(e for e in pt.analysis.equilibria(system, CIRCLE.frame) if e.stability == "lyapunov")
     np.testing.assert_allclose(resting.frequencies, np.sort([slow, pitch, fast]), rtol=1e-13)
 
 
@@ -148,7 +148,7 @@ LIBRATIONS = {
 
 def vanishing(signals, times, lines, count=12):
     """Strongest frequencies, ascending, of signals with amplitudes in the ratio 1 : 2, as these vanish."""
-    one, two = np.sort(pt.frequencies(signals, times, count=count).frequencies[:, :lines])
+    one, two = np.sort(pt.analysis.frequencies(signals, times, count=count).frequencies[:, :lines])
     assert np.all(np.abs(two / one - 1) < 3e-6)
     return one + (one - two) / 3
 
@@ -172,8 +172,8 @@ def test_free_librations_beside_cassini_states(name):
         node=world.node,
         argument_of_periapsis=world.periapsis,
     )
-    orbit = pt.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=world.rate, node_rate=world.node_rate)
-    forced = pt.cassini_state(pt.Body(world.moments), orbit, world.spin).motion
+    orbit = pt.orbits.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=world.rate, node_rate=world.node_rate)
+    forced = pt.analysis.cassini_state(pt.Body(world.moments), orbit, world.spin).motion
     state, body = forced.state, forced.system.body
     g = state.angular_momentum_body + np.multiply.outer(sizes, (0.5, -0.5, 0)) * body.moments[2] * world.rate
     turned = state.attitude * Rotation.from_rotvec(np.multiply.outer(sizes, np.ones(3)))
@@ -189,7 +189,7 @@ def test_free_librations_beside_cassini_states(name):
 def test_librations_at_the_points_in_line(name):
     """Both attractors pull like one with c = (1 - mu)/r1^3 + mu/r2^3 times the square of the mean motion."""
     A, B, C = 60.0, 120.0, 150.0
-    point = pt.LagrangePointPath(1.0 - 0.0121, 0.0121, separation=1.0, point=name)
+    point = pt.orbits.LagrangePointPath(1.0 - 0.0121, 0.0121, separation=1.0, point=name)
     r1, r2 = (np.linalg.norm(orbit.position) for orbit in (point.from_primary, point.from_secondary))
     c = (1 - 0.0121) / r1**3 + 0.0121 / r2**3
     equations = [[0, 1, 1, 0], [-1, 0, 0, 1], [0, 0, 0, (B - C) / A], [0, -3 * (C - A) / B * c, (C - A) / B, 0]]
@@ -254,6 +254,6 @@ def test_chaos_of_hyperion_drifts_and_its_regular_motions_do_not():
     times = np.arange(2048) * ellipse.period / 16
     motion = pt.propagate(pt.System(hyperion, pt.GravityGradient(ellipse)), start, times, progress=False)
     turning = (motion.quaternion[..., 0] + 1j * motion.quaternion[..., 3]) ** 2  # exp(i theta)
-    drift = np.abs(pt.diffusion(turning, times)[:, 0])
+    drift = np.abs(pt.analysis.diffusion(turning, times)[:, 0])
     assert np.all(drift[:2] < 1e-7)
     assert np.all(drift[2:] > 1e-5)  # which drift is a draw: 1e-3 is the smallest of 32

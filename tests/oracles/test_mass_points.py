@@ -26,10 +26,10 @@ def cloud(mirrored):
 
 
 def oblate(orbit, *flattening):
-    return pt.GravityGradient(orbit), pt.Oblateness(orbit, *flattening)
+    return pt.GravityGradient(orbit), pt.forces.Oblateness(orbit, *flattening)
 
 
-FORCE = oblate(pt.FixedPosition(MU, position=POSITION), J2, RADIUS, POLE)
+FORCE = oblate(pt.orbits.FixedPosition(MU, position=POSITION), J2, RADIUS, POLE)
 
 
 def torque(body, forces, turn=TURN):
@@ -114,7 +114,7 @@ def test_a_small_ring_is_an_oblate_attractor():
         pulled = oracle.torque_of(
             oracle.ringed(MU, fraction, radius, POLE), POSITION, masses, size * TURN.apply(points)
         )
-        forces = oblate(pt.FixedPosition(MU, position=POSITION), fraction / 2, radius, POLE)
+        forces = oblate(pt.orbits.FixedPosition(MU, position=POSITION), fraction / 2, radius, POLE)
         return relative(TURN.inv().apply(pulled) / size**2, torque(body, forces))
 
     errors = [error(radius) for radius in (0.12, 0.06, 0.03)]
@@ -126,7 +126,7 @@ def test_a_small_ring_is_an_oblate_attractor():
 def test_a_second_flattening_turns_the_body_elsewhere():
     """What the tests above would miss: without j2, or about another pole, the torque is another one."""
     body = pt.Body.point_masses(*cloud(mirrored=False))
-    point = pt.FixedPosition(MU, position=POSITION)
+    point = pt.orbits.FixedPosition(MU, position=POSITION)
     for other in ((pt.GravityGradient(point),), oblate(point, J2, RADIUS, (0, 0, 1))):
         assert relative(torque(body, other), torque(body, FORCE)) > 0.05
 
@@ -143,7 +143,7 @@ def test_motion_about_two_oblate_attractors_is_that_of_euler_and_newton(seed, fo
     turn, omega = Rotation.random(None, random), random.uniform(-1, 1, 3)
     elements = (1.3, 1.4, 0.3, 0.8, *random.uniform(-2, 2, 3))
     poles = [direction / np.linalg.norm(direction) for direction in random.normal(size=(2, 3))]
-    orbits = (in_order(pt.KeplerOrbit, *elements, epoch=0.2), pt.FixedPosition(0.9, position=POSITION))
+    orbits = (in_order(pt.KeplerOrbit, *elements, epoch=0.2), pt.orbits.FixedPosition(0.9, position=POSITION))
     attractors = (
         euler_newton.Attractor(elements[0], *euler_newton.cartesian_vectors(*elements), 0.2),
         euler_newton.Attractor(0.9, POSITION),
@@ -174,7 +174,7 @@ def test_three_attractors_are_the_sum_of_their_points():
     places, mus = np.array([[3.0, 1, 0], [-2, 2, 1], [0.5, -3, 2]]), np.array([2.0, 0.7, 1.1])
     # The attractors stand around the body, which is at the origin.
     attractors = [
-        pt.GravityGradient(pt.FixedPosition(mu, position=-place)) for place, mu in zip(places, mus, strict=True)
+        pt.GravityGradient(pt.orbits.FixedPosition(mu, position=-place)) for place, mu in zip(places, mus, strict=True)
     ]
     system = pt.System(body, *attractors)
     derived = system.torque_body(body.state(TURN, omega_body=(0, 0, 0)))

@@ -33,7 +33,7 @@ def everything(**p):
     orbit = kepler(**{k: p[k] for k in ORBIT if k in p})
     forces = (
         pt.GravityGradient(orbit),
-        pt.Oblateness(orbit, p.get("j2", 0.05), 0.4, (0.1, 0.2, 1.0)),
+        pt.forces.Oblateness(orbit, p.get("j2", 0.05), 0.4, (0.1, 0.2, 1.0)),
         Drag(p.get("coefficient", 0.02)),
         pt.UniformGravity(p.get("weight", 0.3), (0.1, 0.2, 0.3)),
     )
@@ -47,12 +47,12 @@ def oblique():
 
 def mascons():
     masses, places = (1.0, 0.5, 0.5), ((0.2, 0.1, 0.0), (-0.3, 0.2, 0.4), (-0.1, -0.4, -0.4))
-    return pt.System(pt.Body.point_masses(masses, places), pt.MasconGravity(kepler(), masses, places))
+    return pt.System(pt.Body.point_masses(masses, places), pt.forces.MasconGravity(kepler(), masses, places))
 
 
 def table():
     orbit = kepler()
-    fitted = pt.Ephemeris.from_function(
+    fitted = pt.orbits.Ephemeris.from_function(
         1.0, position=lambda t: np.stack(list(orbit.position_at(t)), axis=-1), start=-1.0, stop=3.0, tolerance=1e-13
     )
     return pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(fitted))
@@ -80,7 +80,7 @@ def differences(function, h=1e-3):
 @pytest.mark.parametrize("make", [everything, oblique, mascons, table])
 def test_matrix_is_the_derivative_by_the_start(make):
     system = make()
-    matrix = pt.state_transition(system, state(system), T).matrix
+    matrix = pt.analysis.state_transition(system, state(system), T).matrix
     reference = ends(system, REST)
     for i, axis in enumerate(np.eye(6)):
         column = differences(lambda h, axis=axis: ends(system, h * axis, reference))
@@ -101,7 +101,7 @@ PARAMETERS = {
 
 def test_sensitivity_is_the_derivative_by_parameters():
     system = everything()
-    found = pt.state_transition(system, state(system), T, list(PARAMETERS))
+    found = pt.analysis.state_transition(system, state(system), T, list(PARAMETERS))
     reference = ends(system, REST)
     for i, (key, value) in enumerate(PARAMETERS.values()):
         column = differences(lambda h, k=key, v=value: ends(everything(**{k: v + h}), REST, reference))
@@ -112,7 +112,7 @@ def test_sensitivity_is_the_derivative_by_parameters():
 
 def test_second_derivatives_leave_a_third_order_error():
     names = ["moments[0]", "eccentricity", "coefficient"]
-    found = pt.state_transition(everything(), state(everything()), T, names, order=2)
+    found = pt.analysis.state_transition(everything(), state(everything()), T, names, order=2)
     first = np.concatenate([found.matrix, found.sensitivity], axis=-1)
     direction = np.array([0.3, -0.2, 0.5, 0.4, -0.1, 0.2, 0.5, -0.3, 0.3])
     reference = ends(everything(), REST)
@@ -130,7 +130,7 @@ def test_second_derivatives_leave_a_third_order_error():
 @pytest.mark.parametrize("pair", [(0, 0), (1, 2), (0, 4), (3, 5), (6, 6), (1, 6), (4, 7), (7, 7), (6, 7)])
 def test_each_second_derivative(pair):
     names, h, a, b = ["moments[0]", "eccentricity"], 4e-3, *(np.eye(8)[i] for i in pair)
-    found = pt.state_transition(everything(), state(everything()), T, names, order=2)
+    found = pt.analysis.state_transition(everything(), state(everything()), T, names, order=2)
     reference = ends(everything(), REST)
 
     def at(x):
@@ -158,12 +158,12 @@ def poisson(g):
 
 def test_matrix_keeps_the_poisson_structure():
     system = pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(kepler()), pt.UniformGravity(0.3, (0.1, 0.2, 0.3)))
-    found = pt.state_transition(system, state(system), np.linspace(1, 20, 20))
+    found = pt.analysis.state_transition(system, state(system), np.linspace(1, 20, 20))
     forms = poisson(found.motion.angular_momentum_body)
     kept = np.swapaxes(found.matrix, -1, -2) @ forms @ found.matrix
     size = np.max(np.abs(found.matrix), axis=(-1, -2), keepdims=True)
     assert np.max(np.abs(kept - poisson(G)) / size**2) < 2e-14
-    damped = pt.state_transition(everything(), state(everything()), [2.0]).matrix[0]
+    damped = pt.analysis.state_transition(everything(), state(everything()), [2.0]).matrix[0]
     assert abs(np.linalg.det(damped) - 1) > 1e-2
 
 
@@ -173,7 +173,7 @@ def test_body_about_its_middle_axis_in_closed_form(time):
     A, B, C = 0.099, 0.1, 0.101
     body = pt.Body((A, B, C))
     start = body.state((1, 0, 0, 0), angular_momentum_body=(0, 1.0, 0))
-    found = pt.state_transition(pt.System(body), start, [time], ["moments[1]"], order=2)
+    found = pt.analysis.state_transition(pt.System(body), start, [time], ["moments[1]"], order=2)
     k = np.sqrt((1 / A - 1 / B) * (1 / B - 1 / C))
     by_B = ((1 / B - 1 / C) - (1 / A - 1 / B)) / (2 * k * B**2)
     third = (1 / B - 1 / A) / k
@@ -191,9 +191,9 @@ def test_times_at_which_the_integrator_looks_at_the_vectors_are_reached_too():
     """Each step ends at a knot of the table, and so does the chunk of steps after which vectors are looked at."""
     orbit, times = kepler(), np.linspace(0, 3, 301)
     r, v = (np.stack(list(part(times)), axis=-1) for part in (orbit.position_at, orbit.velocity_at))
-    table_of_orbit = pt.Ephemeris.from_table(orbit.mu, times=times, positions=r, velocities=v)
+    table_of_orbit = pt.orbits.Ephemeris.from_table(orbit.mu, times=times, positions=r, velocities=v)
     systems = [pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(each)) for each in (table_of_orbit, orbit)]
-    found, exact = (pt.state_transition(system, state(system), times[1:]).matrix for system in systems)
+    found, exact = (pt.analysis.state_transition(system, state(system), times[1:]).matrix for system in systems)
     assert_allclose(found, exact, rtol=0, atol=1e-6)
 
 
@@ -201,7 +201,7 @@ def test_free_symmetric_body_in_closed_form():
     """About its axis: theta3 grows with gamma3 / C, and nothing else does."""
     body = pt.Body((2.0, 2.0, 3.0))
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0.7))
-    matrix = pt.state_transition(pt.System(body), start, [5.0]).matrix[0]
+    matrix = pt.analysis.state_transition(pt.System(body), start, [5.0]).matrix[0]
     nutation = Rotation.from_rotvec((0, 0, (1 - 3 / 2) * 0.7 * 5.0)).as_matrix()  # of gamma, seen from the body
     expected = np.zeros(6)
     expected[[2, 5]] = 5.0 / 3.0, 1.0
@@ -215,7 +215,7 @@ def test_covariance_agrees_with_an_ensemble():
     initial = np.diag(np.array([2e-4, 1e-4, 3e-4, 1e-4, 2e-4, 1e-4]) ** 2)
     initial[0, 5] = initial[5, 0] = 0.5 * 2e-4 * 1e-4
     of_moments = np.array([[4e-8, 1e-8], [1e-8, 2e-8]])
-    found = pt.state_transition(system, state(system), T, ["moments[0]", "moments[2]"])
+    found = pt.analysis.state_transition(system, state(system), T, ["moments[0]", "moments[2]"])
     predicted = found.covariance(initial, of_moments)
     x = random.multivariate_normal(np.zeros(6), initial, members)
     p = random.multivariate_normal(np.zeros(2), of_moments, members)
@@ -240,11 +240,11 @@ def test_thousand_revolutions_of_a_chaotic_body_do_not_overflow():
     system = pt.System(body, pt.GravityGradient(orbit))
     starts = body.state((1, 0, 0, 0), omega_body=np.linspace((0.01, 0, 0.8), (0.3, 0, 1.2), 8))
     times = orbit.period * np.array([250.0, 500.0, 1000.0])
-    found = pt.state_transition(system, starts, times, ["eccentricity"])
+    found = pt.analysis.state_transition(system, starts, times, ["eccentricity"])
     assert np.all(np.isfinite(found.directions))
     assert np.all(np.isfinite(found.growth))
     assert np.max(found.growth) > 710  # exp of which is no number
     assert np.isinf(np.max(found.matrix))
     assert_allclose(np.linalg.norm(found.directions, axis=-2), 1, atol=1e-14)
-    alone = pt.chaos_indicators(system, starts, times).growth  # the same to the scatter of chaotic motions
+    alone = pt.analysis.chaos_indicators(system, starts, times).growth  # the same to the scatter of chaotic motions
     assert_allclose(np.mean(found.growth[:, :, 0], axis=0), np.mean(alone, axis=0), rtol=0.4)

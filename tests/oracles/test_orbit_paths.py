@@ -91,7 +91,7 @@ def test_escape(eccentricity, start, in_space):
     for farthest, epoch in ((30.0, 0.0), (3e4, -7.0), (1e9, 0.0)):
         elements = (MU, 1.3, eccentricity, *random.uniform(-3, 3, 3), 0.5 * epoch, epoch)
         times = 0.5 * epoch + ON_ESCAPE * farthest
-        orbit = in_order(pt.EscapeOrbit, *elements)
+        orbit = in_order(pt.orbits.EscapeOrbit, *elements)
         check(orbit, lambda t, own=elements: oracle.escape(own, t), times, times[start], in_space, 0.5 * epoch)
 
 
@@ -99,7 +99,7 @@ def test_escape(eccentricity, start, in_space):
 @pytest.mark.parametrize("eccentricity", [0.3, 0.9, 1 - 1e-4])
 def test_precessing_ellipse(eccentricity, in_space):
     """Against its closed form, which is judged elsewhere."""
-    orbit = pt.PrecessingOrbit(
+    orbit = pt.orbits.PrecessingOrbit(
         pt.KeplerOrbit(
             MU,
             semimajor_axis=1.3,

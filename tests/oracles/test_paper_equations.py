@@ -79,9 +79,9 @@ TANGENT_P = quat.dot(p, P)
 
 FREE = pt.System(pt.Body((1, 1, 1))).with_numbers(iter(MOMENTS))
 TOP = pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))).with_numbers(iter((*MOMENTS, weight, *centre)))
-SATELLITE = pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.FixedPosition(1, position=(1, 0, 0)))).with_numbers(
-    iter((*MOMENTS, *x, mu))
-)
+SATELLITE = pt.System(
+    pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))
+).with_numbers(iter((*MOMENTS, *x, mu)))
 BODY = FREE.body
 SYSTEMS = pytest.mark.parametrize("system", [FREE, TOP, SATELLITE], ids=["free", "top", "satellite"])
 
@@ -705,7 +705,7 @@ def test_equation_19_is_the_limit_of_point_masses_far_away():
     corners = np.array([(i, 2 * j, 3 * k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
     body = pt.Body.point_masses(np.ones(8), corners)
     place = (2e5, 3e5, 6e5)
-    gradient_of_gravity = pt.System(body, pt.GravityGradient(pt.FixedPosition(1.0, position=place)))
+    gradient_of_gravity = pt.System(body, pt.GravityGradient(pt.orbits.FixedPosition(1.0, position=place)))
     quaternions = [Vector(mpmath.mpf(k) / 7 for k in whole) for whole in ((2, 3, 6, 0), (0, -2, 3, 6))]
 
     def point_masses(quaternion):

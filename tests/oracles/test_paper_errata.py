@@ -60,9 +60,9 @@ I0, weight, mu = sp.symbols("I0 weight mu", positive=True)
 MOMENTS = Vector(sp.symbols("I1:4", positive=True))
 FREE = pt.System(pt.Body((1, 1, 1))).with_numbers(iter(MOMENTS))
 TOP = pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))).with_numbers(iter((*MOMENTS, weight, *centre)))
-SATELLITE = pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.FixedPosition(1, position=(1, 0, 0)))).with_numbers(
-    iter((*MOMENTS, *x, mu))
-)
+SATELLITE = pt.System(
+    pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))
+).with_numbers(iter((*MOMENTS, *x, mu)))
 
 ROOT = np.sqrt(2.0)
 PAPER_MOMENTS = (1.25, 1.0, 0.75)

@@ -29,7 +29,7 @@ def spin_orbit(eccentricity, body=HYPERION, inclination=0.4):
 
 def test_on_a_circle_the_points_lie_on_the_curves_of_a_pendulum():
     """theta'' = -(3/2) gamma sin 2(theta - f): (theta' - 1)^2 - (3/2) gamma cos 2 theta at each passage."""
-    section = pt.spin_orbit_section(spin_orbit(0.0), np.linspace(0, 3, 17), N * np.linspace(0.2, 2.0, 17), 100)
+    section = pt.analysis.spin_orbit_section(spin_orbit(0.0), np.linspace(0, 3, 17), N * np.linspace(0.2, 2.0, 17), 100)
     # On a circle the passage is of the same place of the orbit, where theta - f is the angle itself.
     energy = (section.y / N - 1) ** 2 - 1.5 * 0.26 * np.cos(2 * section.x)
     assert np.ptp(section.x) > 3
@@ -41,7 +41,9 @@ def test_points_are_those_of_another_integration(formulation):
     from scipy.integrate import solve_ivp
 
     e, orbit = 0.1, orbit_of(0.1)
-    section = pt.spin_orbit_section(spin_orbit(e), [0.4, 2.8], N * np.array([0.6, 2.9]), 5, formulation=formulation)
+    section = pt.analysis.spin_orbit_section(
+        spin_orbit(e), [0.4, 2.8], N * np.array([0.6, 2.9]), 5, formulation=formulation
+    )
 
     def rates(E, x):  # by the eccentric anomaly, from the periapsis; n = 1
         r = 1 - e * np.cos(E)
@@ -65,7 +67,9 @@ def phase():
 def drifts(angle, rate, resonance, revolutions=600):
     """How far angle - resonance * (mean anomaly) moves, over many revolutions, radians."""
     orbit, looks = orbit_of(0.1, 0.0), np.arange(4 * revolutions + 1)
-    start = pt.spin_orbit_section(spin_orbit(0.1, inclination=0.0), angle, N * np.asarray(rate), 1).motion.initial
+    start = pt.analysis.spin_orbit_section(
+        spin_orbit(0.1, inclination=0.0), angle, N * np.asarray(rate), 1
+    ).motion.initial
     motion = pt.propagate(
         spin_orbit(0.1, inclination=0.0),
         start,
@@ -90,7 +94,7 @@ def test_hyperion_has_none_at_three_halves():
     """All starts near the 3:2 state, at either place, wander through the chaotic sea."""
     angles, rates = (x.ravel() for x in np.meshgrid([0.0, 0.2, np.pi / 2, 1.8], np.linspace(1.2, 1.8, 7)))
     assert np.all(drifts(angles, rates, 1.5) > 4 * np.pi)
-    section = pt.spin_orbit_section(spin_orbit(0.1), 0.0, 1.5 * N, 3000, tolerance=1e-12)
+    section = pt.analysis.spin_orbit_section(spin_orbit(0.1), 0.0, 1.5 * N, 3000, tolerance=1e-12)
     assert np.max(section.y) > 2.1 * N  # one sea, from below the 1:2 state to above the 2:1 state
     assert np.min(section.y) < 0.45 * N
 
@@ -103,7 +107,7 @@ def test_a_free_body_moves_along_its_curve_of_equal_energy():
         np.tile([0.5, 0.5, -0.5, 0.5], (9, 1)),
         angular_momentum_body=np.array([[0.3, 0.4, z] for z in np.linspace(-2, 2, 9)]),
     )
-    section = pt.andoyer_section(pt.System(body), start, 120.0)
+    section = pt.analysis.andoyer_section(pt.System(body), start, 120.0)
     G = np.linalg.norm(start.angular_momentum_body, axis=-1)[:, None]
     L, T = section.y * G, pt.System(body).kinetic_energy(start)[:, None]
     found = (G**2 - L**2) * (np.sin(section.x) ** 2 / A + np.cos(section.x) ** 2 / B) / 2 + L**2 / (2 * C)
@@ -120,13 +124,13 @@ def test_a_lagrange_top_leaves_points_on_its_curve_of_nutation():
     q = np.stack([np.cos(tilts / 2), np.sin(tilts / 2), 0 * tilts, 0 * tilts], axis=-1)
     start = body.state(q, omega_body=[0.1, 0.3, 2.5])
     system = pt.System(body, pt.UniformGravity(m, (0, 0, 1)))
-    motion = pt.propagate(system, start, [200.0], events=[pt.AxisCrossing((1, 0, 0), (0, 0, 1), direction=1)])
+    motion = pt.propagate(system, start, [200.0], events=[pt.events.AxisCrossing((1, 0, 0), (0, 0, 1), direction=1)])
 
     def nutation(points):
         angles, momenta = points.states.euler("313")
         return angles[:, 1], momenta[:, 1]
 
-    section = pt.section(motion, nutation, 0, labels=("theta [rad]", "p theta"))
+    section = pt.analysis.section(motion, nutation, 0, labels=("theta [rad]", "p theta"))
     (_, p) = start.euler("313")
     theta, E = section.x, system.energy(start)[:, None]
     p_phi, p_psi = p[:, :1], p[:, 2:]
@@ -143,7 +147,7 @@ def test_kovalevskayas_integral_is_that_of_the_start_at_all_points():
     start = body.state(
         [[np.cos(t), np.sin(t) * 0.6, np.sin(t) * 0.8, 0] for t in np.linspace(0.1, 1.2, 5)], omega_body=[0.4, 0.2, 0.9]
     )
-    motion = pt.propagate(system, start, [150.0], events=[pt.RateCrossing((0, 1, 0), direction=1)])
+    motion = pt.propagate(system, start, [150.0], events=[pt.events.RateCrossing((0, 1, 0), direction=1)])
 
     def integral(states):
         """((p + i q)^2 - c (g1 + i g2))^2 for A = B = 2 C = 2, C = 1; g is up, along the body axes."""
@@ -152,7 +156,7 @@ def test_kovalevskayas_integral_is_that_of_the_start_at_all_points():
         z = (p + 1j * q) ** 2 - c * (up[:, 0] + 1j * up[:, 1])
         return np.abs(z) ** 2
 
-    section = pt.section(motion, lambda points: (points.omega_body[:, 0], integral(points.states)), 0)
+    section = pt.analysis.section(motion, lambda points: (points.omega_body[:, 0], integral(points.states)), 0)
     seen = np.isfinite(section.y)
     assert np.min(seen.sum(axis=1)) > 10
     assert np.max(np.abs((section.y - integral(start)[:, None])[seen])) < 1e-12

@@ -87,7 +87,10 @@ def test_an_ellipsoid_is_many_points():
 )
 def test_what_a_field_leaves_falls_with_the_degree_after_it(degree, near):
     """The torque of degree n goes with r^-(n + 1); the one after that is the larger, the nearer."""
-    force = [pt.HarmonicGravity(pt.FixedPosition(MU, position=r * DIRECTION), field(degree)) for r in (near, 2 * near)]
+    force = [
+        pt.forces.HarmonicGravity(pt.orbits.FixedPosition(MU, position=r * DIRECTION), field(degree))
+        for r in (near, 2 * near)
+    ]
     errors = [
         np.linalg.norm(torque(CLOUD, one) - pulled(r * DIRECTION))
         for one, r in zip(force, (near, 2 * near), strict=True)
@@ -97,22 +100,22 @@ def test_what_a_field_leaves_falls_with_the_degree_after_it(degree, near):
 
 @pytest.mark.parametrize(("distance", "bound"), [(1.5, 5e-3), (2.0, 1e-4), (3.0, 2e-7), (10.0, 2e-14)])
 def test_a_field_of_degree_16(distance, bound):
-    force = pt.HarmonicGravity(pt.FixedPosition(MU, position=distance * DIRECTION), field(16))
+    force = pt.forces.HarmonicGravity(pt.orbits.FixedPosition(MU, position=distance * DIRECTION), field(16))
     assert relative(torque(CLOUD, force), pulled(distance * DIRECTION)) < bound
 
 
 ELEMENTS = (MU, 20.0, 0.3, 0.8, -0.4, 1.9, 0.3)
 ELLIPSE = in_order(pt.KeplerOrbit, *ELEMENTS, epoch=0.2)
-FLYBY = pt.EscapeOrbit(
+FLYBY = pt.orbits.EscapeOrbit(
     MU, periapsis_distance=15.0, eccentricity=1.4, inclination=0.6, node=0.3, argument_of_periapsis=-0.9
 )
 TABLE = np.linspace(-20, 20, 41)
-LIBRATION = pt.LagrangePointPath(0.8 * MU, 0.2 * MU, separation=20.0, point="L4")
+LIBRATION = pt.orbits.LagrangePointPath(0.8 * MU, 0.2 * MU, separation=20.0, point="L4")
 ORBITS = {
-    "at rest": pt.FixedPosition(MU, position=20 * DIRECTION),
+    "at rest": pt.orbits.FixedPosition(MU, position=20 * DIRECTION),
     "ellipse": ELLIPSE,
     "hyperbola": FLYBY,
-    "table": pt.Ephemeris.from_table(
+    "table": pt.orbits.Ephemeris.from_table(
         MU,
         times=TABLE,
         positions=np.stack(list(ELLIPSE.position_at(TABLE)), axis=-1),
@@ -125,7 +128,7 @@ ORBITS = {
 @pytest.mark.parametrize("orbit", ORBITS.values(), ids=ORBITS)
 def test_the_attractor_is_on_its_side_of_every_orbit(orbit):
     """Degree 3 changes its sign with the side."""
-    mu, force = float(orbit.mu), pt.HarmonicGravity(orbit, field(12))
+    mu, force = float(orbit.mu), pt.forces.HarmonicGravity(orbit, field(12))
     for time in (-3.0, 0.7):
         position = np.array([float(x) for x in orbit.position_at(time)])
         derived = torque(CLOUD, force, time)
@@ -150,7 +153,11 @@ def test_motion_is_that_of_euler_and_newton(name, exact):
 
     judged = euler_newton.integrate(inertia, TURN.as_matrix(), omega, start, times, [pull], [path])
     body = pt.Body.point_masses(MASSES, 4 * POINTS)
-    force = pt.MasconGravity(orbit, MASSES, 4 * POINTS) if exact else pt.HarmonicGravity(orbit, field(6, size=4.0))
+    force = (
+        pt.forces.MasconGravity(orbit, MASSES, 4 * POINTS)
+        if exact
+        else pt.forces.HarmonicGravity(orbit, field(6, size=4.0))
+    )
     motion = pt.propagate(pt.System(body, force), body.state(TURN, omega_body=omega, time=start), times)
     bound = {True: 1e-11, False: 1e-4}[exact] + (1e-7 if name == "table" else 0)
     assert np.max(np.abs(motion.attitude.as_matrix() - judged[0])) < bound
@@ -168,7 +175,7 @@ def test_points_of_mass_lose_no_digits(distance):
     """Also within them; mirrored, so that their centre is at the origin to the last digit."""
     masses, points = np.tile(MASSES, 2), np.concatenate([POINTS, -POINTS])
     body, position = pt.Body.point_masses(masses, points), distance * DIRECTION
-    derived = torque(body, pt.MasconGravity(pt.FixedPosition(MU, position=position), masses, points))
+    derived = torque(body, pt.forces.MasconGravity(pt.orbits.FixedPosition(MU, position=position), masses, points))
     assert relative(derived, pulled(position, masses, points)) < 1e-14
 
 
@@ -176,7 +183,7 @@ def test_points_of_mass_lose_no_digits(distance):
 def test_the_energy_of_points_of_mass_is_theirs(distance):
     with mpmath.workdps(40):
         position = distance * DIRECTION
-        force = pt.MasconGravity(pt.FixedPosition(MU, position=position), MASSES, POINTS)
+        force = pt.forces.MasconGravity(pt.orbits.FixedPosition(MU, position=position), MASSES, POINTS)
 
         def exact(turn):
             places = turn.inv().apply(position) + POINTS
@@ -219,7 +226,9 @@ def worst_torque(shape, distance, count=4):
     worst = 0.0
     for place in distance * directions(count):
         derived = torque(
-            body, pt.EllipsoidGravity(pt.FixedPosition(MU, position=-place), 2.0, shape), turn=Rotation.identity()
+            body,
+            pt.forces.EllipsoidGravity(pt.orbits.FixedPosition(MU, position=-place), 2.0, shape),
+            turn=Rotation.identity(),
         )
         with mpmath.workdps(40):
             worst = max(worst, relative(derived, judge.torque(MU, place)))
@@ -262,12 +271,12 @@ def test_the_energy_of_an_ellipsoid(shape):
                 for place in places
             ]
         for place, expected in zip(places, exact, strict=True):
-            force = pt.EllipsoidGravity(pt.FixedPosition(MU, position=-place), 2.0, shape)
+            force = pt.forces.EllipsoidGravity(pt.orbits.FixedPosition(MU, position=-place), 2.0, shape)
             assert energy(body, force, Rotation.identity()) == pytest.approx(float(expected), rel=1e-13)
 
 
 def test_a_homogeneous_sphere_feels_nothing():
-    force = pt.EllipsoidGravity(pt.FixedPosition(MU, position=2 * DIRECTION), 2.0, (0.7, 0.7, 0.7))
+    force = pt.forces.EllipsoidGravity(pt.orbits.FixedPosition(MU, position=2 * DIRECTION), 2.0, (0.7, 0.7, 0.7))
     body = pt.Body.ellipsoid(2.0, (0.7, 0.7, 0.7))
     assert energy(body, force) == 0
     assert np.all(torque(body, force) == 0)
@@ -279,9 +288,9 @@ def test_a_homogeneous_sphere_feels_nothing():
 
 BOX = (1.1, 0.8, 0.5)
 FORCES = {
-    "field": lambda orbit: (CLOUD, pt.HarmonicGravity(orbit, field(4))),
-    "mascons": lambda orbit: (CLOUD, pt.MasconGravity(orbit, MASSES, POINTS)),
-    "ellipsoid": lambda orbit: (pt.Body.ellipsoid(2.0, BOX), pt.EllipsoidGravity(orbit, 2.0, BOX)),
+    "field": lambda orbit: (CLOUD, pt.forces.HarmonicGravity(orbit, field(4))),
+    "mascons": lambda orbit: (CLOUD, pt.forces.MasconGravity(orbit, MASSES, POINTS)),
+    "ellipsoid": lambda orbit: (pt.Body.ellipsoid(2.0, BOX), pt.forces.EllipsoidGravity(orbit, 2.0, BOX)),
 }
 
 
@@ -289,7 +298,7 @@ FORCES = {
 def test_the_attractor_takes_the_momentum_that_the_body_gains(make):
     """Torque plus r x F is zero, F the slope of the energy by the position; in 30 digits."""
     position = 1.7 * DIRECTION
-    body, force = make(pt.FixedPosition(MU, position=position))
+    body, force = make(pt.orbits.FixedPosition(MU, position=position))
     system, step = pt.System(body, force), mpmath.mpf(10) ** -12
     numbers = [float(x) for x in system.numbers]
     first = next(i for i in range(len(numbers)) if np.array_equal(numbers[i : i + 3], position))
@@ -309,7 +318,7 @@ def test_the_attractor_takes_the_momentum_that_the_body_gains(make):
 
 @pytest.mark.parametrize("make", FORCES.values(), ids=FORCES)
 def test_energy_stays_where_the_attractor_rests(make):
-    body, force = make(pt.FixedPosition(MU, position=1.7 * DIRECTION))
+    body, force = make(pt.orbits.FixedPosition(MU, position=1.7 * DIRECTION))
     state = body.state(TURN, omega_body=(0.1, 0.3, -0.2))
     motion = pt.propagate(pt.System(body, force), state, np.linspace(0, 30, 31))
     assert list(motion.drift) == ["energy", "angular_momentum_space_attractor"]
@@ -366,10 +375,10 @@ def test_two_free_bodies_keep_their_momentum_and_energy_with_the_torque_of_the_f
         turning = two_bodies(0, state)[12:15]
         inertia = mass_points.inertia_of(MASSES, POINTS)
         twist = inertia @ turning - np.cross(inertia @ state[12:15], state[12:15])
-        orbit = pt.FixedPosition(COMPANION, position=state[:3] - state[6:9])
+        orbit = pt.orbits.FixedPosition(COMPANION, position=state[:3] - state[6:9])
         exact, series = (
             torque(CLOUD, force, turn=Rotation.from_matrix(A))
-            for force in (pt.MasconGravity(orbit, MASSES, POINTS), pt.HarmonicGravity(orbit, high))
+            for force in (pt.forces.MasconGravity(orbit, MASSES, POINTS), pt.forces.HarmonicGravity(orbit, high))
         )
         assert relative(exact, twist) < 1e-11
         assert relative(series, twist) < 1e-7
@@ -380,7 +389,7 @@ def test_two_free_bodies_keep_their_momentum_and_energy_with_the_torque_of_the_f
 
 def test_degree_two_is_the_gravity_gradient_on_the_path_of_a_planet():
     """Of the Moon by the Earth: lengths in km, moments in M R^2 of the Moon, times in seconds."""
-    orbit = pt.planet_orbit("moon", "earth", "2025-01-01 TDB", "2025-01-29 TDB")
+    orbit = pt.orbits.planet_orbit("moon", "earth", "2025-01-01 TDB", "2025-01-29 TDB")
     second = {"C20": -2.033e-4, "C22": 2.24e-5}
     body = pt.Body.from_stokes(**second, polar_moment_factor=0.3930, mass=1.0, radius=1738.0)
     C, S = np.zeros((2, 4, 4))
@@ -394,8 +403,8 @@ def test_degree_two_is_the_gravity_gradient_on_the_path_of_a_planet():
         pt.propagate(pt.System(body, force), start, times)
         for force in (
             pt.GravityGradient(orbit),
-            pt.HarmonicGravity(orbit, pt.GravityField(3, 1.0, 1738.0, even, S)),
-            pt.HarmonicGravity(orbit, pt.GravityField(3, 1.0, 1738.0, third, S)),
+            pt.forces.HarmonicGravity(orbit, pt.GravityField(3, 1.0, 1738.0, even, S)),
+            pt.forces.HarmonicGravity(orbit, pt.GravityField(3, 1.0, 1738.0, third, S)),
         )
     )
     assert np.allclose(series.quaternion, gradient.quaternion, rtol=0, atol=1e-12)

@@ -8,7 +8,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.analysis.equilibria import equilibria
+from poinsot.analysis.equilibrium import equilibria
 
 IDENTITY = (1, 0, 0, 0)
 ORBIT = pt.KeplerOrbit(
@@ -273,7 +273,7 @@ def test_pendulum_of_any_body():
 
 def test_body_at_rest_near_an_attractor():
     moments, mu, position = (1.0, 1.3, 1.6), 0.9, np.array([0.8, -0.5, 0.7])
-    found = equilibria(pt.System(pt.Body(moments), pt.GravityGradient(pt.FixedPosition(mu, position=position))))
+    found = equilibria(pt.System(pt.Body(moments), pt.GravityGradient(pt.orbits.FixedPosition(mu, position=position))))
     assert len(found) == 6  # each axis either way, and any angle about it
     strength, direction = 3 * mu / np.linalg.norm(position) ** 3, position / np.linalg.norm(position)
     for e in found:

@@ -81,7 +81,7 @@ def centred():
 @pytest.mark.parametrize("degree", [2, 3, 5, 16])
 def test_stokes_coefficients_of_a_polyhedron_are_the_rational_ones_to_rounding(degree):
     corners, scale = centred()
-    field = pt.Mesh(BIPYRAMID, SIDES, density=1.0).field(degree, radius=8.0)
+    field = pt.shapes.Mesh(BIPYRAMID, SIDES, density=1.0).field(degree, radius=8.0)
     exact, volume = moments(corners, degree), moments(corners, 0)[0, 0, 0]
     found = field.normalized
     for m in range(degree + 1):
@@ -95,7 +95,7 @@ def test_stokes_coefficients_of_a_polyhedron_are_the_rational_ones_to_rounding(d
 
 def test_the_mass_properties_of_a_polyhedron_are_the_rational_ones():
     corners, scale = centred()
-    mesh = pt.Mesh(BIPYRAMID, SIDES, density=3.0)
+    mesh = pt.shapes.Mesh(BIPYRAMID, SIDES, density=3.0)
     volume = moments(corners, 0)[0, 0, 0] / scale**3
     assert mesh.volume == pytest.approx(float(volume), rel=1e-15)
     assert mesh.mass == pytest.approx(3 * float(volume), rel=1e-15)
@@ -111,7 +111,7 @@ def test_the_mass_properties_of_a_polyhedron_are_the_rational_ones():
 def test_mass_properties_are_those_of_trimesh(rng):
     solid = trimesh.creation.icosphere(2)
     solid.vertices = (solid.vertices * (1 + 0.3 * rng.random((len(solid.vertices), 1)))) @ rng.normal(size=(3, 3)) + 5
-    mesh = pt.Mesh(solid.vertices, solid.faces, density=2.0, repair=True)
+    mesh = pt.shapes.Mesh(solid.vertices, solid.faces, density=2.0, repair=True)
     if solid.volume < 0:
         solid.invert()
     solid.density = 2.0
@@ -137,7 +137,7 @@ def cuboid_potential(sides, point):
 @pytest.mark.parametrize("point", [(0.7, 0.9, 1.6), (0.1, -0.2, 0.3), (-2.0, 3.0, 4.0), (0.45, 0.95, -1.4)])
 def test_a_box_pulls_as_its_closed_form(point):
     sides = np.array((1.0, 2.0, 3.0))
-    box = pt.Mesh.box(sides, density=1.0)
+    box = pt.shapes.Mesh.box(sides, density=1.0)
     assert box.potential(point) == pytest.approx(cuboid_potential(sides, point), rel=2e-14)
     step = 1e-3
     slopes = [  # fourth order
@@ -160,7 +160,7 @@ def cubature_of_tetrahedra(corners, count=24):
 
 
 def test_an_irregular_polyhedron_pulls_as_brute_force_says():
-    mesh = pt.Mesh(BIPYRAMID, SIDES, density=1.0)
+    mesh = pt.shapes.Mesh(BIPYRAMID, SIDES, density=1.0)
     weights, points = cubature_of_tetrahedra((BIPYRAMID - mesh.center_of_mass)[SIDES])
     for place in np.array([(9.0, 1.0, -2.0), (-5.0, 8.0, 1.0), (2.0, -6.0, 12.0)]):
         away = points - place
@@ -193,7 +193,7 @@ def series(field, points):
 
 
 def test_the_series_of_a_field_converges_to_the_polyhedron_at_its_rate(rng):
-    mesh = pt.Mesh(BIPYRAMID, SIDES, mass=1.0)
+    mesh = pt.shapes.Mesh(BIPYRAMID, SIDES, mass=1.0)
     directions = rng.normal(size=(20, 3))
     points = 2 * mesh.circumscribing_radius * directions / np.linalg.norm(directions, axis=1, keepdims=True)
     exact = mesh.potential(points)
@@ -205,10 +205,10 @@ def test_the_series_of_a_field_converges_to_the_polyhedron_at_its_rate(rng):
 
 
 def test_the_field_of_a_mesh_in_a_system_has_the_energy_of_the_whole_polyhedron(rng):
-    mesh = pt.Mesh(BIPYRAMID, SIDES, density=1.0)
-    orbit = pt.FixedPosition(3.0, position=2.5 * mesh.circumscribing_radius * np.array((0.6, 0, 0.8)))
+    mesh = pt.shapes.Mesh(BIPYRAMID, SIDES, density=1.0)
+    orbit = pt.orbits.FixedPosition(3.0, position=2.5 * mesh.circumscribing_radius * np.array((0.6, 0, 0.8)))
     body = pt.Body.from_shape(mesh)
-    system = pt.System(body, pt.HarmonicGravity(orbit, mesh.field(24)))
+    system = pt.System(body, pt.forces.HarmonicGravity(orbit, mesh.field(24)))
     attitudes = rng.normal(size=(6, 4))
     attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
     energies = [system.potential_energy(body.state(q, omega_body=(0, 0, 0))) for q in attitudes]
@@ -221,14 +221,14 @@ def test_the_field_of_a_mesh_in_a_system_has_the_energy_of_the_whole_polyhedron(
     np.testing.assert_allclose(np.diff(energies), np.diff(exact), rtol=0, atol=1e-9 * np.ptp(exact))
 
 
-LUMP = pt.Mesh(BIPYRAMID / 7.0, SIDES, mass=2.0)
+LUMP = pt.shapes.Mesh(BIPYRAMID / 7.0, SIDES, mass=2.0)
 WAYS = np.random.default_rng(12).normal(size=(6, 3))
 WAYS /= np.linalg.norm(WAYS, axis=-1, keepdims=True)
 
 
 def torques_of(force, body, distance):
     """On a body at rest at six places, which are those of the members."""
-    orbit = pt.FixedPosition(np.full(len(WAYS), 1.3), position=-distance * WAYS)
+    orbit = pt.orbits.FixedPosition(np.full(len(WAYS), 1.3), position=-distance * WAYS)
     attitudes = np.tile([1.0, 0, 0, 0], (len(WAYS), 1))
     return pt.System(body, force(orbit)).torque_body(pt.State(attitudes, np.zeros_like(attitudes)))
 
@@ -242,7 +242,9 @@ def test_the_torque_of_a_field_converges_to_that_of_the_polyhedron_at_its_rate(r
     body, distance, degrees = pt.Body.from_shape(LUMP), ratio * LUMP.circumscribing_radius, np.arange(2, 13)
     scale, rounding = 1.3 * LUMP.mass / distance, 2e-15 * ratio
     exact = -np.cross(distance * WAYS, 1.3 * LUMP.attraction(distance * WAYS))
-    series = [torques_of(lambda orbit, n=n: pt.HarmonicGravity(orbit, LUMP.field(n)), body, distance) for n in degrees]
+    series = [
+        torques_of(lambda orbit, n=n: pt.forces.HarmonicGravity(orbit, LUMP.field(n)), body, distance) for n in degrees
+    ]
     errors = np.array([np.max(np.linalg.norm(found - exact, axis=-1)) for found in series]) / scale
     assert np.all(errors < 0.06 / ratio ** (degrees + 1) + rounding)
     reached = errors > 20 * rounding
@@ -253,19 +255,19 @@ def test_the_torque_of_a_field_converges_to_that_of_the_polyhedron_at_its_rate(r
 def computed(shape, degree):
     """The largest torque by the computed field, over the gravity times the distance of 4/3 radii."""
     body, distance = pt.Body.from_shape(shape), 1.2
-    found = torques_of(lambda orbit: pt.HarmonicGravity(orbit, shape.field(degree)), body, distance)
+    found = torques_of(lambda orbit: pt.forces.HarmonicGravity(orbit, shape.field(degree)), body, distance)
     return np.max(np.abs(found)) / (1.3 * shape.mass / distance)
 
 
 def test_a_sphere_feels_nothing_from_its_computed_field():
     """A polyhedron of an icosahedron's symmetry has nothing below degree 6, and there what it lacks of the sphere."""
-    ball = pt.Ellipsoid((0.9, 0.9, 0.9), mass=2.0)
+    ball = pt.shapes.Ellipsoid((0.9, 0.9, 0.9), mass=2.0)
     assert computed(ball, 8) == 0
     assert computed(ball.moved((0.1, 0.2, 0.3), (0.5, 0.1, -0.7, 0.5)), 8) < 1e-15  # by cubature
     left = []
     for finer in (2, 3, 4):
         sphere = trimesh.creation.icosphere(finer, radius=0.9)
-        mesh = pt.Mesh(sphere.vertices, sphere.faces, mass=2.0)
+        mesh = pt.shapes.Mesh(sphere.vertices, sphere.faces, mass=2.0)
         assert computed(mesh, 5) < 1e-15
         left.append(computed(mesh, 8))
         lacking = 1 - np.min(np.linalg.norm(mesh.vertices[mesh.faces].mean(axis=1), axis=-1)) / 0.9
@@ -288,7 +290,9 @@ def test_a_shape_in_oblique_axes_moves_as_in_its_principal_axes():
     )
     times = np.linspace(0, orbit.period, 9)
     oblique, plain = (
-        pt.propagate(pt.System(b, pt.HarmonicGravity(orbit, shape.field(6))), b.state(attitude, omega_body=rate), times)
+        pt.propagate(
+            pt.System(b, pt.forces.HarmonicGravity(orbit, shape.field(6))), b.state(attitude, omega_body=rate), times
+        )
         for b, shape, attitude, rate in (
             (body, LUMP, turn, omega),
             (principal, straight, turn * LUMP.principal_axes, LUMP.principal_axes.inv().apply(omega)),
@@ -306,7 +310,10 @@ def test_a_mesh_of_a_sphere_becomes_the_sphere_with_more_faces():
     apart = []
     for finer in (2, 3, 4):
         ball = trimesh.creation.icosphere(finer)
-        mesh, sphere = pt.Mesh(ball.vertices, ball.faces, density=1.0), pt.Ellipsoid((1, 1, 1), density=1.0)
+        mesh, sphere = (
+            pt.shapes.Mesh(ball.vertices, ball.faces, density=1.0),
+            pt.shapes.Ellipsoid((1, 1, 1), density=1.0),
+        )
         apart.append([1 - mesh.volume / sphere.volume, 1 - mesh.inertia[0, 0] / sphere.inertia[0, 0]])
         assert np.max(np.abs(mesh.field(5).C[2:])) < 1e-16  # an icosahedron has nothing below degree 6
         np.testing.assert_allclose(mesh.inertia, mesh.inertia[0, 0] * np.eye(3), atol=1e-14)
@@ -329,8 +336,8 @@ def mean_over_ellipsoid(powers, semiaxes):
 @pytest.mark.parametrize("degree", [2, 4, 10, 16])
 def test_stokes_coefficients_of_an_ellipsoid_are_means_of_monomials(degree):
     semiaxes = (1.5, 1.25, 0.5)
-    plain = pt.Ellipsoid(semiaxes, mass=2.0)
-    turned = pt.Ellipsoid((1.25, 0.5, 1.5), mass=2.0).moved(attitude=(0.5, 0.5, 0.5, 0.5))  # by cubature
+    plain = pt.shapes.Ellipsoid(semiaxes, mass=2.0)
+    turned = pt.shapes.Ellipsoid((1.25, 0.5, 1.5), mass=2.0).moved(attitude=(0.5, 0.5, 0.5, 0.5))  # by cubature
     (C, S), (c, s) = plain.field(degree).normalized, turned.field(degree).normalized
     for m in range(degree + 1):
         size = mpmath.mpf((2 - (m == 0)) * factorial(degree - m)) / factorial(degree + m)
@@ -351,7 +358,7 @@ def test_stokes_coefficients_of_an_ellipsoid_are_means_of_monomials(degree):
 )
 def test_an_ellipsoid_pulls_as_the_integral_of_dirichlet(point):
     semiaxes = (1.5, 1.25, 0.5)
-    body = pt.Ellipsoid(semiaxes, mass=2.0)
+    body = pt.shapes.Ellipsoid(semiaxes, mass=2.0)
     with mpmath.workdps(30):
         squares, x2 = [mpmath.mpf(a) ** 2 for a in semiaxes], [mpmath.mpf(x) ** 2 for x in point]
         outside = sum(x / a for x, a in zip(x2, squares, strict=True)) > 1
@@ -372,7 +379,7 @@ def test_an_ellipsoid_pulls_as_the_integral_of_dirichlet(point):
 
 
 def test_a_sphere_pulls_as_its_centre_outside_and_less_inside():
-    sphere = pt.Ellipsoid((2.0, 2.0, 2.0), mass=3.0)
+    sphere = pt.shapes.Ellipsoid((2.0, 2.0, 2.0), mass=3.0)
     assert sphere.potential((0, 3.0, 4.0)) == pytest.approx(3 / 5, rel=1e-15)
     np.testing.assert_allclose(sphere.attraction((0, 3.0, 4.0)), [0, -9 / 125, -12 / 125], rtol=1e-15)
     assert sphere.potential((0, 0, 1.0)) == pytest.approx(3 * (3 * 4 - 1) / (2 * 8), rel=1e-15)
@@ -385,7 +392,7 @@ def test_a_sphere_pulls_as_its_centre_outside_and_less_inside():
 @pytest.mark.parametrize("height", [0.0, 0.9, 1.7, 6.0, 50.0])
 def test_a_cylinder_pulls_along_its_axis_as_its_closed_form(height):
     radius, half = 0.5, 1.5
-    body = pt.Cylinder(radius, 2 * half, mass=np.pi * radius**2 * 2 * half)
+    body = pt.shapes.Cylinder(radius, 2 * half, mass=np.pi * radius**2 * 2 * half)
     with mpmath.workdps(30):
         disc = lambda z: 2 * mpmath.pi * (mpmath.sqrt(radius**2 + z * z) - abs(z))  # noqa: E731
         ends = sorted({mpmath.mpf(-half), mpmath.mpf(half), min(max(mpmath.mpf(height), -half), half)})
@@ -396,7 +403,7 @@ def test_a_cylinder_pulls_along_its_axis_as_its_closed_form(height):
 
 
 def test_a_cylinder_pulls_beside_its_wall_as_brute_force_says():
-    body, point = pt.Cylinder(0.5, 2.0, mass=1.0), np.array((0.7, 0.1, 0.4))
+    body, point = pt.shapes.Cylinder(0.5, 2.0, mass=1.0), np.array((0.7, 0.1, 0.4))
     nodes, gauss = np.polynomial.legendre.leggauss(80)
     square, height = np.meshgrid((nodes + 1) / 2 * 0.25, nodes, indexing="ij")
     angle = 2 * np.pi * (np.arange(320) + 0.25) / 320
@@ -412,7 +419,7 @@ def test_a_cylinder_pulls_beside_its_wall_as_brute_force_says():
 @pytest.mark.parametrize("degree", [2, 4, 8])
 def test_stokes_coefficients_of_a_cylinder_are_means_of_monomials(degree):
     radius, half = 0.75, 1.25
-    C, S = pt.Cylinder(radius, 2 * half, mass=5.0).field(degree, radius=1.5).normalized
+    C, S = pt.shapes.Cylinder(radius, 2 * half, mass=5.0).field(degree, radius=1.5).normalized
     mean = Fraction(0)
     for (i, j, k), c in solid_harmonic(degree, 0)[0].items():
         if i % 2 == j % 2 == k % 2 == 0:

@@ -69,7 +69,12 @@ ORBITS = {
 
 def published(name):
     mu, x, z, v, period, jacobi, slack = ORBITS[name]
-    return pt.ThreeBodyPath(1 - mu, mu, separation=1.0, position=(x, 0, z), velocity=(0, v, 0)), period, jacobi, slack
+    return (
+        pt.orbits.ThreeBodyPath(1 - mu, mu, separation=1.0, position=(x, 0, z), velocity=(0, v, 0)),
+        period,
+        jacobi,
+        slack,
+    )
 
 
 def gradients(path):
@@ -96,7 +101,7 @@ START = BODY.state((0.6, 0.8, 0, 0), omega_body=OMEGA)
 @pytest.mark.parametrize("ratio", POINTS)
 def test_libration_points_are_the_published_ones(ratio):
     for name, x in POINTS[ratio].items():
-        point = pt.LagrangePointPath(1 - ratio, ratio, separation=1.0, point=name)
+        point = pt.orbits.LagrangePointPath(1 - ratio, ratio, separation=1.0, point=name)
         assert abs(point.from_primary.position[0] - ratio - x) < 4 * EPS
 
 
@@ -162,7 +167,7 @@ def newton_euler(moments, turn, omega, r, v, times):
 def test_orbit_and_attitude_are_those_of_newton_and_euler(together):
     rate, barycentre = np.sqrt((MU1 + MU2) / SEPARATION**3), MU2 / (MU1 + MU2) * SEPARATION
     place, drift = np.array([1.9, 0.7, 0.3]), np.array([-0.2, 0.1, 0.15])
-    path = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=place, velocity=drift, epoch=EPOCH)
+    path = pt.orbits.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=place, velocity=drift, epoch=EPOCH)
     times = EPOCH + np.linspace(0, 6, 25)
     turn = START.attitude.as_matrix()
     start = BODY.state(START.attitude, omega_body=OMEGA, time=EPOCH)
@@ -187,7 +192,7 @@ def test_orbit_and_attitude_are_those_of_newton_and_euler(together):
 @pytest.mark.parametrize("name", ["L1", "L2", "L3"])
 def test_small_motions_have_the_frequencies_of_linear_theory(name):
     # Szebehely (1967), Sec. 5.3: x'' - 2 y' = (1 + 2c) x, y'' + 2 x' = (1 - c) y, z'' = -c z.
-    point = pt.LagrangePointPath(1 - EARTH_MOON, EARTH_MOON, separation=1.0, point=name)
+    point = pt.orbits.LagrangePointPath(1 - EARTH_MOON, EARTH_MOON, separation=1.0, point=name)
     d1, d2 = (np.linalg.norm(orbit.position) for orbit in (point.from_primary, point.from_secondary))
     c = (1 - EARTH_MOON) / d1**3 + EARTH_MOON / d2**3
     plane, normal = np.sqrt((2 - c + np.sqrt(9 * c * c - 8 * c)) / 2), np.sqrt(c)
@@ -204,7 +209,7 @@ def test_small_motions_have_the_frequencies_of_linear_theory(name):
 
 @pytest.mark.parametrize("name", ["L4", "L5"])
 def test_body_left_at_a_triangular_point_stays_there(name):
-    point = pt.LagrangePointPath(1 - EARTH_MOON, EARTH_MOON, separation=1.0, point=name, epoch=0.4)
+    point = pt.orbits.LagrangePointPath(1 - EARTH_MOON, EARTH_MOON, separation=1.0, point=name, epoch=0.4)
     path, times = point.path(), np.linspace(-5, 10, 16)
     motion = pt.propagate(pt.System(BODY, *gradients(path)), START, times)
     r, v = synodic(path, motion.environment)

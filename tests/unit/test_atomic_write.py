@@ -22,13 +22,15 @@ WRITERS = {
     "it.nc": pt.save,
     "it.zarr": pt.save,
     "it.html": pt.view,
-    "it.aem": lambda motion, path, **said: pt.write_aem(motion, path, **DATED, **said),
-    "it.apm": lambda motion, path, **said: pt.write_apm(BODY, motion.initial, path, **DATED, **said),
-    "it.bc": lambda motion, path, **said: pt.write_ck(motion, path, **DATED, **said),
-    "it.a": lambda motion, path, **said: pt.write_stk_attitude(
+    "it.aem": lambda motion, path, **said: pt.files.write_aem(motion, path, **DATED, **said),
+    "it.apm": lambda motion, path, **said: pt.files.write_apm(BODY, motion.initial, path, **DATED, **said),
+    "it.bc": lambda motion, path, **said: pt.files.write_ck(motion, path, **DATED, **said),
+    "it.a": lambda motion, path, **said: pt.files.write_stk_attitude(
         motion, path, calendar=DATED["calendar"], reference_frame="ICRF", **said
     ),
-    "it.csv": lambda motion, path, **said: pt.write_quaternion_csv(motion, path, calendar=DATED["calendar"], **said),
+    "it.csv": lambda motion, path, **said: pt.files.write_quaternion_csv(
+        motion, path, calendar=DATED["calendar"], **said
+    ),
 }
 """What writes a motion, by the name of a file."""
 

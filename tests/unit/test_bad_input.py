@@ -98,11 +98,14 @@ NOT_FINITE = {
         lambda: pt.UniformGravity(1, (1, 0, INF)),
         "center_of_mass must be finite, but center_of_mass[2] = inf.",
     ),
-    "coefficient": (lambda: pt.LinearDamping(INF), "coefficient must be finite, but coefficient = inf."),
+    "coefficient": (lambda: pt.forces.LinearDamping(INF), "coefficient must be finite, but coefficient = inf."),
     "eccentricity": (lambda: kepler(eccentricity=NAN), "eccentricity must be finite, but eccentricity = nan."),
     "epoch": (lambda: kepler(epoch=INF), "epoch must be finite, but epoch = inf."),
-    "position": (lambda: pt.FixedPosition(1, position=(1, NAN, 0)), "position must be finite, but position[1] = nan."),
-    "mu": (lambda: pt.FixedPosition(NAN, position=(1, 0, 0)), "mu must be finite, but mu = nan."),
+    "position": (
+        lambda: pt.orbits.FixedPosition(1, position=(1, NAN, 0)),
+        "position must be finite, but position[1] = nan.",
+    ),
+    "mu": (lambda: pt.orbits.FixedPosition(NAN, position=(1, 0, 0)), "mu must be finite, but mu = nan."),
     "velocity_of_from_vectors": (
         lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 0, 0), velocity=(0, NAN, 0)),
         "velocity must be finite, but velocity[1] = nan.",
@@ -436,12 +439,12 @@ FORCES_AND_ORBITS = {
     "mu": (lambda: kepler(mu=0), "mu must be positive, got 0.0."),
     "semimajor_axis": (lambda: kepler(semimajor_axis=-2), "semimajor_axis must be positive, got -2.0."),
     "fixed_point_at_zero": (
-        lambda: pt.FixedPosition(1, position=(0, 0, 0)),
+        lambda: pt.orbits.FixedPosition(1, position=(0, 0, 0)),
         "position must not be zero, but the body is at the attractor.",
     ),
-    "mu_of_a_fixed_point": (lambda: pt.FixedPosition(-1, position=(1, 0, 0)), "mu must be positive, got -1.0."),
+    "mu_of_a_fixed_point": (lambda: pt.orbits.FixedPosition(-1, position=(1, 0, 0)), "mu must be positive, got -1.0."),
     "frame_of_a_fixed_point": (
-        lambda: pt.FixedPosition(1, position=(1, 0, 0)).frame,
+        lambda: pt.orbits.FixedPosition(1, position=(1, 0, 0)).frame,
         "orbit must move to have a frame, but FixedPosition has no velocity.",
     ),
     "radial_vectors": (

@@ -50,10 +50,10 @@ def test_times_convert_where_their_unit_is_named():
     np.testing.assert_array_equal(motion(0.75 * u.h).quaternion, motion(1 / 32).quaternion)
     calendar = pt.Calendar("2026-11-21T00:00:00", "TAI", "min")
     assert calendar.time(2 * u.h) == 120.0
-    orbit = pt.Ephemeris.from_function(
+    orbit = pt.orbits.Ephemeris.from_function(
         2.0, position=lambda t: np.stack(ELLIPSE.position_at(t), -1), start=0, stop=3, calendar=calendar
     )
-    summed = pt.orbit_sum(orbit, orbit, start=60 * u.s, stop=120 * u.s)
+    summed = pt.orbits.orbit_sum(orbit, orbit, start=60 * u.s, stop=120 * u.s)
     assert summed.span == (1.0, 2.0)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.analysis.state_transition import state_transition
+from poinsot.analysis.transition_matrix import state_transition
 from poinsot.errors import PropagationError
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame

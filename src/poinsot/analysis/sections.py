@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import member_array
+from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.shared_orbits import orbits_of, same
-from poinsot.mechanics.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit

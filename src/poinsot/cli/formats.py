@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-import poinsot
+from poinsot import files
 from poinsot.cli.terminal import (
     RESULTS,
     Overwrite,
@@ -206,7 +206,7 @@ def _span(times: Any) -> str:
 
 
 def _of_attitudes(title: str, reader: str, file: Path) -> Lines:
-    return [*_attitudes(title, getattr(poinsot, reader)(file)), _read_by(reader, file)]
+    return [*_attitudes(title, getattr(files, reader)(file)), _read_by(reader, file)]
 
 
 def _attitudes(title: str, table: Any) -> Lines:
@@ -225,20 +225,18 @@ def _attitudes(title: str, table: Any) -> Lines:
 
 
 def _read_by(reader: str, file: Path, more: str = "") -> str:
-    return f"  in Python: pt.{reader}({str(file)!r}{more})"
+    return f"  in Python: pt.files.{reader}({str(file)!r}{more})"
 
 
 def _of_ck(file: Path) -> Lines:
-    from poinsot.files.attitudes.ck import read_ck
-
     return [
-        *_attitudes("Attitudes, SPICE CK", read_ck(file)),
-        "  in Python: pt.spice_attitude, with the kernels of its clock and its frame",
+        *_attitudes("Attitudes, SPICE CK", files.read_ck(file)),
+        "  in Python: pt.files.spice_attitude, with the kernels of its clock and its frame",
     ]
 
 
 def _of_apm(file: Path) -> Lines:
-    table, body = poinsot.read_apm(file)
+    table, body = files.read_apm(file)
     return [
         *_attitudes("One attitude, CCSDS APM", table),
         _read_by("read_apm", file),
@@ -247,15 +245,15 @@ def _of_apm(file: Path) -> Lines:
 
 
 def _of_oem(file: Path) -> Lines:
-    return [f"Orbit, CCSDS OEM: {poinsot.read_oem(file)!r}", _read_by("read_oem", file)]
+    return [f"Orbit, CCSDS OEM: {files.read_oem(file)!r}", _read_by("read_oem", file)]
 
 
 def _of_omm(file: Path) -> Lines:
-    return [f"Mean elements of an orbit, for SGP4: {file.name}", "  in Python: pt.omm_orbit, pt.tle_orbit"]
+    return [f"Mean elements of an orbit, for SGP4: {file.name}", "  in Python: pt.files.omm_orbit, pt.files.tle_orbit"]
 
 
 def _of_mesh(file: Path) -> Lines:
-    mesh = poinsot.read_mesh(file, density=1.0)
+    mesh = files.read_mesh(file, density=1.0)
     return [
         f"Shape: {len(mesh.vertices)} vertices, {len(mesh.faces)} faces, closed",
         f"  volume: {mesh.mass:.6g}, in the unit of length of the file",
@@ -265,7 +263,7 @@ def _of_mesh(file: Path) -> Lines:
 
 
 def _of_field(file: Path) -> Lines:
-    field = poinsot.read_field(file, mass=1.0)
+    field = files.read_field(file, mass=1.0)
     return [
         f"Gravity field: degree {field.degree}, reference radius {field.radius:.10g}",
         _read_by("read_field", file, ", mass=..."),
@@ -275,7 +273,7 @@ def _of_field(file: Path) -> Lines:
 def _of_kernel(file: Path) -> Lines:
     return [
         f"Kernel of SPICE: {file.name}",
-        "  in Python: pt.spice_attitude, pt.spice_orbit, with the kernels beside it",
+        "  in Python: pt.files.spice_attitude, pt.files.spice_orbit, with the kernels beside it",
     ]
 
 

@@ -1,1 +1,8 @@
-"""Results to and from files."""
+"""Files: motions, attitudes, orbits, bodies, scenarios.
+
+The names are in `__init__.pyi`; each is imported when it is used first.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

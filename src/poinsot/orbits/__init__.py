@@ -1,1 +1,8 @@
-"""Where the body is with respect to what attracts it."""
+"""Orbits: where the body is relative to what attracts it.
+
+The names are in `__init__.pyi`; each is imported when it is used first.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from poinsot.analysis.frequencies import LineSpectrum
+from poinsot.analysis.line_spectrum import LineSpectrum
 from poinsot.checked import checked
 from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLUE, VERMILION, bracketed, rate_label

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.analysis.state_transition import StateTransition
+from poinsot.analysis.transition_matrix import StateTransition
 from poinsot.checked import checked
 from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, VERMILION, bracketed, checked_motion, momentum_unit, time_label

@@ -1,1 +1,8 @@
-"""Bodies from shapes: what a distribution of mass has as moments of inertia and as a gravity field."""
+"""Shapes, of which bodies and gravity fields are made.
+
+The names are in `__init__.pyi`; each is imported when it is used first.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

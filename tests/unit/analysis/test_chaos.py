@@ -43,12 +43,12 @@ def assert_same(found, i, alone, within=1e-9):
 @pytest.mark.parametrize("system", [SYSTEM, TOP], ids=["satellite", "top"])
 def test_members_are_as_they_are_alone(system):
     batch, times = states(19), [1.0, 2.5, 6.0]
-    found = pt.chaos_indicators(system, batch, times, vectors=2, momentum_unit=2.0)
+    found = pt.analysis.chaos_indicators(system, batch, times, vectors=2, momentum_unit=2.0)
     assert found.growth.shape == (19, 3)
     assert found.failures == {}
     assert found.momentum_unit == 2.0
     for i in (0, 7, 18):
-        alone = pt.chaos_indicators(system, member(batch, i), times, vectors=2, momentum_unit=2.0)
+        alone = pt.analysis.chaos_indicators(system, member(batch, i), times, vectors=2, momentum_unit=2.0)
         assert alone.growth.shape == (3,)
         for name in ("growth", "gali", "lyapunov"):
             np.testing.assert_allclose(getattr(found, name)[i], getattr(alone, name), rtol=1e-9, atol=1e-9)
@@ -69,19 +69,19 @@ def test_grids_of_parameters():
 
     for formulation in ("planar", None):
         options = {"formulation": formulation, "momentum_unit": 1.0}
-        found = pt.chaos_indicators(system(slice(None)), start, [3.0, 20.0], **options)
+        found = pt.analysis.chaos_indicators(system(slice(None)), start, [3.0, 20.0], **options)
         assert found.mean_megno.shape == (12, 2)
         for i in (0, 5, 11):
-            alone = pt.chaos_indicators(system(i), start, [3.0, 20.0], **options)
+            alone = pt.analysis.chaos_indicators(system(i), start, [3.0, 20.0], **options)
             np.testing.assert_allclose(found.growth[i], alone.growth, rtol=0, atol=1e-9)
             np.testing.assert_allclose(found.mean_megno[i], alone.mean_megno, rtol=0, atol=0.02)
 
 
 def test_members_that_start_at_their_own_times():
     batch, times = states(9, time=np.linspace(0, 4, 9)), [5.0, 9.0, 15.0]
-    found = pt.chaos_indicators(SYSTEM, batch, times)
+    found = pt.analysis.chaos_indicators(SYSTEM, batch, times)
     for i in (0, 3, 8):
-        alone = pt.chaos_indicators(SYSTEM, member(batch, i), times)
+        alone = pt.analysis.chaos_indicators(SYSTEM, member(batch, i), times)
         np.testing.assert_allclose(found.growth[i], alone.growth, rtol=0, atol=1e-9)
         np.testing.assert_allclose(found.lyapunov[i], alone.lyapunov, rtol=0, atol=1e-9)
         for name in ("megno", "mean_megno", "fli"):
@@ -90,33 +90,33 @@ def test_members_that_start_at_their_own_times():
 
 def test_the_order_of_the_times_and_more_of_them_change_little():
     batch = states(9)
-    coarse = pt.chaos_indicators(SYSTEM, batch, [-20.0, -5.0, -1.0])
+    coarse = pt.analysis.chaos_indicators(SYSTEM, batch, [-20.0, -5.0, -1.0])
     assert np.all(np.diff(coarse.fli, axis=-1) <= 0)
-    turned = pt.chaos_indicators(SYSTEM, batch, [-1.0, -5.0, -20.0])
+    turned = pt.analysis.chaos_indicators(SYSTEM, batch, [-1.0, -5.0, -20.0])
     for name in NAMES:
         np.testing.assert_array_equal(getattr(coarse, name), getattr(turned, name)[:, ::-1])
-    dense = pt.chaos_indicators(SYSTEM, batch, np.linspace(-20, -0.005, 4000))
+    dense = pt.analysis.chaos_indicators(SYSTEM, batch, np.linspace(-20, -0.005, 4000))
     np.testing.assert_allclose(dense.growth[:, 0], coarse.growth[:, 0], rtol=0, atol=1e-10)
     for name in ("megno", "mean_megno", "fli"):
         np.testing.assert_allclose(getattr(dense, name)[:, 0], getattr(coarse, name)[:, 0], rtol=5e-3, atol=0.02)
 
 
 def test_at_the_start_nothing_has_grown():
-    found = pt.chaos_indicators(SYSTEM, states(3), [0.0, 1.0], vectors=2)
+    found = pt.analysis.chaos_indicators(SYSTEM, states(3), [0.0, 1.0], vectors=2)
     np.testing.assert_allclose(found.growth[:, 0], 0, atol=1e-15)
     np.testing.assert_allclose(found.gali[:, 0], 1, rtol=1e-14)
     assert np.all(found.megno[:, 0] == 0)
     assert np.all(np.isnan(found.lyapunov[:, 0]))
-    only = pt.chaos_indicators(SYSTEM, states(3), [0.0])
+    only = pt.analysis.chaos_indicators(SYSTEM, states(3), [0.0])
     np.testing.assert_allclose(only.growth, 0, atol=1e-15)
 
 
 def test_the_unit_of_momentum_weighs_the_components():
     batch = states(4)
-    one, other = (pt.chaos_indicators(TOP, batch, [1e-7], momentum_unit=unit) for unit in (1e-3, 10.0))
+    one, other = (pt.analysis.chaos_indicators(TOP, batch, [1e-7], momentum_unit=unit) for unit in (1e-3, 10.0))
     assert np.max(np.abs(one.growth)) < 1e-4
     assert np.max(np.abs(other.growth)) < 1e-4
-    far, near = (pt.chaos_indicators(TOP, batch, [400.0], momentum_unit=unit).lyapunov for unit in (0.1, 10.0))
+    far, near = (pt.analysis.chaos_indicators(TOP, batch, [400.0], momentum_unit=unit).lyapunov for unit in (0.1, 10.0))
     np.testing.assert_allclose(far, near, rtol=0, atol=2 * np.log(100) / 400)
 
 
@@ -124,11 +124,11 @@ def test_the_unit_of_momentum_by_default():
     circle = pt.System(
         BODY, pt.GravityGradient(pt.KeplerOrbit(8.0, semimajor_axis=2.0, eccentricity=0.0, inclination=0.3))
     )
-    found = pt.chaos_indicators(circle, states(3), [1.0])
+    found = pt.analysis.chaos_indicators(circle, states(3), [1.0])
     assert found.momentum_unit == pytest.approx(np.max(BODY.moments) * 1.0)  # at the mean motion
     body = pt.Body((1.0, 2.0, 2.5))
     spinning = body.state(states(2).quaternion, angular_momentum_body=np.array([(0, 0, 1.0), (0, 3.0, 0)]))
-    found = pt.chaos_indicators(pt.System(body), spinning, [1.0])
+    found = pt.analysis.chaos_indicators(pt.System(body), spinning, [1.0])
     assert found.momentum_unit == pytest.approx(3.0 / 1.0 * 2.5)
     np.testing.assert_allclose(np.linalg.norm(found.vectors, axis=-1), 1.0, rtol=1e-14)
 
@@ -140,12 +140,12 @@ def test_the_unit_of_time_does_not_matter(kind, faster):
         if kind == "orbit":
             forces = pt.GravityGradient(pt.KeplerOrbit(pace**2, semimajor_axis=1.0, eccentricity=0.1, inclination=0.3))
         elif kind == "point":
-            forces = pt.GravityGradient(pt.FixedPosition(0.3 * pace**2, position=(1.0, 0.2, 0)))
+            forces = pt.GravityGradient(pt.orbits.FixedPosition(0.3 * pace**2, position=(1.0, 0.2, 0)))
         else:
             forces = pt.UniformGravity(0.5 * pace**2, (1, 0.2, -0.3))
         start = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=pace * np.array((0.4, -0.3, 0.6)), time=2 / pace)
         system, times = pt.System(BODY, forces), np.array([5.0, 20.0]) / pace
-        return pt.chaos_indicators(system, start, times), pt.lyapunov_spectrum(system, start, times)
+        return pt.analysis.chaos_indicators(system, start, times), pt.analysis.lyapunov_spectrum(system, start, times)
 
     (one, spectrum), (other, scaled) = indicators(1.0), indicators(faster)
     for name in ("growth", "fli", "megno", "mean_megno"):
@@ -157,15 +157,15 @@ def test_the_unit_of_time_does_not_matter(kind, faster):
 
 def test_the_whole_spectrum_of_an_ensemble():
     batch, times = states(5), [3.0, 10.0]
-    found = pt.lyapunov_spectrum(SYSTEM, batch, times)
+    found = pt.analysis.lyapunov_spectrum(SYSTEM, batch, times)
     assert found.exponents.shape == (5, 2, 6)
     for i in range(5):
-        alone = pt.lyapunov_spectrum(SYSTEM, member(batch, i), times)
+        alone = pt.analysis.lyapunov_spectrum(SYSTEM, member(batch, i), times)
         np.testing.assert_allclose(found.exponents[i], alone.exponents, rtol=0, atol=1e-8)
     assert found.run.steps > 0
     damped = pt.System(BODY, *SYSTEM.forces, LinearDamping(0.1))
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1.5))
-    planar = pt.lyapunov_spectrum(damped, start, [40.0], formulation="planar")
+    planar = pt.analysis.lyapunov_spectrum(damped, start, [40.0], formulation="planar")
     assert planar.exponents.shape == (1, 2)
     assert np.sum(planar.exponents) == pytest.approx(-0.1 / BODY.moments[2], rel=1e-10)
     assert repr(planar).startswith("LyapunovSpectrum(times=1, exponents=[[")
@@ -173,15 +173,17 @@ def test_the_whole_spectrum_of_an_ensemble():
 
 def test_a_spectrum_counts_from_the_start():
     early, late = states(2), states(2, time=7.0)
-    one, other = (pt.lyapunov_spectrum(TOP, start, [t + 3.0, t + 10.0]) for start, t in ((early, 0.0), (late, 7.0)))
+    one, other = (
+        pt.analysis.lyapunov_spectrum(TOP, start, [t + 3.0, t + 10.0]) for start, t in ((early, 0.0), (late, 7.0))
+    )
     np.testing.assert_allclose(one.exponents, other.exponents, rtol=0, atol=1e-9)
 
 
 def test_it_does_not_matter_how_often_vectors_are_made_orthogonal(monkeypatch):
     batch, times = states(4), [30.0]
-    few = pt.lyapunov_spectrum(TOP, batch, times).exponents
+    few = pt.analysis.lyapunov_spectrum(TOP, batch, times).exponents
     monkeypatch.setattr(chaos, "APART", 1.0)
-    many = pt.lyapunov_spectrum(TOP, batch, times).exponents
+    many = pt.analysis.lyapunov_spectrum(TOP, batch, times).exponents
     np.testing.assert_allclose(few, many, rtol=0, atol=1e-6)
 
 
@@ -200,13 +202,13 @@ class Pole(pt.Torque):
 def test_a_member_that_stops_is_nan_from_there_on():
     system = pt.System(BODY, Pole(np.array([50.0, 5.25, 50.0])))
     start, times = member(states(1), 0), np.arange(1.0, 9.0)
-    found = pt.chaos_indicators(system, start, times, vectors=2)
+    found = pt.analysis.chaos_indicators(system, start, times, vectors=2)
     assert list(found.failures) == [1]
     assert "failed=1" in repr(found)
     for name in NAMES:
         finite = np.isfinite(getattr(found, name))
         assert finite.sum(axis=1).tolist() == [8, 5, 8], name
-    spectrum = pt.lyapunov_spectrum(system, start, times)
+    spectrum = pt.analysis.lyapunov_spectrum(system, start, times)
     assert list(spectrum.failures) == [1]
     assert np.isfinite(spectrum.exponents[..., 0]).sum(axis=1).tolist() == [8, 5, 8]
 
@@ -214,11 +216,11 @@ def test_a_member_that_stops_is_nan_from_there_on():
 def test_a_single_body_that_stops_says_where():
     system, start = pt.System(BODY, Pole(5.25)), member(states(1), 0)
     with pytest.raises(pt.PropagationError, match=r"^propagation stopped at t = 5\.\d+ of 8") as caught:
-        pt.chaos_indicators(system, start, [2.0, 8.0])
+        pt.analysis.chaos_indicators(system, start, [2.0, 8.0])
     assert caught.value.time == 2.0
     assert np.isfinite(caught.value.trajectory.growth).tolist() == [True, False]
     with pytest.raises(pt.PropagationError, match=r"^propagation stopped at t = 5\.\d+ of ") as caught:
-        pt.lyapunov_spectrum(system, start, [2.0, 8.0])
+        pt.analysis.lyapunov_spectrum(system, start, [2.0, 8.0])
     assert caught.value.trajectory.exponents.shape == (1, 6)
 
 
@@ -234,12 +236,14 @@ def test_an_interrupt_keeps_the_finished_members(monkeypatch):
     monkeypatch.setattr(chaos._Indicators, "take", take_and_interrupt)
     sentence = r"^the integration was interrupted: \d+ of 20000 members are done\.$"
     with pytest.raises(pt.PropagationInterrupted, match=sentence) as caught:
-        pt.chaos_indicators(TOP, states(20_000), [100.0, 300.0], threads=2)
+        pt.analysis.chaos_indicators(TOP, states(20_000), [100.0, 300.0], threads=2)
     found = caught.value.trajectory
     done = np.flatnonzero(np.isfinite(found.mean_megno[:, -1]))
     assert 0 < done.size < 20_000
     assert f" {done.size} of 20000" in str(caught.value)
-    alone = pt.chaos_indicators(TOP, member(states(20_000), done[0]), [100.0, 300.0], momentum_unit=found.momentum_unit)
+    alone = pt.analysis.chaos_indicators(
+        TOP, member(states(20_000), done[0]), [100.0, 300.0], momentum_unit=found.momentum_unit
+    )
     np.testing.assert_allclose(found.lyapunov[done[0], 0], alone.lyapunov[0], atol=1e-3)
 
 
@@ -255,15 +259,15 @@ def test_an_interrupted_spectrum_keeps_the_times_before(monkeypatch):
     monkeypatch.setattr(chaos, "_orthogonal", interrupted)
     sentence = r"^the integration was interrupted at t = 0\.2 of 0\.3\.$"
     with pytest.raises(pt.PropagationInterrupted, match=sentence) as caught:
-        pt.lyapunov_spectrum(TOP, member(states(1), 0), [0.1, 0.2, 0.3])
+        pt.analysis.lyapunov_spectrum(TOP, member(states(1), 0), [0.1, 0.2, 0.3])
     assert caught.value.time == 0.2
     assert caught.value.trajectory.times.tolist() == [0.1, 0.2]
     assert caught.value.trajectory.exponents.shape == (2, 6)
 
 
 def test_no_bar_is_shown_where_none_is_wanted(capsys):
-    pt.chaos_indicators(TOP, states(20), [1.0], progress=False)
-    pt.lyapunov_spectrum(TOP, states(20), [1.0], progress=False)
+    pt.analysis.chaos_indicators(TOP, states(20), [1.0], progress=False)
+    pt.analysis.lyapunov_spectrum(TOP, states(20), [1.0], progress=False)
     assert capsys.readouterr().err == ""
 
 
@@ -286,7 +290,7 @@ def test_no_bar_is_shown_where_none_is_wanted(capsys):
 )
 def test_bad_input(arguments, options, sentence):
     with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
-        pt.chaos_indicators(TOP, states(2), *arguments, **options)
+        pt.analysis.chaos_indicators(TOP, states(2), *arguments, **options)
 
 
 @pytest.mark.parametrize(
@@ -303,7 +307,7 @@ def test_bad_input(arguments, options, sentence):
 )
 def test_times_of_a_spectrum(times, state, sentence):
     with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
-        pt.lyapunov_spectrum(TOP, state, times)
+        pt.analysis.lyapunov_spectrum(TOP, state, times)
 
 
 class Controller(pt.Torque):
@@ -318,4 +322,4 @@ class Controller(pt.Torque):
 
 def test_jumps_at_an_attitude_are_refused():
     with pytest.raises(ValueError, match=r"^system must have no `where` on the attitude or the rates"):
-        pt.chaos_indicators(pt.System(BODY, Controller(0.1)), states(1), [1.0])
+        pt.analysis.chaos_indicators(pt.System(BODY, Controller(0.1)), states(1), [1.0])

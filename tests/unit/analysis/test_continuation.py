@@ -35,7 +35,7 @@ def system(orbit, *more, body=BODY):
 
 def at_rest(orbit=CIRCLE, share=0.2, body=BODY, *more):
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=orbit.frame)
-    return pt.periodic_motion(system(orbit, *more, body=body), start, share * orbit.period, orbit.frame)
+    return pt.analysis.periodic_motion(system(orbit, *more, body=body), start, share * orbit.period, orbit.frame)
 
 
 def orbit_of(system):
@@ -52,7 +52,7 @@ def branch():
 
 
 def test_named_number_changes_one_number_of_the_orbit_that_forces_share():
-    flat = pt.Oblateness(ELLIPSE, 1e-3, 0.1, (0, 0, 1))
+    flat = pt.forces.Oblateness(ELLIPSE, 1e-3, 0.1, (0, 0, 1))
     own = system(ELLIPSE, flat)
     number = NamedNumber(own, "eccentricity")
     assert (number.name, number.value) == ("forces[0].orbit.eccentricity", 0.07)
@@ -80,7 +80,7 @@ SLOPES = {
     "force": (ELLIPSE, "eccentricity", None, None, None),
     "moment": (ELLIPSE, "moments[1]", None, None, None),
     "period": (ELLIPSE, "semimajor_axis", lambda system: orbit_of(system).period, None, None),
-    "frame": (pt.PrecessingOrbit(ELLIPSE, node_rate=-0.004), "node_rate", None, node_frame, node_frame),
+    "frame": (pt.orbits.PrecessingOrbit(ELLIPSE, node_rate=-0.004), "node_rate", None, node_frame, node_frame),
     "frame of the orbit": (CIRCLE, "inclination", None, lambda system: orbit_of(system).frame, lambda _: CIRCLE.frame),
     "period and frame": (
         CIRCLE,
@@ -97,7 +97,7 @@ def test_derivative_by_the_parameter_is_that_of_differences(name):
     orbit, parameter, period, frame, own = SLOPES[name]
     start = BODY.state((0.9, 0.1, -0.2, 0.3) / np.sqrt(0.95), omega_body=(0.1, -0.2, 0.9))
     one = system(orbit)
-    motion = pt.periodic_motion(one, at_upright(orbit), orbit.period, own and own(one))
+    motion = pt.analysis.periodic_motion(one, at_upright(orbit), orbit.period, own and own(one))
     number = NamedNumber(one, parameter)
     family = Family(number, 1.3 * number.value + 0.1, motion, period, frame)
     once = family.once(0.5)
@@ -117,7 +117,7 @@ def test_derivative_by_the_parameter_is_that_of_differences(name):
 
 def spinning():
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1))
-    return pt.periodic_motion(pt.System(BODY), start, 2 * np.pi)
+    return pt.analysis.periodic_motion(pt.System(BODY), start, 2 * np.pi)
 
 
 def at_upright(orbit):
@@ -125,7 +125,7 @@ def at_upright(orbit):
 
 
 def test_motion_in_a_larger_orbit_is_the_same_in_units_of_its_period():
-    motion = pt.periodic_motion(system(ELLIPSE), at_upright(ELLIPSE), ELLIPSE.period)
+    motion = pt.analysis.periodic_motion(system(ELLIPSE), at_upright(ELLIPSE), ELLIPSE.period)
     with pytest.raises(ValueError, match="system must repeat itself in the frame after the period"):
         continue_motion(motion, "semimajor_axis", 1.4)
     branch = continue_motion(motion, "semimajor_axis", 1.4, period=lambda system: orbit_of(system).period)
@@ -140,7 +140,7 @@ def test_motion_in_a_larger_orbit_is_the_same_in_units_of_its_period():
 def test_points_of_a_branch_are_periodic_motions(branch):
     for value, motion in zip(branch.values[::5], branch.motions[::5], strict=True):
         assert motion.system.body.moments[0] == value
-        again = pt.periodic_motion(motion.system, motion.state, motion.period, motion.frame)
+        again = pt.analysis.periodic_motion(motion.system, motion.state, motion.period, motion.frame)
         np.testing.assert_allclose(again.state.quaternion, motion.state.quaternion, atol=1e-13)
         np.testing.assert_allclose(again.matrix, motion.matrix, atol=1e-12)
 

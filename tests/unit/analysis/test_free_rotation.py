@@ -47,7 +47,7 @@ OFTEN = [name for name in TRIAXIAL if "near" not in name and name not in ("disc"
 def rotation_of(name):
     moments, g = TRIAXIAL[name]
     body = pt.Body(moments)
-    return pt.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g, time=0.5))
+    return pt.analysis.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g, time=0.5))
 
 
 def relative(value, reference):
@@ -226,7 +226,7 @@ def test_nutation_range_is_what_the_axis_does(name):
 def test_nothing_but_the_angles_depends_on_where_the_motion_is(name):
     rotation = rotation_of(name)
     motion = propagated(rotation, 2 * rotation.rotation_period)
-    later = pt.FreeRotation(rotation.body, motion(np.linspace(*motion.times, 37)))
+    later = pt.analysis.FreeRotation(rotation.body, motion(np.linspace(*motion.times, 37)))
     for read in ("modulus", "precession_period", "rotation_period", "long_axis_precession_period", "energy"):
         assert np.max(np.abs(getattr(later, read) / getattr(rotation, read) - 1)) < 2e-13
     assert np.max(np.abs(np.array(later.actions) - np.array(rotation.actions)[:, None])) < 5e-15
@@ -239,7 +239,7 @@ def test_nothing_but_the_angles_depends_on_where_the_motion_is(name):
 
 def special(moments, g):
     body = pt.Body(moments)
-    return pt.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=g))
+    return pt.analysis.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=g))
 
 
 @pytest.mark.parametrize(
@@ -391,8 +391,8 @@ def test_members_are_as_one_by_one():
     ]
     moments, g = (np.array(values, dtype=float) for values in zip(*pairs, strict=True))
     bodies, q = pt.Body(moments), (0.5, 0.5, -0.5, 0.5)
-    many = pt.FreeRotation(bodies, bodies.state(q, angular_momentum_body=g))
-    single = [pt.FreeRotation(pt.Body(m), pt.Body(m).state(q, angular_momentum_body=x)) for m, x in pairs]
+    many = pt.analysis.FreeRotation(bodies, bodies.state(q, angular_momentum_body=g))
+    single = [pt.analysis.FreeRotation(pt.Body(m), pt.Body(m).state(q, angular_momentum_body=x)) for m, x in pairs]
     assert many.mode.tolist() == [one.mode for one in single]
     for read in (
         *("modulus", "precession_period", "rotation_period", "long_axis_precession_period", "energy"),
@@ -409,11 +409,11 @@ def test_members_are_as_one_by_one():
 def test_one_body_in_many_states_and_many_bodies_in_one_state():
     g = np.array([(0.9, 0.3, 0.2), (0, 0, 0), (0.2, 0.3, 0.9)])
     body = pt.Body((1.25, 1.0, 0.75))
-    rotation = pt.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=g))
+    rotation = pt.analysis.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=g))
     assert rotation.mode.tolist() == ["short-axis", "rest", "long-axis"]
     assert rotation.energy_ratio.shape == rotation.actions[2].shape == (3,)
     bodies = pt.Body([(1.25, 1.0, 0.75), (0.75, 1.0, 1.25), (1, 1, 1)])
-    rotation = pt.FreeRotation(bodies, body.state(IDENTITY, angular_momentum_body=g[0]))
+    rotation = pt.analysis.FreeRotation(bodies, body.state(IDENTITY, angular_momentum_body=g[0]))
     assert rotation.mode.tolist() == ["short-axis", "long-axis", "principal"]
     assert rotation.energy.tolist() == pytest.approx(np.sum(g[0] ** 2 / bodies.moments, axis=-1) / 2, rel=4 * EPS)
     assert all(x.shape == (3,) for x in (*rotation.actions, *rotation.angles, *rotation.nutation_range))
@@ -435,7 +435,7 @@ def test_frequencies_are_derivatives_of_the_energy_by_the_actions(name, rng):
     rotation = rotation_of(name)
 
     def read(momentum):
-        there = pt.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=momentum))
+        there = pt.analysis.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=momentum))
         return np.array([there.energy, *there.actions[:2]])
 
     for _ in range(3):
@@ -461,9 +461,9 @@ def test_angles_grow_with_the_frequencies(order, g):
         momentum = (np.array(signs) * g)[list(order)]
         for body in bodies_of(np.array([1.25, 1.0, 0.75])[list(order)]):
             along = momentum if type(body) is pt.Body else OBLIQUE.apply(momentum)
-            start = pt.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=along))
+            start = pt.analysis.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=along))
             motion = pt.propagate(pt.System(body), start.state, np.linspace(0, 2 * start.rotation_period, 21))
-            there = pt.FreeRotation(body, pt.State(motion.quaternion, motion.conjugate_momenta))
+            there = pt.analysis.FreeRotation(body, pt.State(motion.quaternion, motion.conjugate_momenta))
             expected = np.array(start.angles)[:, None] + np.array(start.frequencies)[:, None] * motion.times
             assert apart(there.angles, expected) < 1e-13
 
@@ -512,10 +512,10 @@ def test_angles_and_actions_are_canonical(order, g):
     body, momentum = pt.Body(np.array([1.25, 1.0, 0.75])[list(order)]), np.array(g)[list(order)]
     place = pt.Andoyer.of(body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=momentum))
     place = np.array([getattr(place, name) for name in ("l", "g", "h", "L", "G", "H")])
-    middle = pt.FreeRotation(body, pt.Andoyer(*place).state()).angles
+    middle = pt.analysis.FreeRotation(body, pt.Andoyer(*place).state()).angles
 
     def read(numbers):
-        rotation = pt.FreeRotation(body, pt.Andoyer(*numbers).state())
+        rotation = pt.analysis.FreeRotation(body, pt.Andoyer(*numbers).state())
         angles = np.array(middle) + np.angle(np.exp(1j * (np.array(rotation.angles) - middle)))
         return np.array([*angles, *rotation.actions])
 
@@ -542,7 +542,7 @@ def test_angles_of_a_symmetric_body_are_those_of_andoyer(unique, axis, rng):
     moments[axis] = unique
     body = pt.Body(moments)
     for g in rng.normal(size=(8, 3)):
-        rotation = pt.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g))
+        rotation = pt.analysis.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g))
         expected = about(rotation.state, cyclic(axis, g[axis] > 0))
         assert apart(rotation.angles, (expected.l, expected.g, expected.h)) < 4e-15
         assert np.max(np.abs(np.array(rotation.actions) - [expected.L, expected.G, expected.H])) < 4 * EPS
@@ -557,7 +557,7 @@ def test_angles_are_those_of_andoyer_where_the_momentum_passes_a_plane(order, ax
     for signs in product((1, -1), repeat=2):
         g = np.zeros(3)
         g[[axis, across]] = np.array(signs) * (0.9, 0.2)
-        rotation = pt.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g[order]))
+        rotation = pt.analysis.FreeRotation(body, body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g[order]))
         expected = about(rotation.state, cyclic(order.index(axis), signs[0] > 0))
         assert apart(rotation.angles, (expected.l, expected.g, expected.h)) < 4e-15
 
@@ -575,7 +575,7 @@ def test_toutatis():
     # Takahashi, Busch and Scheeres (2013): degrees and days, the long axis third.
     body = pt.Body((3.0836, 3.235, 1))
     attitude = Rotation.from_euler("ZXZ", [145.498, 65.865, 241.524], degrees=True)
-    rotation = pt.FreeRotation(body, body.state(attitude, omega_body=np.deg2rad([14.51, 33.529, -98.709])))
+    rotation = pt.analysis.FreeRotation(body, body.state(attitude, omega_body=np.deg2rad([14.51, 33.529, -98.709])))
     assert rotation.mode == "long-axis"
     assert abs(rotation.precession_period - 7.412) < 0.0005
     assert abs(rotation.rotation_period - 5.369) < 0.0005
@@ -589,7 +589,7 @@ def test_apophis():
 
     def tilted(angle):
         g = (0, np.sin(angle), np.cos(angle))
-        return pt.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=g))
+        return pt.analysis.FreeRotation(body, body.state(IDENTITY, angular_momentum_body=g))
 
     def off(angle):
         return tilted(angle).rotation_period / tilted(angle).precession_period - 263 / 27.38
@@ -606,22 +606,22 @@ BODY = pt.Body((1.25, 1.0, 0.75))
 STATE = BODY.state(IDENTITY, omega_body=(0.4, -0.3, 0.6))
 BAD = {
     "order": (
-        lambda: pt.FreeRotation(STATE, BODY),
+        lambda: pt.analysis.FreeRotation(STATE, BODY),
         TypeError,
         "body must be a Body, got State. The order is FreeRotation(body, state).",
     ),
     "system": (
-        lambda: pt.FreeRotation(pt.System(BODY), STATE),
+        lambda: pt.analysis.FreeRotation(pt.System(BODY), STATE),
         TypeError,
         "body must be a Body, got System. The order is FreeRotation(body, state).",
     ),
     "state": (
-        lambda: pt.FreeRotation(BODY, (1, 0, 0, 0)),
+        lambda: pt.analysis.FreeRotation(BODY, (1, 0, 0, 0)),
         TypeError,
         "state must be a State, got tuple. The order is FreeRotation(body, state).",
     ),
     "members": (
-        lambda: pt.FreeRotation(pt.Body(np.ones((3, 3))), pt.State(np.tile(IDENTITY, (2, 1)), (0, 1, 0, 0))),
+        lambda: pt.analysis.FreeRotation(pt.Body(np.ones((3, 3))), pt.State(np.tile(IDENTITY, (2, 1)), (0, 1, 0, 0))),
         ValueError,
         "state and system must have equally many members, got 2 and 3.",
     ),
@@ -646,7 +646,7 @@ def test_wrong_arguments_get_a_sentence(name):
 
 
 def test_repr_shows_body_and_state():
-    assert repr(pt.FreeRotation(BODY, STATE)) == f"FreeRotation({BODY!r}, {STATE!r})"
+    assert repr(pt.analysis.FreeRotation(BODY, STATE)) == f"FreeRotation({BODY!r}, {STATE!r})"
 
 
 def test_spin_period_is_that_of_the_spin_where_there_is_no_nutation():
@@ -654,7 +654,7 @@ def test_spin_period_is_that_of_the_spin_where_there_is_no_nutation():
         if axis == 1:
             continue  # the intermediate axis has no small nutation
         momentum = 0.7 * np.eye(3)[axis]
-        rotation = pt.FreeRotation(
+        rotation = pt.analysis.FreeRotation(
             (body := pt.Body((2.0, 2.5, 3.5))), body.state((1, 0, 0, 0), angular_momentum_body=momentum)
         )
         assert abs(rotation.spin_period / (2 * np.pi * moment / 0.7) - 1) < 1e-15
@@ -663,8 +663,10 @@ def test_spin_period_is_that_of_the_spin_where_there_is_no_nutation():
 def test_a_member_at_rest_has_no_angles_and_the_others_do():
     body = pt.Body((2.0, 2.5, 3.5))
     momenta = np.array([[1.0, 2, 3], [0, 0, 0]])
-    rotation = pt.FreeRotation(body, body.state(np.tile([1.0, 0, 0, 0], (2, 1)), angular_momentum_body=momenta))
-    alone = pt.FreeRotation(body, body.state((1.0, 0, 0, 0), angular_momentum_body=momenta[0]))
+    rotation = pt.analysis.FreeRotation(
+        body, body.state(np.tile([1.0, 0, 0, 0], (2, 1)), angular_momentum_body=momenta)
+    )
+    alone = pt.analysis.FreeRotation(body, body.state((1.0, 0, 0, 0), angular_momentum_body=momenta[0]))
     assert list(rotation.mode) == [alone.mode, "rest"]
     for angles, angle in zip(rotation.angles, alone.angles, strict=True):
         assert angles[0] == angle

@@ -34,7 +34,7 @@ ELLIPSE = pt.KeplerOrbit(
     true_anomaly=1.0,
     epoch=-0.4,
 )
-PRECESSING = pt.PrecessingOrbit(ELLIPSE, node_rate=-0.004, periapsis_rate=0.0, anomaly_rate=0.002)
+PRECESSING = pt.orbits.PrecessingOrbit(ELLIPSE, node_rate=-0.004, periapsis_rate=0.0, anomaly_rate=0.002)
 
 
 def system(orbit, body=BODY, *more):
@@ -69,7 +69,7 @@ def symplectic(motion):
 @pytest.mark.parametrize("body", [BODY, pt.Body((1.3, 1.0, 1.6))], ids=["stable", "unstable"])
 @pytest.mark.parametrize("share", [1.0, 0.31])
 def test_equilibrium_repeats_itself_after_any_period(body, share):
-    (e,) = pt.equilibria(system(CIRCLE, body), CIRCLE.frame, guesses=IDENTITY, time=0.6)
+    (e,) = pt.analysis.equilibria(system(CIRCLE, body), CIRCLE.frame, guesses=IDENTITY, time=0.6)
     period = share * CIRCLE.period
     found = periodic_motion(system(CIRCLE, body), upright(CIRCLE, body, 0.6), period, CIRCLE.frame)
     np.testing.assert_allclose(found.state.conjugate_momenta, e.state.conjugate_momenta, atol=1e-14)
@@ -112,7 +112,7 @@ def test_matrix_of_potentials_is_symplectic(cassini):
 def test_friction_shrinks_the_phase_space_as_liouville_says():
     """The trace of g' = -c I^-1 g + ... makes det = exp(-c period (1/A + 1/B + 1/C))."""
     friction = 1e-4
-    forced = system(ELLIPSE, MOON, pt.LinearDamping(friction))
+    forced = system(ELLIPSE, MOON, pt.forces.LinearDamping(friction))
     motion = periodic_motion(forced, upright(ELLIPSE, MOON), ELLIPSE.period)
     expected = np.exp(-friction * ELLIPSE.period * np.sum(1 / MOON.moments))
     assert np.linalg.det(motion.matrix) == pytest.approx(expected, rel=1e-13)
@@ -135,7 +135,7 @@ def test_permanent_rotation_of_a_free_body():
 @pytest.mark.parametrize("scale", [1e-9, 1e12])
 @pytest.mark.parametrize("pace", [1e-4, 1e3])
 def test_units_do_not_matter(cassini, scale, pace):
-    orbit = pt.PrecessingOrbit(
+    orbit = pt.orbits.PrecessingOrbit(
         pt.KeplerOrbit(
             1.1 * pace**2,
             semimajor_axis=1.2,
@@ -230,7 +230,7 @@ def test_guess_leans_away_from_the_pole(monkeypatch, lean):
 
 
 def test_without_motion_of_the_node_the_axis_is_normal_to_the_orbit():
-    state = cassini_state(MOON, pt.PrecessingOrbit(ELLIPSE))
+    state = cassini_state(MOON, pt.orbits.PrecessingOrbit(ELLIPSE))
     assert state.obliquity < 1e-11
     assert state.inclination == pytest.approx(0.3, abs=1e-11)
 
@@ -334,7 +334,7 @@ WRONG = {
         r"system must repeat itself .*",
     ),
     "periapsis that moves": (
-        lambda: cassini_state(MOON, pt.PrecessingOrbit(ELLIPSE, node_rate=-0.004, periapsis_rate=0.001)),
+        lambda: cassini_state(MOON, pt.orbits.PrecessingOrbit(ELLIPSE, node_rate=-0.004, periapsis_rate=0.001)),
         ValueError,
         r"system must repeat itself .*",
     ),

@@ -10,7 +10,7 @@ mpl.use("Agg")
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
-ACROSS = pt.AxisCrossing((1, 0, 0), (1, 0, 0), direction=1)
+ACROSS = pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), direction=1)
 
 
 def spinning(rate):
@@ -22,8 +22,8 @@ def time_and_rate(points):
 
 
 def test_members_have_rows_and_missing_points_are_nan():
-    motion = pt.propagate(FREE, spinning([2.0, 0.5, 1.0]), [20.0], events=[pt.AtTime(3.0), ACROSS])
-    section = pt.section(motion, time_and_rate, 1, labels=("t", "rate"))
+    motion = pt.propagate(FREE, spinning([2.0, 0.5, 1.0]), [20.0], events=[pt.events.AtTime(3.0), ACROSS])
+    section = pt.analysis.section(motion, time_and_rate, 1, labels=("t", "rate"))
     counts = [6, 1, 3]
     assert np.isfinite(section.x).sum(axis=1).tolist() == counts
     for k, (rate, count) in enumerate(zip([2.0, 0.5, 1.0], counts, strict=True)):
@@ -34,32 +34,34 @@ def test_members_have_rows_and_missing_points_are_nan():
 
 
 def test_without_an_event_all_times_are_points_also_of_one_body():
-    section = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0, 3.0]), time_and_rate)
+    section = pt.analysis.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0, 3.0]), time_and_rate)
     assert section.x.tolist() == [[1.0, 2.0, 3.0]]
-    rising = pt.section(pt.propagate(FREE, spinning(0.5), [1.0, 2.0]), lambda points: (points.times, points.directions))
+    rising = pt.analysis.section(
+        pt.propagate(FREE, spinning(0.5), [1.0, 2.0]), lambda points: (points.times, points.directions)
+    )
     assert rising.y.tolist() == [[1.0, 1.0]]
-    members = pt.section(pt.propagate(FREE, spinning([0.5, 0.7]), [1.0, 2.0, 3.0]), time_and_rate)
+    members = pt.analysis.section(pt.propagate(FREE, spinning([0.5, 0.7]), [1.0, 2.0, 3.0]), time_and_rate)
     assert np.allclose(members.y, [[0.5] * 3, [0.7] * 3], rtol=1e-15)
 
 
 def test_of_a_motion_that_ended_there_are_the_points_before():
-    ends = pt.AxisCrossing((1, 0, 0), (1, 0, 0), direction=-1, terminal=True)
+    ends = pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), direction=-1, terminal=True)
     motion = pt.propagate(FREE, spinning([1.0, 0.1]), [1.0, 2.0, 3.0], events=[ends])
-    assert np.isfinite(pt.section(motion, time_and_rate).x).sum(axis=1).tolist() == [1, 3]
+    assert np.isfinite(pt.analysis.section(motion, time_and_rate).x).sum(axis=1).tolist() == [1, 3]
     none = pt.propagate(FREE, spinning(0.1), [1.0], events=[ACROSS])
-    assert pt.section(none, time_and_rate, 0).x.shape == (1, 0)
+    assert pt.analysis.section(none, time_and_rate, 0).x.shape == (1, 0)
 
 
 def test_andoyer_of_no_passage_is_empty():
     start = BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.1, 0.2, 0.3))
-    assert pt.andoyer_section(FREE, start, 1e-3).x.shape == (1, 0)
+    assert pt.analysis.andoyer_section(FREE, start, 1e-3).x.shape == (1, 0)
 
 
 def test_angles_of_andoyers_section_may_have_members():
     start, angles = pt.Andoyer(l=0.3, g=0.8, h=0.2, L=0.5, G=1.0, H=0.3).state(), np.array([0.1, 0.8, 2.0])
-    together = pt.andoyer_section(FREE, start, 20.0, angle=angles)
+    together = pt.analysis.andoyer_section(FREE, start, 20.0, angle=angles)
     for k, angle in enumerate(angles):
-        alone = pt.andoyer_section(FREE, start, 20.0, angle=angle)
+        alone = pt.analysis.andoyer_section(FREE, start, 20.0, angle=angle)
         for own, rows in ((alone.x, together.x[k]), (alone.y, together.y[k])):
             assert np.allclose(own[0], rows[np.isfinite(rows)], rtol=0, atol=1e-12)
     assert (together.x[1, 0], together.y[1, 0]) == pytest.approx((0.3, 0.5), abs=1e-15)
@@ -68,7 +70,9 @@ def test_angles_of_andoyers_section_may_have_members():
 def test_a_section_of_the_shortest_motion_is_its_start():
     start = pt.Andoyer(l=0.3, g=0.8, h=0.2, L=0.5, G=1.0, H=0.3).state()
     for time in (5e-324, -5e-324):
-        assert pt.andoyer_section(FREE, start, time, angle=0.8).x == pytest.approx(np.array([[0.3]]), abs=1e-15)
+        assert pt.analysis.andoyer_section(FREE, start, time, angle=0.8).x == pytest.approx(
+            np.array([[0.3]]), abs=1e-15
+        )
 
 
 def test_the_first_point_of_a_spin_orbit_section_is_the_start():
@@ -83,13 +87,13 @@ def test_the_first_point_of_a_spin_orbit_section_is_the_start():
         epoch=-3.0,
     )
     system = pt.System(BODY, pt.GravityGradient(orbit))
-    section = pt.spin_orbit_section(system, [0.3, 3.5], 1.4, 2)
+    section = pt.analysis.spin_orbit_section(system, [0.3, 3.5], 1.4, 2)
     assert np.allclose(section.x[:, 0], [0.3, 3.5 - np.pi], rtol=1e-14)
     assert np.allclose(section.y[:, 0], 1.4, rtol=1e-14)
     positions = np.stack([np.asarray(x) for x in orbit.position_at(section.motion.times)], axis=-1)
     assert np.allclose(np.linalg.norm(positions, axis=-1), orbit.periapsis_distance, rtol=1e-14)
     assert np.allclose(system.omega_body(section.motion.initial), (0, 0, 1.4), atol=1e-14)
-    one = pt.spin_orbit_section(system, 0.3, 1.4, 2)
+    one = pt.analysis.spin_orbit_section(system, 0.3, 1.4, 2)
     assert np.allclose(one.x, section.x[:1], rtol=1e-11)
 
 
@@ -101,7 +105,7 @@ def test_rates_of_a_spin_orbit_section_are_those_of_the_unit_of_time():
             3.0 * hour**2, semimajor_axis=2.0, eccentricity=0.2, inclination=0.5, node=0.6, argument_of_periapsis=0.7
         )
         system = pt.System(BODY, pt.GravityGradient(orbit), units={"time": unit})
-        section = pt.spin_orbit_section(system, 0.3, 1.4 * hour, 3)
+        section = pt.analysis.spin_orbit_section(system, 0.3, 1.4 * hour, 3)
         assert section.labels[1] == f"rate [rad/{unit}]"
         seen.append((section.x, section.y / hour))
     np.testing.assert_allclose(seen[1], seen[0], rtol=1e-10)
@@ -123,19 +127,19 @@ def test_forces_may_share_the_orbit_of_a_spin_orbit_section():
         3.0, semimajor_axis=2.0, eccentricity=0.2, inclination=0.5, node=0.6, argument_of_periapsis=0.7
     )
     gravity = pt.GravityGradient(orbit)
-    alone = pt.spin_orbit_section(pt.System(BODY, gravity), 0.3, 1.4, 3)
-    both = pt.spin_orbit_section(pt.System(BODY, gravity, Spinner(0.0, orbit)), 0.3, 1.4, 3)
+    alone = pt.analysis.spin_orbit_section(pt.System(BODY, gravity), 0.3, 1.4, 3)
+    both = pt.analysis.spin_orbit_section(pt.System(BODY, gravity, Spinner(0.0, orbit)), 0.3, 1.4, 3)
     assert np.allclose(both.y, alone.y, rtol=1e-12)
     other = Spinner(
         0.0,
         pt.KeplerOrbit(3.0, semimajor_axis=2.5, eccentricity=0.2, inclination=0.5, node=0.6, argument_of_periapsis=0.7),
     )
     with pytest.raises(TypeError, match=r"must have one KeplerOrbit, got KeplerOrbit, KeplerOrbit\."):
-        pt.spin_orbit_section(pt.System(BODY, gravity, other), 0.3, 1.4, 3)
+        pt.analysis.spin_orbit_section(pt.System(BODY, gravity, other), 0.3, 1.4, 3)
 
 
 def test_the_picture_has_all_points_and_the_labels():
-    section = pt.section(
+    section = pt.analysis.section(
         pt.propagate(FREE, spinning(np.linspace(0.2, 2, 7)), [20.0], events=[ACROSS]),
         time_and_rate,
         0,
@@ -158,27 +162,27 @@ def test_wrong_arguments_are_refused_in_a_sentence():
     )
     system = pt.System(BODY, pt.GravityGradient(orbit))
     with pytest.raises(TypeError, match=r"motion must be a Trajectory, got int\."):
-        pt.section(3, time_and_rate)
+        pt.analysis.section(3, time_and_rate)
     with pytest.raises(ValueError, match=r"event must be below the 1 events of the motion, got 1\."):
-        pt.section(motion, time_and_rate, 1)
+        pt.analysis.section(motion, time_and_rate, 1)
     with pytest.raises(ValueError, match=r"coordinates must be two arrays of shape \(1,\), got \(1,\) and \(1, 3\)\."):
-        pt.section(motion, lambda points: (points.times, points.omega_body), 0)
+        pt.analysis.section(motion, lambda points: (points.times, points.omega_body), 0)
     with pytest.raises(TypeError, match=r"event must be a whole number of at most 63 bits, got float 0\.0\."):
-        pt.section(motion, time_and_rate, 0.0)
+        pt.analysis.section(motion, time_and_rate, 0.0)
     with pytest.raises(TypeError, match=r"coordinates must be a function of the points, got str\."):
-        pt.section(motion, "x")
+        pt.analysis.section(motion, "x")
     with pytest.raises(TypeError, match=r"coordinates must return x and y, got NoneType\."):
-        pt.section(motion, lambda _: None)
+        pt.analysis.section(motion, lambda _: None)
     with pytest.raises(ValueError, match=r"labels must be two words, got \('x',\)\."):
-        pt.section(motion, time_and_rate, labels=("x",))
+        pt.analysis.section(motion, time_and_rate, labels=("x",))
     with pytest.raises(ValueError, match=r"angle and rate must have one number of members, got 3 and 2\."):
-        pt.spin_orbit_section(system, [0.0, 1.0, 2.0], [1.0, 1.5], 3)
+        pt.analysis.spin_orbit_section(system, [0.0, 1.0, 2.0], [1.0, 1.5], 3)
     with pytest.raises(TypeError, match=r"the forces of the system must have one KeplerOrbit, got none\."):
-        pt.spin_orbit_section(FREE, 0.0, 1.0, 3)
+        pt.analysis.spin_orbit_section(FREE, 0.0, 1.0, 3)
     with pytest.raises(ValueError, match=r"revolutions must be a positive whole number, got 0\."):
-        pt.spin_orbit_section(system, 0.0, 1.0, 0)
+        pt.analysis.spin_orbit_section(system, 0.0, 1.0, 0)
     with pytest.raises(ValueError, match=r"one for all members"):
-        pt.spin_orbit_section(
+        pt.analysis.spin_orbit_section(
             pt.System(
                 BODY,
                 pt.GravityGradient(

@@ -28,7 +28,7 @@ def spinning(rate):
 def event(goes_wrong):
     """Return an event that slows a body down a little, and the second time goes wrong for one rate."""
 
-    class Odd(pt.AxisCrossing):
+    class Odd(pt.events.AxisCrossing):
         calls = []  # noqa: RUF012
 
         def act(self, body, state):

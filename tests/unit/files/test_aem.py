@@ -79,7 +79,7 @@ def read(tmp_path):
     def read_text(text, **options):
         path = tmp_path / "a.aem"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.read_aem(path, **options)
+        return pt.files.read_aem(path, **options)
 
     return read_text
 
@@ -332,20 +332,20 @@ def test_norms_of_few_digits_are_kept_as_a_number(read):
 @pytest.mark.parametrize("version", ["1.0", "2.0"])
 @pytest.mark.parametrize("rates", [True, False])
 def test_written_motion_comes_back(tmp_path, ending, version, rates):
-    path = pt.write_aem(MOTION, tmp_path / f"m.{ending}", **NAMED, rates=rates, version=version)
-    table = pt.read_aem(path)
+    path = pt.files.write_aem(MOTION, tmp_path / f"m.{ending}", **NAMED, rates=rates, version=version)
+    table = pt.files.read_aem(path)
     check(table, 1e-14, 1e-14 if rates else None)
     assert np.max(table.angle_to(MOTION)) < 1e-14
-    again = pt.write_aem(table, tmp_path / f"n.{ending}", version=version)
-    check(pt.read_aem(again), 1e-14, 1e-14 if rates else None)
+    again = pt.files.write_aem(table, tmp_path / f"n.{ending}", version=version)
+    check(pt.files.read_aem(again), 1e-14, 1e-14 if rates else None)
     assert sorted(file.name for file in tmp_path.iterdir()) == [f"m.{ending}", f"n.{ending}"]
 
 
 def test_motion_backwards_and_names(tmp_path):
     back = pt.free_motion(BODY, START, TIMES[::-1])
     names = {"body_frame": "INSTRUMENT_A", "object_name": "TUMBLER", "object_id": "2026-001A", "center_name": "SUN"}
-    path = pt.write_aem(back, tmp_path / "m.aem", calendar=CALENDAR, reference_frame="TEME", **names)
-    table = pt.read_aem(path)
+    path = pt.files.write_aem(back, tmp_path / "m.aem", calendar=CALENDAR, reference_frame="TEME", **names)
+    table = pt.files.read_aem(path)
     check(table, 1e-14, 1e-14)
     assert (table.reference_frame, table.body_frame) == ("TEME", "INSTRUMENT_A")
     assert "OBJECT_ID = 2026-001A\nCENTER_NAME = SUN\n" in path.read_text()
@@ -355,9 +355,9 @@ def test_hours_and_leap_seconds(tmp_path):
     calendar = pt.Calendar("2016-12-31T23:00:00", "UTC", "h")
     times = np.array([0.5, 1.0, 1.0 + 0.5 / 3600, 1.0 + 1 / 3600, 2.0])  # 23:59:60 is within
     motion = pt.free_motion(BODY, START, times)
-    path = pt.write_aem(motion, tmp_path / "m.aem", calendar=calendar, reference_frame="ICRF")
+    path = pt.files.write_aem(motion, tmp_path / "m.aem", calendar=calendar, reference_frame="ICRF")
     assert "2016-12-31T23:59:60.500000000 " in path.read_text()
-    table = pt.read_aem(path, calendar=calendar)
+    table = pt.files.read_aem(path, calendar=calendar)
     np.testing.assert_allclose(table.times, times, atol=1e-12)
     np.testing.assert_allclose(table.omega_body, motion.omega_body, rtol=1e-14)
 
@@ -369,17 +369,17 @@ def test_orbits_give_calendar_and_frame(tmp_path):
         np.linspace(0, 600, 31),
     )
     r, v = (np.stack(list(part(times)), axis=-1) for part in (circle.position_at, circle.velocity_at))
-    orbit = pt.Ephemeris.from_table(
+    orbit = pt.orbits.Ephemeris.from_table(
         circle.mu, times=times, positions=r, velocities=v, reference_frame="ICRF", calendar=begin
     )
-    motion = pt.AttitudeTable(TIMES, MOTION.quaternion).trajectory(pt.System(BODY, pt.GravityGradient(orbit)))
-    table = pt.read_aem(pt.write_aem(motion, tmp_path / "m.aem"))
+    motion = pt.files.AttitudeTable(TIMES, MOTION.quaternion).trajectory(pt.System(BODY, pt.GravityGradient(orbit)))
+    table = pt.files.read_aem(pt.files.write_aem(motion, tmp_path / "m.aem"))
     assert (table.reference_frame, table.calendar.scale) == ("ICRF", "UTC")
     assert np.max(table.angle_to(motion)) < 1e-14
     with pytest.raises(ValueError, match=r"^calendar must be that of the motion, Calendar\(.*, got Calendar\(.*\.$"):
-        pt.write_aem(motion, tmp_path / "n.aem", calendar=CALENDAR)
+        pt.files.write_aem(motion, tmp_path / "n.aem", calendar=CALENDAR)
     with pytest.raises(ValueError, match=r"^reference_frame must be that of the motion, 'ICRF', got 'TEME'\.$"):
-        pt.write_aem(motion, tmp_path / "n.aem", reference_frame="TEME")
+        pt.files.write_aem(motion, tmp_path / "n.aem", reference_frame="TEME")
 
 
 def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
@@ -388,19 +388,19 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
     with pytest.raises(
         FileExistsError, match=r"^path must be a new file, but .*m\.aem exists\. overwrite=True replaces"
     ):
-        pt.write_aem(MOTION, path, **NAMED)
+        pt.files.write_aem(MOTION, path, **NAMED)
     assert path.read_text() == "precious"
     monkeypatch.setattr("pathlib.Path.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
-        pt.write_aem(MOTION, path, **NAMED, overwrite=True)
+        pt.files.write_aem(MOTION, path, **NAMED, overwrite=True)
     assert [file.name for file in tmp_path.iterdir()] == ["m.aem"]
     assert path.read_text() == "precious"
     monkeypatch.undo()
-    check(pt.read_aem(pt.write_aem(MOTION, path, **NAMED, overwrite=True)), 1e-14, 1e-14)
+    check(pt.files.read_aem(pt.files.write_aem(MOTION, path, **NAMED, overwrite=True)), 1e-14, 1e-14)
     with pytest.raises(FileNotFoundError, match=r"^path must be in a folder that exists"):
-        pt.write_aem(MOTION, tmp_path / "no" / "m.aem", **NAMED)
+        pt.files.write_aem(MOTION, tmp_path / "no" / "m.aem", **NAMED)
     with pytest.raises(IsADirectoryError, match=r"^path must be the name of a file, but .* is a folder\.$"):
-        pt.write_aem(MOTION, tmp_path, **NAMED, overwrite=True)
+        pt.files.write_aem(MOTION, tmp_path, **NAMED, overwrite=True)
 
 
 @pytest.mark.parametrize(
@@ -427,18 +427,18 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
 def test_bad_arguments(tmp_path, arguments, sentence):
     given = {"motion": MOTION, **NAMED} | arguments
     with pytest.raises((TypeError, ValueError), match=sentence):
-        pt.write_aem(given.pop("motion"), tmp_path / "m.aem", **given)
+        pt.files.write_aem(given.pop("motion"), tmp_path / "m.aem", **given)
     assert not list(tmp_path.iterdir())
 
 
 def test_ensembles_and_other_units_are_refused(tmp_path):
     states = BODY.state(np.array([(1.0, 0, 0, 0)] * 2), omega_body=(0, 0, 1.0))
     with pytest.raises(ValueError, match=r"^motion must be of one body, but it is of an ensemble of 2 members\.$"):
-        pt.write_aem(pt.free_motion(BODY, states, TIMES), tmp_path / "m.aem", **NAMED)
+        pt.files.write_aem(pt.free_motion(BODY, states, TIMES), tmp_path / "m.aem", **NAMED)
     days = pt.free_motion(BODY, START, TIMES, units={"time": "d"})
     with pytest.raises(ValueError, match=r"^calendar must count 'd' as the system does, but it counts 's'\.$"):
-        pt.write_aem(days, tmp_path / "m.aem", **NAMED)
-    close = pt.AttitudeTable([0.0, 1e-10], [(1.0, 0, 0, 0)] * 2, **NAMED)
+        pt.files.write_aem(days, tmp_path / "m.aem", **NAMED)
+    close = pt.files.AttitudeTable([0.0, 1e-10], [(1.0, 0, 0, 0)] * 2, **NAMED)
     with pytest.raises(ValueError, match=r"^times must be a nanosecond apart or more"):
-        pt.write_aem(close, tmp_path / "m.aem")
+        pt.files.write_aem(close, tmp_path / "m.aem")
     assert dataclasses.replace(close, times=[0.0, 1.0]).times[1] == 1.0

@@ -21,23 +21,25 @@ CLOCKS = [
 def write_one(table, path, **options):
     """An APM of the first row."""
     state = table.state(BODY, 0)
-    return pt.write_apm(BODY, state, path, calendar=table.calendar, reference_frame=table.reference_frame, **options)
+    return pt.files.write_apm(
+        BODY, state, path, calendar=table.calendar, reference_frame=table.reference_frame, **options
+    )
 
 
 def read_one(path, calendar=None):
-    return pt.read_apm(path, calendar=calendar)[0]
+    return pt.files.read_apm(path, calendar=calendar)[0]
 
 
 WAYS = {
-    "aem": (pt.write_aem, pt.read_aem, {}),
-    "aem 1": (pt.write_aem, pt.read_aem, {"version": "1.0"}),
-    "aem.xml": (pt.write_aem, pt.read_aem, {}),
-    "aem 1.xml": (pt.write_aem, pt.read_aem, {"version": "1.0"}),
+    "aem": (pt.files.write_aem, pt.files.read_aem, {}),
+    "aem 1": (pt.files.write_aem, pt.files.read_aem, {"version": "1.0"}),
+    "aem.xml": (pt.files.write_aem, pt.files.read_aem, {}),
+    "aem 1.xml": (pt.files.write_aem, pt.files.read_aem, {"version": "1.0"}),
     "apm": (write_one, read_one, {}),
     "apm.xml": (write_one, read_one, {}),
     "apm 1": (write_one, read_one, {"version": "1.0"}),
-    "a": (pt.write_stk_attitude, pt.read_stk_attitude, {}),
-    "csv": (pt.write_quaternion_csv, pt.read_quaternion_csv, {}),
+    "a": (pt.files.write_stk_attitude, pt.files.read_stk_attitude, {}),
+    "csv": (pt.files.write_quaternion_csv, pt.files.read_quaternion_csv, {}),
 }
 
 
@@ -59,7 +61,7 @@ def tables(draw):
         )
     )
     omega = np.array(rates) * unit
-    return pt.AttitudeTable(times, q / np.linalg.norm(q, axis=1)[:, None], omega, calendar, "ICRF", "BODY")
+    return pt.files.AttitudeTable(times, q / np.linalg.norm(q, axis=1)[:, None], omega, calendar, "ICRF", "BODY")
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -81,7 +83,7 @@ def test_any_table_comes_back(tmp_path_factory, way, table):
 
 @pytest.fixture(scope="module")
 def texts(tmp_path_factory):
-    few = pt.AttitudeTable(MOTION.times[:4], MOTION.quaternion[:4], MOTION.omega_body[:4], **NAMED)
+    few = pt.files.AttitudeTable(MOTION.times[:4], MOTION.quaternion[:4], MOTION.omega_body[:4], **NAMED)
     folder = tmp_path_factory.mktemp("base")
     return {way: write(few, folder / f"m.{way}", **options).read_text() for way, (write, _, options) in WAYS.items()}
 
@@ -127,7 +129,9 @@ def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, texts, way, data
     assert len(said) < 800
 
 
-@pytest.mark.parametrize("read", [pt.read_aem, pt.read_apm, pt.read_stk_attitude, pt.read_quaternion_csv])
+@pytest.mark.parametrize(
+    "read", [pt.files.read_aem, pt.files.read_apm, pt.files.read_stk_attitude, pt.files.read_quaternion_csv]
+)
 def test_files_that_are_none(tmp_path, read):
     with pytest.raises(FileNotFoundError, match=r"^path must lead to a file, but there is no .*none\.x\.$"):
         read(tmp_path / "none.x")
@@ -139,9 +143,9 @@ def test_files_that_are_none(tmp_path, read):
 
 
 def test_one_format_to_another(tmp_path):
-    first = pt.write_aem(MOTION, tmp_path / "m.aem", **NAMED)
-    second = pt.write_stk_attitude(pt.read_aem(first), tmp_path / "m.a")
-    third = pt.write_quaternion_csv(pt.read_stk_attitude(second), tmp_path / "m.csv")
-    kernels = pt.write_ck(pt.read_quaternion_csv(third), tmp_path / "m.bc")
-    last = pt.spice_attitude("SC_BODY_1", MOTION.times, kernels, calendar=NAMED["calendar"])
+    first = pt.files.write_aem(MOTION, tmp_path / "m.aem", **NAMED)
+    second = pt.files.write_stk_attitude(pt.files.read_aem(first), tmp_path / "m.a")
+    third = pt.files.write_quaternion_csv(pt.files.read_stk_attitude(second), tmp_path / "m.csv")
+    kernels = pt.files.write_ck(pt.files.read_quaternion_csv(third), tmp_path / "m.bc")
+    last = pt.files.spice_attitude("SC_BODY_1", MOTION.times, kernels, calendar=NAMED["calendar"])
     assert np.max(last.angle_to(pt.free_motion(BODY, START, MOTION.times))) < 2e-7

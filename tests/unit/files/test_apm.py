@@ -84,7 +84,7 @@ def read(tmp_path):
     def read_text(text, **options):
         path = tmp_path / "a.apm"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.read_apm(path, **options)
+        return pt.files.read_apm(path, **options)
 
     return read_text
 
@@ -145,7 +145,7 @@ def test_euler_blocks(read, sequence):
     check(*read(HEAD + block + "EULER_STOP\n" + ANGVEL + INERTIA))
     table, body = read(HEAD + block + dots + "EULER_STOP\n" + INERTIA)
     np.testing.assert_allclose(table.omega_body[0], OMEGA, atol=1e-9)
-    check(pt.AttitudeTable(table.times, table.quaternion, None, table.calendar, "ICRF"), body, rates=False)
+    check(pt.files.AttitudeTable(table.times, table.quaternion, None, table.calendar, "ICRF"), body, rates=False)
 
     digits = sequence.translate(str.maketrans("XYZ", "123"))
     old = f"EULER_FRAME_A = SC_BODY_1\nEULER_FRAME_B = EME2000\nEULER_DIR = B2A\nEULER_ROT_SEQ = {digits}\n"
@@ -207,21 +207,21 @@ def test_bad_files(read, text, sentence):
 @pytest.mark.parametrize("ending", ["apm", "xml"])
 @pytest.mark.parametrize("version", ["1.0", "2.0"])
 def test_written_state_comes_back(tmp_path, ending, version):
-    path = pt.write_apm(BODY, STATE, tmp_path / f"a.{ending}", **NAMED, version=version)
-    check(*pt.read_apm(path))
+    path = pt.files.write_apm(BODY, STATE, tmp_path / f"a.{ending}", **NAMED, version=version)
+    check(*pt.files.read_apm(path))
     with pytest.raises(FileExistsError, match="overwrite=True replaces it"):
-        pt.write_apm(BODY, STATE, path, **NAMED)
-    pt.write_apm(BODY, STATE, path, **NAMED, version=version, overwrite=True)
+        pt.files.write_apm(BODY, STATE, path, **NAMED)
+    pt.files.write_apm(BODY, STATE, path, **NAMED, version=version, overwrite=True)
     assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_bad_arguments(tmp_path):
     path = tmp_path / "a.apm"
     with pytest.raises(TypeError, match=r"^state must be a State, got PosixPath\. The order is write_apm\(body, sta"):
-        pt.write_apm(BODY, path, STATE, **NAMED)
+        pt.files.write_apm(BODY, path, STATE, **NAMED)
     two = BODY.state(np.array([(1.0, 0, 0, 0)] * 2), omega_body=(0, 0, 1.0))
     with pytest.raises(ValueError, match=r"^state must be one state of one body, got an ensemble\.$"):
-        pt.write_apm(BODY, two, path, **NAMED)
+        pt.files.write_apm(BODY, two, path, **NAMED)
     with pytest.raises(ValueError, match=r"^reference_frame must be one of ICRF"):
-        pt.write_apm(BODY, STATE, path, calendar=CALENDAR, reference_frame="LVLH")
+        pt.files.write_apm(BODY, STATE, path, calendar=CALENDAR, reference_frame="LVLH")
     assert not path.exists()

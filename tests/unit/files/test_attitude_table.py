@@ -12,7 +12,7 @@ SYSTEM = pt.System(BODY)
 
 
 def table(**fields):
-    return pt.AttitudeTable(
+    return pt.files.AttitudeTable(
         **{"times": TIMES, "quaternion": MOTION.quaternion, "omega_body": MOTION.omega_body} | fields
     )
 
@@ -32,12 +32,12 @@ def test_rates_from_attitudes_whatever_the_signs_of_the_quaternions(rng):
     np.testing.assert_allclose(read.omega_body, MOTION.omega_body, atol=2e-6)
     assert read.run.formulation == "differentiated attitudes"
     fine = np.linspace(0, 10, 401)
-    read = pt.AttitudeTable(fine, MOTION(fine).quaternion).trajectory(SYSTEM)
+    read = pt.files.AttitudeTable(fine, MOTION(fine).quaternion).trajectory(SYSTEM)
     np.testing.assert_allclose(read.omega_body, SYSTEM.omega_body(MOTION(fine)), atol=1e-10)
-    few = pt.AttitudeTable(fine[:4], MOTION(fine[:4]).quaternion).trajectory(SYSTEM)
+    few = pt.files.AttitudeTable(fine[:4], MOTION(fine[:4]).quaternion).trajectory(SYSTEM)
     np.testing.assert_allclose(few.omega_body, SYSTEM.omega_body(MOTION(fine[:4])), atol=1e-5)
     with pytest.raises(ValueError, match=r"^a table without rates must have 4 rows or more, but it has 3\.$"):
-        pt.AttitudeTable(fine[:3], MOTION(fine[:3]).quaternion).trajectory(SYSTEM)
+        pt.files.AttitudeTable(fine[:3], MOTION(fine[:3]).quaternion).trajectory(SYSTEM)
 
 
 def test_state_starts_the_same_motion():
@@ -50,7 +50,7 @@ def test_angles_to_a_motion_at_its_times_and_between_them():
     expected = (MOTION.attitude.inv() * turned.attitude).magnitude()
     np.testing.assert_allclose(table().angle_to(turned), expected, atol=1e-13)
     np.testing.assert_allclose(table(quaternion=-MOTION.quaternion).angle_to(MOTION), 0, atol=1e-14)
-    between = pt.AttitudeTable(TIMES[:-1] + 0.1, MOTION(TIMES[:-1] + 0.1).quaternion)
+    between = pt.files.AttitudeTable(TIMES[:-1] + 0.1, MOTION(TIMES[:-1] + 0.1).quaternion)
     assert np.max(between.angle_to(MOTION)) < 1e-14
     alone = table().trajectory(SYSTEM)
     assert np.max(table().angle_to(alone)) < 1e-13
@@ -64,7 +64,7 @@ def test_calendars_and_frames_of_orbits_are_honoured():
         np.linspace(0, 600, 31),
     )
     r, v = (np.stack(list(part(times)), axis=-1) for part in (circle.position_at, circle.velocity_at))
-    orbit = pt.Ephemeris.from_table(
+    orbit = pt.orbits.Ephemeris.from_table(
         circle.mu, times=times, positions=r, velocities=v, reference_frame="TEME", calendar=CALENDAR
     )
     system = pt.System(BODY, pt.GravityGradient(orbit))

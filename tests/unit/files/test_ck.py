@@ -17,7 +17,7 @@ def nothing_stays_loaded():
 
 @pytest.fixture
 def kernels(tmp_path):
-    return pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
+    return pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
 
 
 def matrices(attitude):
@@ -42,19 +42,19 @@ def test_spice_finds_attitudes_and_rates_by_the_clock(kernels):
 
 def test_motion_comes_back_through_frames(kernels):
     assert [path.name for path in kernels] == ["m.bc", "m.tsc", "m.tf"]
-    table = pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+    table = pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
     np.testing.assert_allclose(matrices(table.attitude), matrices(MOTION.attitude), atol=2e-7)  # ET: 0.12 microseconds
     np.testing.assert_allclose(table.omega_body, MOTION.omega_body, atol=2e-7)
     assert (table.reference_frame, table.body_frame) == ("ICRF", "SC_BODY_1")
     dates = ["2026-11-21T00:00:02.5 TAI", "2026-11-21T00:00:05 TAI"]
-    some = pt.spice_attitude("SC_BODY_1", dates, kernels, calendar=CALENDAR)
+    some = pt.files.spice_attitude("SC_BODY_1", dates, kernels, calendar=CALENDAR)
     np.testing.assert_allclose(some.times, (2.5, 5.0), atol=1e-9)
     assert np.max(some.angle_to(MOTION)) < 2e-7
 
 
 def test_turns_between_attitudes_at_a_constant_rate(kernels):
     times = np.array([0.1, 3.3, 9.9])
-    table = pt.spice_attitude("SC_BODY_1", times, kernels, calendar=CALENDAR)
+    table = pt.files.spice_attitude("SC_BODY_1", times, kernels, calendar=CALENDAR)
     assert 1e-5 < np.max(table.angle_to(MOTION)) < 1e-2
 
 
@@ -62,19 +62,19 @@ def test_without_rates_in_hours_and_with_names(tmp_path):
     hours = pt.Calendar("2026-11-21T00:00:00", "UTC", "h")
     motion = pt.free_motion(BODY, START, TIMES)
     names = {"body_frame": "TUMBLER", "spacecraft": -123456}
-    kernels = pt.write_ck(motion, tmp_path / "m.bc", calendar=hours, reference_frame="J2000", **names)
-    table = pt.spice_attitude("tumbler", TIMES, kernels, calendar=hours)
+    kernels = pt.files.write_ck(motion, tmp_path / "m.bc", calendar=hours, reference_frame="J2000", **names)
+    table = pt.files.spice_attitude("tumbler", TIMES, kernels, calendar=hours)
     np.testing.assert_allclose(table.omega_body, motion.omega_body, atol=1e-9)
     assert np.max(table.angle_to(motion)) < 1e-9
-    kernels = pt.write_ck(table, tmp_path / "n.bc", rates=False)
-    again = pt.spice_attitude("TUMBLER", TIMES, kernels, calendar=hours)
+    kernels = pt.files.write_ck(table, tmp_path / "n.bc", rates=False)
+    again = pt.files.spice_attitude("TUMBLER", TIMES, kernels, calendar=hours)
     assert again.omega_body is None
     assert np.max(again.angle_to(motion)) < 2e-9
 
 
 def test_other_frames_of_spice():
     """The ecliptic of 2000, tilted by 84381.448 arcseconds about the first axis, at rest."""
-    table = pt.spice_attitude("ECLIPJ2000", [0.0, 1e6], [])
+    table = pt.files.spice_attitude("ECLIPJ2000", [0.0, 1e6], [])
     tilt = np.radians(84381.448 / 3600)
     np.testing.assert_allclose(table.attitude.as_rotvec(), [(tilt, 0, 0)] * 2, atol=1e-14)
     np.testing.assert_allclose(table.omega_body, 0, atol=0)
@@ -98,14 +98,14 @@ def test_other_frames_of_spice():
 def test_bad_questions(kernels, change, sentence):
     asked = {"frame": "SC_BODY_1", "times": TIMES, "kernels": kernels, "calendar": CALENDAR} | change
     with pytest.raises((TypeError, ValueError, OSError), match=sentence):
-        pt.spice_attitude(asked.pop("frame"), asked.pop("times"), asked.pop("kernels"), **asked)
+        pt.files.spice_attitude(asked.pop("frame"), asked.pop("times"), asked.pop("kernels"), **asked)
 
 
 @pytest.mark.parametrize("content", [b"", b"nonsense", b"DAF/CK  " + bytes(5000), b"KPL/FK\n\\begindata\nFRAME_X = ("])
 def test_files_that_are_no_kernels(kernels, content):
     kernels[0].write_bytes(content)
     with pytest.raises(ValueError, match=r"must be a SPICE kernel|at all times, but SPICE says|first record is broken"):
-        pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+        pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
 
 
 @pytest.mark.parametrize("place", [8, 12])
@@ -116,13 +116,13 @@ def test_sizes_at_which_spice_would_crash(kernels, place):
     with pytest.raises(
         ValueError, match=r"m\.bc must be a whole SPICE kernel of the kind 'DAF/CK', but its first record"
     ):
-        pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+        pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
 
 
 def test_truncated_kernel(kernels):
     kernels[0].write_bytes(kernels[0].read_bytes()[:2048])
     with pytest.raises(ValueError, match="but SPICE says"):
-        pt.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+        pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
 
 
 @pytest.mark.parametrize(
@@ -139,16 +139,16 @@ def test_truncated_kernel(kernels):
 def test_bad_arguments(tmp_path, change, sentence):
     given = {"motion": MOTION, "path": "m.bc", **NAMED} | change
     with pytest.raises(ValueError, match=sentence):
-        pt.write_ck(given.pop("motion"), tmp_path / given.pop("path"), **given)
+        pt.files.write_ck(given.pop("motion"), tmp_path / given.pop("path"), **given)
     assert not list(tmp_path.iterdir())
 
 
 def test_existing_files_stay(tmp_path):
     (tmp_path / "m.tf").write_text("precious")
     with pytest.raises(FileExistsError, match=r"m\.tf exists\. overwrite=True replaces it\.$"):
-        pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
+        pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
     assert [path.name for path in tmp_path.iterdir()] == ["m.tf"]
-    pt.write_ck(MOTION, tmp_path / "m.bc", **NAMED, overwrite=True)
+    pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED, overwrite=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.bc", "m.tf", "m.tsc"]
 
 
@@ -159,7 +159,7 @@ def test_its_own_instants(kernels):
     table = ck.read_ck(kernels[0])
     assert table.times.size == TIMES.size
     np.testing.assert_allclose(CALENDAR.time(table.calendar.date(table.times)), TIMES, atol=2e-7)
-    back = pt.AttitudeTable(TIMES, table.quaternion, table.omega_body, CALENDAR)
+    back = pt.files.AttitudeTable(TIMES, table.quaternion, table.omega_body, CALENDAR)
     assert np.max(back.angle_to(MOTION)) < 3e-7
     np.testing.assert_allclose(table.omega_body, MOTION.omega_body, atol=3e-7)
     assert (table.reference_frame, table.body_frame) == ("ICRF", "SC_BODY_1")

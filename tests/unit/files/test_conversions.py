@@ -19,7 +19,7 @@ times = {stop = 60, count = 31}
 @pytest.fixture
 def result(tmp_path):
     (tmp_path / "it.toml").write_text(SCENARIO)
-    return pt.save(pt.read_scenario(tmp_path / "it.toml").propagate(progress=False), tmp_path / "it.nc")
+    return pt.save(pt.files.read_scenario(tmp_path / "it.toml").propagate(progress=False), tmp_path / "it.nc")
 
 
 @pytest.mark.parametrize("suffix", [".aem", ".xml", ".a", ".csv", ".bc"])
@@ -38,7 +38,7 @@ def test_there_and_back_without_a_date_on_the_command_line(result, tmp_path, suf
     shown = pt.plot.difference(motion, back)  # whose times are rounded
     assert np.max(shown.lines[0].get_ydata()) < slack
     plt.close(shown.figure)
-    again = pt.read_aem(convert(second, tmp_path / "again.aem"))  # with dates and axes that nobody says again
+    again = pt.files.read_aem(convert(second, tmp_path / "again.aem"))  # with dates and axes that nobody says again
     assert np.max(again.angle_to(back)) < slack
 
 
@@ -48,7 +48,7 @@ def test_the_zero_that_is_said_counts_the_times(result, tmp_path):
     undated.write_text(SCENARIO.partition("\n")[2] + 'units.time = "s"\n')
     first = pt.load(convert(aem, tmp_path / "0.nc", scenario=undated))
     later = pt.load(convert(aem, tmp_path / "1.nc", scenario=undated, zero="2026-11-20T23:59:00 UTC"))
-    table = pt.read_quaternion_csv(convert(aem, tmp_path / "m.csv", zero="2026-11-20T23:59:00 UTC"))
+    table = pt.files.read_quaternion_csv(convert(aem, tmp_path / "m.csv", zero="2026-11-20T23:59:00 UTC"))
     np.testing.assert_allclose(first.times, pt.load(result).times, atol=1e-9)
     for counted in (later, table):
         np.testing.assert_allclose(counted.times, first.times + 60, atol=1e-9)

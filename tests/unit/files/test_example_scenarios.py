@@ -11,7 +11,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 def motion_of(name):
-    return pt.read_scenario(EXAMPLES / f"{name}.toml").propagate(progress=False)
+    return pt.files.read_scenario(EXAMPLES / f"{name}.toml").propagate(progress=False)
 
 
 def angle(a, b):
@@ -74,7 +74,7 @@ def test_apophis_leaves_the_earth_with_another_rotation():
     motion = motion_of("apophis")
     assert motion.quaternion.shape == (200, 241, 4)
     before, after = (
-        pt.FreeRotation(
+        pt.analysis.FreeRotation(
             motion.system.body,
             motion.system.body.state(motion.quaternion[:, i], angular_momentum_body=motion.angular_momentum_body[:, i]),
         )

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import poinsot as pt
 from poinsot.shapes.shape import HIGHEST_DEGREE
 
-FIELD = pt.Mesh(
+FIELD = pt.shapes.Mesh(
     [(0.0, 0, 0), (1.5, 0.2, 0), (0.1, 1.2, -0.1), (0.3, 0.4, 1.1)],
     [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)],
     mass=2.0,
@@ -38,7 +38,7 @@ def icgem(lines=None, keys="", norm="norm fully_normalized\n", opening="a commen
 def read(folder, text, *args, **kwargs):
     path = folder / "table"
     path.write_text(text, newline="")
-    return pt.read_field(path, *args, **({"mass": 3.0} | kwargs))
+    return pt.files.read_field(path, *args, **({"mass": 3.0} | kwargs))
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_the_extent_is_in_the_unit_of_the_user_and_by_default_the_radius_of_the_
 
 
 def test_a_run_tells_when_the_attractor_was_within_the_radius_of_the_table(tmp_path):
-    rest = pt.FixedPosition(1.0, position=(0.2, 0, 0))
+    rest = pt.orbits.FixedPosition(1.0, position=(0.2, 0, 0))
     second = read(tmp_path, shadr(), 2)
     body = pt.Body.from_stokes(
         **{f"{name}2{m}": getattr(second, name)[2, m] for name in "CS" for m in range(3) if (name, m) != ("S", 0)},
@@ -98,7 +98,7 @@ def test_a_run_tells_when_the_attractor_was_within_the_radius_of_the_table(tmp_p
     )
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0))
     with pytest.warns(UserWarning, match="0.05 below the sphere that holds the body"):
-        force = pt.HarmonicGravity(rest, second)
+        force = pt.forces.HarmonicGravity(rest, second)
     assert pt.System(body, force).validity(start)["inside_sphere"]
 
 
@@ -151,10 +151,10 @@ def test_tables_that_contradict_themselves_end_in_one_sentence(text, sentence, t
 
 def test_a_table_is_text_in_a_file(tmp_path):
     with pytest.raises(FileNotFoundError):
-        pt.read_field(tmp_path / "none", mass=1.0)
+        pt.files.read_field(tmp_path / "none", mass=1.0)
     (tmp_path / "bytes").write_bytes(b"\xff\xfe\0")
     with pytest.raises(ValueError, match="must be text in UTF-8"):
-        pt.read_field(tmp_path / "bytes", mass=1.0)
+        pt.files.read_field(tmp_path / "bytes", mass=1.0)
 
 
 @settings(max_examples=150, deadline=10_000, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -47,13 +47,13 @@ def good(tmp_path_factory):
         write(handle, PROBE, EARTH, "J2000", 0.0, 3000.0)
         spice.spkcls(handle)
         found[path.name] = path.read_bytes()
-    for path in pt.write_ck(MOTION, folder / "it.bc", **NAMED):
+    for path in pt.files.write_ck(MOTION, folder / "it.bc", **NAMED):
         found[path.name] = path.read_bytes()
     return found
 
 
 def orbit(path):
-    return pt.spice_orbit(str(PROBE), str(EARTH), 100.0, 2000.0, [path], mu=398600.4)
+    return pt.files.spice_orbit(str(PROBE), str(EARTH), 100.0, 2000.0, [path], mu=398600.4)
 
 
 def attitudes(path):
@@ -171,8 +171,8 @@ def test_a_kernel_loads_no_other(tmp_path):
         path = tmp_path / name
         path.write_text(f"{text}\\begindata\nKernels_To_Load = ( '{tmp_path / 'other.tf'}' )\n\\begintext\n")
         with pytest.raises(ValueError, match=r"must be a (SPICE kernel: |kernel that loads no others)"):
-            pt.spice_attitude("J2000", [0.0], [path])
+            pt.files.spice_attitude("J2000", [0.0], [path])
     for head in (b"DAS/DSK ", b"DAF/EK  ", b"NAIF/DAF", b"DAFETF N", b"\\begindata\n"):
         path.write_bytes(head + bytes(3000))
         with pytest.raises(ValueError, match=r"must be a (whole )?SPICE kernel"):
-            pt.spice_attitude("J2000", [0.0], [path])
+            pt.files.spice_attitude("J2000", [0.0], [path])

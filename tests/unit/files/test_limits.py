@@ -45,17 +45,17 @@ HEADS = {
 
 READERS = {
     "nc": pt.load,
-    "toml": pt.read_scenario,
-    "aem": pt.read_aem,
-    "xml": pt.read_aem,
-    "apm": pt.read_apm,
-    "a": pt.read_stk_attitude,
-    "csv": pt.read_quaternion_csv,
-    "oem": pt.read_oem,
-    "bsp": lambda path: pt.spice_orbit("-77", "399", 0.0, 9.0, [path]),
-    "bc": lambda path: pt.spice_attitude("IT", [0.0], [path]),
-    "gfc": lambda path: pt.read_field(path, mass=1.0),
-    **dict.fromkeys(("obj", "ply", "stl", "tab"), lambda path: pt.read_mesh(path, mass=1.0)),
+    "toml": pt.files.read_scenario,
+    "aem": pt.files.read_aem,
+    "xml": pt.files.read_aem,
+    "apm": pt.files.read_apm,
+    "a": pt.files.read_stk_attitude,
+    "csv": pt.files.read_quaternion_csv,
+    "oem": pt.files.read_oem,
+    "bsp": lambda path: pt.files.spice_orbit("-77", "399", 0.0, 9.0, [path]),
+    "bc": lambda path: pt.files.spice_attitude("IT", [0.0], [path]),
+    "gfc": lambda path: pt.files.read_field(path, mass=1.0),
+    **dict.fromkeys(("obj", "ply", "stl", "tab"), lambda path: pt.files.read_mesh(path, mass=1.0)),
 }
 
 

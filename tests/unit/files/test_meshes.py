@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import poinsot as pt
 from poinsot.files.bodies import meshes
 
-BOX = pt.Mesh.box((1, 2, 3), mass=6.0)  # halves: no rounding in float32
+BOX = pt.shapes.Mesh.box((1, 2, 3), mass=6.0)  # halves: no rounding in float32
 TRIANGLES = BOX.vertices[BOX.faces]
 
 
@@ -81,7 +81,7 @@ def written(folder, name, content):
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_box_comes_out_of_every_format(name, tmp_path):
-    mesh = pt.read_mesh(written(tmp_path, name, FILES[name]), mass=6.0)
+    mesh = pt.files.read_mesh(written(tmp_path, name, FILES[name]), mass=6.0)
     assert len(mesh.vertices) == 8
     assert len(mesh.faces) == 12
     assert mesh.volume == 6
@@ -90,13 +90,13 @@ def test_a_box_comes_out_of_every_format(name, tmp_path):
 
 def test_the_unit_is_that_of_the_file(tmp_path):
     path = written(tmp_path, "box.obj", obj())
-    mesh = pt.read_mesh(path, density=2.0, unit=1000.0)
+    mesh = pt.files.read_mesh(path, density=2.0, unit=1000.0)
     assert mesh.volume == pytest.approx(6e9)
     assert mesh.mass == pytest.approx(12e9)
     with pytest.raises(ValueError, match="unit must be positive"):
-        pt.read_mesh(path, mass=1, unit=0)
+        pt.files.read_mesh(path, mass=1, unit=0)
     with pytest.raises(ValueError, match="exactly one of mass, density, got none"):
-        pt.read_mesh(path)
+        pt.files.read_mesh(path)
 
 
 def test_quadrilaterals_and_texture_seams_are_one_surface(tmp_path):
@@ -104,16 +104,16 @@ def test_quadrilaterals_and_texture_seams_are_one_surface(tmp_path):
     seams = "mtllib /etc/passwd\nusemtl stone\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n"
     seamed = [" ".join(f"{v + 1}/{k + 1}/1" for k, v in enumerate(quad)) for quad in quads]
     path = written(tmp_path, "quads.obj", seams + obj(faces=[]) + "".join(f"f {text}\n" for text in seamed))
-    mesh = pt.read_mesh(path, mass=6.0)
+    mesh = pt.files.read_mesh(path, mass=6.0)
     assert (len(mesh.vertices), mesh.volume) == (8, 6)
 
 
 def test_parts_of_a_file_are_one_body(tmp_path):
     two = written(tmp_path, "two.stl", stl_text() + stl_text(shift=4))
-    assert pt.read_mesh(two, mass=12.0).volume == 12
+    assert pt.files.read_mesh(two, mass=12.0).volume == 12
     lines = obj().splitlines()
     painted = [*lines[:8], "usemtl a", *lines[8:11], "usemtl b", *lines[11:17], "usemtl a", *lines[17:]]
-    mesh = pt.read_mesh(written(tmp_path, "painted.obj", "\n".join(painted)), mass=1.0)
+    mesh = pt.files.read_mesh(written(tmp_path, "painted.obj", "\n".join(painted)), mass=1.0)
     assert (len(mesh.faces), mesh.volume) == (12, 6)
 
 
@@ -122,18 +122,18 @@ def test_a_part_that_cannot_be_read_is_not_left_out(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         with pytest.raises(ValueError, match=r"two\.stl: the file must be STL"):
-            pt.read_mesh(written(tmp_path, "two.stl", stl_text() + broken), mass=12.0)
+            pt.files.read_mesh(written(tmp_path, "two.stl", stl_text() + broken), mass=12.0)
 
 
 def test_triangles_that_shrink_to_an_edge_are_dropped_where_vertices_become_one(tmp_path):
     flat = [(*BOX.vertices[0], *BOX.vertices[0], *BOX.vertices[1])]
     content = bytearray(stl_binary() + struct.pack("<12fH", 0, 0, 0, *flat[0], 0))
     content[80:84] = struct.pack("<I", 13)
-    assert pt.read_mesh(written(tmp_path, "sliver.stl", bytes(content)), mass=1).volume == 6
+    assert pt.files.read_mesh(written(tmp_path, "sliver.stl", bytes(content)), mass=1).volume == 6
 
 
 def test_no_other_file_is_opened(tmp_path, monkeypatch):
-    pt.read_mesh(written(tmp_path, "warm.ply", ply("ascii")), mass=1)  # modules are imported
+    pt.files.read_mesh(written(tmp_path, "warm.ply", ply("ascii")), mass=1)  # modules are imported
     paths = [written(tmp_path, name, "mtllib secret.mtl\n" * ("obj" in name) + FILES["box.obj"]) for name in ("a.obj",)]
     paths.append(written(tmp_path, "b.ply", ply("ascii")))
     opened, true_open = [], builtins.open
@@ -144,21 +144,21 @@ def test_no_other_file_is_opened(tmp_path, monkeypatch):
 
     monkeypatch.setattr(builtins, "open", watched)
     for path in paths:
-        pt.read_mesh(path, mass=1)
+        pt.files.read_mesh(path, mass=1)
     assert not opened  # the file itself goes through pathlib
 
 
 def test_surfaces_that_are_not_closed_or_inverted_name_the_file(tmp_path):
     opened = written(tmp_path, "open.obj", obj(faces=BOX.faces[1:] + 1))
     with pytest.raises(ValueError, match=r"open\.obj: faces must close the surface"):
-        pt.read_mesh(opened, mass=1)
+        pt.files.read_mesh(opened, mass=1)
     inverted = written(tmp_path, "in.obj", obj(faces=BOX.faces[:, ::-1] + 1))
     with pytest.raises(ValueError, match=r"in\.obj: faces must be anticlockwise .* repair=True turns them"):
-        pt.read_mesh(inverted, mass=1)
-    assert pt.read_mesh(inverted, mass=1, repair=True).volume == 6
+        pt.files.read_mesh(inverted, mass=1)
+    assert pt.files.read_mesh(inverted, mass=1, repair=True).volume == 6
     flat = written(tmp_path, "flat.obj", obj(vertices=BOX.vertices * (1, 1, 0)))
     with pytest.raises(ValueError, match=r"flat\.obj: faces must"):
-        pt.read_mesh(flat, mass=1)
+        pt.files.read_mesh(flat, mass=1)
 
 
 @pytest.mark.parametrize(
@@ -199,7 +199,7 @@ def test_surfaces_that_are_not_closed_or_inverted_name_the_file(tmp_path):
 )
 def test_bad_files_end_in_one_sentence(name, content, sentence, tmp_path):
     with pytest.raises(ValueError, match=sentence) as caught:
-        pt.read_mesh(written(tmp_path, name, content), mass=1)
+        pt.files.read_mesh(written(tmp_path, name, content), mass=1)
     assert str(caught.value).startswith(str(tmp_path / name))
     assert "\n" not in str(caught.value)
 
@@ -209,14 +209,14 @@ def test_too_large_files_and_other_formats_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(meshes, "MOST_FACES", 11)
     for name in ("box.stl", "box.obj", "text.ply", "text.stl", "plates.tab", "counts.TAB"):
         with pytest.raises(ValueError, match="a mesh must have at most 11 faces, but the file has 12"):
-            pt.read_mesh(written(tmp_path, name, FILES.get(name, stl_binary())), mass=1)
+            pt.files.read_mesh(written(tmp_path, name, FILES.get(name, stl_binary())), mass=1)
     monkeypatch.setattr(meshes, "MOST_BYTES", 100)
     with pytest.raises(ValueError, match="must have at most 100 bytes, but it has more"):
-        pt.read_mesh(path, mass=1)
+        pt.files.read_mesh(path, mass=1)
     with pytest.raises(ValueError, match=r"path must end in \.obj, \.tab, \.ply, \.stl, got box\.glb"):
-        pt.read_mesh(tmp_path / "box.glb", mass=1)
+        pt.files.read_mesh(tmp_path / "box.glb", mass=1)
     with pytest.raises(FileNotFoundError):
-        pt.read_mesh(tmp_path / "none.obj", mass=1)
+        pt.files.read_mesh(tmp_path / "none.obj", mass=1)
 
 
 @settings(max_examples=150, deadline=10_000, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -230,7 +230,7 @@ def test_any_bytes_end_in_a_mesh_or_in_one_sentence(name, edits, tmp_path):
         at = int(place * len(content))
         content = content[:at] + added + content[at + dropped :]
     try:
-        assert np.all(np.isfinite(pt.read_mesh(written(tmp_path, name, content), mass=1).inertia))
+        assert np.all(np.isfinite(pt.files.read_mesh(written(tmp_path, name, content), mass=1).inertia))
         sentence = ""
     except ValueError as error:
         sentence = str(error)

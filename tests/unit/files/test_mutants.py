@@ -22,7 +22,7 @@ from poinsot.files.scenarios.template import START
 SECONDS, BYTES = 1.0, 200e6
 """Of this process for each file; readers in processes of their own have limits there."""
 
-BOX = pt.Mesh.box((1.0, 2.0, 3.0), mass=1.0)
+BOX = pt.shapes.Mesh.box((1.0, 2.0, 3.0), mass=1.0)
 DATED = {"calendar": NAMED["calendar"], "reference_frame": NAMED["reference_frame"]}
 EPOCH = "2000-06-27T19:00:00 UTC", "2000-06-27T19:30:00 UTC"
 
@@ -92,20 +92,20 @@ TEXTS = {
 
 WRITERS = {
     "it.nc": pt.save,
-    "it.aem": partial(pt.write_aem, **NAMED),
-    "aem.xml": partial(pt.write_aem, **NAMED),
-    "it.a": partial(pt.write_stk_attitude, **DATED),
-    "it.csv": partial(pt.write_quaternion_csv, **NAMED),
-    "it.bc": partial(pt.write_ck, **NAMED),
+    "it.aem": partial(pt.files.write_aem, **NAMED),
+    "aem.xml": partial(pt.files.write_aem, **NAMED),
+    "it.a": partial(pt.files.write_stk_attitude, **DATED),
+    "it.csv": partial(pt.files.write_quaternion_csv, **NAMED),
+    "it.bc": partial(pt.files.write_ck, **NAMED),
 }
 
 
 def mesh(path):
-    return pt.read_mesh(path, mass=1.0)
+    return pt.files.read_mesh(path, mass=1.0)
 
 
 def field(path):
-    return pt.read_field(path, mass=1.0)
+    return pt.files.read_field(path, mass=1.0)
 
 
 def elements(read, path):
@@ -115,17 +115,17 @@ def elements(read, path):
 READERS = {
     "it.nc": pt.load,
     "it.zarr": pt.load,
-    "it.aem": pt.read_aem,
-    "aem.xml": pt.read_aem,
-    "it.apm": pt.read_apm,
-    "apm.xml": pt.read_apm,
-    "it.a": pt.read_stk_attitude,
-    "it.csv": pt.read_quaternion_csv,
+    "it.aem": pt.files.read_aem,
+    "aem.xml": pt.files.read_aem,
+    "it.apm": pt.files.read_apm,
+    "apm.xml": pt.files.read_apm,
+    "it.a": pt.files.read_stk_attitude,
+    "it.csv": pt.files.read_quaternion_csv,
     "it.bc": ck.read_ck,
-    "it.oem": pt.read_oem,
-    "it.tle": partial(elements, pt.tle_orbit),
-    **dict.fromkeys(("it.omm", "omm.json", "omm.csv"), partial(elements, pt.omm_orbit)),
-    "it.toml": pt.read_scenario,
+    "it.oem": pt.files.read_oem,
+    "it.tle": partial(elements, pt.files.tle_orbit),
+    **dict.fromkeys(("it.omm", "omm.json", "omm.csv"), partial(elements, pt.files.omm_orbit)),
+    "it.toml": pt.files.read_scenario,
     **dict.fromkeys(("it.gfc", "field.tab"), field),
     **dict.fromkeys(("it.obj", "it.ply", "it.stl", "binary.stl", "plates.tab"), mesh),
 }
@@ -144,7 +144,7 @@ def good(tmp_path_factory):
         write(MOTION, folder / name)
     pt.save(MOTION, folder / "it.zarr")
     for name in ("it.apm", "apm.xml"):
-        pt.write_apm(MOTION.system.body, MOTION.initial, folder / name, **NAMED)
+        pt.files.write_apm(MOTION.system.body, MOTION.initial, folder / name, **NAMED)
     for name, text in TEXTS.items():
         (folder / name).write_text(text(), newline="")
     (folder / "binary.stl").write_bytes(stl(binary=True))

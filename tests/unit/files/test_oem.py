@@ -91,7 +91,7 @@ def read(tmp_path):
     def read_text(text, *arguments, **options):
         path = tmp_path / "a.oem"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.read_oem(path, *arguments, **options)
+        return pt.files.read_oem(path, *arguments, **options)
 
     return read_text
 
@@ -294,15 +294,15 @@ def test_bad_files(read, text, sentence):
 
 def test_files_that_are_none(tmp_path, monkeypatch):
     with pytest.raises(FileNotFoundError, match=r"^path must lead to a file, but there is no .*none\.oem\.$"):
-        pt.read_oem(tmp_path / "none.oem")
+        pt.files.read_oem(tmp_path / "none.oem")
     with pytest.raises(ValueError, match=r"^path must lead to a file, but .* is none\.$"):
-        pt.read_oem(tmp_path)
+        pt.files.read_oem(tmp_path)
     with pytest.raises(ValueError, match=r"^path must lead to a file, but /dev/zero is none\.$"):
-        pt.read_oem("/dev/zero")
+        pt.files.read_oem("/dev/zero")
     monkeypatch.setattr(strangers, "MOST_OF_MESSAGE", 100)
     (tmp_path / "long.oem").write_text(WHOLE)
     with pytest.raises(ValueError, match=r"long\.oem must have at most 100 bytes, but it has more\.$"):
-        pt.read_oem(tmp_path / "long.oem")
+        pt.files.read_oem(tmp_path / "long.oem")
 
 
 SMALL = OPENING + metadata(STOP_TIME=None) + lines(0, 4) + COVARIANCE
@@ -324,7 +324,7 @@ def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, data):
     path.write_bytes(text.encode(errors="surrogatepass"))
     said = "nothing, but a result"
     try:
-        orbit = pt.read_oem(path, mu=1.0)
+        orbit = pt.files.read_oem(path, mu=1.0)
         assert np.all(np.isfinite(np.stack(orbit.position_at(np.array(orbit.span)))))
     except ValueError as error:
         said = str(error)

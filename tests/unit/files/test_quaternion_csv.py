@@ -28,7 +28,7 @@ def read(tmp_path):
     def read_text(content, **options):
         path = tmp_path / "a.csv"
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return pt.read_quaternion_csv(path, **options)
+        return pt.files.read_quaternion_csv(path, **options)
 
     return read_text
 
@@ -79,15 +79,15 @@ def test_bad_files(read, content, sentence):
 
 
 def test_written_motion_comes_back_with_all_digits(tmp_path):
-    path = pt.write_quaternion_csv(MOTION, tmp_path / "m.csv")
-    table = pt.read_quaternion_csv(path)
+    path = pt.files.write_quaternion_csv(MOTION, tmp_path / "m.csv")
+    table = pt.files.read_quaternion_csv(path)
     assert np.array_equal(table.times, TIMES)
     assert np.array_equal(table.omega_body, MOTION.omega_body)
     np.testing.assert_allclose(table.quaternion, MOTION.quaternion, atol=3e-16)
     assert (table.calendar, table.reference_frame, table.body_frame) == (None, "space axes", "SC_BODY_1")
-    named = pt.write_quaternion_csv(MOTION, tmp_path / "n.csv", **NAMED, body_frame="HUBBLE", rates=False)
-    table = pt.read_quaternion_csv(named)
+    named = pt.files.write_quaternion_csv(MOTION, tmp_path / "n.csv", **NAMED, body_frame="HUBBLE", rates=False)
+    table = pt.files.read_quaternion_csv(named)
     assert (table.calendar, table.reference_frame, table.body_frame) == (CALENDAR, "ICRF", "HUBBLE")
     assert table.omega_body is None
     with pytest.raises(FileExistsError, match="overwrite=True"):
-        pt.write_quaternion_csv(MOTION, path)
+        pt.files.write_quaternion_csv(MOTION, path)

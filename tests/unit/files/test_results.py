@@ -20,7 +20,9 @@ OBLIQUE = pt.Body.from_inertia([[3, 0.1, 0], [0.1, 4, 0.2], [0, 0.2, 5]])
 KEPLER = pt.KeplerOrbit(
     398600.4418, semimajor_axis=7000.0, eccentricity=0.2, inclination=0.5, node=0.7, argument_of_periapsis=0.2
 )
-PATH = pt.ThreeBodyPath(398600.0, 4900.0, separation=384400.0, position=(450000.0, 0, 10000.0), velocity=(0, -0.18, 0))
+PATH = pt.orbits.ThreeBodyPath(
+    398600.0, 4900.0, separation=384400.0, position=(450000.0, 0, 10000.0), velocity=(0, -0.18, 0)
+)
 BOTH = pt.GravityGradient(PATH.from_primary), pt.GravityGradient(PATH.from_secondary)
 TIMES = np.linspace(0, 5828, 41)
 MANY = np.random.default_rng(3).normal(size=(3, 3)) * 0.01
@@ -53,13 +55,13 @@ MOTIONS = {
     "ensemble": lambda: run(BODY, state=start(omega=MANY)),
     "ensemble of bodies": lambda: pt.free_motion(pt.Body(np.add(BODY.moments, [[0], [1], [2]])), start(), TIMES),
     "oblique, damped": lambda: run(
-        OBLIQUE, pt.LinearDamping(1e-4), pt.UniformGravity(1e-6, (1, 0.1, 0)), state=start(OBLIQUE)
+        OBLIQUE, pt.forces.LinearDamping(1e-4), pt.UniformGravity(1e-6, (1, 0.1, 0)), state=start(OBLIQUE)
     ),
     "orbit integrated along": lambda: run(BODY, *BOTH, times=10 * TIMES),
     "escape": lambda: run(
         BODY,
         pt.GravityGradient(
-            pt.EscapeOrbit(
+            pt.orbits.EscapeOrbit(
                 398600.4,
                 periapsis_distance=7000.0,
                 eccentricity=1.0,
@@ -71,7 +73,7 @@ MOTIONS = {
     ),
     "own gravity": lambda: run(
         pt.Body.ellipsoid(2.0, (1, 2, 3)),
-        pt.EllipsoidGravity(KEPLER, 2.0, (1, 2, 3)),
+        pt.forces.EllipsoidGravity(KEPLER, 2.0, (1, 2, 3)),
         state=start(pt.Body.ellipsoid(2.0, (1, 2, 3))),
     ),
 }
@@ -156,7 +158,7 @@ def test_scenario_is_kept_with_its_comments_and_its_seed(tmp_path):
 
 
 def test_text_of_a_system_has_all_digits():
-    orbit = pt.PrecessingOrbit(
+    orbit = pt.orbits.PrecessingOrbit(
         pt.KeplerOrbit(
             1 / 3,
             semimajor_axis=0.1 + 0.2,
@@ -189,7 +191,7 @@ def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoc
     from poinsot.files.scenarios.scenario import rebuilt_system
 
     orbit = in_order(pt.KeplerOrbit, 1e3, 2.0, eccentricity, *angles, epoch)
-    system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
+    system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.forces.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
     motion = pt.Trajectory(system, start(), TIMES, lambda: None, MOTION_RUN)
     again = rebuilt_system(text_of(motion).text, "it")
     assert [x.tobytes() for x in again.numbers] == [x.tobytes() for x in system.numbers]
@@ -230,7 +232,7 @@ def test_integrals_of_forces_of_others_are_those_of_the_file(tmp_path):
 
 def test_tables_of_attitudes_are_not_run(tmp_path, motions):
     motion = motions["in orbit"]
-    table = pt.AttitudeTable(motion.times, motion.quaternion, motion.omega_body).trajectory(motion.system)
+    table = pt.files.AttitudeTable(motion.times, motion.quaternion, motion.omega_body).trajectory(motion.system)
     read = pt.load(pt.save(table, tmp_path / "it.nc"))
     assert read.system.not_rerunnable.endswith("but this one is a table (given rates).")
 

@@ -395,7 +395,7 @@ def test_closed_form_and_integration_agree():
 
 def test_every_public_class_can_be_read():
     """All forces and orbits of the package but those that are tables."""
-    public = [getattr(pt, name) for name in pt.__all__]
+    public = [getattr(space, name) for space in (pt.forces, pt.orbits) for name in space.__all__]
     forces = [cls.__name__ for cls in public if isinstance(cls, type) and issubclass(cls, pt.Potential | pt.Torque)]
     orbits = [cls.__name__ for cls in public if isinstance(cls, type) and issubclass(cls, pt.Orbit)]
     assert set(forces) - {"Potential", "Torque"} <= set(makers("force"))
@@ -569,11 +569,11 @@ def test_files_that_are_no_scenarios(tmp_path):
     for name, content in files.items():
         (tmp_path / name).write_bytes(content)
         with pytest.raises(ValueError, match=r" must .* (but|got) .*\.$"):
-            pt.read_scenario(tmp_path / name)
+            pt.files.read_scenario(tmp_path / name)
     with pytest.raises(FileNotFoundError, match=r"path must lead to a file, but there is no .*none\.toml\.$"):
-        pt.read_scenario(tmp_path / "none.toml")
+        pt.files.read_scenario(tmp_path / "none.toml")
     with pytest.raises(ValueError, match="is none"):
-        pt.read_scenario(tmp_path.joinpath("folder.toml").mkdir() or tmp_path / "folder.toml")
+        pt.files.read_scenario(tmp_path.joinpath("folder.toml").mkdir() or tmp_path / "folder.toml")
 
 
 def test_a_file_of_a_gigabyte_is_refused_at_once(tmp_path):
@@ -582,7 +582,7 @@ def test_a_file_of_a_gigabyte_is_refused_at_once(tmp_path):
         stream.truncate(10**9)
     began, before = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(ValueError, match="must have at most 4000000 bytes, but it has more"):
-        pt.read_scenario(path)
+        pt.files.read_scenario(path)
     assert time.process_time() - began < 1
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
 
@@ -625,7 +625,7 @@ def test_bytes_are_refused(tmp_path_factory, content):
     path = tmp_path_factory.mktemp("bytes") / "it.toml"
     path.write_bytes(content)
     with pytest.raises(ValueError, match=r"^.*it\.toml"):
-        pt.read_scenario(path)
+        pt.files.read_scenario(path)
 
 
 def test_system_alone_needs_neither_state_nor_times():

@@ -74,7 +74,7 @@ def folder(tmp_path):
 def read(folder, body=BODY, rest=""):
     path = folder / "it.toml"
     path.write_text(SCENARIO.format(body=body, rest=rest))
-    return pt.read_scenario(path)
+    return pt.files.read_scenario(path)
 
 
 def assert_kept(scenario, folder, tmp_path):
@@ -99,34 +99,34 @@ def assert_kept(scenario, folder, tmp_path):
 @pytest.mark.parametrize(
     ("text", "shape"),
     [
-        ('type = "Mesh.box"\nsides = [1, 2, 3]\nmass = 4', pt.Mesh.box((1, 2, 3), mass=4)),
+        ('type = "Mesh.box"\nsides = [1, 2, 3]\nmass = 4', pt.shapes.Mesh.box((1, 2, 3), mass=4)),
         (
             'type = "Cylinder"\nradius = 1\nheight = 2\ndensity = 3\n'
             "position = [0, 0, 1]\nquaternion = [0.8, 0.6, 0, 0]",
-            pt.Cylinder(1, 2, density=3).moved((0, 0, 1), (0.8, 0.6, 0, 0)),
+            pt.shapes.Cylinder(1, 2, density=3).moved((0, 0, 1), (0.8, 0.6, 0, 0)),
         ),
         (
             'type = "Ellipsoid"\nsemiaxes = [1, 2, 3]\nmass = 3\nmatrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]',
-            pt.Ellipsoid((1, 2, 3), mass=3).moved(attitude=(0.5**0.5, 0, 0, 0.5**0.5)),
+            pt.shapes.Ellipsoid((1, 2, 3), mass=3).moved(attitude=(0.5**0.5, 0, 0, 0.5**0.5)),
         ),
         (
             'type = "Mascons"\nmasses = [1, 2, 3]\npositions = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]',
-            pt.Mascons([1, 2, 3], np.eye(3)),
+            pt.shapes.Mascons([1, 2, 3], np.eye(3)),
         ),
         (
             'type = "Mesh"\nmass = 2\nvertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]\n'
             "faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]",
-            pt.Mesh(np.vstack([np.zeros(3), np.eye(3)]), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], mass=2),
+            pt.shapes.Mesh(np.vstack([np.zeros(3), np.eye(3)]), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], mass=2),
         ),
         (
             'type = "Assembly"\n[[body.shape.parts]]\ntype = "Mesh.box"\nsides = [1, 1, 1]\nmass = 4\n'
             '[[body.shape.parts]]\ntype = "Cylinder"\nradius = 0.1\nheight = 3\nmass = 1\nposition = [2, 0, 0]',
-            pt.Assembly(
-                [pt.Mesh.box((1, 1, 1), mass=4), pt.Cylinder(0.1, 3, mass=1).moved((2, 0, 0))],
+            pt.shapes.Assembly(
+                [pt.shapes.Mesh.box((1, 1, 1), mass=4), pt.shapes.Cylinder(0.1, 3, mass=1).moved((2, 0, 0))],
             ),
         ),
     ],
-    ids=lambda it: type(it).__name__ if isinstance(it, pt.Shape) else "",
+    ids=lambda it: type(it).__name__ if isinstance(it, pt.shapes.Shape) else "",
 )
 def test_every_shape(folder, tmp_path, text, shape):
     scenario = read(folder, f'[body]\ntype = "Body.from_shape"\n[body.shape]\n{text}')
@@ -142,9 +142,15 @@ def test_every_shape(folder, tmp_path, text, shape):
 def test_shapes_of_python_are_kept_to_the_bit(tmp_path):
     turned = {"attitude": (0.1, 0.5, 0.5, 0.7), "position": (0.3, -0.2, 5)}
     unit = turned | {"attitude": np.array(turned["attitude"]) / np.linalg.norm(turned["attitude"])}
-    parts = [pt.Mesh.box((1, 2, 3), mass=5), pt.Ellipsoid((1, 2, 3), mass=1 / 3), pt.Cylinder(0.1, 4, density=0.7)]
+    parts = [
+        pt.shapes.Mesh.box((1, 2, 3), mass=5),
+        pt.shapes.Ellipsoid((1, 2, 3), mass=1 / 3),
+        pt.shapes.Cylinder(0.1, 4, density=0.7),
+    ]
     turned_parts = [part.moved(**unit) for part in parts]
-    shape = pt.Assembly([*turned_parts, pt.Assembly([pt.Mascons([1, 2], [[1, 0, 0], [0, 1 / 3, 0]])])])
+    shape = pt.shapes.Assembly(
+        [*turned_parts, pt.shapes.Assembly([pt.shapes.Mascons([1, 2], [[1, 0, 0], [0, 1 / 3, 0]])])]
+    )
     body = pt.Body.from_shape(shape)
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
     motion = pt.propagate(pt.System(body), start, [0.0, 1.0])
@@ -160,7 +166,7 @@ def test_shapes_of_python_are_kept_to_the_bit(tmp_path):
 
 def test_shapes_are_kept_where_forces_are_not(tmp_path):
     grid = np.mgrid[-1:1:9j, -1:1:9j, -1:1:9j].reshape(3, -1).T
-    body = pt.Body.from_shape(pt.Mascons(np.arange(1.0, len(grid) + 1), grid * (1, 2, 3)))
+    body = pt.Body.from_shape(pt.shapes.Mascons(np.arange(1.0, len(grid) + 1), grid * (1, 2, 3)))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
     motion = pt.propagate(pt.System(body, Push(1.0)), start, [0.0, 1.0])
     back = pt.load(pt.save(motion, tmp_path / "it.nc"))
@@ -171,7 +177,7 @@ def test_shapes_are_kept_where_forces_are_not(tmp_path):
 
 
 def test_shapes_of_others_are_left_out(tmp_path):
-    class Odd(pt.Ellipsoid):
+    class Odd(pt.shapes.Ellipsoid):
         """Of others."""
 
     body = pt.Body.from_shape(Odd((1, 2, 3), mass=1.0))
@@ -186,7 +192,7 @@ def test_shapes_of_others_are_left_out(tmp_path):
 
 def test_mesh(folder, tmp_path):
     scenario = read(folder, MESH.format(path="below/t.obj"))
-    wanted = pt.Body.from_shape(pt.read_mesh(folder / "below" / "t.obj", mass=7))
+    wanted = pt.Body.from_shape(pt.files.read_mesh(folder / "below" / "t.obj", mass=7))
     assert np.array_equal(scenario.system.body.inertia, wanted.inertia)
     back = assert_kept(scenario, folder, tmp_path)
     assert np.array_equal(back.system.body.shape.vertices, wanted.shape.vertices)
@@ -211,7 +217,7 @@ def test_orbit_message(folder, tmp_path):
     assert scenario.system.calendar == pt.Calendar("2026-11-21T00:00:00", "TDB")
     back = assert_kept(scenario, folder, tmp_path)
     assert back.system.calendar == scenario.system.calendar
-    assert pt.write_aem(back, tmp_path / "it.aem").exists()
+    assert pt.files.write_aem(back, tmp_path / "it.aem").exists()
 
 
 def test_kernels(folder, tmp_path):
@@ -236,15 +242,15 @@ def test_kernels(folder, tmp_path):
 def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
     orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.05, inclination=0.3, node=0.1)
     labels = {"reference_frame": "ICRF", "origin": "EARTH", "calendar": CALENDAR}
-    fitted = pt.Ephemeris.from_function(
+    fitted = pt.orbits.Ephemeris.from_function(
         orbit.mu, position=lambda t: np.stack(list(orbit.position_at(t)), -1), start=0, stop=6000, **labels
     )
     times = np.linspace(0, 6000, 61)
     r, v = (np.stack(list(part(times)), -1) for part in (orbit.position_at, orbit.velocity_at))
-    other = pt.Ephemeris.from_table(orbit.mu, times=times, positions=r, velocities=v)
+    other = pt.orbits.Ephemeris.from_table(orbit.mu, times=times, positions=r, velocities=v)
     body = pt.Body((4.0, 5.0, 6.0))
     system = pt.System(
-        body, pt.GravityGradient(fitted), pt.GravityGradient(other), pt.Oblateness(fitted, 1e-3, 1.0, (0, 0, 1))
+        body, pt.GravityGradient(fitted), pt.GravityGradient(other), pt.forces.Oblateness(fitted, 1e-3, 1.0, (0, 0, 1))
     )
     start = body.state((1, 0, 0, 0), omega_body=(0.001, 0, 0))
     motion = pt.propagate(system, start, np.linspace(0, 5000, 11), progress=False)
@@ -263,7 +269,7 @@ def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
     text = tmp_path / "text.toml"
     text.write_text(back.provenance["scenario"] + "[state]\nquaternion = [1, 0, 0, 0]\nomega_body = [0, 0, 0]\n")
     with pytest.raises(ValueError, match="must be numbers, but the result from which this text is has them"):
-        pt.read_scenario(text)
+        pt.files.read_scenario(text)
 
 
 OUT = {
@@ -333,7 +339,7 @@ def test_results_say_what_their_times_mean(folder, tmp_path):
     path = folder / "it.toml"
     said = 'calendar = {zero = "2026-11-21", scale = "UTC", unit = "h"}\n'
     path.write_text(SCENARIO.format(body=BODY, rest="").replace('units.time = "s"\n', said))
-    motion = pt.read_scenario(path).propagate(progress=False)
+    motion = pt.files.read_scenario(path).propagate(progress=False)
     back = pt.load(pt.save(motion, tmp_path / "it.nc"))
     assert_same(motion, back)
     time = back.dataset["time"]
@@ -344,18 +350,18 @@ def test_results_say_what_their_times_mean(folder, tmp_path):
         "scale": "UTC",
         "counted_in": "TAI",
     }
-    table = pt.read_aem(pt.write_aem(back, tmp_path / "it.aem", reference_frame="ICRF"))
+    table = pt.files.read_aem(pt.files.write_aem(back, tmp_path / "it.aem", reference_frame="ICRF"))
     assert table.calendar.date(table.times[-1]).isot == "2026-11-25T04:00:00.000"
     assert np.max(table.angle_to(back)) < 1e-9
     with pytest.raises(ValueError, match=r"calendar must be that of the motion, Calendar\(zero='2026-11-21T00:00:00'"):
-        pt.write_aem(back, tmp_path / "b.aem", reference_frame="ICRF", calendar=CALENDAR)
+        pt.files.write_aem(back, tmp_path / "b.aem", reference_frame="ICRF", calendar=CALENDAR)
 
 
 def test_dates_and_axes_are_kept_where_forces_are_not(tmp_path):
     pytest.importorskip("astropy")
     orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.05, inclination=0.3, node=0.1)
     labels = {"reference_frame": "ICRF", "origin": "EARTH", "calendar": CALENDAR}
-    fitted = pt.Ephemeris.from_function(
+    fitted = pt.orbits.Ephemeris.from_function(
         orbit.mu, position=lambda t: np.stack(list(orbit.position_at(t)), -1), start=0, stop=600, **labels
     )
     body = pt.Body((4.0, 5.0, 6.0))
@@ -363,7 +369,7 @@ def test_dates_and_axes_are_kept_where_forces_are_not(tmp_path):
     motion = pt.propagate(pt.System(body, pt.GravityGradient(fitted), Push(0.1)), start, [0.0, 1.0, 5.0])
     back = pt.load(pt.save(motion, tmp_path / "it.nc"))
     assert_same(motion, back)
-    text = [pt.write_aem(one, tmp_path / f"{i}.aem").read_text() for i, one in enumerate((motion, back))]
+    text = [pt.files.write_aem(one, tmp_path / f"{i}.aem").read_text() for i, one in enumerate((motion, back))]
     assert text[0].split("META_START")[1] == text[1].split("META_START")[1]
 
 
@@ -374,4 +380,6 @@ def test_what_a_writer_misses_is_named_for_both(tmp_path, missing, option):
     with pytest.raises(
         ValueError, match=f"^{missing} must be given .* {missing}=.*, or {option} .* on the command line"
     ):
-        pt.write_aem(MOTION, tmp_path / "it.aem", **{key: value for key, value in NAMED.items() if key != missing})
+        pt.files.write_aem(
+            MOTION, tmp_path / "it.aem", **{key: value for key, value in NAMED.items() if key != missing}
+        )

@@ -48,7 +48,7 @@ def place(orbit, times):
 
 
 def test_written_orbit_comes_back(kernel):
-    orbit = pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + DAY, [kernel])
+    orbit = pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + DAY, [kernel])
     times = np.linspace(0, DAY, 4001)
     errors = place(orbit, BEGIN + times) - np.stack(ORBIT.position_at(times), axis=-1)
     assert np.max(np.linalg.norm(errors, axis=-1)) < 3e-8
@@ -62,7 +62,7 @@ def test_written_orbit_comes_back(kernel):
 
 def test_dates_and_another_calendar(kernel):
     calendar = pt.Calendar("2000-01-04T11:58:55.816", "UTC")  # 3 days after J2000 in TDB, to some microseconds
-    orbit = pt.spice_orbit(PROBE, 399, 60.0, "2000-01-04T13:00:00 UTC", [kernel], calendar=calendar)
+    orbit = pt.files.spice_orbit(PROBE, 399, 60.0, "2000-01-04T13:00:00 UTC", [kernel], calendar=calendar)
     date = "2000-01-04T12:30:00 TDB"
     passed = pt.Calendar("2000-01-04T12:00:00", "TDB").time(date)
     expected = np.stack(ORBIT.position_at(passed), axis=-1)
@@ -70,7 +70,7 @@ def test_dates_and_another_calendar(kernel):
 
 
 def test_axes_of_the_ecliptic(kernel):
-    orbit = pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 6000, [kernel], frame="ECLIPJ2000")
+    orbit = pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 6000, [kernel], frame="ECLIPJ2000")
     x, y, z = ORBIT.position_at(3000.0)
     tilt = np.radians(84381.448 / 3600)
     expected = (x, np.cos(tilt) * y + np.sin(tilt) * z, -np.sin(tilt) * y + np.cos(tilt) * z)
@@ -79,20 +79,20 @@ def test_axes_of_the_ecliptic(kernel):
 
 
 def test_other_way_round(kernel):
-    orbit = pt.spice_orbit("EARTH", PROBE, BEGIN, BEGIN + 6000, [kernel], mu=1e-9)
+    orbit = pt.files.spice_orbit("EARTH", PROBE, BEGIN, BEGIN + 6000, [kernel], mu=1e-9)
     np.testing.assert_allclose(place(orbit, BEGIN)[0], -np.stack(ORBIT.position_at(0.0), axis=-1), atol=1e-8)
     assert orbit.mu == 1e-9
 
 
 def test_mu_of_the_kernels_and_of_the_argument(kernel, constants):
-    assert pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 600, [kernel, constants]).mu == 398600.5
-    assert pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 600, [str(kernel), constants], mu=2.0).mu == 2.0
+    assert pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 600, [kernel, constants]).mu == 398600.5
+    assert pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 600, [str(kernel), constants], mu=2.0).mu == 2.0
 
 
 def test_kernels_of_the_user_stay_loaded(kernel, constants):
     spice.furnsh(str(constants))
     try:
-        pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 600, [kernel])
+        pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 600, [kernel])
         assert spice.ktotal("ALL") == 1
     finally:
         spice.kclear()
@@ -120,7 +120,7 @@ def test_kernels_of_the_user_stay_loaded(kernel, constants):
 )
 def test_bad_input(kernel, arguments, options, sentence):
     with pytest.raises((TypeError, ValueError), match=f"^{sentence}"):
-        pt.spice_orbit(*arguments, [kernel], **options)
+        pt.files.spice_orbit(*arguments, [kernel], **options)
 
 
 def test_missing_package_says_how_to_get_it(monkeypatch):
@@ -128,14 +128,14 @@ def test_missing_package_says_how_to_get_it(monkeypatch):
     with pytest.raises(
         ImportError, match=r"^spiceypy must be installed for SPICE kernels, but it is not\. `pip install"
     ):
-        pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [])
+        pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [])
 
 
 def test_bad_kernels(kernel, tmp_path):
     with pytest.raises(FileNotFoundError, match=r"^kernels must be files, but there is no .*none\.bsp\.$"):
-        pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [kernel, tmp_path / "none.bsp"])
+        pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [kernel, tmp_path / "none.bsp"])
     with pytest.raises(TypeError, match=r"^kernels must be a list, each a path, got str"):
-        pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, str(kernel))
+        pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, str(kernel))
     (tmp_path / "torn.bsp").write_bytes(kernel.read_bytes()[:1500])
     with pytest.raises(ValueError, match=r"SPICE says SPICE\("):
-        pt.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [tmp_path / "torn.bsp"])
+        pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [tmp_path / "torn.bsp"])

@@ -36,7 +36,7 @@ def read(tmp_path):
     def read_text(text, **options):
         path = tmp_path / "a.a"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.read_stk_attitude(path, **options)
+        return pt.files.read_stk_attitude(path, **options)
 
     return read_text
 
@@ -123,21 +123,23 @@ def test_bad_files(read, text, sentence):
 
 @pytest.mark.parametrize("rates", [True, False])
 def test_written_motion_comes_back(tmp_path, rates):
-    path = pt.write_stk_attitude(MOTION, tmp_path / "m.a", **NAMED, rates=rates)
-    table = pt.read_stk_attitude(path, calendar=CALENDAR)
+    path = pt.files.write_stk_attitude(MOTION, tmp_path / "m.a", **NAMED, rates=rates)
+    table = pt.files.read_stk_attitude(path, calendar=CALENDAR)
     check(table, 1e-15, 1e-15 if rates else None)
-    assert pt.read_stk_attitude(path).calendar == pt.Calendar("2026-11-20T23:59:23.000000000", "UTC")
+    assert pt.files.read_stk_attitude(path).calendar == pt.Calendar("2026-11-20T23:59:23.000000000", "UTC")
     with pytest.raises(FileExistsError, match="overwrite=True"):
-        pt.write_stk_attitude(MOTION, path, **NAMED)
+        pt.files.write_stk_attitude(MOTION, path, **NAMED)
 
 
 def test_days_and_axes(tmp_path):
     days = pt.Calendar("2026-11-21T00:00:00", "UTC", "d")
     motion = pt.free_motion(BODY, START, TIMES / 864)
-    path = pt.write_stk_attitude(motion, tmp_path / "m.a", calendar=days, reference_frame="TEME", central_body="Mars")
+    path = pt.files.write_stk_attitude(
+        motion, tmp_path / "m.a", calendar=days, reference_frame="TEME", central_body="Mars"
+    )
     assert "CentralBody Mars\nCoordinateAxes TEMEOfDate\n" in path.read_text()
-    table = pt.read_stk_attitude(path)
+    table = pt.files.read_stk_attitude(path)
     np.testing.assert_allclose(table.times, 100 * TIMES, atol=1e-9)
     np.testing.assert_allclose(table.omega_body, motion.omega_body / 86400, rtol=1e-14)
     with pytest.raises(ValueError, match=r"^reference_frame must be one that STK knows, got MCI\.$"):
-        pt.write_stk_attitude(motion, tmp_path / "n.a", calendar=days, reference_frame="MCI")
+        pt.files.write_stk_attitude(motion, tmp_path / "n.a", calendar=days, reference_frame="MCI")

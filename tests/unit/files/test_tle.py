@@ -75,14 +75,14 @@ def place(orbit, times):
 @pytest.mark.parametrize("lines", PUBLISHED)
 def test_published_positions(lines):
     minutes = np.array(list(PUBLISHED[lines]), dtype=float)
-    orbit = pt.tle_orbit(lines, min(60 * minutes.min(), 0), max(60 * minutes.max(), 0))
+    orbit = pt.files.tle_orbit(lines, min(60 * minutes.min(), 0), max(60 * minutes.max(), 0))
     expected = np.array(list(PUBLISHED[lines].values()))
     # Published to 1e-8 km; the polynomials add 1e-10 of the distance.
     np.testing.assert_allclose(place(orbit, 60 * minutes), expected, rtol=0, atol=2e-8 + 2e-10 * 42000)
 
 
 def test_polynomials_keep_sgp4():
-    orbit = pt.tle_orbit(VANGUARD, 0, 3 * DAY)
+    orbit = pt.files.tle_orbit(VANGUARD, 0, 3 * DAY)
     satellite = api.Satrec.twoline2rv(*VANGUARD)
     times = np.linspace(0, 3 * DAY, 4001)
     exact = np.array([satellite.sgp4_tsince(t / 60)[1] for t in times])
@@ -101,20 +101,20 @@ def derivatives(satellite, times):
 
 
 def test_what_an_orbit_says_of_itself():
-    orbit = pt.tle_orbit(VANGUARD, 0, 1000)
+    orbit = pt.files.tle_orbit(VANGUARD, 0, 1000)
     assert (orbit.mu, orbit.reference_frame, orbit.origin) == (398600.8, "TEME", "EARTH")
     assert orbit.calendar == pt.Calendar("2000-06-27T18:50:19.733568", "UTC")
 
 
 def test_lines_as_text_with_a_name():
     text = "VANGUARD 1\r\n" + "\r\n".join(VANGUARD) + "\r\n\r\n"
-    assert place(pt.tle_orbit(text, 0, 1000), 0)[0, 0] == place(pt.tle_orbit(VANGUARD, 0, 1000), 0)[0, 0]
+    assert place(pt.files.tle_orbit(text, 0, 1000), 0)[0, 0] == place(pt.files.tle_orbit(VANGUARD, 0, 1000), 0)[0, 0]
 
 
 def test_axes_of_the_icrf():
     times = np.linspace(0, 3 * DAY, 7)
-    orbit = pt.tle_orbit(VANGUARD, 0, 3 * DAY, reference_frame="ICRF")
-    inertial, of_date = place(orbit, times), place(pt.tle_orbit(VANGUARD, 0, 3 * DAY), times)
+    orbit = pt.files.tle_orbit(VANGUARD, 0, 3 * DAY, reference_frame="ICRF")
+    inertial, of_date = place(orbit, times), place(pt.files.tle_orbit(VANGUARD, 0, 3 * DAY), times)
     np.testing.assert_allclose(np.linalg.norm(inertial, axis=-1), np.linalg.norm(of_date, axis=-1), rtol=1e-9)
     with iers.conf.set_temp("auto_download", False), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -140,9 +140,9 @@ def test_the_equinox_of_1982_stays_with_the_sidereal_time_of_1982():
 
 
 def test_dates_and_another_calendar():
-    own = pt.tle_orbit(VANGUARD, "2000-06-28T00:00:00 UTC", "2000-06-28T12:00:00 UTC")
+    own = pt.files.tle_orbit(VANGUARD, "2000-06-28T00:00:00 UTC", "2000-06-28T12:00:00 UTC")
     calendar = pt.Calendar("2000-06-28T00:00:00", "TDB")
-    other = pt.tle_orbit(VANGUARD, 3600, "2000-06-28T12:00:00 TDB", calendar=calendar)
+    other = pt.files.tle_orbit(VANGUARD, 3600, "2000-06-28T12:00:00 TDB", calendar=calendar)
     for date in ("2000-06-28T02:00:00 UTC", "2000-06-28T11:00:00 TDB"):
         here, there = place(own, own.calendar.time(date)), place(other, calendar.time(date))
         np.testing.assert_allclose(here, there, atol=3e-6)
@@ -151,13 +151,13 @@ def test_dates_and_another_calendar():
 def test_leap_second_takes_a_second():
     # The same elements with an epoch 12 h before the leap second at the end of 2016.
     lines = tuple(checked(line.replace("00179.78495062", "16366.50000000")) for line in VANGUARD)
-    before = pt.tle_orbit(lines, "2016-12-31T23:59:50 UTC", "2017-01-01T00:00:10 UTC")
+    before = pt.files.tle_orbit(lines, "2016-12-31T23:59:50 UTC", "2017-01-01T00:00:10 UTC")
     assert before.span == pytest.approx((43190, 43211), abs=1e-9)
     assert np.linalg.norm(np.diff(place(before, np.array([43199.5, 43200.5])), axis=0)) == pytest.approx(5.4, abs=2.5)
 
 
 def test_a_body_in_that_orbit():
-    orbit = pt.tle_orbit(VANGUARD, 0, 6001)
+    orbit = pt.files.tle_orbit(VANGUARD, 0, 6001)
     body = pt.Body((400.0, 500.0, 600.0))
     start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1e-3))
     motion = pt.propagate(pt.System(body, pt.GravityGradient(orbit)), start, np.linspace(0, 6000, 5))
@@ -200,15 +200,17 @@ def as_json(fields):
 
 @pytest.mark.parametrize("written", [dict, as_xml, as_csv, as_kvn, as_json])
 def test_messages_say_what_lines_say(written):
-    orbit = pt.omm_orbit(written(MESSAGE), 0, DAY)
+    orbit = pt.files.omm_orbit(written(MESSAGE), 0, DAY)
     times = np.linspace(0, DAY, 50)
-    np.testing.assert_allclose(place(orbit, times), place(pt.tle_orbit(VANGUARD, 0, DAY), times), rtol=0, atol=5e-6)
+    np.testing.assert_allclose(
+        place(orbit, times), place(pt.files.tle_orbit(VANGUARD, 0, DAY), times), rtol=0, atol=5e-6
+    )
     assert orbit.calendar == pt.Calendar("2000-06-27T18:50:19.733568", "UTC")
 
 
 def test_units_and_day_of_year_in_a_message():
     fields = MESSAGE | {"INCLINATION": "34.2682 [deg]", "EPOCH": "2000-179T18:50:19.733568"}
-    orbit = pt.omm_orbit(as_kvn(fields), 0, 1000)
+    orbit = pt.files.omm_orbit(as_kvn(fields), 0, 1000)
     np.testing.assert_allclose(place(orbit, 0)[0], PUBLISHED[VANGUARD][0], atol=5e-6)
 
 
@@ -243,7 +245,7 @@ def test_units_and_day_of_year_in_a_message():
 )
 def test_bad_messages(message, sentence):
     with pytest.raises(ValueError, match=f"^{sentence}"):
-        pt.omm_orbit(message, 0, 1000)
+        pt.files.omm_orbit(message, 0, 1000)
 
 
 # ------------------------------------------------------------------ bad input
@@ -281,14 +283,14 @@ def checked(line):
 )
 def test_bad_lines(lines, sentence):
     with pytest.raises(ValueError, match=f"^{sentence}"):
-        pt.tle_orbit(lines, 0, 1000)
+        pt.files.tle_orbit(lines, 0, 1000)
 
 
 def test_lines_of_another_kind():
     with pytest.raises(TypeError, match=r"^lines must be a text or a list, each a text, got int 5\.$"):
-        pt.tle_orbit(5, 0, 1000)
+        pt.files.tle_orbit(5, 0, 1000)
     with pytest.raises(TypeError, match=r"^message must be a text or a mapping, got list\.$"):
-        pt.omm_orbit([], 0, 1000)
+        pt.files.omm_orbit([], 0, 1000)
 
 
 def test_old_elements_are_refused_unless_asked_for():
@@ -297,10 +299,10 @@ def test_old_elements_are_refused_unless_asked_for():
         match=r"at most 14 days from the epoch 2000-06-27T18:50:19.733568 UTC of the elements, but the span reaches "
         r"14.5 days after it\. Take newer elements, or say how old they may be: max_age\.$",
     ):
-        pt.tle_orbit(VANGUARD, 0, 14.5 * DAY)
+        pt.files.tle_orbit(VANGUARD, 0, 14.5 * DAY)
     with pytest.raises(ValueError, match=r"reaches 20 days before it"):
-        pt.tle_orbit(VANGUARD, -20 * DAY, -19 * DAY)
-    assert pt.tle_orbit(VANGUARD, 14.4 * DAY, 14.5 * DAY, max_age=15).span == (14.4 * DAY, 14.5 * DAY)
+        pt.files.tle_orbit(VANGUARD, -20 * DAY, -19 * DAY)
+    assert pt.files.tle_orbit(VANGUARD, 14.4 * DAY, 14.5 * DAY, max_age=15).span == (14.4 * DAY, 14.5 * DAY)
 
 
 def test_decayed_satellite():
@@ -312,25 +314,25 @@ def test_decayed_satellite():
         r"^start and stop must be times at which SGP4 has a position, but .* s from the epoch 2006-04-04T.* it has"
     )
     with pytest.raises(ValueError, match=sentence):
-        pt.tle_orbit(lines, 0, 3 * DAY)
+        pt.files.tle_orbit(lines, 0, 3 * DAY)
 
 
 def test_other_bad_arguments():
     with pytest.raises(ValueError, match=r"^reference_frame must be one of TEME, ICRF, got 'ITRF'\.$"):
-        pt.tle_orbit(VANGUARD, 0, 1000, reference_frame="ITRF")
+        pt.files.tle_orbit(VANGUARD, 0, 1000, reference_frame="ITRF")
     with pytest.raises(ValueError, match=r"^stop must be later than start"):
-        pt.tle_orbit(VANGUARD, 1000, 0)
+        pt.files.tle_orbit(VANGUARD, 1000, 0)
     with pytest.raises(ValueError, match=r"^calendar must count seconds"):
-        pt.tle_orbit(VANGUARD, 0, 1, calendar=pt.Calendar("2000-06-28", "UTC", "d"))
+        pt.files.tle_orbit(VANGUARD, 0, 1, calendar=pt.Calendar("2000-06-28", "UTC", "d"))
 
 
 def test_missing_package_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "sgp4.api", None)
     sentence = r"^sgp4 must be installed for {}, but it is not\. `pip install 'poinsot\[sky\]'` brings it\.$"
     with pytest.raises(ImportError, match=sentence.format("two-line element sets")):
-        pt.tle_orbit(VANGUARD, 0, 1)
+        pt.files.tle_orbit(VANGUARD, 0, 1)
     with pytest.raises(ImportError, match=sentence.format("mean elements")):
-        pt.omm_orbit(MESSAGE, 0, 1)
+        pt.files.omm_orbit(MESSAGE, 0, 1)
 
 
 @given(st.data())
@@ -342,7 +344,7 @@ def test_any_change_of_the_text_is_a_result_or_a_sentence(data):
         text = text[:at] + data.draw(st.text(st.sampled_from("0123456789 .-+AUZ\n\0é"), max_size=3)) + text[at + gone :]
     if data.draw(st.booleans()):
         text = "\n".join(checked(line) if len(line) == 69 else line for line in text.splitlines())
-    outcome(pt.tle_orbit, text)
+    outcome(pt.files.tle_orbit, text)
 
 
 @given(st.text(max_size=300), st.sampled_from([as_xml, as_csv, as_kvn, as_json]), st.data())
@@ -350,12 +352,13 @@ def test_any_change_of_the_text_is_a_result_or_a_sentence(data):
 def test_any_message_is_a_result_or_a_sentence(noise, written, data):
     text = written(MESSAGE)
     at, gone = data.draw(st.integers(0, len(text))), data.draw(st.integers(0, 40))
-    outcome(pt.omm_orbit, text[:at] + noise + text[at + gone :])
+    outcome(pt.files.omm_orbit, text[:at] + noise + text[at + gone :])
     key = data.draw(st.sampled_from(sorted(MESSAGE)))
     outcome(
-        pt.omm_orbit, MESSAGE | {key: data.draw(st.text(max_size=20) | st.floats().map(str) | st.integers().map(str))}
+        pt.files.omm_orbit,
+        MESSAGE | {key: data.draw(st.text(max_size=20) | st.floats().map(str) | st.integers().map(str))},
     )
-    outcome(pt.omm_orbit, noise)
+    outcome(pt.files.omm_orbit, noise)
 
 
 def outcome(read, text):

@@ -66,7 +66,7 @@ def test_a_small_swing_has_the_period_of_a_pendulum():
 # ---------------------------------------------------------------------- gradient
 
 POSITION = np.array([3.0, -4.0, 12.0])
-POINT = pt.FixedPosition(7.0, position=POSITION)
+POINT = pt.orbits.FixedPosition(7.0, position=POSITION)
 
 
 @pytest.mark.parametrize(("body", "tensor"), [(BODY, np.diag([1.25, 1.0, 0.75])), (OBLIQUE, TENSOR)])
@@ -96,7 +96,7 @@ def test_gravity_gradient_is_the_attraction_of_far_point_masses():
     def attraction(turn):
         return -7.0 * np.sum(masses / np.linalg.norm(R + turn.apply(points), axis=-1))
 
-    force, other = pt.GravityGradient(pt.FixedPosition(7.0, position=R)), Rotation.from_rotvec([-1.0, 0.4, 0.3])
+    force, other = pt.GravityGradient(pt.orbits.FixedPosition(7.0, position=R)), Rotation.from_rotvec([-1.0, 0.4, 0.3])
     difference = energy(body, force, TURN) - energy(body, force, other)
     assert difference == pytest.approx(attraction(TURN) - attraction(other), rel=1e-3)
     assert abs(difference) > 1e-6
@@ -108,7 +108,7 @@ POLE = np.array([0.3, -0.2, 0.9])
 
 
 def oblate(j2=0.4, radius=9.0, pole=POLE, orbit=POINT):
-    return pt.Oblateness(orbit, j2, radius, pole)
+    return pt.forces.Oblateness(orbit, j2, radius, pole)
 
 
 @pytest.mark.parametrize(("body", "tensor"), [(BODY, np.diag([1.25, 1.0, 0.75])), (OBLIQUE, TENSOR)])
@@ -209,7 +209,7 @@ ELLIPSE = pt.KeplerOrbit(
     1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, argument_of_periapsis=1.9, true_anomaly=0.3
 )
 SEVERAL = {
-    "two at rest": [pt.GravityGradient(POINT), pt.GravityGradient(pt.FixedPosition(3.0, position=(0, 5.0, 0)))],
+    "two at rest": [pt.GravityGradient(POINT), pt.GravityGradient(pt.orbits.FixedPosition(3.0, position=(0, 5.0, 0)))],
     "an orbit and a point": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(POINT)],
     "two orbits": [pt.GravityGradient(ELLIPSE), pt.GravityGradient(CIRCLE)],
     "an oblate one and two others": [
@@ -235,7 +235,7 @@ def test_attractors_add(body, forces):
 
 def test_an_attractor_in_two_halves_is_one():
     halves, whole = (
-        [pt.GravityGradient(pt.FixedPosition(mu, position=POSITION)) for mu in masses]
+        [pt.GravityGradient(pt.orbits.FixedPosition(mu, position=POSITION)) for mu in masses]
         for masses in ((3.5, 3.5), (7.0,))
     )
     start = BODY.state(TURN, omega_body=(0.1, 0.3, -0.2))
@@ -252,7 +252,7 @@ def circle(semimajor_axis, mu, **others):
 
 
 def at_rest(position):
-    return pt.GravityGradient(pt.FixedPosition(0.8, position=position))
+    return pt.GravityGradient(pt.orbits.FixedPosition(0.8, position=position))
 
 
 INTEGRALS = {
@@ -284,5 +284,5 @@ def test_integrals_of_several_attractors(case):
 def test_linear_damping_stops_a_sphere_exponentially():
     sphere = pt.Body((2.0, 2.0, 2.0))
     state = sphere.state(TURN, omega_body=(0.4, -0.3, 0.6))
-    motion = pt.propagate(pt.System(sphere, pt.LinearDamping(0.5)), state, [0.0, 3.0])
+    motion = pt.propagate(pt.System(sphere, pt.forces.LinearDamping(0.5)), state, [0.0, 3.0])
     assert np.allclose(motion.omega_body[1], np.exp(-0.75) * np.array([0.4, -0.3, 0.6]), rtol=0, atol=1e-15)

@@ -114,7 +114,7 @@ def test_what_is_no_lower_degree(degree):
 @pytest.mark.parametrize(("degree", "came"), [(3.0, "float 3.0"), (True, "bool True"), ("3", "str '3'")])
 def test_a_degree_is_a_whole_number(degree, came):
     field = pt.GravityField(4, 1.0, 1.0, *coefficients(4))
-    for ask in (field.truncated, pt.Ellipsoid((1, 2, 3), mass=1.0).field):
+    for ask in (field.truncated, pt.shapes.Ellipsoid((1, 2, 3), mass=1.0).field):
         with pytest.raises(
             TypeError, match=f"^{re.escape(f'degree must be a whole number of at most 63 bits, got {came}.')}$"
         ):

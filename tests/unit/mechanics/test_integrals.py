@@ -11,8 +11,8 @@ TRIAXIAL, SYMMETRIC, SPHERE = pt.Body((1.25, 1.0, 0.75)), pt.Body((1.0, 1.0, 0.7
 SPACE = ["angular_momentum_space_1", "angular_momentum_space_2", "angular_momentum_space_3"]
 CIRCLE = pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.0, inclination=0.4, node=1.1)
 ELLIPSE = pt.KeplerOrbit(2.0, semimajor_axis=1.5, eccentricity=0.3, inclination=0.4, node=1.1)
-POLE = pt.FixedPosition(1.0, position=(0, 0, 2.0))
-ASIDE = pt.FixedPosition(1.0, position=(1.0, 2.0, 2.0))
+POLE = pt.orbits.FixedPosition(1.0, position=(0, 0, 2.0))
+ASIDE = pt.orbits.FixedPosition(1.0, position=(1.0, 2.0, 2.0))
 UP = pt.UniformGravity(0.5, (0, 0, 1))
 
 CASES = {
@@ -27,8 +27,8 @@ CASES = {
     "circular_orbit": (TRIAXIAL, (pt.GravityGradient(CIRCLE),), ["jacobi_energy"]),
     "elliptic_orbit": (TRIAXIAL, (pt.GravityGradient(ELLIPSE),), []),
     "symmetric_on_an_ellipse": (SYMMETRIC, (pt.GravityGradient(ELLIPSE),), ["angular_momentum_body_3"]),
-    "damped": (TRIAXIAL, (pt.LinearDamping(0.1),), []),
-    "damped_symmetric": (SYMMETRIC, (pt.LinearDamping(0.1),), []),
+    "damped": (TRIAXIAL, (pt.forces.LinearDamping(0.1),), []),
+    "damped_symmetric": (SYMMETRIC, (pt.forces.LinearDamping(0.1),), []),
 }
 
 

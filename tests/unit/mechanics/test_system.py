@@ -82,7 +82,7 @@ def test_a_system_without_forces_has_no_potential_energy(body, start):
 
 
 def test_a_torque_has_no_potential_energy(body, start):
-    assert pt.System(body, pt.LinearDamping(0.1)).potential_energy(start) == 0
+    assert pt.System(body, pt.forces.LinearDamping(0.1)).potential_energy(start) == 0
 
 
 def test_energy_of_a_moving_attractor_depends_on_the_time(satellite):
@@ -103,12 +103,12 @@ def test_structure_holds_no_number(body):
 def test_structure_tells_forces_and_integers_apart(body):
     systems = [
         pt.System(body),
-        pt.System(body, pt.LinearDamping(0.1)),
+        pt.System(body, pt.forces.LinearDamping(0.1)),
         pt.System(body, pt.UniformGravity(0.5, (1, 0, 0))),
         pt.System(body, Choice(1, 1.0)),
         pt.System(body, Choice(2, 1.0)),
-        pt.System(body, Choice(1, 1.0), pt.LinearDamping(0.1)),
-        pt.System(body, pt.GravityGradient(pt.FixedPosition(1.0, position=(1, 0, 0)))),
+        pt.System(body, Choice(1, 1.0), pt.forces.LinearDamping(0.1)),
+        pt.System(body, pt.GravityGradient(pt.orbits.FixedPosition(1.0, position=(1, 0, 0)))),
         pt.System(body, pt.GravityGradient(pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0))),
         pt.System(pt.Body.from_inertia([[2, 0.1, 0], [0.1, 2, 0], [0, 0, 2]])),
     ]
@@ -116,12 +116,12 @@ def test_structure_tells_forces_and_integers_apart(body):
 
 
 def test_numbers_are_in_the_order_of_declaration(body):
-    system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.LinearDamping(0.1))
+    system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.forces.LinearDamping(0.1))
     assert [float(x) for x in system.numbers] == [1.25, 1.0, 0.75, 0.5, 1, 2, 3, 0.1]
 
 
 def test_with_numbers_puts_each_scalar_in_its_place(body):
-    system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.LinearDamping(0.1))
+    system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.forces.LinearDamping(0.1))
     twin = system.with_numbers(iter(range(100, 108)))
     assert list(twin.body.moments) == [100, 101, 102]
     assert twin.forces[0].weight == 103
@@ -150,7 +150,7 @@ def test_parameters_keep_a_copy():
 
 
 def test_repr_names_the_parts(body):
-    text = repr(pt.System(body, pt.LinearDamping(0.1)))
+    text = repr(pt.System(body, pt.forces.LinearDamping(0.1)))
     assert text.startswith("System(Body(")
     assert "LinearDamping(" in text
 

@@ -30,12 +30,12 @@ def speed(times):
 
 
 def table(rows):
-    return pt.Ephemeris.from_table(KEPLER.mu, times=rows, positions=place(rows), velocities=speed(rows))
+    return pt.orbits.Ephemeris.from_table(KEPLER.mu, times=rows, positions=place(rows), velocities=speed(rows))
 
 
 @pytest.fixture(scope="module")
 def fitted():
-    return pt.Ephemeris.from_function(KEPLER.mu, position=place, start=-T, stop=6 * T)
+    return pt.orbits.Ephemeris.from_function(KEPLER.mu, position=place, start=-T, stop=6 * T)
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_a_fit_is_right_to_its_tolerance_and_says_its_error(fitted):
 
 
 def test_a_looser_fit_has_fewer_pieces(fitted):
-    loose = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=-T, stop=6 * T, tolerance=1e-6)
+    loose = pt.orbits.Ephemeris.from_function(KEPLER.mu, position=place, start=-T, stop=6 * T, tolerance=1e-6)
     assert len(loose.knots) < 0.4 * len(fitted.knots)
     position, _ = apart(loose)
     assert loose.error / 3 < position < 3 * loose.error < 3e-6 * 7700
@@ -88,7 +88,7 @@ def test_a_table_keeps_its_rows(tabulated):
 
 def test_the_noise_of_a_table_is_its_error(rng):
     rows = np.linspace(-T, 6 * T, 701)
-    noisy = pt.Ephemeris.from_table(
+    noisy = pt.orbits.Ephemeris.from_table(
         KEPLER.mu, times=rows, positions=place(rows) + 1e-3 * rng.normal(size=(701, 3)), velocities=speed(rows)
     )
     assert 2e-4 < noisy.error < 1e-1  # 20 times the difference of two orders: nothing converges
@@ -105,7 +105,7 @@ def test_a_kink_is_found_between_two_knots():
     def bent(times):
         return np.stack([10 + np.abs(times - 1 / 3), 0 * times, 0 * times], axis=-1)
 
-    ephemeris = pt.Ephemeris.from_function(1.0, position=bent, start=0.0, stop=1.0)
+    ephemeris = pt.orbits.Ephemeris.from_function(1.0, position=bent, start=0.0, stop=1.0)
     assert np.min(np.abs(ephemeris.knots - 1 / 3)) < 1e-8
     x, _, _ = ephemeris.position_at(np.array([0.2, 1 / 3, 0.9]))
     assert np.max(np.abs(x - [10 + 2 / 15, 10, 10 + 17 / 30])) < 4 * ephemeris.error < 8e-9
@@ -134,8 +134,8 @@ def test_the_frame_of_a_plane_that_turns():
     ellipse = pt.KeplerOrbit(
         1.0, semimajor_axis=1.0, eccentricity=0.2, inclination=0.7, node=0.3, argument_of_periapsis=0.5
     )
-    orbit = pt.PrecessingOrbit(ellipse, node_rate=node)
-    found = pt.Ephemeris.from_function(
+    orbit = pt.orbits.PrecessingOrbit(ellipse, node_rate=node)
+    found = pt.orbits.Ephemeris.from_function(
         1.0, position=lambda t: np.stack(list(orbit.position_at(t)), axis=-1), start=0, stop=20
     )
     h, times = 1e-5, np.linspace(1, 19, 40) / n
@@ -207,7 +207,7 @@ def test_it_says_what_it_is(fitted):
 
 def test_orbits_along_different_axes_do_not_meet(fitted):
     named = [
-        pt.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-6, reference_frame=name)
+        pt.orbits.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-6, reference_frame=name)
         for name in ("ICRF", "TEME", "ICRF")
     ]
     with pytest.raises(ValueError, match="the orbits of a system must have one reference frame, got ICRF and TEME"):
@@ -226,7 +226,7 @@ def test_the_unit_of_time_costs_no_digit(scale):
         node=0.1,
         argument_of_periapsis=0.2,
     )
-    few = pt.Ephemeris.from_function(
+    few = pt.orbits.Ephemeris.from_function(
         slow.mu,
         position=lambda t: np.stack(list(slow.position_at(t)), axis=-1),
         start=-1e6 / scale,
@@ -245,15 +245,17 @@ def test_the_unit_of_time_costs_no_digit(scale):
 
 def test_an_orbit_below_the_surface_warns():
     with pytest.warns(UserWarning, match=r"Ephemeris: the periapsis is 7[78].\d* below the surface \(distance 6300"):
-        low = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T, radius=6378.137)
+        low = pt.orbits.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T, radius=6378.137)
     assert low.periapsis_distance == pytest.approx(6300, rel=1e-4)
-    assert pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T, radius=6200.0).radius == 6200.0
+    assert pt.orbits.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T, radius=6200.0).radius == 6200.0
     with pytest.warns(UserWarning, match=r"Oblateness: the periapsis is 78."):
-        pt.Oblateness(pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T), 1e-3, 6378.137, (0, 0, 1))
+        pt.forces.Oblateness(
+            pt.orbits.Ephemeris.from_function(KEPLER.mu, position=place, start=0, stop=T), 1e-3, 6378.137, (0, 0, 1)
+        )
 
 
 def test_members_of_mu_are_shown():
-    assert repr(pt.Ephemeris.from_function([1.0, 2.0], position=place, start=0, stop=T)).startswith(
+    assert repr(pt.orbits.Ephemeris.from_function([1.0, 2.0], position=place, start=0, stop=T)).startswith(
         "Ephemeris(mu=[1.0, 2.0], "
     )
 
@@ -270,22 +272,22 @@ BAD = {
         r"no gaps, but 660 lie between times\[49\]",
     ),
     "units": (
-        lambda _: pt.Ephemeris.from_table(
+        lambda _: pt.orbits.Ephemeris.from_table(
             1, times=(rows := np.arange(0, 600, 60.0)), positions=place(rows), velocities=1e3 * speed(rows)
         ),
         r"positions and velocities must be of one smooth motion, but from row to row they miss each other by .* units",
     ),
     "too coarse": (lambda _: table(np.linspace(0, 10 * T, 9)), r"must be of one smooth motion, .* rows near enough"),
     "equilibria": (
-        lambda e: pt.equilibria(pt.System(BODY, pt.GravityGradient(e))),
+        lambda e: pt.analysis.equilibria(pt.System(BODY, pt.GravityGradient(e))),
         "system must be the same at all times",
     ),
     "equilibria in its frame": (
-        lambda e: pt.equilibria(pt.System(BODY), e.frame),
+        lambda e: pt.analysis.equilibria(pt.System(BODY), e.frame),
         "frame must be the same at all times",
     ),
     "periodic motion": (
-        lambda e: pt.periodic_motion(pt.System(BODY, pt.GravityGradient(e)), START, 4 * T),
+        lambda e: pt.analysis.periodic_motion(pt.System(BODY, pt.GravityGradient(e)), START, 4 * T),
         "period must fit twice into the span of the orbits",
     ),
     "outside": (
@@ -314,20 +316,20 @@ BAD = {
     "gap at the end": (lambda _: table(np.array([0, 60, 120, 900.0])), r"no gaps, but 780 lie between times\[2\]"),
     "one row": (lambda _: table(np.array([0.0])), r"times must be two or more, got 1"),
     "shape": (
-        lambda _: pt.Ephemeris.from_table(1, times=[0, 1], positions=[[0, 0]], velocities=[[0, 0]]),
+        lambda _: pt.orbits.Ephemeris.from_table(1, times=[0, 1], positions=[[0, 0]], velocities=[[0, 0]]),
         r"positions must have shape \(2, 3\)",
     ),
     "order": (
-        lambda _: pt.Ephemeris.from_function(1, position=place, start=1, stop=0),
+        lambda _: pt.orbits.Ephemeris.from_function(1, position=place, start=1, stop=0),
         r"stop must be after start, got start = 1 and stop = 0",
     ),
     "function": (
-        lambda _: pt.Ephemeris.from_function(1, position=lambda t: t, start=0, stop=1),
+        lambda _: pt.orbits.Ephemeris.from_function(1, position=lambda t: t, start=0, stop=1),
         r"position\(times\) must have shape \(23, 3\)",
     ),
-    "mu": (lambda _: pt.Ephemeris.from_function(0, position=place, start=0, stop=1), r"mu must be positive"),
+    "mu": (lambda _: pt.orbits.Ephemeris.from_function(0, position=place, start=0, stop=1), r"mu must be positive"),
     "too long": (
-        lambda _: pt.Ephemeris.from_function(1, position=place, start=0, stop=1e6 * T),
+        lambda _: pt.orbits.Ephemeris.from_function(1, position=place, start=0, stop=1e6 * T),
         r"so near that 200000 polynomials suffice",
     ),
 }
@@ -336,12 +338,12 @@ BAD = {
 @pytest.mark.parametrize("labels", [{"calendar": "2000-01-01"}, {"reference_frame": 3}, {"origin": ""}], ids=str)
 def test_labels_are_checked(labels):
     with pytest.raises(TypeError, match=rf"^{next(iter(labels))} must be a "):
-        pt.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-3, **labels)
+        pt.orbits.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-3, **labels)
 
 
 def test_names_of_one_frame_are_one():
     named = [
-        pt.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-3, reference_frame=x)
+        pt.orbits.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-3, reference_frame=x)
         for x in ("icrf", "GCRF", "EME2000")
     ]
     assert pt.System(BODY, *map(pt.GravityGradient, named)).forces[0].orbit.reference_frame == "ICRF"
@@ -360,7 +362,7 @@ def test_a_spike_is_found():
     def spike(times):
         return np.stack([10 + np.exp(-(((times - 0.123456) / 1e-4) ** 2)), 0 * times + 1, 0 * times], axis=-1)
 
-    ephemeris = pt.Ephemeris.from_function(1.0, position=spike, start=-1.0, stop=1.0)
+    ephemeris = pt.orbits.Ephemeris.from_function(1.0, position=spike, start=-1.0, stop=1.0)
     times = np.linspace(0.122, 0.125, 3001)
     true = np.max(np.abs(np.stack(list(ephemeris.position_at(times)), axis=-1) - spike(times)))
     assert true < ephemeris.error < 1e-10
@@ -384,7 +386,7 @@ def test_the_error_of_a_table_is_a_bound(seed):
         rows = np.linspace(0, random.uniform(0.6, 3) * orbit.period, random.integers(7, 90))
         r, v = (np.stack(list(part(rows)), axis=-1) for part in (orbit.position_at, orbit.velocity_at))
         try:
-            ephemeris = pt.Ephemeris.from_table(orbit.mu, times=rows, positions=r, velocities=v)
+            ephemeris = pt.orbits.Ephemeris.from_table(orbit.mu, times=rows, positions=r, velocities=v)
         except ValueError:
             continue  # too coarse to be read at all
         times = np.linspace(rows[0], rows[-1], 4001)
@@ -408,11 +410,11 @@ def test_every_precision_takes_a_table(fitted):
 
 
 def test_teme_goes_with_no_axes_without_a_name():
-    teme = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0.0, stop=T, reference_frame="TEME")
-    icrf = pt.Ephemeris.from_function(KEPLER.mu, position=place, start=0.0, stop=T, reference_frame="ICRF")
+    teme = pt.orbits.Ephemeris.from_function(KEPLER.mu, position=place, start=0.0, stop=T, reference_frame="TEME")
+    icrf = pt.orbits.Ephemeris.from_function(KEPLER.mu, position=place, start=0.0, stop=T, reference_frame="ICRF")
     body = pt.Body((1.0, 1.2, 1.5))
     pt.System(body, pt.GravityGradient(icrf), pt.GravityGradient(KEPLER))
     with pytest.raises(ValueError, match=r"one reference frame, got TEME and space axes\. Give reference_frame="):
         pt.System(body, pt.GravityGradient(teme), pt.GravityGradient(KEPLER))
     with pytest.raises(ValueError, match=r"one reference frame to be added, got TEME and space axes"):
-        pt.orbit_sum(teme, KEPLER)
+        pt.orbits.orbit_sum(teme, KEPLER)

@@ -5,7 +5,7 @@ import pytest
 
 import poinsot as pt
 
-POINT = pt.FixedPosition(5.0, position=(1.0, 2.0, 2.0))
+POINT = pt.orbits.FixedPosition(5.0, position=(1.0, 2.0, 2.0))
 
 
 @pytest.mark.parametrize("time", [0.0, -3.0, 1e9])
@@ -32,7 +32,7 @@ def test_gravity_gradient_at_rest_is_that_of_the_position(body, start):
 
 def test_slow_circular_orbit_is_a_fixed_point_for_a_short_while(body, start):
     far = pt.KeplerOrbit(1e-6, semimajor_axis=3.0, eccentricity=0.0)
-    fixed = pt.FixedPosition(1e-6, position=(3.0, 0.0, 0.0))
+    fixed = pt.orbits.FixedPosition(1e-6, position=(3.0, 0.0, 0.0))
     moving, resting = (
         pt.propagate(pt.System(body, pt.GravityGradient(orbit)), start, [0.0, 1.0]) for orbit in (far, fixed)
     )

@@ -13,7 +13,7 @@ BODY = pt.Body((1.0, 1.3, 1.5))
 
 
 def point_of(name, mu, separation=2.0, size=3.0, epoch=0.0):
-    return pt.LagrangePointPath((1 - mu) * size, mu * size, separation=separation, point=name, epoch=epoch)
+    return pt.orbits.LagrangePointPath((1 - mu) * size, mu * size, separation=separation, point=name, epoch=epoch)
 
 
 def place(orbit, time=0.0):
@@ -65,7 +65,7 @@ def test_librations_of_a_body_held_at_the_point(name):
     tensor = sum(3 * orbit.mu * np.outer(r, r) / np.linalg.norm(r) ** 5 for orbit, r in ((o, place(o)) for o in orbits))
     strengths = np.linalg.eigvalsh(tensor[:2, :2])
     pitch = np.sqrt((strengths[1] - strengths[0]) * (1.3 - 1.0) / 1.5)
-    stable = [found for found in pt.equilibria(system, point.frame) if found.stability == "lyapunov"]
+    stable = [found for found in pt.analysis.equilibria(system, point.frame) if found.stability == "lyapunov"]
     assert stable
     for found in stable:
         assert np.min(np.abs(found.frequencies / pitch - 1)) < 1e-12
@@ -94,10 +94,10 @@ WRONG = {
 @pytest.mark.parametrize("sentence", WRONG)
 def test_wrong_points_are_refused(sentence):
     with pytest.raises(ValueError) as error:
-        in_order(pt.LagrangePointPath, *WRONG[sentence])
+        in_order(pt.orbits.LagrangePointPath, *WRONG[sentence])
     assert str(error.value) == sentence
 
 
 def test_a_point_on_its_attractor_is_refused():
     with pytest.raises(ValueError, match=r"^position must not be zero, but the body is at the attractor\.$"):
-        pt.RotatingPosition(1.0, position=(0, 0, 0), rate=1.0)
+        pt.orbits.RotatingPosition(1.0, position=(0, 0, 0), rate=1.0)

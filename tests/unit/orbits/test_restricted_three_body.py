@@ -17,8 +17,8 @@ from poinsot.engine import kernels
 
 MU1, MU2, SEPARATION, EPOCH = 3.1, 0.4, 2.5, 0.7
 PLACE, DRIFT = (1.9, 0.7, 0.3), (-0.2, 0.1, 0.15)
-PATH = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH)
-OTHER = pt.ThreeBodyPath(
+PATH = pt.orbits.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH)
+OTHER = pt.orbits.ThreeBodyPath(
     MU1, MU2, separation=SEPARATION, position=(-1.0, 1.8, 0.1), velocity=(0.1, 0.2, 0.0), epoch=EPOCH
 )
 TIMES = EPOCH + np.array([-2.0, -0.5, 0.0, 1e-9, 0.3, 1.1, 3.7])
@@ -71,7 +71,7 @@ def test_derivatives_with_respect_to_time(name):
 
 def test_path_does_not_depend_on_the_order_of_questions():
     def fresh():
-        return pt.ThreeBodyPath(
+        return pt.orbits.ThreeBodyPath(
             MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH
         ).from_primary
 
@@ -82,7 +82,7 @@ def test_path_does_not_depend_on_the_order_of_questions():
 
 
 def test_a_copy_has_the_same_path():
-    path = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH)
+    path = pt.orbits.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=PLACE, velocity=DRIFT, epoch=EPOCH)
     r = stacked(path.from_primary.position_at(TIMES))
     copy = pickle.loads(pickle.dumps(path))
     assert np.array_equal(stacked(copy.from_primary.position_at(TIMES)), r)
@@ -96,7 +96,9 @@ def test_path_leads_back(after):
     r = turn.apply(stacked(orbit.position_at(time)))
     v = turn.apply(stacked(orbit.velocity_at(time))) - np.cross((0, 0, n), r)
     reduced = MU2 / (MU1 + MU2) * SEPARATION
-    back = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=r - (reduced, 0, 0), velocity=v, epoch=time)
+    back = pt.orbits.ThreeBodyPath(
+        MU1, MU2, separation=SEPARATION, position=r - (reduced, 0, 0), velocity=v, epoch=time
+    )
     assert back.jacobi_constant == pytest.approx(PATH.jacobi_constant, abs=1e-14)
     end = stacked(back.from_primary.position_at(EPOCH))
     start = back.frame.attitude(EPOCH).apply(stacked(orbit.position_at(EPOCH)))
@@ -113,7 +115,7 @@ def test_long_doubles_are_kept():
 def test_units_scale():
     length, time = 1000.0, 60.0
     mu = length**3 / time**2
-    same = pt.ThreeBodyPath(
+    same = pt.orbits.ThreeBodyPath(
         MU1 * mu,
         MU2 * mu,
         separation=SEPARATION * length,
@@ -129,11 +131,13 @@ def test_units_scale():
 
 def test_members_are_what_each_is_alone():
     places = np.array([PLACE, (1.8, 0.75, 0.2), (-1.0, 1.8, 0.1)])
-    together = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=places, velocity=DRIFT, epoch=EPOCH)
+    together = pt.orbits.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=places, velocity=DRIFT, epoch=EPOCH)
     assert together.jacobi_constant.shape == (3,)
     r = stacked(together.from_primary.position_at(np.full(3, 2.0)))
     for i in range(3):
-        alone = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=places[i], velocity=DRIFT, epoch=EPOCH)
+        alone = pt.orbits.ThreeBodyPath(
+            MU1, MU2, separation=SEPARATION, position=places[i], velocity=DRIFT, epoch=EPOCH
+        )
         assert np.max(np.abs(r[i] - stacked(alone.from_primary.position_at(2.0)))) < 1e-14
 
 
@@ -143,7 +147,7 @@ FALL = 0.03
 def falling(name, mu=0.01):
     """A path from rest beside an attractor, and times just before and after the fall, the tide left out."""
     mass, x = {"primary": (1 - mu, -mu), "secondary": (mu, 1 - mu)}[name]
-    path = pt.ThreeBodyPath(1 - mu, mu, separation=1.0, position=(x + FALL, 0, 0), velocity=(0, -FALL, 0))
+    path = pt.orbits.ThreeBodyPath(1 - mu, mu, separation=1.0, position=(x + FALL, 0, 0), velocity=(0, -FALL, 0))
     return path, np.pi * np.sqrt(FALL**3 / (8 * mass)) * np.array([0.99, 1.01])
 
 
@@ -158,7 +162,7 @@ def test_passage_close_to_the_secondary_keeps_the_jacobi_constant():
     path, t = falling("secondary")  # the tide leads it past, at 1.8e-10
     x, y, _, *velocity = path.variables_at(t[1])
     assert 0.001 < np.hypot(x, y) < 0.003
-    after = pt.ThreeBodyPath(0.99, 0.01, separation=1.0, position=(x + 0.99, y, 0), velocity=velocity)
+    after = pt.orbits.ThreeBodyPath(0.99, 0.01, separation=1.0, position=(x + 0.99, y, 0), velocity=velocity)
     rounding = np.finfo(float).eps * 2 * 0.01 / 1.8e-10  # of the potential at the periapsis
     assert abs(after.jacobi_constant - path.jacobi_constant) < 4 * rounding
 
@@ -181,7 +185,7 @@ def test_engine_is_there_without_a_propagation(way):
 
 
 def test_paths_from_a_libration_point():
-    point = pt.LagrangePointPath(3.1, 0.4, separation=2.5, point="L2", epoch=0.7)
+    point = pt.orbits.LagrangePointPath(3.1, 0.4, separation=2.5, point="L2", epoch=0.7)
     offset, drift = np.array([0.01, -0.02, 0.03]), (0.1, 0.0, -0.1)
     path = point.path(offset=offset, velocity=drift)
     assert (path.mass_ratio, path.mean_motion, path.epoch) == (point.mass_ratio, point.mean_motion, 0.7)
@@ -205,7 +209,7 @@ WRONG = {
 @pytest.mark.parametrize("sentence", WRONG)
 def test_wrong_paths_are_refused(sentence):
     with pytest.raises(ValueError) as error:
-        in_order(pt.ThreeBodyPath, *WRONG[sentence], DRIFT)
+        in_order(pt.orbits.ThreeBodyPath, *WRONG[sentence], DRIFT)
     assert str(error.value) == sentence
 
 
@@ -240,7 +244,7 @@ def both(path):
 
 
 UPRIGHT = pt.UniformGravity(0.3, (1, 0, 0))
-FLYBY = pt.EscapeOrbit(
+FLYBY = pt.orbits.EscapeOrbit(
     1.0,
     periapsis_distance=2.0,
     eccentricity=1.6,
@@ -298,7 +302,7 @@ def test_sky_of_a_motion_is_the_integrated_one(name, monkeypatch):
     state = pt.State(motion.quaternion, motion.conjugate_momenta, motion.times)
     energy, torque = system.potential_energy(state), system.torque_body(state)
     tracked = [PATH.from_primary, PATH.from_secondary, *[FLYBY] * (name == "with a flyby")]
-    for view in (*tracked, pt.FixedPosition(1.0, position=(1, 2, 3))):
+    for view in (*tracked, pt.orbits.FixedPosition(1.0, position=(1, 2, 3))):
         place, inverse = stacked(view.position_at(motion.times)), view.inverse_distance_at(motion.times)
         with monkeypatch.context() as blinded:
             if view in tracked:
@@ -315,7 +319,9 @@ def test_members_along_paths_of_their_own(name):
     places = np.array([PLACE, (1.8, 0.75, 0.2), (-1.0, 1.8, 0.1)])
 
     def system(chosen):
-        path = pt.ThreeBodyPath(MU1, MU2, separation=SEPARATION, position=places[chosen], velocity=DRIFT, epoch=EPOCH)
+        path = pt.orbits.ThreeBodyPath(
+            MU1, MU2, separation=SEPARATION, position=places[chosen], velocity=DRIFT, epoch=EPOCH
+        )
         return pt.System(BODY, *both(path), *([UPRIGHT] if name == "space" else []))
 
     together = pt.propagate(system(slice(None)), START, RUN)

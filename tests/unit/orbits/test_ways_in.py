@@ -261,24 +261,24 @@ def test_an_oblate_attractor_tells_what_its_orbit_did_not():
         EscapeOrbit(1, periapsis_distance=1.8, eccentricity=1.5),
     ):
         with pytest.warns(UserWarning, match="equatorial") as told:
-            pt.Oblateness(orbit, **flat)
+            pt.forces.Oblateness(orbit, **flat)
         assert [str(warning.message) for warning in told] == [sentence]
         assert told[0].filename == __file__
     for still in (
-        pt.FixedPosition(1.0, position=(0, 0, 1.8)),
-        pt.RotatingPosition(1.0, position=(1.8, 0, 0), rate=0.3),
+        pt.orbits.FixedPosition(1.0, position=(0, 0, 1.8)),
+        pt.orbits.RotatingPosition(1.0, position=(1.8, 0, 0), rate=0.3),
     ):
         with pytest.warns(UserWarning, match="is 0.075 below the equatorial radius"):
-            pt.Oblateness(still, **flat)
+            pt.forces.Oblateness(still, **flat)
     with pytest.warns(UserWarning, match="KeplerOrbit"):
         orbit = pt.KeplerOrbit(**ELEMENTS, radius=1.9)
     for quiet in (
         orbit,
         PrecessingOrbit(orbit),
-        pt.FixedPosition(1.0, position=(0, 0, 2)),
+        pt.orbits.FixedPosition(1.0, position=(0, 0, 2)),
         pt.KeplerOrbit(1, semimajor_axis=2, eccentricity=0.01),
     ):
-        pt.Oblateness(quiet, **flat)
+        pt.forces.Oblateness(quiet, **flat)
 
 
 # ---------------------------------------------------------------------- wrong input

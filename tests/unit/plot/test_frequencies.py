@@ -18,7 +18,7 @@ def _closed():
 
 
 def spectrum(nu, amplitudes, errors, residual):
-    return pt.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), residual)
+    return pt.analysis.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), residual)
 
 
 def test_stems_residual_and_units():
@@ -57,7 +57,7 @@ def test_frequencies_are_written_to_their_errors(value, error, written):
 
 
 def test_a_signal_without_lines_and_one_without_rest():
-    axes = pt.plot.spectrum(pt.frequencies(np.zeros(80), 1.0))
+    axes = pt.plot.spectrum(pt.analysis.frequencies(np.zeros(80), 1.0))
     assert not axes.texts
     axes = pt.plot.spectrum(spectrum([1.0], [1.0], [0.0], 0.0))
     assert len(axes.lines) == 1
@@ -65,7 +65,7 @@ def test_a_signal_without_lines_and_one_without_rest():
 
 
 def test_only_one_signal_is_drawn():
-    two = pt.frequencies(np.cos(np.arange(64) * [[0.5], [0.7]]), 1.0, count=2)
+    two = pt.analysis.frequencies(np.cos(np.arange(64) * [[0.5], [0.7]]), 1.0, count=2)
     sentence = "spectrum must be of one signal, got frequencies of shape (2, 2)."
     with pytest.raises(ValueError, match="^" + re.escape(sentence)):
         pt.plot.spectrum(two)

@@ -61,7 +61,7 @@ def test_indicators_against_time(members):
     rates = np.linspace(0.4, 2.9, 9)[: members[0]] if members else 2.9
     start = BODY.state(q, omega_body=np.multiply.outer(rates, (0, 0, 1.0)), time=1.0)
     system = pt.System(BODY, pt.GravityGradient(ORBIT), units={"time": "s", "inertia": "kg m2"})
-    found = pt.chaos_indicators(system, start, np.linspace(2, 30, 8), formulation="planar")
+    found = pt.analysis.chaos_indicators(system, start, np.linspace(2, 30, 8), formulation="planar")
     names = ["one", "two", "three"] if members == (3,) else ()
     left, right = pt.plot.chaos(found, names, "A moon")
     curves = [line for line in left.lines if len(line.get_xdata()) == 8]
@@ -97,6 +97,8 @@ def test_bad_indicators():
     with pytest.raises(TypeError, match=r"^found must be a ChaosIndicators, got int\.$"):
         pt.plot.chaos(3)
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
-    found = pt.chaos_indicators(pt.System(BODY, pt.GravityGradient(ORBIT)), start, [1.0, 2.0], formulation="planar")
+    found = pt.analysis.chaos_indicators(
+        pt.System(BODY, pt.GravityGradient(ORBIT)), start, [1.0, 2.0], formulation="planar"
+    )
     with pytest.raises(ValueError, match=r"^labels must name each of 1 members, got 2\.$"):
         pt.plot.chaos(found, ["one", "two"])

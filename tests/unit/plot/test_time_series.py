@@ -179,7 +179,7 @@ def test_members_are_whole_turns_apart_only_where_they_turned():
 
 
 def test_the_orbit_of_two_forces_is_one_orbit(motion):
-    system = pt.System(BODY, pt.GravityGradient(ORBIT), pt.Oblateness(ORBIT, 1e-3, 6000.0, (0, 0, 1)))
+    system = pt.System(BODY, pt.GravityGradient(ORBIT), pt.forces.Oblateness(ORBIT, 1e-3, 6000.0, (0, 0, 1)))
     twice = pt.propagate(system, motion.initial, TIMES)
     drawn = [curves(pt.plot.roll_pitch_yaw(twice, *orbit)) for orbit in ((), (ORBIT,))]
     for one, other in zip(*drawn, strict=True):

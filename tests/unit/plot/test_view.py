@@ -124,7 +124,7 @@ def test_a_turn_too_large_between_stored_times_is_said(steps, noted):
 
 
 def test_a_mesh_is_drawn_from_its_centre_of_mass():
-    mesh = pt.Mesh.box((1.0, 2.0, 3.0), density=1.5).moved(position=(7.0, -3.0, 2.0))
+    mesh = pt.shapes.Mesh.box((1.0, 2.0, 3.0), density=1.5).moved(position=(7.0, -3.0, 2.0))
     (part,) = content(free(pt.Body.from_shape(mesh)))["solids"]["shape"]
     corners = decoded(part["triangles"], 3)
     assert corners.shape == (36, 3)
@@ -136,10 +136,10 @@ def test_a_mesh_is_drawn_from_its_centre_of_mass():
 
 TURN = Rotation.from_rotvec([0.5, -1.1, 0.7])
 PARTS = (
-    pt.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), TURN),
-    pt.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), TURN.inv()),
+    pt.shapes.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), TURN),
+    pt.shapes.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), TURN.inv()),
 )
-POINTS = pt.Mascons((5.0, 1.0, 2.0, 2.5), ((2, 0, 0), (-3, 1, 0), (0, 2, 1), (0.3, -2, -1)))
+POINTS = pt.shapes.Mascons((5.0, 1.0, 2.0, 2.5), ((2, 0, 0), (-3, 1, 0), (0, 2, 1), (0.3, -2, -1)))
 
 
 def inertia_as_drawn(part, mass):
@@ -154,7 +154,9 @@ def inertia_as_drawn(part, mass):
 
 
 def test_parts_are_drawn_where_their_mass_is():
-    shape = pt.Assembly([PARTS[0], pt.Assembly([PARTS[1]])]).moved((10.0, 20.0, 30.0), Rotation.from_rotvec([0, 1, 2]))
+    shape = pt.shapes.Assembly([PARTS[0], pt.shapes.Assembly([PARTS[1]])]).moved(
+        (10.0, 20.0, 30.0), Rotation.from_rotvec([0, 1, 2])
+    )
     body = pt.Body.from_shape(shape)
     drawn = content(free(body))["solids"]["shape"]
     assert [part["solid"] for part in drawn] == ["cylinder", "ellipsoid"]
@@ -173,7 +175,7 @@ def test_mass_points_are_spheres_of_volumes_like_their_masses():
 def test_of_very_many_mass_points_the_heaviest_are_drawn():
     points = np.random.default_rng(6).normal(size=(20_050, 3))
     masses = np.where(np.arange(20_050) % 401 == 7, 1.0, 2.0)
-    (part,) = content(free(pt.Body.from_shape(pt.Mascons(masses, points)), times=(0.0, 1.0)))["solids"]["shape"]
+    (part,) = content(free(pt.Body.from_shape(pt.shapes.Mascons(masses, points)), times=(0.0, 1.0)))["solids"]["shape"]
     rows = decoded(part["spheres"], 4)
     assert np.ptp(rows[:, 3]) == 0
     assert len(rows) == 20_000

@@ -204,17 +204,17 @@ def test_a_shape_stands_in_space_as_the_attitude_says(browser, tmp_path):
     """How far each part reaches along three directions of space."""
     turn = Rotation.from_rotvec([0.5, -1.1, 0.7])
     parts = [
-        pt.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), turn),
-        pt.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), turn.inv()),
-        pt.Mesh.box((0.2, 0.4, 0.6), mass=1.0).moved((0.0, -2.0, 0.0), turn),
-        pt.Mascons((1.0, 2.0), ((0.0, 0.0, 0.0), (3.0, 0.0, 0.0))),
+        pt.shapes.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), turn),
+        pt.shapes.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), turn.inv()),
+        pt.shapes.Mesh.box((0.2, 0.4, 0.6), mass=1.0).moved((0.0, -2.0, 0.0), turn),
+        pt.shapes.Mascons((1.0, 2.0), ((0.0, 0.0, 0.0), (3.0, 0.0, 0.0))),
     ]
     reaches = [
         lambda d: 0.3 * np.linalg.norm(d[..., :2], axis=-1) + np.abs(d[..., 2]),
         lambda d: np.linalg.norm(d * (0.5, 1.0, 0.7), axis=-1),
         lambda d: np.abs(d) @ (0.1, 0.2, 0.3),
     ]
-    shape = pt.Assembly(parts)
+    shape = pt.shapes.Assembly(parts)
     body = pt.Body.from_shape(shape)
     motion = pt.free_motion(body, body.state((0.1, 0.7, -0.5, 0.5), omega_body=(1, 2, -1)), np.linspace(0, 3, 61))
     visit = Visit(browser, pt.view(motion, tmp_path / "motion.html"))

@@ -24,7 +24,7 @@ def spinning(rate=0.7, time=0.0, body=BODY):
     return body.state((1, 0, 0, 0), omega_body=rates, time=time)
 
 
-ACROSS = pt.AxisCrossing((1, 0, 0), (1, 0, 0))  # at cos(rate t) = 0
+ACROSS = pt.events.AxisCrossing((1, 0, 0), (1, 0, 0))  # at cos(rate t) = 0
 
 
 def quarters(rate, until):
@@ -107,7 +107,7 @@ def test_both_directions_of_time_from_a_start_within():
 
 @pytest.mark.parametrize("direction", [-1, 1])
 def test_a_direction_chooses_rising_or_falling_in_time_whichever_way_the_run_goes(direction):
-    event = pt.AxisCrossing((1, 0, 0), (1, 0, 0), direction=direction)
+    event = pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), direction=direction)
     for end in (50.0, -50.0):
         motion = pt.propagate(FREE, spinning(), [end], events=[event, ACROSS])
         chosen, both = motion.events
@@ -128,7 +128,7 @@ def test_members_have_their_own_events():
 
 
 def test_parameters_of_events_may_have_members_and_compile_nothing():
-    thirds = pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=np.linspace(0.2, 3.0, 9), direction=-1)
+    thirds = pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), angle=np.linspace(0.2, 3.0, 9), direction=-1)
     found = pt.propagate(FREE, spinning(1.0), [6.0], events=[thirds]).events[0]
     assert np.allclose(found.times, np.linspace(0.2, 3.0, 9), rtol=0, atol=2e-14)
     assert found.members.tolist() == list(range(9))
@@ -141,7 +141,7 @@ def test_a_terminal_event_ends_the_motion_whatever_step_of_a_chunk_it_is_in(step
     monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", steps)
     monkeypatch.setattr(sys.modules[pt.propagate.__module__], "STEPS_AT_A_TIME", steps)
     times, tumbling = way * np.arange(10.0), (0.3, 0.8, 0.9)
-    events = [pt.AtTime(2.0 * way, terminal=True)]
+    events = [pt.events.AtTime(2.0 * way, terminal=True)]
     one = pt.propagate(FREE, BODY.state((1, 0, 0, 0), omega_body=tumbling), times, events=events)
     two = BODY.state([(1.0, 0, 0, 0)] * 2, omega_body=[tumbling, (0.3, 0.2, 0.1)])
     several = pt.propagate(FREE, two, times, events=events)
@@ -153,7 +153,7 @@ def test_a_terminal_event_ends_the_motion_whatever_step_of_a_chunk_it_is_in(step
 
 @pytest.mark.parametrize("members", [False, True])
 def test_a_terminal_event_ends_the_motion_without_a_failure(members):
-    event = pt.AxisCrossing((1, 0, 0), (1, 0, 0), terminal=True)
+    event = pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), terminal=True)
     rates, times = np.linspace(0.3, 2, 11), np.linspace(-1, 6, 15)
     if not members:
         motion = pt.propagate(FREE, spinning(0.7), times, events=[event, ACROSS])
@@ -173,7 +173,7 @@ def test_a_terminal_event_ends_the_motion_without_a_failure(members):
 @pytest.mark.parametrize("angle", [1e-2, 1e-5])
 def test_a_narrow_cone_ends_a_motion_though_its_value_cancels(angle):
     event, rates = (
-        pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=angle, direction=1, terminal=True),
+        pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), angle=angle, direction=1, terminal=True),
         np.linspace(0.3, 2, 97),
     )
     motion = pt.propagate(FREE, spinning(rates), [100.0], events=[event])
@@ -206,9 +206,9 @@ def test_impulses_of_members_in_batches_are_those_of_each_alone():
     )
     system = pt.System(BODY, pt.GravityGradient(orbit))
     start, times = BODY.state((1, 0, 0, 0), omega_body=(0.02, 0.01, 0.5)), np.linspace(0, 20, 5)
-    together = pt.propagate(system, start, times, events=[Kick(impulses), pt.Apsis(orbit)])
+    together = pt.propagate(system, start, times, events=[Kick(impulses), pt.events.Apsis(orbit)])
     for k in (0, 5, 12):
-        alone = pt.propagate(system, start, times, events=[Kick(impulses[k]), pt.Apsis(orbit)])
+        alone = pt.propagate(system, start, times, events=[Kick(impulses[k]), pt.events.Apsis(orbit)])
         assert np.max(np.abs(together.quaternion[k] - alone.quaternion)) < 2e-13
         for a, b in zip(together.events, alone.events, strict=True):
             assert np.allclose(a.of(k).times, b.times, rtol=0, atol=2e-13)
@@ -243,13 +243,15 @@ def test_what_bounces_back_faster_and_faster_stops_with_a_sentence(members):
 
 
 def test_a_zero_at_the_start_is_none_and_at_the_end_is_one():
-    sine = pt.AxisCrossing((0, 1, 0), (1, 0, 0))  # -sin(rate t)
+    sine = pt.events.AxisCrossing((0, 1, 0), (1, 0, 0))  # -sin(rate t)
     for end in (4 * np.pi, -4 * np.pi):
         found = pt.propagate(FREE, spinning(1.0), [end], events=[sine]).events[0]
         assert np.allclose(np.sort(np.abs(found.times)), np.pi * np.arange(1, 5), rtol=1e-15)
     members = pt.propagate(FREE, spinning([1.0, 0.5, 2.0]), [4 * np.pi], events=[sine]).events[0]
     assert [len(members.of(k)) for k in range(3)] == [4, 2, 8]
-    motion = pt.propagate(FREE, spinning(1.0), [1.0, 2.0], events=[pt.AtTime(0.0, terminal=True), pt.AtTime(2.0)])
+    motion = pt.propagate(
+        FREE, spinning(1.0), [1.0, 2.0], events=[pt.events.AtTime(0.0, terminal=True), pt.events.AtTime(2.0)]
+    )
     assert len(motion.times) == 2
     assert [len(found) for found in motion.events] == [0, 1]
 
@@ -258,12 +260,12 @@ def test_a_zero_at_the_start_is_none_and_at_the_end_is_one():
 def test_events_at_one_instant_all_happen(members):
     """Passing, acting and terminal ones, and one with another formula of the same zero."""
     events = [
-        pt.AtTime(2.0),
+        pt.events.AtTime(2.0),
         Late(2.0, 0.3, 1.0),
         Late(2.0, 0.5, 7.0),
-        pt.AtTime(2.0),
-        pt.AtTime(5.0, terminal=True),
-        pt.AtTime(5.0),
+        pt.events.AtTime(2.0),
+        pt.events.AtTime(5.0, terminal=True),
+        pt.events.AtTime(5.0),
     ]
     motion = pt.propagate(FREE, spinning([0.5, 0.5] if members else 0.5), [1.0, 3.0, 6.0], events=events)
     last = motion.events[0].times.size
@@ -293,7 +295,7 @@ def test_an_event_where_a_formula_branches_is_not_lost():
 
     for members in (1.0, np.linspace(0.2, 2.5, 97)):
         motion = pt.propagate(
-            pt.System(BODY, Brake()), spinning(members), [9.0], events=[pt.RateCrossing((0, 0, 1), rate=0.1)]
+            pt.System(BODY, Brake()), spinning(members), [9.0], events=[pt.events.RateCrossing((0, 0, 1), rate=0.1)]
         )
         assert np.allclose(motion.events[0].times, (np.ravel(members) - 0.1) / 0.3, rtol=1e-14)
 
@@ -338,13 +340,13 @@ def test_events_change_the_motion_by_rounding_in_any_unit(unit, inertia):
     start = body.state((1, 0, 0, 0), omega_body=np.array([0.2, 0.3, 1.1]) / unit)
     times = np.linspace(0, 8, 5) * unit
     events = [
-        pt.AxisCrossing((3, 1, 0), (0, 0, 1e9), angle=1.3),
-        pt.AttractorCrossing((0, 0, 1), orbit),
-        pt.RateCrossing((1, 0, 0)),
-        pt.SpinFlip((0, 1e-9, 0)),
-        pt.Apsis(orbit),
-        pt.AtTime(7 * unit),
-        pt.AndoyerCrossing(),
+        pt.events.AxisCrossing((3, 1, 0), (0, 0, 1e9), angle=1.3),
+        pt.events.AttractorCrossing((0, 0, 1), orbit),
+        pt.events.RateCrossing((1, 0, 0)),
+        pt.events.SpinFlip((0, 1e-9, 0)),
+        pt.events.Apsis(orbit),
+        pt.events.AtTime(7 * unit),
+        pt.events.AndoyerCrossing(),
     ]
     plain, watched = pt.propagate(system, start, times), pt.propagate(system, start, times, events=events)
     assert np.max(np.abs(plain.quaternion - watched.quaternion)) < 4e-14
@@ -379,20 +381,22 @@ def test_orbits_of_events_need_not_be_those_of_forces():
             )
         ),
     )
-    found = pt.propagate(system, spinning(), [40.0], events=[pt.Apsis(ellipse, direction=1)]).events[0]
+    found = pt.propagate(system, spinning(), [40.0], events=[pt.events.Apsis(ellipse, direction=1)]).events[0]
     assert np.allclose(found.times, 2 * np.pi * np.arange(1, 7), rtol=1e-15)
-    found = pt.propagate(FREE, spinning(), [40.0], events=[pt.Apsis(ellipse, direction=-1)]).events[0]
+    found = pt.propagate(FREE, spinning(), [40.0], events=[pt.events.Apsis(ellipse, direction=-1)]).events[0]
     assert np.allclose(found.times, np.pi * np.arange(1, 13, 2), rtol=1e-15)
 
 
 @pytest.mark.parametrize("members", [False, True])
 def test_orbits_that_are_integrated_along_and_actions_on_their_way(members):
     """The action must leave the variables of the orbit alone, and a body without forces may have such an event."""
-    path = pt.ThreeBodyPath(3.1, 0.4, separation=2.5, position=(1.9, 0.7, 0.3), velocity=(-0.2, 0.1, 0.15), epoch=0.7)
+    path = pt.orbits.ThreeBodyPath(
+        3.1, 0.4, separation=2.5, position=(1.9, 0.7, 0.3), velocity=(-0.2, 0.1, 0.15), epoch=0.7
+    )
     orbit, other = path.from_primary, path.from_secondary
     system = FREE if members else pt.System(BODY, pt.GravityGradient(orbit))
     start = spinning([1.5, 1.6] if members else 1.5, time=0.7)
-    events = [pt.Apsis(orbit), Kick(0.1), pt.AttractorCrossing((1, 0, 0), other)]
+    events = [pt.events.Apsis(orbit), Kick(0.1), pt.events.AttractorCrossing((1, 0, 0), other)]
     motion = pt.propagate(system, start, [3.0, 6.0], events=events)
     apsis, kicked, seen = motion.events
     r, v = (np.stack(x, axis=-1) for x in (orbit.position_at(apsis.times), orbit.velocity_at(apsis.times)))
@@ -411,12 +415,12 @@ def test_events_where_tables_change_their_polynomials():
     ellipse = pt.KeplerOrbit(
         1.0, semimajor_axis=1.0, eccentricity=0.2, inclination=0.2, node=0.3, argument_of_periapsis=0.4
     )
-    table = pt.Ephemeris.from_function(
+    table = pt.orbits.Ephemeris.from_function(
         1.0, position=lambda t: np.stack(ellipse.position_at(t), axis=-1), start=0.0, stop=13.0
     )
     system = pt.System(BODY, pt.GravityGradient(table))
     knots = table.knots[(table.knots > 0) & (table.knots < 13)][::3]
-    events = [pt.Apsis(table, direction=1), *(pt.AtTime(knot) for knot in knots)]
+    events = [pt.events.Apsis(table, direction=1), *(pt.events.AtTime(knot) for knot in knots)]
     for rate in (0.5, [0.5, 0.6]):
         apsis, *at_knots = pt.propagate(system, spinning(rate), [0.0, 13.0], events=events).events
         assert np.allclose(apsis.of(0).times, 2 * np.pi * np.arange(1, 3), rtol=1e-12)
@@ -448,13 +452,13 @@ def test_wrong_events_are_refused_in_a_sentence():
     with pytest.raises(TypeError, match=r"events must be a list of Event, but events\[1\] is int\."):
         run(ACROSS, 3)
     with pytest.raises(ValueError, match=r"direction must be -1, 0 or 1, got 2\."):
-        pt.AtTime(1.0, direction=2)
+        pt.events.AtTime(1.0, direction=2)
     with pytest.raises(ValueError, match=r"Kick must either act or be terminal, but it does both\."):
         Kick(1.0, terminal=True)
     with pytest.raises(ValueError, match=r"axis must not be zero"):
-        pt.RateCrossing((0, 0, 0))
+        pt.events.RateCrossing((0, 0, 0))
     with pytest.raises(ValueError, match=r"angle must be in \(0, pi\), got 4\.0\."):
-        pt.AxisCrossing((1, 0, 0), (1, 0, 0), angle=4.0)
+        pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), angle=4.0)
     with pytest.raises(TypeError, match=r"a force must be a Potential or a Torque, got AxisCrossing\."):
         pt.System(BODY, ACROSS)
 

@@ -16,7 +16,7 @@ TIMES = np.linspace(-7, 20, 14)
 
 
 @pytest.mark.parametrize("rate", [0.4, 2.5])
-@pytest.mark.parametrize("forces", [(), (pt.LinearDamping(0.05),)], ids=["conservative", "damped"])
+@pytest.mark.parametrize("forces", [(), (pt.forces.LinearDamping(0.05),)], ids=["conservative", "damped"])
 def test_the_motion_is_the_one_in_space(rate, forces):
     system, start = pt.System(BODY, *SYSTEM.forces, *forces), BODY.state(UP, omega_body=(0, 0, rate))
     planar, space = (pt.propagate(system, start, TIMES, formulation=name) for name in ("planar", "lie_poisson"))
@@ -28,8 +28,8 @@ def test_the_motion_is_the_one_in_space(rate, forces):
 
 def test_neighbours_are_those_in_space():
     start = BODY.state(UP, omega_body=(0, 0, 2.5))
-    plane = pt.state_transition(SYSTEM, start, TIMES, ["eccentricity"], formulation="planar")
-    space = pt.state_transition(SYSTEM, start, TIMES, ["eccentricity"])
+    plane = pt.analysis.state_transition(SYSTEM, start, TIMES, ["eccentricity"], formulation="planar")
+    space = pt.analysis.state_transition(SYSTEM, start, TIMES, ["eccentricity"])
     own = np.ix_(range(len(TIMES)), [2, 5], [2, 5])
     np.testing.assert_allclose(plane.matrix, space.matrix[own], rtol=0, atol=1e-10)
     np.testing.assert_allclose(plane.sensitivity, space.sensitivity[:, [2, 5]], rtol=0, atol=1e-10)
@@ -40,7 +40,7 @@ def test_neighbours_are_those_in_space():
 def test_neighbours_leave_the_motion_alone(formulation):
     start = BODY.state(np.array([UP, UP]), omega_body=(0, 0, 2.5) * np.ones((2, 1)))
     alone = pt.propagate(SYSTEM, start, TIMES, formulation=formulation)
-    beside = pt.state_transition(SYSTEM, start, TIMES, formulation=formulation).motion
+    beside = pt.analysis.state_transition(SYSTEM, start, TIMES, formulation=formulation).motion
     np.testing.assert_allclose(beside.quaternion, alone.quaternion, rtol=0, atol=6e-14)
     np.testing.assert_allclose(beside.conjugate_momenta, alone.conjugate_momenta, rtol=0, atol=1e-13)
 
@@ -66,7 +66,7 @@ def test_a_body_that_turns_otherwise_is_refused(system, start, what):
     with pytest.raises(ValueError, match=f"^{sentence}"):
         pt.propagate(system, start, [1.0], formulation="planar")
     with pytest.raises(ValueError, match=f"^{sentence}"):
-        pt.chaos_indicators(system, start, [1.0], formulation="planar")
+        pt.analysis.chaos_indicators(system, start, [1.0], formulation="planar")
 
 
 def test_ensembles_of_states_and_of_parameters():
@@ -105,4 +105,4 @@ def test_an_inclined_orbit_is_taken_along_itself_and_refused_in_the_space_axes()
     assert np.max(np.abs(planar.quaternion - pt.propagate(along, start, [5.0]).quaternion)) < 1e-14
     for system, parameters in ((pt.System(body, pt.GravityGradient(orbit), Pole()), []), (along, ["eccentricity"])):
         with pytest.raises(ValueError, match=r"along the third space axis .*, but it is 0\.49 rad off"):
-            pt.state_transition(system, start, [5.0], parameters, formulation="planar")
+            pt.analysis.state_transition(system, start, [5.0], parameters, formulation="planar")

@@ -107,7 +107,7 @@ def test_a_parameter_that_the_formula_does_not_use(body, start):
         def torque(self, instant):
             return self.first * instant.omega_body
 
-    damped = pt.propagate(pt.System(body, pt.LinearDamping(0.1)), start, TIMES)
+    damped = pt.propagate(pt.System(body, pt.forces.LinearDamping(0.1)), start, TIMES)
     assert_same(pt.propagate(pt.System(body, Idle(-0.1, 5.0)), start, TIMES), damped)
 
 
@@ -272,11 +272,11 @@ def test_a_tolerance_below_the_rounding_unit_is_refused(top, start, precision):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda system, state, **tolerance: pt.chaos_indicators(system, state, [1.0], **tolerance),
-        lambda system, state, **tolerance: pt.lyapunov_spectrum(system, state, [1.0], **tolerance),
-        lambda system, state, **tolerance: pt.state_transition(system, state, [1.0], **tolerance),
-        lambda system, state, **tolerance: pt.andoyer_section(system, state, 1.0, **tolerance),
-        lambda system, _, **tolerance: pt.spin_orbit_section(
+        lambda system, state, **tolerance: pt.analysis.chaos_indicators(system, state, [1.0], **tolerance),
+        lambda system, state, **tolerance: pt.analysis.lyapunov_spectrum(system, state, [1.0], **tolerance),
+        lambda system, state, **tolerance: pt.analysis.state_transition(system, state, [1.0], **tolerance),
+        lambda system, state, **tolerance: pt.analysis.andoyer_section(system, state, 1.0, **tolerance),
+        lambda system, _, **tolerance: pt.analysis.spin_orbit_section(
             pt.System(system.body, pt.GravityGradient(pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0))),
             0.0,
             1.5,

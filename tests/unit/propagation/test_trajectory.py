@@ -235,7 +235,7 @@ def test_an_orbit_that_is_integrated_along_goes_with_its_member():
     point = point.path(offset=[(0.01, 0, 0), (0, 0.02, 0)]).from_secondary
     system = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(point))
     start = system.body.state([(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5)], omega_body=(0, 0, 1))
-    motion = pt.propagate(system, start, TIMES, events=[pt.Apsis(point)])
+    motion = pt.propagate(system, start, TIMES, events=[pt.events.Apsis(point)])
     assert motion.environment.comoving.shape[:2] == (2, 21)
     for part, rows in ((motion.member(1), 1), (motion.isel(time=slice(2, 9), member=[1]), (slice(1, 2), slice(2, 9)))):
         assert np.array_equal(part.potential_energy, motion.potential_energy[rows])
@@ -243,7 +243,7 @@ def test_an_orbit_that_is_integrated_along_goes_with_its_member():
 
 
 def test_times_of_one_body(top, start):
-    motion = pt.propagate(top, start, TIMES, dense=True, events=[pt.RateCrossing((0, 0, 1))])
+    motion = pt.propagate(top, start, TIMES, dense=True, events=[pt.events.RateCrossing((0, 0, 1))])
     assert len(motion) == 21
     part = motion[2:20:3]
     assert np.array_equal(part.quaternion, motion.quaternion[2:20:3])

@@ -14,21 +14,21 @@ OUTWARD = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 
 def make(kind, scale=1.0):
     if kind == "mesh":
-        return pt.Mesh(scale * TETRAHEDRON, OUTWARD, mass=2.0)
+        return pt.shapes.Mesh(scale * TETRAHEDRON, OUTWARD, mass=2.0)
     if kind == "ellipsoid":
-        return pt.Ellipsoid(scale * np.array((0.5, 1.0, 0.75)), mass=2.0)
+        return pt.shapes.Ellipsoid(scale * np.array((0.5, 1.0, 0.75)), mass=2.0)
     if kind == "cylinder":
-        return pt.Cylinder(0.4 * scale, 1.3 * scale, mass=2.0)
+        return pt.shapes.Cylinder(0.4 * scale, 1.3 * scale, mass=2.0)
     if kind == "mascons":
-        return pt.Mascons([0.5, 1.25, 0.25], scale * np.array([(0.0, 0, 0), (0.5, 0, 1), (1.0, 2.0, 0)]))
+        return pt.shapes.Mascons([0.5, 1.25, 0.25], scale * np.array([(0.0, 0, 0), (0.5, 0, 1), (1.0, 2.0, 0)]))
     parts = [
-        pt.Mesh.box(scale * np.array((1, 2, 0.5)), mass=1.0),
-        pt.Ellipsoid(scale * np.array((0.3, 0.2, 0.4)), mass=0.6).moved(
+        pt.shapes.Mesh.box(scale * np.array((1, 2, 0.5)), mass=1.0),
+        pt.shapes.Ellipsoid(scale * np.array((0.3, 0.2, 0.4)), mass=0.6).moved(
             scale * np.array((0, 0, 1.0)), (0.5, 0.5, 0.5, 0.5)
         ),
-        pt.Cylinder(0.2 * scale, scale, mass=0.4).moved(scale * np.array((1.5, 0, 0)), (0.6, 0, 0.8, 0)),
+        pt.shapes.Cylinder(0.2 * scale, scale, mass=0.4).moved(scale * np.array((1.5, 0, 0)), (0.6, 0, 0.8, 0)),
     ]
-    return pt.Assembly(parts)
+    return pt.shapes.Assembly(parts)
 
 
 KINDS = ["mesh", "ellipsoid", "cylinder", "mascons", "assembly"]
@@ -127,7 +127,7 @@ def test_the_attraction_is_the_slope_of_the_potential(kind, rng):
 def test_far_away_every_shape_pulls_by_its_tensor(kind):
     shape = make(kind)
     points = 12 * shape.circumscribing_radius * np.array([(0.6, 0, 0.8), (0, 1, 0), (0.48, 0.6, -0.64)])
-    near = pt.Mascons(np.full(2, shape.mass / 2), [(0, 0, 0), (0, 0, 0)]).potential(points)
+    near = pt.shapes.Mascons(np.full(2, shape.mass / 2), [(0, 0, 0), (0, 0, 0)]).potential(points)
     spread = np.trace(shape.inertia) / 2
     towards = points / np.linalg.norm(points, axis=1, keepdims=True)
     about = np.einsum("ni,ij,nj->n", towards, shape.inertia, towards)
@@ -180,7 +180,7 @@ def test_a_body_of_something_else_is_refused():
     with pytest.raises(TypeError, match="shape must be a shape, such as a Mesh, got float"):
         pt.Body.from_shape(1.0)
     with pytest.raises(ValueError, match="moments must be positive"):
-        pt.Body.from_shape(pt.Mascons([1, 1], [(0, 0, 1), (0, 0, -1)]))
+        pt.Body.from_shape(pt.shapes.Mascons([1, 1], [(0, 0, 1), (0, 0, -1)]))
 
 
 @every_kind

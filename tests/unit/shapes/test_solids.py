@@ -7,7 +7,7 @@ import poinsot as pt
 
 
 def test_solids_have_the_moments_that_bodies_of_that_name_have():
-    ellipsoid, cylinder = pt.Ellipsoid((1, 2, 3), density=2.0), pt.Cylinder(1.5, 4.0, mass=3.0)
+    ellipsoid, cylinder = pt.shapes.Ellipsoid((1, 2, 3), density=2.0), pt.shapes.Cylinder(1.5, 4.0, mass=3.0)
     assert ellipsoid.mass == pytest.approx(16 * np.pi, rel=1e-15)
     assert cylinder.volume == pytest.approx(9 * np.pi, rel=1e-15)
     np.testing.assert_array_equal(ellipsoid.inertia, pt.Body.ellipsoid(ellipsoid.mass, (1, 2, 3)).inertia)
@@ -20,19 +20,19 @@ def test_solids_have_the_moments_that_bodies_of_that_name_have():
 
 def test_mass_points_are_those_of_the_body():
     masses, positions = [1.0, 2.0, 3.0], [(0, 0, 1), (1, 2, 0), (-1, 0, 0.5)]
-    points = pt.Mascons(masses, positions)
+    points = pt.shapes.Mascons(masses, positions)
     np.testing.assert_allclose(points.inertia, pt.Body.point_masses(masses, positions).inertia, rtol=1e-14, atol=1e-15)
     assert points.mass == 6
     assert repr(points) == "Mascons(3 points, mass=6)"
-    assert pt.Mascons([2.0], [(1, 1, 1)]).inertia.tolist() == np.zeros((3, 3)).tolist()
+    assert pt.shapes.Mascons([2.0], [(1, 1, 1)]).inertia.tolist() == np.zeros((3, 3)).tolist()
     with pytest.raises(ValueError, match="points must not lie on an edge or a mass point"):
         points.potential(points.positions[1] - points.center_of_mass)
 
 
 def test_two_half_boxes_are_a_box():
-    half = pt.Mesh.box((1, 2, 1.5), mass=3.0)
-    parts = pt.Assembly([half.moved((0, 0, 0.75)), half.moved((0, 0, -0.75))])
-    whole = pt.Mesh.box((1, 2, 3), mass=6.0)
+    half = pt.shapes.Mesh.box((1, 2, 1.5), mass=3.0)
+    parts = pt.shapes.Assembly([half.moved((0, 0, 0.75)), half.moved((0, 0, -0.75))])
+    whole = pt.shapes.Mesh.box((1, 2, 3), mass=6.0)
     np.testing.assert_allclose(parts.inertia, whole.inertia, rtol=1e-15)
     np.testing.assert_allclose(parts.field(8, 1.0).normalized, whole.field(8, 1.0).normalized, atol=1e-15)
     points = np.array([(0.7, 0.3, 0.2), (2, 2, 2.0)])
@@ -42,8 +42,8 @@ def test_two_half_boxes_are_a_box():
 
 
 def test_an_assembly_of_a_moved_sphere_has_the_theorem_of_steiner():
-    ball = pt.Ellipsoid((1, 1, 1), mass=5.0)
-    pair = pt.Assembly([ball.moved((0, 0, 2)), ball.moved((0, 0, -2))])
+    ball = pt.shapes.Ellipsoid((1, 1, 1), mass=5.0)
+    pair = pt.shapes.Assembly([ball.moved((0, 0, 2)), ball.moved((0, 0, -2))])
     across = 2 * (2 / 5 * 5 + 5 * 4)
     np.testing.assert_allclose(pair.inertia, np.diag([across, across, 4.0]), rtol=1e-15)
     field = pair.field(4, radius=2.0)  # spheres pull as their centres
@@ -52,44 +52,44 @@ def test_an_assembly_of_a_moved_sphere_has_the_theorem_of_steiner():
 
 def test_spheres_of_different_mass_pull_as_their_centres():
     masses, places = np.array((1.0, 2.0, 5.0)), np.array([(0.0, 0, 3), (3, 0, 0), (-1, -2, 0)])
-    balls = [pt.Ellipsoid((1, 1, 1), mass=m).moved(x) for m, x in zip(masses, places, strict=True)]
-    pair, points = pt.Assembly(balls), np.array([(4.0, 1, 2), (-3, 3, -1), (0, 0, 0.5)])
-    centres = pt.Mascons(masses, places)
+    balls = [pt.shapes.Ellipsoid((1, 1, 1), mass=m).moved(x) for m, x in zip(masses, places, strict=True)]
+    pair, points = pt.shapes.Assembly(balls), np.array([(4.0, 1, 2), (-3, 3, -1), (0, 0, 0.5)])
+    centres = pt.shapes.Mascons(masses, places)
     np.testing.assert_allclose(pair.potential(points), centres.potential(points), rtol=1e-15)
     np.testing.assert_allclose(pair.attraction(points), centres.attraction(points), rtol=1e-14)
     np.testing.assert_allclose(pair.field(6, 3.0).normalized, centres.field(6, 3.0).normalized, atol=1e-16)
 
 
 def test_a_cylinder_near_its_surface_is_refused_and_one_beside_it_is_not():
-    cylinder = pt.Cylinder(1.0, 2.0, mass=1.0)
+    cylinder = pt.shapes.Cylinder(1.0, 2.0, mass=1.0)
     with pytest.raises(ValueError, match="points must keep away from the surface of a cylinder, but one lies 1 from"):
         cylinder.potential((1.0, 0, 0.3))
     cylinder.potential([(1.01, 0, 0.3), (0.99, 0, 0.3), (0.5, 0, 1.0), (0.2, 0, 1e-12)])
 
 
 def test_a_needle_and_a_disc_pull_as_their_mass_points():
-    for solid in (pt.Cylinder(0.01, 2.0, mass=1.0), pt.Cylinder(1.0, 0.02, mass=1.0)):
+    for solid in (pt.shapes.Cylinder(0.01, 2.0, mass=1.0), pt.shapes.Cylinder(1.0, 0.02, mass=1.0)):
         weights, places = solid._own_rule(80)
         points = np.array([(1.5, 2.0, 0.3), (3.0, -5.0, 4.0), (0.0, 0.0, 7.0)])
-        mass_points = pt.Mascons(weights, places)
+        mass_points = pt.shapes.Mascons(weights, places)
         np.testing.assert_allclose(solid.potential(points), mass_points.potential(points), rtol=2e-11)
         np.testing.assert_allclose(solid.attraction(points), mass_points.attraction(points), rtol=2e-9, atol=2e-11)
 
 
 def test_bad_solids_are_refused():
     with pytest.raises(ValueError, match="semiaxes must be positive"):
-        pt.Ellipsoid((1, 2, -3), mass=1)
+        pt.shapes.Ellipsoid((1, 2, -3), mass=1)
     with pytest.raises(ValueError, match="radius must be positive"):
-        pt.Cylinder(0, 1, mass=1)
+        pt.shapes.Cylinder(0, 1, mass=1)
     with pytest.raises(ValueError, match="height must be positive"):
-        pt.Cylinder(1, 0, mass=1)
+        pt.shapes.Cylinder(1, 0, mass=1)
     with pytest.raises(ValueError, match="exactly one of mass, density"):
-        pt.Ellipsoid((1, 2, 3))
+        pt.shapes.Ellipsoid((1, 2, 3))
     with pytest.raises(ValueError, match="masses must not be empty"):
-        pt.Mascons([], np.empty((0, 3)))
+        pt.shapes.Mascons([], np.empty((0, 3)))
     with pytest.raises(ValueError, match="masses must be positive"):
-        pt.Mascons([1, -1], np.zeros((2, 3)))
+        pt.shapes.Mascons([1, -1], np.zeros((2, 3)))
     with pytest.raises(ValueError, match="parts must not be empty"):
-        pt.Assembly([])
+        pt.shapes.Assembly([])
     with pytest.raises(TypeError, match="parts must be a list, each a Shape, got list"):
-        pt.Assembly([pt.Body((1, 2, 3))])
+        pt.shapes.Assembly([pt.Body((1, 2, 3))])

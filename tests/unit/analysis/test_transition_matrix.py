@@ -15,20 +15,20 @@ START = BODY.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0.9))
 
 def test_the_motion_is_that_without_neighbours():
     times = np.linspace(0, 20, 5)
-    with_neighbours = pt.state_transition(SYSTEM, START, times).motion
+    with_neighbours = pt.analysis.state_transition(SYSTEM, START, times).motion
     assert_allclose(with_neighbours.quaternion, pt.propagate(SYSTEM, START, times).quaternion, rtol=0, atol=1e-12)
 
 
 def test_back_and_forth_is_the_identity():
-    there = pt.state_transition(SYSTEM, START, [3.0])
+    there = pt.analysis.state_transition(SYSTEM, START, [3.0])
     there_state = pt.State(there.motion.quaternion[0], there.motion.conjugate_momenta[0], 3.0)
-    back = pt.state_transition(SYSTEM, there_state, [0.0])
+    back = pt.analysis.state_transition(SYSTEM, there_state, [0.0])
     assert_allclose(back.matrix[0] @ there.matrix[0], np.eye(6), atol=1e-12)
 
 
 def test_falling_times_are_in_their_order():
-    falling = pt.state_transition(SYSTEM, START, [2.0, 1.0, -1.0])
-    rising = pt.state_transition(SYSTEM, START, [-1.0, 1.0, 2.0])
+    falling = pt.analysis.state_transition(SYSTEM, START, [2.0, 1.0, -1.0])
+    rising = pt.analysis.state_transition(SYSTEM, START, [-1.0, 1.0, 2.0])
     assert_allclose(falling.matrix, rising.matrix[::-1], rtol=0, atol=0)
     assert_allclose(falling.motion.quaternion, rising.motion.quaternion[::-1], rtol=0, atol=0)
 
@@ -36,31 +36,33 @@ def test_falling_times_are_in_their_order():
 def test_members_are_those_one_by_one():
     eccentricities = np.array([0.0, 0.1, 0.3])
     orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=eccentricities)
-    found = pt.state_transition(pt.System(BODY, pt.GravityGradient(orbit)), START, [1.0, 2.0], ["eccentricity"])
+    found = pt.analysis.state_transition(
+        pt.System(BODY, pt.GravityGradient(orbit)), START, [1.0, 2.0], ["eccentricity"]
+    )
     assert found.matrix.shape == (3, 2, 6, 6)
     for i, e in enumerate(eccentricities):
         alone = pt.System(BODY, pt.GravityGradient(pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=e)))
-        single = pt.state_transition(alone, START, [1.0, 2.0], ["eccentricity"])
+        single = pt.analysis.state_transition(alone, START, [1.0, 2.0], ["eccentricity"])
         assert_allclose(found.matrix[i], single.matrix, rtol=0, atol=1e-13)
         assert_allclose(found.sensitivity[i], single.sensitivity, rtol=0, atol=1e-13)
 
 
 def test_planar_motion_has_a_block_of_the_six():
     start = BODY.state((np.cos(0.2), 0, 0, np.sin(0.2)), omega_body=(0, 0, 1.2))
-    six = pt.state_transition(SYSTEM, start, [5.0], ["eccentricity"])
-    two = pt.state_transition(SYSTEM, start, [5.0], ["eccentricity"], formulation="planar")
+    six = pt.analysis.state_transition(SYSTEM, start, [5.0], ["eccentricity"])
+    two = pt.analysis.state_transition(SYSTEM, start, [5.0], ["eccentricity"], formulation="planar")
     block = np.ix_([0], (2, 5), (2, 5))
     assert_allclose(two.matrix, six.matrix[block], rtol=0, atol=1e-13)
     assert_allclose(two.sensitivity, six.sensitivity[:, (2, 5)], rtol=0, atol=1e-12)
 
 
 def test_one_orbit_of_several_forces_is_one_parameter():
-    system = pt.System(BODY, pt.GravityGradient(ORBIT), pt.Oblateness(ORBIT, 0.01, 0.5, (0, 0, 1)))
-    assert pt.state_transition(system, START, [1.0], ["eccentricity"]).sensitivity.shape == (1, 6, 1)
+    system = pt.System(BODY, pt.GravityGradient(ORBIT), pt.forces.Oblateness(ORBIT, 0.01, 0.5, (0, 0, 1)))
+    assert pt.analysis.state_transition(system, START, [1.0], ["eccentricity"]).sensitivity.shape == (1, 6, 1)
 
 
 def test_covariance_of_known_parameters_is_that_of_the_state():
-    found = pt.state_transition(SYSTEM, START, [1.0])
+    found = pt.analysis.state_transition(SYSTEM, START, [1.0])
     phi = found.matrix[0]
     assert_allclose(found.covariance(np.eye(6))[0], phi @ phi.T, rtol=1e-14)
 
@@ -86,9 +88,9 @@ class Timed(pt.Torque):
 
 
 def test_torques_that_end_at_a_time_are_taken():
-    found = pt.state_transition(pt.System(BODY, Timed(0.5)), START, [0.5, 1.0])
+    found = pt.analysis.state_transition(pt.System(BODY, Timed(0.5)), START, [0.5, 1.0])
     rest = pt.State(found.motion.quaternion[0], found.motion.conjugate_momenta[0], 0.5)
-    free = pt.state_transition(pt.System(BODY), rest, [1.0])
+    free = pt.analysis.state_transition(pt.System(BODY), rest, [1.0])
     assert_allclose(found.matrix[1], free.matrix[0] @ found.matrix[0], rtol=0, atol=1e-14)
 
 
@@ -105,24 +107,24 @@ def test_torques_that_end_at_a_time_are_taken():
 )
 def test_refusals(arguments, sentence):
     with pytest.raises((ValueError, TypeError), match=r"^[a-z ']+must") as raised:
-        pt.state_transition(SYSTEM, START, [1.0], **arguments)
+        pt.analysis.state_transition(SYSTEM, START, [1.0], **arguments)
     assert sentence in str(raised.value)
 
 
 def test_torques_that_jump_with_the_motion_are_refused():
     with pytest.raises(ValueError, match="system must have no `where` on the attitude"):
-        pt.state_transition(pt.System(BODY, Kick(0.2)), START, [1.0])
+        pt.analysis.state_transition(pt.System(BODY, Kick(0.2)), START, [1.0])
     with pytest.raises(ValueError, match="nor any for derivatives by parameters"):
-        pt.state_transition(pt.System(BODY, Timed(0.5)), START, [1.0], ["end"])
+        pt.analysis.state_transition(pt.System(BODY, Timed(0.5)), START, [1.0], ["end"])
 
 
 def test_orbits_that_are_integrated_along():
-    path = pt.ThreeBodyPath(1.0, 0.0123, separation=1.0, position=(0.85, 0.0, 0.1), velocity=(0.0, 0.25, 0.0))
+    path = pt.orbits.ThreeBodyPath(1.0, 0.0123, separation=1.0, position=(0.85, 0.0, 0.1), velocity=(0.0, 0.25, 0.0))
     system = pt.System(BODY, pt.GravityGradient(path.from_primary), pt.GravityGradient(path.from_secondary))
-    matrix = pt.state_transition(system, START, [1.0]).matrix[0]
+    matrix = pt.analysis.state_transition(system, START, [1.0]).matrix[0]
     assert abs(np.linalg.det(matrix) - 1) < 1e-12
     with pytest.raises(ValueError, match="must not be those of an orbit that is integrated along"):
-        pt.state_transition(system, START, [1.0], ["forces[0].orbit.path.mu_primary"])
+        pt.analysis.state_transition(system, START, [1.0], ["forces[0].orbit.path.mu_primary"])
 
 
 @pytest.mark.parametrize(
@@ -131,4 +133,4 @@ def test_orbits_that_are_integrated_along():
 )
 def test_covariances_are_checked(matrix, rule):
     with pytest.raises(ValueError, match=rule):
-        pt.state_transition(SYSTEM, START, [1.0]).covariance(matrix)
+        pt.analysis.state_transition(SYSTEM, START, [1.0]).covariance(matrix)

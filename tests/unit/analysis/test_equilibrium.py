@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.algebra.quaternion import conjugate, product
-from poinsot.analysis.equilibria import Equilibrium, equilibria
+from poinsot.analysis.equilibrium import Equilibrium, equilibria
 
 IDENTITY = (1, 0, 0, 0)
 CIRCLE = pt.KeplerOrbit(
@@ -24,7 +24,7 @@ CIRCLE = pt.KeplerOrbit(
     epoch=0.25,
 )
 EQUATORIAL = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.0, true_anomaly=0.7)
-AT_REST = pt.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
+AT_REST = pt.orbits.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
 TURNING = pt.RotatingFrame((0.5, 0.5, -0.5, 0.5), (0.3, 0.0, 1.1), epoch=0.4)
 VERTICAL = pt.RotatingFrame(IDENTITY, (0, 0, 1.3))
 BODY = pt.Body((1.0, 1.3, 1.6))
@@ -89,10 +89,13 @@ CASES = {
     "satellite": (pt.System(BODY, pt.GravityGradient(CIRCLE)), CIRCLE.frame),
     "satellite, oblique": (pt.System(OBLIQUE, pt.GravityGradient(CIRCLE)), CIRCLE.frame),
     "satellite of an oblate planet": (
-        pt.System(BODY, pt.GravityGradient(EQUATORIAL), pt.Oblateness(EQUATORIAL, 0.1, 0.7, (0, 0, 1))),
+        pt.System(BODY, pt.GravityGradient(EQUATORIAL), pt.forces.Oblateness(EQUATORIAL, 0.1, 0.7, (0, 0, 1))),
         EQUATORIAL.frame,
     ),
-    "satellite with friction": (pt.System(BODY, pt.GravityGradient(CIRCLE), pt.LinearDamping(0.05)), CIRCLE.frame),
+    "satellite with friction": (
+        pt.System(BODY, pt.GravityGradient(CIRCLE), pt.forces.LinearDamping(0.05)),
+        CIRCLE.frame,
+    ),
     "body near an attractor": (pt.System(OBLIQUE, pt.GravityGradient(AT_REST)), None),
     "heavy": (pt.System(OBLIQUE, pt.UniformGravity(0.7, (0.3, -0.2, 0.5))), None),
     "heavy, turning": (pt.System(OBLIQUE, pt.UniformGravity(0.7, (0.3, -0.2, 0.5))), VERTICAL),
@@ -213,14 +216,14 @@ def test_guesses_may_be_one_or_many_and_lead_to_the_next_equilibrium():
 
 
 def test_friction_makes_a_hanging_body_come_to_rest():
-    system = pt.System(BODY, pt.UniformGravity(0.7, (0.3, -0.2, 0.5)), pt.LinearDamping(0.1))
+    system = pt.System(BODY, pt.UniformGravity(0.7, (0.3, -0.2, 0.5)), pt.forces.LinearDamping(0.1))
     assert sorted(e.stability for e in equilibria(system)) == ["asymptotic", "unstable"]
 
 
 def test_friction_against_space_moves_a_satellite():
     """Pitch, about the normal: 3 n^2 (I_roll - I_yaw) sin cos = -c n."""
     n, friction = CIRCLE.mean_motion, 0.05
-    system = pt.System(BODY, pt.GravityGradient(CIRCLE), pt.LinearDamping(friction))
+    system = pt.System(BODY, pt.GravityGradient(CIRCLE), pt.forces.LinearDamping(friction))
     (e,) = equilibria(system, CIRCLE.frame, guesses=IDENTITY)
     pitch = np.arcsin(-2 * friction / (3 * n * 0.3)) / 2
     np.testing.assert_allclose(e.attitude, (np.cos(pitch / 2), 0, 0, np.sin(pitch / 2)), atol=1e-12)

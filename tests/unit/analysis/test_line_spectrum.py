@@ -30,7 +30,7 @@ def rng():
 def test_amplitudes_over_ten_decades(rng):
     times = np.arange(2**14) * 0.125
     amplitudes = 10.0 ** -np.arange(11) * np.exp(1j * rng.uniform(0, 6, 11))
-    found = pt.frequencies(waves(times, DECADES) @ amplitudes, times, count=20)
+    found = pt.analysis.frequencies(waves(times, DECADES) @ amplitudes, times, count=20)
     assert len(found.frequencies) == 11  # and then it stops
     assert np.all(np.abs(found.frequencies - DECADES) < 8 * found.errors)  # rounding is no white noise
     np.testing.assert_allclose(found.frequencies[:7], DECADES[:7], rtol=1e-14)
@@ -44,7 +44,7 @@ def test_amplitudes_over_ten_decades(rng):
 def test_close_pairs(apart, ratio):
     times = np.arange(2048) * 0.25
     rates = np.array([1.0, 1 + apart * 2 * np.pi / 512])
-    found = pt.frequencies(waves(times, rates) @ [1.0, ratio * 1j], times, count=2)
+    found = pt.analysis.frequencies(waves(times, rates) @ [1.0, ratio * 1j], times, count=2)
     assert_same_lines(found, rates, [1.0, ratio * 1j], rtol=5e-13 / ratio)
     assert np.all(np.abs(found.frequencies - rates) < 5 * found.errors)
 
@@ -52,7 +52,7 @@ def test_close_pairs(apart, ratio):
 def test_lines_that_are_closer_than_half_a_bin_are_one():
     times = np.arange(2048) * 0.25
     rates = np.array([1.0, 1 + 0.2 * 2 * np.pi / 512])
-    strongest = pt.frequencies(waves(times, rates) @ [1.0, 0.5], times, count=5)
+    strongest = pt.analysis.frequencies(waves(times, rates) @ [1.0, 0.5], times, count=5)
     gaps = np.diff(np.sort(strongest.frequencies)) * 512 / (2 * np.pi)
     assert np.all(gaps >= 0.5)
 
@@ -66,7 +66,7 @@ def test_errors_under_noise_are_standard_errors(rng, real, bins):
     for _ in range(100):
         noise = rng.normal(size=512) + 1j * rng.normal(size=512)
         signal = waves(times, rates) @ [1.0, 0.2] + 0.05 * noise
-        found = pt.frequencies(signal.real if real else signal, times, count=3)
+        found = pt.analysis.frequencies(signal.real if real else signal, times, count=3)
         off.append((found.frequencies[:2] - rates) / found.errors[:2])
     true_over_estimated = np.sqrt(np.mean(np.square(off), axis=0))
     assert np.all((true_over_estimated > 0.85) & (true_over_estimated < 1.25))
@@ -81,7 +81,7 @@ def test_errors_from_lines_that_were_left_out(rng, real):
         order = np.arange(0 if real else -10, 12)
         rates = rng.uniform(1.7, 2.0) + order * rng.uniform(1.0, 1.1)
         signal = waves(times, rates) @ (0.3 ** np.abs(order) * np.exp(1j * rng.uniform(0, 6, order.size)))
-        found = pt.frequencies(signal.real if real else signal, times, count=5)
+        found = pt.analysis.frequencies(signal.real if real else signal, times, count=5)
         off.append(np.min(np.abs(found.frequencies[:, None] - rates), axis=1) / found.errors)
     assert np.max(off) < 3
     assert np.all(np.median(off, axis=0)[1:] > 0.1)
@@ -89,14 +89,14 @@ def test_errors_from_lines_that_were_left_out(rng, real):
 
 def test_noise_alone_has_no_lines(rng):
     noise = rng.normal(size=(20, 4096)) + 1j * rng.normal(size=(20, 4096))
-    assert pt.frequencies(noise, 1.0).frequencies.shape == (20, 0)
+    assert pt.analysis.frequencies(noise, 1.0).frequencies.shape == (20, 0)
 
 
 def test_a_real_signal():
     times = np.arange(4096) * 0.25
     rates = [1.3, 0.0, 0.04, 3.0]
     amplitudes = np.array([np.exp(0.4j), 0.5, -1e-3j, 1e-8])
-    found = pt.frequencies((waves(times, rates) @ amplitudes).real, times, count=4)
+    found = pt.analysis.frequencies((waves(times, rates) @ amplitudes).real, times, count=4)
     np.testing.assert_allclose(found.frequencies, rates, rtol=1e-9)
     np.testing.assert_allclose(found.frequencies[:3], rates[:3], rtol=1e-14)
     np.testing.assert_allclose(found.amplitudes, amplitudes, rtol=0, atol=3e-13)
@@ -109,14 +109,14 @@ def test_a_real_signal():
 def test_a_real_line_beside_the_highest_frequency(samples, bins, phase):
     """It and its mirror image at the other sign are 2 bins apart."""
     turns = 0.5 - bins / samples
-    found = pt.frequencies(np.cos(2 * np.pi * turns * np.arange(samples) + phase), 1.0, count=3)
+    found = pt.analysis.frequencies(np.cos(2 * np.pi * turns * np.arange(samples) + phase), 1.0, count=3)
     assert found.frequencies[0] == pytest.approx(2 * np.pi * turns, rel=1e-13)
     assert found.amplitudes[0] == pytest.approx(np.exp(1j * phase), rel=1e-10)
     assert found.residual < 1e-13
 
 
 def test_a_real_line_that_is_one_with_its_mirror_image_is_none():
-    found = pt.frequencies(np.cos(np.pi * np.arange(256)), 1.0, count=3)
+    found = pt.analysis.frequencies(np.cos(np.pi * np.arange(256)), 1.0, count=3)
     assert np.all(np.abs(found.amplitudes) < 0.01)
     assert np.all(found.frequencies < np.pi * (1 - 0.5 / 256))
 
@@ -126,36 +126,40 @@ def test_signals_side_by_side_are_those_alone(rng):
     signals = waves(times, [1.0, -2.0, 0.3]) @ rng.normal(size=(3, 2, 3)).reshape(3, 6)
     signals = signals.T.reshape(2, 3, 401)
     signals[0, 1] = 0.0
-    together = pt.frequencies(signals, times, count=5)
+    together = pt.analysis.frequencies(signals, times, count=5)
     assert together.residual.shape == (2, 3)
-    alone = pt.frequencies(signals[1, 2], times, count=5)
+    alone = pt.analysis.frequencies(signals[1, 2], times, count=5)
     lines = alone.frequencies.size
     np.testing.assert_array_equal(together.frequencies[1, 2, :lines], alone.frequencies)
     np.testing.assert_array_equal(together.errors[1, 2, :lines], alone.errors)
     assert np.all(np.isnan(together.frequencies[0, 1]))
-    drift = pt.diffusion(signals[1], times)
-    np.testing.assert_array_equal(drift[2], pt.diffusion(signals[1, 2], times))
+    drift = pt.analysis.diffusion(signals[1], times)
+    np.testing.assert_array_equal(drift[2], pt.analysis.diffusion(signals[1, 2], times))
 
 
 def test_the_clock_of_the_times():
     later = np.linspace(100.0, 151.1, 512)
     rates, amplitudes = [1.3, -0.7], [2.0, 0.5j]
     signal = waves(later, rates) @ amplitudes
-    assert_same_lines(pt.frequencies(signal, later, count=2), rates, amplitudes, rtol=1e-13)
-    assert_same_lines(pt.frequencies(signal[::-1], later[::-1], count=2), rates, amplitudes, rtol=1e-13)
-    assert_same_lines(pt.frequencies(signal, 0.1, count=2), rates, waves([100.0], rates)[0] * amplitudes, rtol=1e-13)
+    assert_same_lines(pt.analysis.frequencies(signal, later, count=2), rates, amplitudes, rtol=1e-13)
+    assert_same_lines(pt.analysis.frequencies(signal[::-1], later[::-1], count=2), rates, amplitudes, rtol=1e-13)
+    assert_same_lines(
+        pt.analysis.frequencies(signal, 0.1, count=2), rates, waves([100.0], rates)[0] * amplitudes, rtol=1e-13
+    )
 
 
 def test_the_drift_of_a_frequency():
     times = np.arange(4096) * 0.25
     regular = waves(times, [1.0, 0.37, 0.0]) @ [1.0, 0.9, 3.0]  # the mean is not followed
-    np.testing.assert_allclose(pt.diffusion(regular, times, count=2), [0, 0], atol=1e-14)
-    np.testing.assert_array_equal(pt.diffusion(np.ones(640), 0.1), [np.nan])
+    np.testing.assert_allclose(pt.analysis.diffusion(regular, times, count=2), [0, 0], atol=1e-14)
+    np.testing.assert_array_equal(pt.analysis.diffusion(np.ones(640), 0.1), [np.nan])
     late = times >= times[times.size // 2]
     moved = np.where(late, np.exp(1.1j * times) + 0.1 * np.exp(1j * times), np.exp(1j * times))
-    np.testing.assert_allclose(pt.diffusion(moved, times), 0.1, rtol=1e-9)  # not to the weak line that is nearer
+    np.testing.assert_allclose(
+        pt.analysis.diffusion(moved, times), 0.1, rtol=1e-9
+    )  # not to the weak line that is nearer
     sweep = np.exp(1j * (times + 2e-6 * times**2))  # the halves are centred half a run apart
-    np.testing.assert_allclose(pt.diffusion(sweep, times), 4e-6 * 512, rtol=3e-3)
+    np.testing.assert_allclose(pt.analysis.diffusion(sweep, times), 4e-6 * 512, rtol=3e-3)
 
 
 EVEN = np.arange(100) * 0.1
@@ -177,29 +181,37 @@ def shifted():
 @pytest.mark.parametrize(
     ("call", "error", "sentence"),
     [
-        (lambda: pt.frequencies(with_nan(), 0.1), ValueError, "signal must be finite, but signal[1, 7] = nan."),
-        (lambda: pt.frequencies(["a"], 0.1), TypeError, "signal must be real or complex numbers, got list."),
         (
-            lambda: pt.frequencies(SIGNAL, EVEN, count=20),
+            lambda: pt.analysis.frequencies(with_nan(), 0.1),
+            ValueError,
+            "signal must be finite, but signal[1, 7] = nan.",
+        ),
+        (lambda: pt.analysis.frequencies(["a"], 0.1), TypeError, "signal must be real or complex numbers, got list."),
+        (
+            lambda: pt.analysis.frequencies(SIGNAL, EVEN, count=20),
             ValueError,
             "signal must have at least 160 samples along its last axis for 20 lines in the run, got shape (100,).",
         ),
         (
-            lambda: pt.diffusion(SIGNAL, EVEN),
+            lambda: pt.analysis.diffusion(SIGNAL, EVEN),
             ValueError,
             "signal must have at least 128 samples along its last axis for 8 lines in each half, got shape (100,).",
         ),
         (
-            lambda: pt.frequencies(SIGNAL, shifted()),
+            lambda: pt.analysis.frequencies(SIGNAL, shifted()),
             ValueError,
             "times must be evenly spaced, but times[40] = 4.01 is 0.01 from even ones. Propagate at np.linspace(...).",
         ),
-        (lambda: pt.frequencies(SIGNAL, EVEN[:-1]), ValueError, "times must be as many as the samples, got 99 for 100"),
-        (lambda: pt.frequencies(SIGNAL, 0.0), ValueError, "times, as a step, must be positive, got 0.0."),
-        (lambda: pt.frequencies(SIGNAL, 1j), TypeError, "times must be real numbers, got complex 1j."),
-        (lambda: pt.frequencies(SIGNAL, 0.1, count=0), ValueError, "count must be positive, got 0."),
         (
-            lambda: pt.frequencies(SIGNAL, 0.1, count=2.0),
+            lambda: pt.analysis.frequencies(SIGNAL, EVEN[:-1]),
+            ValueError,
+            "times must be as many as the samples, got 99 for 100",
+        ),
+        (lambda: pt.analysis.frequencies(SIGNAL, 0.0), ValueError, "times, as a step, must be positive, got 0.0."),
+        (lambda: pt.analysis.frequencies(SIGNAL, 1j), TypeError, "times must be real numbers, got complex 1j."),
+        (lambda: pt.analysis.frequencies(SIGNAL, 0.1, count=0), ValueError, "count must be positive, got 0."),
+        (
+            lambda: pt.analysis.frequencies(SIGNAL, 0.1, count=2.0),
             TypeError,
             "count must be a whole number of at most 63 bits, got float 2.0.",
         ),

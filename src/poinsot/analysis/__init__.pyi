@@ -1,0 +1,36 @@
+"""Analyses of motions and systems, by the module of each; imported when they are used first."""
+
+from .chaos import ChaosIndicators, LyapunovSpectrum, chaos_indicators, lyapunov_spectrum
+from .continuation import Bifurcation, Branch, continue_motion
+from .equilibrium import Equilibrium, equilibria
+from .free_rotation import FreeRotation
+from .line_spectrum import LineSpectrum, diffusion, frequencies
+from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
+from .sections import Section, andoyer_section, section, spin_orbit_section
+from .transition_matrix import StateTransition, state_transition
+
+__all__ = [
+    "Bifurcation",
+    "Branch",
+    "CassiniState",
+    "ChaosIndicators",
+    "Equilibrium",
+    "FreeRotation",
+    "LineSpectrum",
+    "LyapunovSpectrum",
+    "PeriodicMotion",
+    "Section",
+    "StateTransition",
+    "andoyer_section",
+    "cassini_state",
+    "chaos_indicators",
+    "continue_motion",
+    "diffusion",
+    "equilibria",
+    "frequencies",
+    "lyapunov_spectrum",
+    "periodic_motion",
+    "section",
+    "spin_orbit_section",
+    "state_transition",
+]

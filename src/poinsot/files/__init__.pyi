@@ -1,0 +1,40 @@
+"""Files: motions, attitudes, orbits, bodies, scenarios, by the module of each; imported when they are used first."""
+
+from .attitudes.aem import read_aem, write_aem
+from .attitudes.apm import read_apm, write_apm
+from .attitudes.attitude_table import AttitudeTable
+from .attitudes.ck import read_ck, spice_attitude, write_ck
+from .attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
+from .attitudes.stk import read_stk_attitude, write_stk_attitude
+from .bodies.fields import read_field
+from .bodies.meshes import read_mesh
+from .netcdf import load, save
+from .orbits.oem import read_oem
+from .orbits.spk import spice_orbit
+from .orbits.tle import omm_orbit, tle_orbit
+from .scenarios.scenario import Scenario, read_scenario
+
+__all__ = [
+    "AttitudeTable",
+    "Scenario",
+    "load",
+    "omm_orbit",
+    "read_aem",
+    "read_apm",
+    "read_ck",
+    "read_field",
+    "read_mesh",
+    "read_oem",
+    "read_quaternion_csv",
+    "read_scenario",
+    "read_stk_attitude",
+    "save",
+    "spice_attitude",
+    "spice_orbit",
+    "tle_orbit",
+    "write_aem",
+    "write_apm",
+    "write_ck",
+    "write_quaternion_csv",
+    "write_stk_attitude",
+]

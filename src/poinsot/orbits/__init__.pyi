@@ -1,0 +1,26 @@
+"""Orbits: where the body is relative to what attracts it, by the module of each; imported when they are used first."""
+
+from .ephemeris import Ephemeris
+from .escape import EscapeOrbit
+from .fixed import FixedPosition
+from .kepler import KeplerOrbit
+from .lagrange import LagrangePointPath, RotatingPosition
+from .planets import planet_orbit
+from .precessing import PrecessingOrbit
+from .restricted_three_body import ThreeBodyPath
+from .sums import orbit_sum
+from .two_body import two_body_orbit
+
+__all__ = [
+    "Ephemeris",
+    "EscapeOrbit",
+    "FixedPosition",
+    "KeplerOrbit",
+    "LagrangePointPath",
+    "PrecessingOrbit",
+    "RotatingPosition",
+    "ThreeBodyPath",
+    "orbit_sum",
+    "planet_orbit",
+    "two_body_orbit",
+]
