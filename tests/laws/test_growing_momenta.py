@@ -215,7 +215,7 @@ def test_rotations_that_would_take_steps_without_end_are_refused():
 
 
 @pytest.mark.parametrize("factor", FACTORS)
-def test_neighbours_of_a_growing_motion(factor):
+def test_tangent_vectors_of_a_growing_motion(factor):
     attitude, axis, rate = start("lie_poisson", factor)
     torque, time, angle = grown(factor, 1, rate)
     one = BALL.state(attitude, omega_body=rate * axis)

@@ -1,6 +1,6 @@
-"""Indicators of chaos: what becomes of neighbours of a motion, to first order.
+"""Indicators of chaos from the growth of tangent vectors.
 
-The distance of a neighbour is |u|, u = (rotation vector, change of angular momentum / unit), body axes. Another unit
+The length of a tangent vector is |u|, u = (rotation vector, change of angular momentum / unit), body axes. Another unit
 changes what is found at finite times, not the limits.
 """
 
@@ -27,7 +27,7 @@ from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run
-from poinsot.propagation.variational_run import TangentRun, units
+from poinsot.propagation.variational_run import VariationalRun, units
 from poinsot.quantities import Times
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
@@ -138,7 +138,7 @@ def chaos_indicators(
         On Ctrl-C; its `trajectory` are the indicators, NaN where members are not done.
     """
     call = "chaos_indicators(system, state, times)"
-    job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress)
+    job = VariationalRun(call, system, state, times, formulation, tolerance, threads, progress)
     _check_count(vectors, len(job.tangent))
     rising = np.sort(job.times)
     _check_one_way(rising, job.state.time)
@@ -173,9 +173,9 @@ class _Indicators(EnsembleOutput):
         self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in names}
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        if variables.companion is None or not members.size:
+        if variables.variations is None or not members.size:
             return
-        u, _, bits = variables.companion.read(rows[..., variables.companions])
+        u, _, bits = variables.variations.read(rows[..., variables.variational])
         u = u / self._weights
         lengths = np.linalg.norm(u, axis=-1)
         since = (times - self._starts[members, None]) * (1 if self._forwards else -1)
@@ -271,7 +271,7 @@ def lyapunov_spectrum(
         On Ctrl-C; its `trajectory` is the spectrum at the times that all members have reached.
     """
     call = "lyapunov_spectrum(system, state, times)"
-    job = TangentRun(call, system, state, times, formulation, tolerance, threads, False)
+    job = VariationalRun(call, system, state, times, formulation, tolerance, threads, False)
     start = _common_start(job)
     k, rate = len(job.tangent), _fastest(system, job.state)
     weights = units(job.tangent, job.scale * _momentum_unit(system, rate))
@@ -318,10 +318,10 @@ class _Ends(Ensemble):
         self.vectors, self.bits = np.full((members, k, k), np.nan), np.zeros((members, k))
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        if variables.companion is None or not members.size:
+        if variables.variations is None or not members.size:
             return
         super().take(members, times, rows, variables)
-        u, _, bits = variables.companion.read(rows[:, 0, variables.companions])
+        u, _, bits = variables.variations.read(rows[:, 0, variables.variational])
         self.vectors[members], self.bits[members] = u, bits
 
     def replace(self, members: list[int], state: State, vectors: Array) -> None:
@@ -342,7 +342,7 @@ def _orthogonal(vectors: Array) -> tuple[Array, Array]:
     return np.swapaxes(turned, -1, -2), np.abs(np.diagonal(triangle, axis1=-2, axis2=-1))
 
 
-def _common_start(job: TangentRun) -> float:
+def _common_start(job: VariationalRun) -> float:
     """Return the time at which all members start; refuse several, and times that do not rise from it."""
     start = float(job.state.time[0])
     if np.any(job.state.time != start):

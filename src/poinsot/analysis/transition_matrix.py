@@ -1,7 +1,7 @@
 """The state-transition matrix of a motion, its derivatives by parameters, and what it does to a covariance.
 
-xi = (rotation vector, change of angular momentum), both along the body axes: the neighbour of (q, g) has the quaternion
-q exp(theta / 2) and the angular momentum g + gamma.
+xi = (rotation vector, change of angular momentum), along the body axes, changes (q, g) to
+(q exp(theta / 2), g + gamma).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from poinsot.mechanics.parameter_names import resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.variational_run import TangentRun, units
+from poinsot.propagation.variational_run import VariationalRun, units
 from poinsot.quantities import Times
 
 __all__ = ["StateTransition", "state_transition"]
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 class StateTransition:
-    """Neighbours of a motion to first order, xi(t) = matrix xi(t0) + sensitivity dp; of an ensemble members come first.
+    """xi(t) = matrix xi(t0) + sensitivity dp along a motion, to first order; of an ensemble members come first.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ def state_transition(
     inputs = tuple(_checked(system, name) for name in _listed(parameters))
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
-    job = TangentRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
+    job = VariationalRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
     k = len(job.tangent)
     out = _Columns(job, k, k + len(inputs), order)
     job.integrate(np.eye(k), np.sort(job.times), out)
@@ -156,7 +156,7 @@ def state_transition(
 class _Columns(Ensemble):
     """Motions with their matrices, in the units of the user."""
 
-    def __init__(self, job: TangentRun, k: int, columns: int, order: int) -> None:
+    def __init__(self, job: VariationalRun, k: int, columns: int, order: int) -> None:
         members, times = len(job.state.time), job.times.size
         super().__init__(members, times, job.formulation)
         self.directions = np.full((members, times, k, columns), np.nan)
@@ -167,18 +167,18 @@ class _Columns(Ensemble):
         self._scale = job.scale
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        neighbours = variables.companion
-        assert neighbours is not None  # noqa: S101
+        variations = variables.variations
+        assert variations is not None  # noqa: S101
         super().take(members, times, rows, variables)
-        unit = units(neighbours.tangent, self._scale)
-        by = np.concatenate([unit, np.ones(len(neighbours.inputs))])
-        vectors, pairs, bits = neighbours.read(rows[..., variables.companions])
+        unit = units(variations.tangent, self._scale)
+        by = np.concatenate([unit, np.ones(len(variations.inputs))])
+        vectors, pairs, bits = variations.read(rows[..., variables.variational])
         columns = np.swapaxes(vectors / unit, -1, -2) * by
         sizes = np.linalg.norm(columns, axis=-2)
         sizes[sizes == 0] = 1.0
         self.directions[members] = columns / sizes[..., None, :]
         self.growth[members] = np.log(sizes) + bits * np.log(2)
-        for i, (a, b) in enumerate(neighbours.pairs):
+        for i, (a, b) in enumerate(variations.pairs):
             with np.errstate(over="ignore"):
                 bent = pairs[..., i, :] / unit * (by[a] * by[b]) * np.exp2(bits[..., a] + bits[..., b])[..., None]
             self.second[members, :, :, a, b] = self.second[members, :, :, b, a] = bent

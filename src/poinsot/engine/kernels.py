@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.engine.discontinuities import Pieces, Switches, event_class, lane_of
 from poinsot.engine.event_detection import Watch, event_functions
-from poinsot.engine.linear import NONE, Linearization
 from poinsot.engine.parameter_folding import Constants
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
@@ -29,7 +28,7 @@ from poinsot.engine.scales import Scales
 from poinsot.engine.state_vector import SMALL, Coordinates
 from poinsot.engine.termination import LONGEST
 from poinsot.engine.torque_scale import momentum_scale
-from poinsot.engine.variational import STEPS_AT_A_TIME, Neighbours
+from poinsot.engine.variational import STEPS_AT_A_TIME, ZERO, VariationalEquations, Variations
 from poinsot.mechanics.axes import Axes, TrackingAxes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formula_errors import use_functions
@@ -47,8 +46,8 @@ IDLE_INTEGRATORS = 64
 DECISIONS = 1024
 LARGE = {"double": 350, "extended": 80, "quadruple": 80}
 """Operations of a step above which the compiler would take many seconds: a system this large runs in the
-engine's compact mode, which compiles in one or two and takes two or three times as long a step; with many neighbours
-it takes a quarter longer."""
+engine's compact mode, which compiles in one or two and takes two or three times as long a step; with many tangent
+vectors it takes a quarter longer."""
 
 SHARE, SHORTER = 0.0437, 0.618
 """The longest step over the time of a run with events, and what it is times that where a zero was lost.
@@ -163,7 +162,7 @@ class Borrowed:
     def __init__(self, built: _Built, problem: Problem, variables: Coordinates, precision: str, lanes: int) -> None:
         self.engine, self._switches, self.watch = built.engine, built.switches, built.watch
         self._roots = built.roots
-        self._companion, self._first = variables.companion, variables.companions.start
+        self._variations, self._first = variables.variations, variables.variational.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
         typed = kind if lanes == 1 and not problem.knots.size else functools.partial(np.asarray, dtype=kind)
         if precision == "quadruple" and problem.knots.size:  # no array of these takes part in sums with other numbers
@@ -256,9 +255,9 @@ class Borrowed:
 
     def steps_at_a_time(self, most: int, first: bool = False) -> int:
         """Return after how many steps the borrower shall come back, to `rescale`."""
-        if self._companion is None:
+        if self._variations is None:
             return most
-        return STEPS_AT_A_TIME[self._companion.order] // (10 if first else 1)
+        return STEPS_AT_A_TIME[self._variations.order] // (10 if first else 1)
 
     def doubtful(self, lane: int, result: Any, rows: NDArray[Any]) -> bool:
         """Whether a chunk of steps may have begun one with momenta out of the band of their scale.
@@ -310,12 +309,12 @@ class Borrowed:
             self.watch.certain = certain
 
     def rescale(self) -> None:
-        """Choose the scales anew of momenta that left their band; look after the vectors of the companion."""
+        """Choose the scales anew of momenta that left their band, and those of tangent vectors."""
         self.scales.rescale(self.engine.state, self.engine.pars)
         if self.watch is not None:
             self.watch.go_on()
-        if self._companion is not None:
-            self._companion.rescale(self.engine.state[self._first :].T)
+        if self._variations is not None:
+            self._variations.rescale(self.engine.state[self._first :].T)
 
     def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
         """Let lanes follow another one."""
@@ -360,34 +359,34 @@ def _equations(
     """Return the rates of the variables, and the values and conditions of the events."""
     inputs = constants.inputs()
     scale, axes = next(inputs), variables.axes.with_numbers(inputs)
-    companion = variables.companion
+    variations = variables.variations
     twin = problem.with_numbers(inputs)
     if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
         axes = axes.along(list(orbits_of(twin)))
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
-    motion, companions = own[: variables.companions.start], symbols[variables.companions]
+    motion, variational = own[: variables.variational.start], symbols[variables.variational]
     try:
         rates = twin.system.derivatives(variables.formulation.name, motion, time, scale=scale, axes=axes)
-        equations = [NONE + constants.expression(rate) for rate in rates]
+        equations = [ZERO + constants.expression(rate) for rate in rates]
         values = event_functions(twin, variables.formulation, motion, axes, scale, constants)
-        if companion is None:
+        if variations is None:
             return equations, values
         comoving = motion[variables.comoving]
         environment, turns = axes.environment(time, comoving), axes.omega(time, comoving) is not None
-        linear = Linearization(twin.system, variables.formulation, motion, environment, scale, turns, constants)
-        _refuse_jumps(constants, symbols[: variables.formulation.size], companion)
-        return [*equations, *(NONE + rate for rate in companion.equations(companions, linear))], values
+        linear = VariationalEquations(twin.system, variables.formulation, motion, environment, scale, turns, constants)
+        _refuse_discontinuities(constants, symbols[: variables.formulation.size], variations)
+        return [*equations, *(ZERO + rate for rate in variations.rates(variational, linear))], values
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
 
 
-def _refuse_jumps(constants: Constants, symbols: list[Any], neighbours: Neighbours) -> None:
-    """Refuse conditions at which neighbours cross the switch at another time than the motion itself."""
+def _refuse_discontinuities(constants: Constants, symbols: list[Any], variations: Variations) -> None:
+    """Refuse conditions that switch at another time when the start or a parameter varies."""
     names = {str(symbol) for symbol in symbols}
     for function, _ in constants.conditions:
-        if neighbours.inputs or names & set(hy.get_variables(function)):
+        if variations.inputs or names & set(hy.get_variables(function)):
             raise ValueError(
-                "system must have no `where` on the attitude or the rates for neighbours of a motion, nor any for "
+                "system must have no `where` on the attitude or the rates for variational equations, nor any for "
                 "derivatives by parameters, but it has one. Write a smooth formula."
             )
 
@@ -438,9 +437,9 @@ def _build(problem: Problem, variables: Coordinates, kernel: Kernel, with_knots:
             **stops,
         )
 
-    many_neighbours = variables.companion is not None and variables.companion.total > 1
-    if many_neighbours or kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
+    many_vectors = variables.variations is not None and variables.variations.total > 1
+    if many_vectors or kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
-        if many_neighbours or len(built.decomposition) > LARGE[kernel.precision]:
+        if many_vectors or len(built.decomposition) > LARGE[kernel.precision]:
             return _Built(built, constants, roots, switches, watch)
     return _Built(compiled(compact=False), constants, roots, switches, watch)

@@ -148,16 +148,16 @@ class Constants:
                 known[place] = function(*[known[argument] for argument in places])
         return [known[place] for place in self._parameters]
 
-    def slopes(self, inputs: Iterable[int]) -> dict[int, Any]:
+    def derivatives(self, inputs: Iterable[int]) -> dict[int, Any]:
         """Return the derivatives of the kernel's parameters by a common change of inputs: those that are not zero."""
-        return self._derivatives(dict(enumerate(self._parameters)), inputs)
+        return self._differentiated(dict(enumerate(self._parameters)), inputs)
 
-    def bends(self, inputs: Iterable[int], others: Iterable[int]) -> dict[int, Any]:
+    def second_derivatives(self, inputs: Iterable[int], others: Iterable[int]) -> dict[int, Any]:
         """Return the second derivatives of the kernel's parameters by two changes of inputs."""
-        slopes = {n: x.place for n, x in self.slopes(inputs).items() if isinstance(x, Constant)}
-        return self._derivatives(slopes, others)
+        slopes = {n: x.place for n, x in self.derivatives(inputs).items() if isinstance(x, Constant)}
+        return self._differentiated(slopes, others)
 
-    def _derivatives(self, places: dict[int, int], inputs: Iterable[int]) -> dict[int, Any]:
+    def _differentiated(self, places: dict[int, int], inputs: Iterable[int]) -> dict[int, Any]:
         known: dict[int, Any] = {place: number for number, place in self._literals.items()}
         known |= {self._inputs[i]: Dual(Constant(self, self._inputs[i]), {"change": 1}) for i in inputs}
         for place, (function, arguments) in list(self._recipes.items()):

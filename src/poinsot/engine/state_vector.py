@@ -19,7 +19,7 @@ from poinsot.mechanics.shared_orbits import same, tracked_orbits
 from poinsot.mechanics.state import Phase, State
 
 if TYPE_CHECKING:
-    from poinsot.engine.variational import Neighbours
+    from poinsot.engine.variational import Variations
 
 __all__ = ["SMALL", "Coordinates", "IntegratedEnvironment"]
 
@@ -35,17 +35,17 @@ BLOCK = 8192
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Variables of a kernel: those of the formulation, then those of the axes, then those of a companion."""
+    """Variables of a kernel: those of the formulation, of the axes, and of the variational equations, in this order."""
 
     formulation: Formulation
     axes: Axes
     scale: Any
-    companion: Neighbours | None = None
+    variations: Variations | None = None
 
     @property
     def size(self) -> int:
         """The number of variables."""
-        return self.formulation.size + self.axes.size + (self.companion.size if self.companion else 0)
+        return self.formulation.size + self.axes.size + (self.variations.size if self.variations else 0)
 
     @property
     def comoving(self) -> slice:
@@ -53,21 +53,21 @@ class Coordinates:
         return slice(self.formulation.size, self.formulation.size + self.axes.size)
 
     @property
-    def companions(self) -> slice:
-        """Where the variables of the companion are."""
+    def variational(self) -> slice:
+        """Where the variables of the variational equations are."""
         return slice(self.comoving.stop, None)
 
     @property
     def structure(self) -> tuple[Any, ...]:
-        """What selects the equations of axes and companion."""
-        return (*self.axes.structure, self.companion and replace(self.companion, vectors=None))
+        """What selects the equations of axes and variational equations."""
+        return (*self.axes.structure, self.variations and replace(self.variations, initial=None))
 
     @functools.cached_property
     def _momenta(self) -> list[int]:
-        """Where momenta are, and changes of momenta of neighbours."""
+        """Where momenta are, and components of tangent vectors that scale with them."""
         own = self.formulation.momenta
-        changes = self.companion.momenta if self.companion else []
-        return [*range(own.start, own.stop), *(self.companions.start + place for place in changes)]
+        along = self.variations.momenta if self.variations else []
+        return [*range(own.start, own.stop), *(self.variational.start + place for place in along)]
 
     def rescaled(self, rows: Array, bits: int) -> Array:
         """Return rows of variables with the scale of their momenta multiplied by 2^bits; shape (..., size)."""
@@ -84,15 +84,15 @@ class Coordinates:
             return number[members] if np.ndim(number) else number
 
         axes = self.axes.with_numbers(map(chosen, self.axes.numbers))
-        return Coordinates(self.formulation, axes, chosen(self.scale), self.companion)
+        return Coordinates(self.formulation, axes, chosen(self.scale), self.variations)
 
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
         own = self._from_state(state)
         self.formulation.check_variables(own)
-        if self.companion is None:
+        if self.variations is None:
             return own
-        start = self.companion.start()
+        start = self.variations.start()
         return np.concatenate([own, np.broadcast_to(start, (*own.shape[:-1], start.shape[-1]))], axis=-1)
 
     def _from_state(self, state: State) -> Array:

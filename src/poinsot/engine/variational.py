@@ -1,31 +1,56 @@
-"""Neighbours of a motion: tangent vectors and derivatives by parameters, integrated along with it.
+"""Variational equations of a motion: tangent vectors and derivatives by parameters, integrated along with it.
 
-A vector is u 2^n with a small u, whose size means nothing in linear equations. Now and then a u that has grown is made
-small again, by a power of two, and n is raised.
+A tangent vector has six coordinates, body axes: xi = (theta, gamma) changes (q, g) to (q exp(theta / 2), g + gamma).
+With m the rotation matrix, d m_i = m_i x theta for each of its rows, and g' = F(m, g), to first order
+
+    theta' = d omega - omega x theta,    gamma' = dF.
+
+The second derivatives in two tangent vectors a and b obey, with d_ab the second differential,
+
+    theta_ab' = d_ab omega - omega x theta_ab + (theta_a x d_b omega + theta_b x d_a omega) / 2,    gamma_ab' = d_ab F,
+
+where d_ab m_i = m_i x theta_ab + ((m_i x theta_a) x theta_b + (m_i x theta_b) x theta_a) / 2. omega and F have
+differentials by parameters as well.
+
+The equations are linear: a tangent vector is integrated as u 2^n with a small u. Now and then a u that has grown is
+made small again by a power of two, and n raised.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.engine.linear import NONE, Linearization
+from poinsot.engine.parameter_folding import Constants, Multiple
+from poinsot.functions import Vector, cross
+from poinsot.mechanics.attitude import Attitude, matrix_of
+from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.system import System
 
-__all__ = ["STEPS_AT_A_TIME", "Neighbours"]
+__all__ = ["STEPS_AT_A_TIME", "ZERO", "VariationalEquations", "Variations"]
 
 Array = NDArray[np.float64]
 
-FIRST_BITS = -10
+ZERO = hy.expression(0.0)
+
+Differentials = Mapping[Any, Any]
+"""Those of entries of the matrix (i, j), components of g (k) and parameters ("p", n), and theta itself."""
+
+INITIAL_EXPONENT = -10
 """Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
 
 GROWN = 8
-"""Bits above that, from which on a vector is brought back."""
+"""Bits above that, from which on a vector is rescaled."""
 
 STEPS_AT_A_TIME = {1: 700, 2: 300}
-"""Steps between two looks at the size of the vectors, by order; between the first two, a tenth.
+"""Steps between two checks of the size of the vectors, by order; up to the first one, a tenth.
 
 A vector that doubles in every step does not overflow in so many; one that grows like the time does not outgrow the
 attitude, which would loosen the step control. One that grows exponentially may: it has steps as short as the motion.
@@ -35,9 +60,153 @@ COUNTED = 2.0**-20
 """What the variable n counts in, to stay below the attitude for the engine's step control."""
 
 
+class VariationalEquations:
+    """Rates of tangent coordinates to first and second order, expressions of the engine.
+
+    Parameters
+    ----------
+    system : System
+        On the constants of a kernel.
+    formulation : Formulation
+        One with tangent coordinates.
+    own : sequence
+        The variables of the motion, as multiples; the first are those of the formulation.
+    environment : Environment
+    scale : scalar
+        Of the momenta.
+    comoving : bool
+        Whether attitudes refer to turning axes.
+    constants : Constants
+    """
+
+    def __init__(
+        self,
+        system: System,
+        formulation: Formulation,
+        own: Sequence[Any],
+        environment: Environment,
+        scale: Any,
+        comoving: bool,
+        constants: Constants,
+    ) -> None:
+        self.tangent, self._constants = formulation.tangent, constants
+        q, g = formulation.split(formulation.active(own[: formulation.size]))
+        self._matrix, attitude = self._with_matrix_of_symbols(q, comoving)
+        kinetics = system.body.kinetics(scale)
+        omega = kinetics.omega(g)
+        rates = kinetics.gyration(g) + system.torque_at(Instant(system.body, attitude, environment, omega), scale)
+        self._omega, self._rates = ([ZERO + constants.expression(x) for x in vector] for vector in (omega, rates))
+        self._derivatives: dict[Any, Any] = {}
+        self._symbols = {place: _entry(*place) for place in self._matrix}
+        self._symbols |= {k: constants.expression(x) for k, x in enumerate(g) if isinstance(x, Multiple)}
+
+    def _with_matrix_of_symbols(self, q: Vector, comoving: bool) -> tuple[dict[Any, Any], Attitude]:
+        """Return the entries of the rotation matrix that change, and an attitude in which they are variables."""
+        matrix = Attitude.from_quaternion(q).matrix
+        known = {(i, j): matrix[i, j] for i in range(3) for j in range(3) if isinstance(matrix[i, j], Multiple)}
+        rows = [
+            [self._constants.variable(_entry(i, j)) if (i, j) in known else matrix[i, j] for j in range(3)]
+            for i in range(3)
+        ]
+        entries = {place: self._constants.expression(value) for place, value in known.items()}
+        self._constants.stand_ins = {_entry(*place): value for place, value in entries.items()}
+        return entries, Attitude(matrix_of(rows), comoving)
+
+    # ------------------------------------------------------------------ differentials
+
+    def differentials(self, xi: Sequence[Any], inputs: tuple[int, ...] = (), unit: Any = ZERO) -> dict[Any, Any]:
+        """Return the differentials for tangent coordinates, and for a unit of some inputs of the kernel together."""
+        theta, gamma = self._full(xi)
+        by_inputs = self._constants.derivatives(inputs) if inputs else {}
+        return {
+            **{(i, j): x for i in range(3) for j, x in enumerate(cross(self._row(i), theta))},
+            **dict(enumerate(gamma)),
+            **{("p", n): unit * self._constants.expression(x) for n, x in by_inputs.items()},
+            "theta": theta,
+        }
+
+    def second_differentials(
+        self,
+        xi: Sequence[Any],
+        a: Differentials,
+        b: Differentials,
+        inputs: tuple[tuple[int, ...], tuple[int, ...]],
+        units: tuple[Any, Any],
+    ) -> dict[Any, Any]:
+        """Return the second differentials for second derivatives in two vectors, which may be of inputs as well."""
+        out = self.differentials(xi)
+        for i in range(3):
+            twice = [cross([x.get((i, j), ZERO) for j in range(3)], y["theta"]) for x, y in ((a, b), (b, a))]
+            out |= {(i, j): out[i, j] + 0.5 * (twice[0][j] + twice[1][j]) for j in range(3)}
+        by_inputs = self._constants.second_derivatives(*inputs) if all(inputs) else {}
+        product = units[0] * units[1]
+        return out | {("p", n): product * self._constants.expression(x) for n, x in by_inputs.items()}
+
+    def _full(self, xi: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+        full = [ZERO] * 6
+        for place, x in zip(self.tangent, xi, strict=True):
+            full[place] = x
+        return full[:3], full[3:]
+
+    def _row(self, i: int) -> list[Any]:
+        return [_entry(i, j) if (i, j) in self._matrix else ZERO for j in range(3)]
+
+    # ------------------------------------------------------------------ rates
+
+    def rates(self, d: Differentials) -> list[Any]:
+        """Return the time derivatives of tangent coordinates."""
+        d_omega, d_rates = ([self._differential(f, d) for f in each] for each in (self._omega, self._rates))
+        return self._chosen([*self._theta_rates(d_omega, d), *d_rates])
+
+    def second_rates(self, d: Differentials, a: Differentials, b: Differentials) -> list[Any]:
+        """Return those of second derivatives in two vectors."""
+        d_omega, d_rates = (
+            [self._differential(f, d) + self._second_differential(f, a, b) for f in each]
+            for each in (self._omega, self._rates)
+        )
+        mixed = [cross(x["theta"], [self._differential(f, y) for f in self._omega]) for x, y in ((a, b), (b, a))]
+        half = [0.5 * (x + y) for x, y in zip(*mixed, strict=True)]
+        return self._chosen([*map(sum, zip(self._theta_rates(d_omega, d), half, strict=True)), *d_rates])
+
+    def _theta_rates(self, d_omega: list[Any], d: Differentials) -> list[Any]:
+        return [a - b for a, b in zip(d_omega, cross(self._omega, d["theta"]), strict=True)]
+
+    def _differential(self, f: Any, d: Differentials) -> Any:
+        return hy.sum([self._derivative(f, name) * x for name, x in self._nonzero(d)])
+
+    def _second_differential(self, f: Any, a: Differentials, b: Differentials) -> Any:
+        terms = []
+        for name, x in self._nonzero(a):
+            first = self._derivative(f, name)
+            terms += [self._derivative(first, other) * (x * y) for other, y in self._nonzero(b) if _is_nonzero(first)]
+        return hy.sum([term for term in terms if _is_nonzero(term)])
+
+    def _nonzero(self, d: Differentials) -> list[tuple[Any, Any]]:
+        return [(name, x) for name, x in d.items() if name != "theta" and _is_nonzero(x)]
+
+    def _derivative(self, f: Any, name: Any) -> Any:
+        """Return the derivative of an expression by an entry of the matrix, a component of g or a parameter."""
+        if (f, name) not in self._derivatives:
+            symbol = hy.par[name[1]] if isinstance(name, tuple) and name[0] == "p" else self._symbols.get(name)
+            self._derivatives[f, name] = ZERO if symbol is None else hy.diff(f, symbol)
+        return self._derivatives[f, name]
+
+    def _chosen(self, rates: list[Any]) -> list[Any]:
+        """Return the rates of the tangent coordinates that there are, on the variables of the motion."""
+        return list(hy.subs([ZERO + rates[i] for i in self.tangent], self._constants.stand_ins))
+
+
+def _entry(i: int, j: int) -> Any:
+    return hy.expression(f"m{i}{j}")
+
+
+def _is_nonzero(expression: Any) -> bool:
+    return bool(expression != ZERO)
+
+
 @dataclass(frozen=True)
-class Neighbours:
-    """A companion of vectors.
+class Variations:
+    """Tangent vectors and derivatives by parameters as variables of a kernel.
 
     Parameters
     ----------
@@ -49,7 +218,7 @@ class Neighbours:
         Of the others, which are derivatives: the inputs of the kernel that change together.
     order : {1, 2}
         Whether there are second derivatives too, one for each two vectors.
-    vectors : array (..., count, k)
+    initial : array (..., count, k)
         The tangent vectors at the start, of size one, with members first.
     """
 
@@ -57,7 +226,7 @@ class Neighbours:
     count: int
     inputs: tuple[tuple[int, ...], ...] = ()
     order: int = 1
-    vectors: Any = field(default=None, compare=False)
+    initial: Any = field(default=None, compare=False)
 
     @property
     def size(self) -> int:
@@ -76,7 +245,7 @@ class Neighbours:
 
     @property
     def momenta(self) -> list[int]:
-        """Which of the variables are components of changes of momenta."""
+        """Which of the variables are components gamma."""
         k, vectors = len(self.tangent), self.total + len(self.pairs)
         return [i * k + j for i in range(vectors) for j, place in enumerate(self.tangent) if place >= 3]
 
@@ -88,29 +257,29 @@ class Neighbours:
 
     def start(self) -> Array:
         """Return the variables at the start; shape (..., size)."""
-        vectors = np.ldexp(np.asarray(self.vectors, dtype=float), FIRST_BITS)
+        vectors = np.ldexp(np.asarray(self.initial, dtype=float), INITIAL_EXPONENT)
         rows = np.zeros((*vectors.shape[:-2], self.size))
         rows[..., : self.count * len(self.tangent)] = vectors.reshape(*vectors.shape[:-2], -1)
-        rows[..., self.size - len(self.inputs) :] = 2.0**FIRST_BITS
+        rows[..., self.size - len(self.inputs) :] = 2.0**INITIAL_EXPONENT
         return rows
 
-    def equations(self, symbols: list[Any], linear: Linearization) -> list[Any]:
-        """Return the time derivatives."""
+    def rates(self, symbols: list[Any], equations: VariationalEquations) -> list[Any]:
+        """Return the time derivatives of the variables."""
         u, pairs, _, units = self._split(np.array(symbols, dtype=object))
         inputs = [()] * self.count + list(self.inputs)
-        units = [NONE] * self.count + list(units)
-        changes = [linear.changes(x, *given) for x, *given in zip(u, inputs, units, strict=True)]
-        rates = [rate for change in changes for rate in linear.rates(change)]
+        units = [ZERO] * self.count + list(units)
+        d = [equations.differentials(x, *given) for x, *given in zip(u, inputs, units, strict=True)]
+        rates = [rate for each in d for rate in equations.rates(each)]
         for (a, b), x in zip(self.pairs, pairs, strict=True):
-            bent = linear.second_changes(x, changes[a], changes[b], (inputs[a], inputs[b]), (units[a], units[b]))
-            rates += linear.second_rates(bent, changes[a], changes[b])
-        return rates + [NONE] * (self.size - len(rates))
+            second = equations.second_differentials(x, d[a], d[b], (inputs[a], inputs[b]), (units[a], units[b]))
+            rates += equations.second_rates(second, d[a], d[b])
+        return rates + [ZERO] * (self.size - len(rates))
 
     def rescale(self, rows: Array) -> None:
-        """Bring vectors that have grown back to a small size, in rows of variables; shape (..., size)."""
+        """Rescale vectors that have grown, in rows of variables; shape (..., size)."""
         u, _, n, units = self._split(rows)
         _, bits = np.frexp(np.max(np.abs(u), axis=-1))
-        bits = np.where(bits > FIRST_BITS + GROWN, bits - FIRST_BITS, 0)
+        bits = np.where(bits > INITIAL_EXPONENT + GROWN, bits - INITIAL_EXPONENT, 0)
         if not np.any(bits):
             return
         of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
@@ -123,9 +292,9 @@ class Neighbours:
         units[...] = np.ldexp(units, -bits[..., self.count :])
 
     def read(self, rows: Array) -> tuple[Array, Array, Array]:
-        """Return vectors (..., vectors, k), those of pairs (..., pairs, k), and numbers n (..., vectors).
+        """Return u of vectors (..., vectors, k) and of pairs (..., pairs, k), and exponents n (..., vectors).
 
-        The truth is vector 2^n; of a pair, vector 2^(n + n).
+        A vector is u 2^n, the second derivative of a pair u 2^(n + n).
         """
         u, pairs, n, _ = self._split(rows)
-        return np.ldexp(u, -FIRST_BITS), np.ldexp(pairs, -2 * FIRST_BITS), n / COUNTED
+        return np.ldexp(u, -INITIAL_EXPONENT), np.ldexp(pairs, -2 * INITIAL_EXPONENT), n / COUNTED

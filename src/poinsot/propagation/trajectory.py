@@ -48,7 +48,7 @@ class Method(StrEnum):
 
     TAYLOR = "Taylor"
     TAYLOR_OF_MEMBERS = "Taylor, members in batches"
-    VARIATIONAL = "Taylor, with neighbours to first order"
+    VARIATIONAL = "Taylor, with variational equations"
     CLOSED_FORM = "closed form"
     TABLE = "table"
 

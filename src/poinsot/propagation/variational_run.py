@@ -1,4 +1,4 @@
-"""Integration of motions together with their neighbours to first order, of one body or of an ensemble."""
+"""Integration of motions together with their variational equations, of one body or of an ensemble."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from poinsot.engine.ensemble import EnsembleOutput, integrate_members
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import SMALL, Coordinates
 from poinsot.engine.torque_scale import momentum_scale
-from poinsot.engine.variational import Neighbours
+from poinsot.engine.variational import Variations
 from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.shared_orbits import space_axes
@@ -31,13 +31,13 @@ from poinsot.propagation.arguments import (
 )
 from poinsot.propagation.trajectory import Method, Run, versions
 
-__all__ = ["TangentRun", "units"]
+__all__ = ["VariationalRun", "units"]
 
 Array = NDArray[np.float64]
 
 
-class TangentRun:
-    """What integrations with neighbours have in common: checked arguments, variables, and the run itself.
+class VariationalRun:
+    """What integrations of variational equations have in common: checked arguments, variables, and the run itself.
 
     Parameters
     ----------
@@ -83,13 +83,13 @@ class TangentRun:
         self.tangent = self.formulation.tangent
         if not self.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
-            raise ValueError(f"formulation must be one of {able} for neighbours of a motion, got {chosen!r}.")
+            raise ValueError(f"formulation must be one of {able} for variational equations, got {chosen!r}.")
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
         self.system, self.problem, self.members = system, Problem(system), members_of(system, state)
         self.state = broadcast_members(state, self.members or (1,))
         variables = kernels.coordinates(self.problem, self.state, chosen, "double")
-        if inputs:  # axes carried by an orbit would change with it
+        if inputs:  # axes that an orbit carries along would change with it
             axes = space_axes(system.between_knots(), closed_forms=True)
             variables = dataclasses.replace(variables, axes=axes)
         self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(momentum_scale(system, self.state))))))
@@ -102,8 +102,8 @@ class TangentRun:
 
         The state is by default that of the run.
         """
-        neighbours = Neighbours(self.tangent, vectors.shape[-2], self._inputs, self._order, vectors)
-        variables = dataclasses.replace(self._variables, companion=neighbours)
+        variations = Variations(self.tangent, vectors.shape[-2], self._inputs, self._order, vectors)
+        variables = dataclasses.replace(self._variables, variations=variations)
         start = self.state if state is None else state
         integrate_members(self.problem, start, times, variables, self._tolerance, self._threads, self._progress, out)
         return variables

@@ -284,7 +284,7 @@ def test_no_bar_is_shown_where_none_is_wanted(capsys):
         (
             ([1.0],),
             {"formulation": "canonical"},
-            "formulation must be one of lie_poisson, planar for neighbours of a motion, got 'canonical'.",
+            "formulation must be one of lie_poisson, planar for variational equations, got 'canonical'.",
         ),
     ],
 )

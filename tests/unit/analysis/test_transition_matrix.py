@@ -13,10 +13,10 @@ SYSTEM = pt.System(BODY, pt.GravityGradient(ORBIT))
 START = BODY.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0.9))
 
 
-def test_the_motion_is_that_without_neighbours():
+def test_the_motion_is_that_without_variational_equations():
     times = np.linspace(0, 20, 5)
-    with_neighbours = pt.analysis.state_transition(SYSTEM, START, times).motion
-    assert_allclose(with_neighbours.quaternion, pt.propagate(SYSTEM, START, times).quaternion, rtol=0, atol=1e-12)
+    along = pt.analysis.state_transition(SYSTEM, START, times).motion
+    assert_allclose(along.quaternion, pt.propagate(SYSTEM, START, times).quaternion, rtol=0, atol=1e-12)
 
 
 def test_back_and_forth_is_the_identity():
@@ -101,7 +101,7 @@ def test_torques_that_end_at_a_time_are_taken():
         ({"parameters": ["moments"]}, "must name single numbers"),
         ({"parameters": "moments[0]"}, "parameters must be a list, each a text, got str"),
         ({"order": 3}, "order must be 1 or 2"),
-        ({"formulation": "canonical"}, "formulation must be one of lie_poisson, planar for neighbours"),
+        ({"formulation": "canonical"}, "formulation must be one of lie_poisson, planar for variational equations"),
         ({"formulation": "planar"}, "must be for a body that turns about its third axis alone"),
     ],
 )

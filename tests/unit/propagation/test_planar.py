@@ -1,4 +1,4 @@
-"""The formulation "planar": the motion of a body that turns about its third axis alone, and its neighbours."""
+"""The formulation "planar": the motion of a body that turns about its third axis alone, and its tangent vectors."""
 
 import re
 
@@ -26,7 +26,7 @@ def test_the_motion_is_the_one_in_space(rate, forces):
     assert planar.run.formulation == "planar"
 
 
-def test_neighbours_are_those_in_space():
+def test_tangent_vectors_are_those_in_space():
     start = BODY.state(UP, omega_body=(0, 0, 2.5))
     plane = pt.analysis.state_transition(SYSTEM, start, TIMES, ["eccentricity"], formulation="planar")
     space = pt.analysis.state_transition(SYSTEM, start, TIMES, ["eccentricity"])
@@ -37,7 +37,7 @@ def test_neighbours_are_those_in_space():
 
 
 @pytest.mark.parametrize("formulation", ["planar", "lie_poisson"])
-def test_neighbours_leave_the_motion_alone(formulation):
+def test_tangent_vectors_leave_the_motion_alone(formulation):
     start = BODY.state(np.array([UP, UP]), omega_body=(0, 0, 2.5) * np.ones((2, 1)))
     alone = pt.propagate(SYSTEM, start, TIMES, formulation=formulation)
     beside = pt.analysis.state_transition(SYSTEM, start, TIMES, formulation=formulation).motion
