@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,11 +22,6 @@ Array = NDArray[Any]
 WIDEST: Any = PRECISIONS["extended" if available("extended") else "double"]
 
 
-def path(axes: Axes, start: Sequence[Any]) -> Path:
-    """Return the variables of axes as a function of the time since the start."""
-    return Path(axes, start)
-
-
 class Path:
     """The variables of axes from a start, of one body or of members, integrated as far as was asked.
 
@@ -41,14 +35,13 @@ class Path:
     """
 
     def __init__(self, axes: Axes, start: Sequence[Any]) -> None:
-        self._given = axes, start
+        self._axes, self._given = axes, start
         self._start = np.array(np.broadcast_arrays(*start, *axes.numbers)[: axes.size])
         self._members = np.arange(self._start[0].size).reshape(self._start[0].shape)
         self._branches: dict[int, _Branch] = {}
-        self._lock = threading.Lock()
 
     def __reduce__(self) -> Any:  # a copy integrates anew
-        return type(self), self._given
+        return type(self), (self._axes, self._given)
 
     def __call__(self, elapsed: Any) -> Array:
         """Return the variables at times since the start that broadcast with the members; NaN beyond a collision."""
@@ -62,16 +55,15 @@ class Path:
         return out
 
     def _branch(self, direction: int, far: Any) -> _Branch:
-        with self._lock:
-            known = self._branches.get(direction)
-            if known is None or known.far < far:
-                far = far if known is None else 2 * far  # so that a loop over times integrates but a few times
-                self._branches[direction] = known = self._integrated(direction, far)
+        known = self._branches.get(direction)
+        if known is None or known.far < far:
+            far = far if known is None else 2 * far  # so that a loop over times integrates but a few times
+            self._branches[direction] = known = self._integrated(direction, far)
         return known
 
     def _integrated(self, direction: int, far: Any) -> _Branch:
-        engine, constants = _integrator(self._given[0])
-        numbers = constants.values([np.asarray(number, WIDEST) for number in self._given[0].numbers])
+        engine, constants = _integrator(self._axes)
+        numbers = constants.values([np.asarray(number, WIDEST) for number in self._axes.numbers])
         table = np.array(np.broadcast_arrays(*numbers, *self._start), dtype=WIDEST).reshape(-1, self._members.size)
         pieces = [
             _pieces(engine, column[: len(numbers)], column[len(numbers) :], direction * far) for column in table.T
@@ -79,6 +71,10 @@ class Path:
         lengths = [len(times) for times, _ in pieces]
         times, series = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
         return _Branch(far, np.cumsum([0, *lengths]), times, series.T)
+
+
+path = Path
+"""As orbits know it."""
 
 
 @dataclass(frozen=True)
