@@ -18,7 +18,9 @@ __all__ = [
     "optional",
     "real_array",
     "real_numbers",
+    "refuse_negative",
     "refuse_nonpositive",
+    "refuse_other_length",
     "scalar",
 ]
 
@@ -105,6 +107,20 @@ def refuse_nonpositive(name: str, value: Any) -> None:
     wrong = np.atleast_1d(value)[np.atleast_1d(value) <= 0]
     if wrong.size:
         raise ValueError(f"{name} must be positive, got {wrong.flat[0]}.")
+
+
+def refuse_negative(name: str, value: Any) -> None:
+    """Raise a ValueError that shows the least number if it is negative."""
+    if np.any(np.asarray(value) < 0):
+        raise ValueError(f"{name} must not be negative, got {np.min(value)}.")
+
+
+def refuse_other_length(name: str, vector: Any) -> None:
+    """Raise a ValueError if a direction, shape (..., 3), is no unit vector to 1e-9."""
+    lengths = np.atleast_1d(np.linalg.norm(vector, axis=-1))
+    worst = lengths[np.argmax(np.abs(lengths - 1))]
+    if abs(worst - 1) > 1e-9:
+        raise ValueError(f"{name} must be a unit vector, got length {worst:.10g}. Divide by the length.")
 
 
 def optional(name: str, purpose: str) -> Any:

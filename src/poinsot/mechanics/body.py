@@ -22,6 +22,7 @@ from poinsot.quantities import AngularVelocities, Times
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
+    from poinsot.mechanics.block import Block
     from poinsot.mechanics.frame import Frame
     from poinsot.mechanics.state import State
 
@@ -83,6 +84,10 @@ class Body(Parametric):
         """Return the moment of inertia about a unit vector in body axes, J = u . I u; shape (...)."""
         direction = _three("direction_body", direction_body)
         return quat.dot(self.moments, quat.component_product(direction, direction))
+
+    def own(self, block: Block) -> Vector:
+        """Return the variables of a part of the body."""
+        raise KeyError(f"block must be a part of the system, got {block.name!r}. The system has none.")
 
     # ------------------------------------------------------------------ axes
 

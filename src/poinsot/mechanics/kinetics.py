@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated, Any
 
 from numpy.typing import ArrayLike
@@ -13,7 +14,10 @@ from poinsot.algebra.quaternion import Array, assemble, components
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Parametric, Vector
 
-__all__ = ["Kinetics", "ObliqueKinetics"]
+__all__ = ["CompositeKinetics", "Kinetics", "Matrix", "ObliqueKinetics", "outer", "product", "spread"]
+
+Matrix = Any
+"""Three rows of three scalars of any kind; a `functions.Vector` of such, where it is computed with."""
 
 
 class Kinetics(Parametric):
@@ -74,6 +78,66 @@ class ObliqueKinetics(Kinetics):
     @override
     def gyration(self, g: ArrayLike) -> Array:
         return turned(self.axes, super().gyration(turned(self.axes.T, g)))
+
+
+class CompositeKinetics:
+    """The rate of a body with parts, omega = K (g - h), for a symmetric K^-1 on scalars of any kind.
+
+    K^-1 = L D L^T is factorised here; where its entries are parameters of a run, that is done once. g, h and K^-1 are
+    multiplied by `scale`.
+    """
+
+    def __init__(self, inverse: Matrix, momentum: functions.Vector, scale: Scalar = 1) -> None:
+        (a, _, _), (b, c, _), (d, e, f) = inverse
+        self._l21, self._l31 = b / a, d / a
+        rest, below = c - self._l21 * b, e - self._l31 * b
+        self._l32 = below / rest
+        last = f - self._l31 * d - self._l32 * below
+        self._reciprocals = tuple(1 / (scale * pivot) for pivot in (a, rest, last))
+        self.momentum = scale * momentum
+
+    def omega(self, g: ArrayLike) -> Array:
+        """Return the angular velocity K (g - h); shape (..., 3)."""
+        x, y, z = functions.Vector(components(g)) - self.momentum
+        y = y - self._l21 * x
+        z = z - self._l31 * x - self._l32 * y
+        a, b, c = self._reciprocals
+        z = c * z
+        y = b * y - self._l32 * z
+        return assemble([a * x - self._l21 * y - self._l31 * z, y, z], g)
+
+    def half_omega(self, g: ArrayLike) -> Array:
+        """Return omega / 2, which turns a quaternion: q' = q (0, omega/2); shape (..., 3)."""
+        return assemble([0.5 * component for component in components(self.omega(g))], g)
+
+    def gyration(self, g: ArrayLike) -> Array:
+        """Return g x omega, the change of g seen from the turning body; shape (..., 3)."""
+        return assemble(functions.cross(components(g), components(self.omega(g))), g)
+
+    def kinetic_energy(self, g: ArrayLike) -> Scalar:
+        """Return (g - h) . omega / 2, without the internal energies of the parts; shape (...)."""
+        return 0.5 * functions.dot(functions.Vector(components(g)) - self.momentum, components(self.omega(g)))
+
+
+def product(matrix: Matrix, vector: Iterable[Scalar]) -> functions.Vector:
+    """Return the product of a matrix and a vector."""
+    x = tuple(vector)
+    return functions.Vector(functions.dot(row, x) for row in matrix)
+
+
+def outer(u: Iterable[Scalar], v: Iterable[Scalar]) -> functions.Vector:
+    """Return the matrix u v^T."""
+    v = functions.Vector(v)
+    return functions.Vector(x * v for x in u)
+
+
+def spread(arm: Iterable[Scalar]) -> functions.Vector:
+    """Return |x|^2 1 - x x^T, the inertia tensor of a unit mass at x."""
+    arm = functions.Vector(arm)
+    square, products = functions.dot(arm, arm), outer(arm, arm)
+    return functions.Vector(
+        functions.Vector((square if i == j else 0.0) - products[i][j] for j in range(3)) for i in range(3)
+    )
 
 
 def turned(matrix: Array, vector: ArrayLike) -> Array:

@@ -1,0 +1,81 @@
+"""Variables that are integrated along with the attitude."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import field
+from typing import Any, ClassVar
+
+from typing_extensions import override
+
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.parameters import Parametric, kinds_of, listed
+
+__all__ = ["Block"]
+
+RESERVED = frozenset({"attitude", "angular_momentum", "time", "frame"})
+"""Names that the results of a system and the arguments of `system.state` have already."""
+
+
+class Block(Parametric, ABC):
+    """Named variables integrated along; their rates may depend on the whole state.
+
+    Parameters
+    ----------
+    name : str
+        By which results, states and formulas know the variables. Default: the class in lower case,
+        `reaction_wheel`.
+
+    Raises
+    ------
+    ValueError
+        If the name is no word of letters, digits and underscores.
+    """
+
+    name: str = field(default="", kw_only=True)
+    variables: ClassVar[Mapping[str, int]] = {}
+    """How many scalars each variable has, in the order of the state vector."""
+    momenta: ClassVar[frozenset[str]] = frozenset()
+    """The variables that have the unit of angular momentum and scale as it does."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "name", self.name or _default_name(type(self)))
+        if not self.name.isidentifier() or self.name in RESERVED or self.name.startswith(("omega", "angular_momentum")):
+            raise ValueError(
+                f"name must be a word such as {_default_name(type(self))!r} that no other variable has, got "
+                f"{self.name!r}."
+            )
+
+    @override
+    def __repr__(self) -> str:
+        names = [n for n in kinds_of(type(self)) if n != "name"]
+        names += ["name"] * (self.name != _default_name(type(self)))
+        return f"{type(self).__name__}({', '.join(f'{n}={listed(getattr(self, n))}' for n in names)})"
+
+    @property
+    def size(self) -> int:
+        """The number of its scalars."""
+        return sum(self.variables.values())
+
+    def start(self, time: Scalar, omega_body: Vector) -> Vector:  # noqa: ARG002
+        """Return the values at the start of a motion that names none; by default zeros."""
+        return Vector((0.0,) * self.size)
+
+    @abstractmethod
+    def rates(self, instant: Any, pull: Vector) -> Vector:
+        """Return the time derivatives of the variables.
+
+        Parameters
+        ----------
+        instant : Instant
+            `instant.own(self)` are the variables.
+        pull : Vector
+            Minus the derivatives of the sum of the system's potentials with respect to the variables.
+        """
+
+
+def _default_name(cls: type) -> str:
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()

@@ -1,0 +1,77 @@
+"""Dampers: what turns the energy of a nutation into heat inside the body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.errors import refuse_negative, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.mechanics.kinetics import Matrix
+from poinsot.mechanics.part import Part
+
+__all__ = ["KaneDamper"]
+
+
+class KaneDamper(Part):
+    """A homogeneous sphere in a spherical cavity filled with viscous fluid: Kane's damper.
+
+    p' = p x omega - coefficient (p / moment - omega), p the sphere's inertial angular momentum, body axes. The fluid
+    has no inertia. Kane and Levinson, Spacecraft Dynamics (1983), treat it as the model of any internal dissipation.
+
+    Parameters
+    ----------
+    moment : float
+        Moment of inertia of the sphere about a diameter, positive. The body's inertia tensor is that with the sphere
+        locked.
+    coefficient : float
+        Torque per angular velocity of the sphere relative to the body, not negative.
+    name : str
+        Of the damper; several of a system need different ones.
+    """
+
+    moment: float
+    coefficient: float
+    variables: ClassVar[Mapping[str, int]] = {"momentum": 3}
+    momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_nonpositive("moment", self.moment)
+        refuse_negative("coefficient", self.coefficient)
+
+    @override
+    def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
+        return functions.Vector(self.moment * component for component in omega_body)
+
+    @override
+    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
+        return own
+
+    @override
+    def spinning_inertia(self, own: functions.Vector) -> Matrix:
+        return functions.Vector(functions.Vector(self.moment if i == j else 0.0 for j in range(3)) for i in range(3))
+
+    @override
+    def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
+        return functions.dot(own, own) / (2 * self.moment)
+
+    @override
+    def rates(self, instant: Any, pull: functions.Vector) -> functions.Vector:
+        p, omega = instant.own(self), instant.omega_body
+        slip = p * (1 / self.moment) - omega
+        return functions.cross(p, omega) - slip * self.coefficient
+
+    def at_rate(self, relative_rate: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the variables, shape (..., 3), for an angular velocity of the sphere relative to the body."""
+        total = np.asarray(relative_rate, dtype=float) + np.asarray(omega_body, dtype=float)
+        return np.asarray(np.asarray(self.moment)[..., None] * total)
+
+    def relative_rate(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the angular velocity of the sphere relative to the body, body axes; shape (..., 3)."""
+        return np.asarray(np.asarray(own) / np.asarray(self.moment)[..., None] - np.asarray(omega_body))

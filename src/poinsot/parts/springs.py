@@ -1,0 +1,131 @@
+"""Masses on springs: what sloshes and what vibrates, one mode each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.quaternion import components
+from poinsot.errors import refuse_negative, refuse_nonpositive, refuse_other_length
+from poinsot.functions import Scalar
+from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.parameters import Vector
+from poinsot.mechanics.part import Part
+
+__all__ = ["SpringMass"]
+
+
+class SpringMass(Part):
+    """A point mass on a line fixed in a free body, held by a spring and a dashpot.
+
+    With x the mass from the centre of mass of the rest, rho its displacement along the line l, d = x x l and the
+    reduced mass mu = mass (total_mass - mass) / total_mass: rho' = p / mu - omega . d and p' = mu ((x . l) omega^2 -
+    (omega . x)(omega . l)) - stiffness rho - damping rho'. The inertia of body and mass depends on rho.
+
+    Parameters
+    ----------
+    mass : float
+        The mass, positive, less than the total.
+    total_mass : float
+        Of body and mass.
+    position : array (3,)
+        Of the mass with the spring relaxed, from the centre of mass of body and mass then, body axes. The body's
+        inertia tensor is that of body and mass in this position, about this centre.
+    direction : array (3,)
+        Unit vector along the line, body axes.
+    stiffness : float
+        Force per displacement, not negative.
+    damping : float
+        Force per speed, not negative.
+    """
+
+    mass: float
+    total_mass: float
+    position: Vector
+    direction: Vector
+    stiffness: float
+    damping: float = 0.0
+    variables: ClassVar[Mapping[str, int]] = {"displacement": 1, "momentum": 1}
+    moves_center_of_mass: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_other_length("direction", self.direction)
+        refuse_nonpositive("mass", self.mass)
+        refuse_negative("stiffness", self.stiffness)
+        refuse_negative("damping", self.damping)
+        if np.any(np.asarray(self.mass) >= np.asarray(self.total_mass)):
+            raise ValueError(f"mass must be less than total_mass, got {self.mass} and {self.total_mass}.")
+
+    @property
+    def reduced_mass(self) -> Scalar:
+        """The reduced mass of the mass and the rest."""
+        return self.mass * (self.total_mass - self.mass) / self.total_mass
+
+    @property
+    def _arm(self) -> functions.Vector:
+        """The relaxed mass from the centre of mass of the rest."""
+        return functions.Vector(components(self.position)) * (self.total_mass / (self.total_mass - self.mass))
+
+    @property
+    def _lever(self) -> functions.Vector:
+        """The angular momentum of a unit of p, the same wherever the mass is on its line."""
+        return functions.cross(self._arm, components(self.direction))
+
+    @override
+    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
+        return functions.Vector(own[1] * component for component in self._lever)
+
+    @override
+    def inertia(self, own: functions.Vector, time: Scalar) -> Matrix:
+        arm, line, rho = self._arm, functions.Vector(self.direction), own[0]
+        between = outer(arm, line) + outer(line, arm)
+        linear = functions.Vector(
+            functions.Vector((2 * functions.dot(arm, line) if i == j else 0.0) - between[i][j] for j in range(3))
+            for i in range(3)
+        )
+        return linear * self.reduced_mass * rho + spread(line) * self.reduced_mass * (rho * rho)
+
+    @override
+    def spinning_inertia(self, own: functions.Vector) -> Matrix:
+        return outer(self._lever, self._lever) * self.reduced_mass
+
+    @override
+    def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
+        rho, p = own
+        return p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
+
+    @override
+    def rates(self, instant: Any, pull: functions.Vector) -> functions.Vector:
+        rho, p = instant.own(self)
+        omega, line = instant.omega_body, functions.Vector(self.direction)
+        x = self._arm + line * rho
+        speed = p * (1 / self.reduced_mass) - functions.dot(omega, self._lever)
+        outward = functions.dot(x, line) * functions.dot(omega, omega)
+        outward = outward - functions.dot(omega, x) * functions.dot(omega, line)
+        force = self.reduced_mass * outward - self.stiffness * rho - self.damping * speed
+        return functions.Vector((speed, force + pull[0]))
+
+    @override
+    def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
+        return functions.Vector((0.0, self.reduced_mass * functions.dot(omega_body, self._lever)))
+
+    def at_displacement(self, displacement: ArrayLike, speed: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the variables, shape (..., 2), for a displacement, its rate and the body's angular velocity."""
+        turning = np.sum(_array(self._lever) * np.asarray(omega_body, dtype=float), axis=-1)
+        p = self.reduced_mass * (np.asarray(speed, dtype=float) + turning)
+        return np.stack(np.broadcast_arrays(np.asarray(displacement, dtype=float), p), axis=-1)
+
+    def speed(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the rate of the displacement, shape (...), from the variables and the body's angular velocity."""
+        turning = np.sum(_array(self._lever) * np.asarray(omega_body), axis=-1)
+        return np.asarray(np.asarray(own)[..., 1] / self.reduced_mass - turning)
+
+
+def _array(vector: functions.Vector) -> NDArray[np.float64]:
+    return np.stack(np.broadcast_arrays(*vector), axis=-1)
