@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.errors import member_array
+from poinsot.errors import member_array, real_numbers
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.parameters import listed
@@ -22,11 +22,15 @@ if TYPE_CHECKING:
 __all__ = ["Phase", "State", "project_to_tangent"]
 
 Phase = dict[str, NDArray[Any]]
-"""What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
+"""What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`; then
+the variables of parts, each under the name of its part.
 
 Each of the two momenta follows from the other and q. Q mixes the components of g, so that a g that comes from Q has the
 rounding of the largest component in all of them; a Q that comes from g is tangent to the unit sphere by construction.
 """
+
+RIGID = ("quaternion", "angular_momentum_body", "conjugate_momenta")
+"""The names in a phase that are those of a rigid body."""
 
 TANGENT_SLACK = 1e-9
 """How large |q . Q| / |Q| may be in what a user gives."""
@@ -43,6 +47,8 @@ class State:
         Its conjugate momentum Q, tangent to the unit sphere: q . Q = 0. Unit of angular momentum.
     time : float or array (n,)
         The time, in the user's unit.
+    own : mapping, optional
+        The variables of the system's parts, each an array (k,) or (n, k) under the name of its part.
 
     Raises
     ------
@@ -55,14 +61,24 @@ class State:
     in place of Q, which follows from it. The paper's Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
     """
 
-    def __init__(self, quaternion: ArrayLike, conjugate_momenta: ArrayLike, time: Times = 0.0) -> None:
+    def __init__(
+        self,
+        quaternion: ArrayLike,
+        conjugate_momenta: ArrayLike,
+        time: Times = 0.0,
+        own: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
         q = unit_quaternion(quaternion, "quaternion")
         Q = member_array("conjugate_momenta", conjugate_momenta, (4,))
         self.time = member_array("time", time, ())
-        _check_members(quaternion=q.shape[:-1], conjugate_momenta=Q.shape[:-1], time=self.time.shape)
-        q, Q = np.broadcast_arrays(q, Q)
+        parts = {name: _own_values(name, values) for name, values in (own or {}).items()}
+        counts = {name: values.shape[:-1] for name, values in parts.items()}
+        _check_members(quaternion=q.shape[:-1], conjugate_momenta=Q.shape[:-1], time=self.time.shape, **counts)
+        members = np.broadcast_shapes(q.shape[:-1], Q.shape[:-1], *counts.values())
+        q, Q = np.broadcast_to(q, (*members, 4)), np.broadcast_to(Q, (*members, 4))
         _check_tangent(q, Q)
-        self.phase: Phase = {"quaternion": q, "conjugate_momenta": Q}
+        parts = {name: np.broadcast_to(values, (*members, values.shape[-1])) for name, values in parts.items()}
+        self.phase: Phase = {"quaternion": q, "conjugate_momenta": Q, **parts}
 
     @classmethod
     @checked
@@ -103,6 +119,11 @@ class State:
         return 2 * quat.product(self.quaternion, quat.pure(self.phase["angular_momentum_body"]))
 
     @property
+    def own(self) -> Phase:
+        """The variables of the system's parts, by the name of the part; each of shape (..., k)."""
+        return own_of(self.phase)
+
+    @property
     def attitude(self) -> Rotation:
         """The attitude as a scipy rotation, body -> space."""
         return rotation(self.quaternion)
@@ -120,17 +141,23 @@ class State:
         return 0.5 * quat.imaginary(quat.product(self.conjugate_momenta, quat.conjugate(self.quaternion)))
 
     def __repr__(self) -> str:
+        own = ", ".join(f"{name!r}: {listed(values)}" for name, values in self.own.items())
         return (
             f"State(quaternion={listed(self.quaternion)}, conjugate_momenta={listed(self.conjugate_momenta)}, "
-            f"time={listed(self.time)})"
+            f"time={listed(self.time)}{own and f', own={{{own}}}'})"
         )
 
 
-def state_with(q: ArrayLike, g: ArrayLike, time: Times) -> State:
+def state_with(q: ArrayLike, g: ArrayLike, time: Times, own: Mapping[str, ArrayLike] | None = None) -> State:
     """Return the state with an angular momentum along the body axes, which it keeps to the last digit."""
-    checked = State(q, 2 * quat.product(q, quat.pure(g)), time)
+    checked = State(q, 2 * quat.product(q, quat.pure(g)), time, own)
     momenta = np.array(np.broadcast_to(g, (*checked.quaternion.shape[:-1], 3)), dtype=float)
-    return state_of({"quaternion": checked.quaternion, "angular_momentum_body": momenta}, checked.time)
+    return state_of({"quaternion": checked.quaternion, "angular_momentum_body": momenta, **checked.own}, checked.time)
+
+
+def own_of(phase: Phase) -> Phase:
+    """Return the variables of parts in a phase, by the name of the part."""
+    return {name: values for name, values in phase.items() if name not in RIGID}
 
 
 def state_of(phase: Phase, time: Any) -> State:
@@ -159,6 +186,13 @@ def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> N
     if not np.all(np.any(q, axis=-1)):
         raise ValueError("quaternion must not be zero, but |q| = 0.")
     return np.asarray(Q - (quat.dot(q, Q) / quat.dot(q, q))[..., None] * q)
+
+
+def _own_values(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    array = real_numbers(name, value)
+    if array.ndim not in (1, 2) or 0 in array.shape:
+        raise ValueError(f"{name} must have shape (k,) or (members, k), got shape {array.shape}.")
+    return array
 
 
 def _check_members(**counts: tuple[int, ...]) -> None:

@@ -200,3 +200,28 @@ def test_a_slender_body_turns_at_the_rate_it_was_given(members):
     motion = pt.propagate(pt.System(body), start, [end])
     for each in motion.quaternion.reshape(-1, 4):
         assert (expected.inv() * Rotation.from_quat(each, scalar_first=True)).magnitude() < 1e-12
+
+
+# ---------------------------------------------------------------------- variables of parts
+
+
+def test_variables_of_parts_travel_with_their_names():
+    state = pt.State((1, 0, 0, 0), (0, 1, 2, 3), own={"wheel": [0.5], "slosh": [[0.1, 0.2], [0.3, 0.4]]})
+    assert state.quaternion.shape == (2, 4)
+    np.testing.assert_array_equal(state.own["wheel"], [[0.5], [0.5]])
+    np.testing.assert_array_equal(state.own["slosh"], [[0.1, 0.2], [0.3, 0.4]])
+    assert pt.State((1, 0, 0, 0), (0, 1, 2, 3)).own == {}
+    assert repr(pt.State((1, 0, 0, 0), (0, 1, 2, 3), own={"wheel": [0.5]})).endswith("own={'wheel': [0.5]})")
+
+
+@pytest.mark.parametrize(
+    ("own", "sentence"),
+    [
+        ({"wheel": 0.5}, r"wheel must have shape \(k,\) or \(members, k\), got shape \(\)\."),
+        ({"a": [[1.0], [2.0]], "b": [[1.0]] * 3}, "b must have as many members as a, got 3 and 2."),
+        ({"wheel": [np.nan]}, r"wheel must be finite, but wheel\[0\] = nan\."),
+    ],
+)
+def test_variables_of_parts_must_fit(own, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        pt.State((1, 0, 0, 0), (0, 1, 2, 3), own=own)
