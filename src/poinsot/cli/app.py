@@ -11,7 +11,7 @@ from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
 from poinsot.cli.plots import plot, view
 from poinsot.cli.runs import new, run
-from poinsot.cli.terminal import Commands, answer, exit_statuses
+from poinsot.cli.terminal import Command, Commands, answer, exit_statuses
 
 __all__ = ["app"]
 
@@ -67,4 +67,4 @@ for panel, commands in {
             },
             verify: {"_1": "a comparison fails"},
         }.get(command, {})
-        app.command(epilog=exit_statuses(**own), rich_help_panel=panel)(command)
+        app.command(cls=Command, epilog=exit_statuses(**own), rich_help_panel=panel)(command)

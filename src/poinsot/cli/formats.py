@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +19,7 @@ from poinsot.cli.terminal import (
     check_new,
     check_there,
     hand_over,
+    listed_formats,
     sentences,
     tell,
     writing,
@@ -38,7 +38,7 @@ def info(
 ) -> None:
     """Tell what a file has: body and forces, times, how it was computed, its drift, and whether it can be run again.
 
-    Also of files of attitudes (AEM, APM, CK, STK, CSV), orbits (OEM), shapes (OBJ, PLY, STL, plates) and gravity fields
+    Also of files of attitudes ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plates) and gravity fields
     (ICGEM, SHADR): what is in them, and which function of the package reads them.
 
     For example:
@@ -59,7 +59,7 @@ def info(
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or attitudes (.aem, .xml, .bc, .a, .csv).")],
+    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or attitudes.")],
     target: Annotated[Path, typer.Argument(help="The file to write; its end says the format.")],
     scenario: Annotated[
         Path | None, typer.Option(help="From attitudes to a result: a scenario with body and forces.")
@@ -70,9 +70,9 @@ def convert(
     frame: Annotated[str | None, typer.Option(help="The name of the space axes, such as ICRF.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Convert between results and files of attitudes: CCSDS AEM (.aem, .xml), SPICE CK (.bc), STK (.a), tables (.csv).
+    """Convert between results and files of attitudes.
 
-    Files of attitudes have dates, and the name of the space axes: say them where the result has none. The times of a
+    The formats of attitudes are {attitudes}. They have dates, and the name of the space axes: say them where the result has none. The times of a
     result are those of its scenario, or from --zero, or else from the first row.
 
     For example:
@@ -104,22 +104,28 @@ def _in_file(file: Path) -> tuple[Lines, str | None]:
         return _of_scenario(file)
     if file.suffix in RESULTS:
         return _of_result(file)
-    kind = _kind_of(file)
-    if kind is None:
-        raise ValueError(
-            f"{file} must be a result (.nc, .zarr), a scenario (.toml), attitudes (AEM, APM, .bc, .a, .csv), an orbit "
-            "(OEM), a shape (.obj, .ply, .stl, .tab) or a gravity field (.gfc, .tab), but it is none of them."
-        )
-    return OF_OTHERS[kind](file), None
-
-
-def _kind_of(file: Path) -> str | None:
-    """Return what a file is: messages of the CCSDS say so in their first lines, others by the end of their names."""
     if not file.is_file():
         raise IsADirectoryError(f"{file} must be a file, but it is none.")
     with file.open("rb") as stream:
         head = stream.read(4096)
-    message = re.search(rb"CCSDS_(AEM|APM|OEM|OMM)_VERS|<(aem|apm|oem|omm)[\s>]", head)
+    kind = _kind_of(file, head)
+    if kind is not None:
+        return OF_OTHERS[kind](file), None
+    from poinsot.files.attitudes.attitude_format import attitude_formats, format_of
+
+    known = next((each for each in attitude_formats() if each.sniff(head)), format_of(file))
+    if known is None:
+        raise ValueError(
+            f"{file} must be a result (.nc, .zarr), a scenario (.toml), attitudes ({listed_formats()}, CCSDS APM), an "
+            "orbit (OEM), a shape (.obj, .ply, .stl, .tab) or a gravity field (.gfc, .tab), but it is none of them."
+        )
+    lines = _attitudes(f"Attitudes, {known.title}", known.read(file))
+    return [*lines, f"  in Python: {known.in_python.format(path=str(file))}"], None
+
+
+def _kind_of(file: Path, head: bytes) -> str | None:
+    """Return what a file that is no table of attitudes is, by its first lines or by the end of its name."""
+    message = re.search(rb"CCSDS_(APM|OEM|OMM)_VERS|<(apm|oem|omm)[\s>]", head)
     if message is not None:
         return (message[1] or message[2]).decode().lower()
     suffix = file.suffix.lower()
@@ -131,15 +137,11 @@ def _kind_of(file: Path) -> str | None:
 BY_SUFFIX = {
     **dict.fromkeys((".obj", ".ply", ".stl"), "mesh"),
     **dict.fromkeys((".gfc", ".sha"), "field"),
-    ".bc": "ck",
     **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), "kernel"),
-    ".aem": "aem",
     ".apm": "apm",
     ".oem": "oem",
     ".omm": "omm",
     ".tle": "omm",
-    ".a": "stk",
-    ".csv": "csv",
 }
 
 
@@ -205,10 +207,6 @@ def _span(times: Any) -> str:
 # ------------------------------------------------------------------ files of others
 
 
-def _of_attitudes(title: str, reader: str, file: Path) -> Lines:
-    return [*_attitudes(title, getattr(files, reader)(file)), _read_by(reader, file)]
-
-
 def _attitudes(title: str, table: Any) -> Lines:
     size = (
         "the quaternions are of unit norm"
@@ -226,13 +224,6 @@ def _attitudes(title: str, table: Any) -> Lines:
 
 def _read_by(reader: str, file: Path, more: str = "") -> str:
     return f"  in Python: pt.files.{reader}({str(file)!r}{more})"
-
-
-def _of_ck(file: Path) -> Lines:
-    return [
-        *_attitudes("Attitudes, SPICE CK", files.read_ck(file)),
-        "  in Python: pt.files.spice_attitude, with the kernels of its clock and its frame",
-    ]
 
 
 def _of_apm(file: Path) -> Lines:
@@ -278,14 +269,10 @@ def _of_kernel(file: Path) -> Lines:
 
 
 OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
-    "aem": partial(_of_attitudes, "Attitudes, CCSDS AEM", "read_aem"),
     "apm": _of_apm,
-    "ck": _of_ck,
-    "csv": partial(_of_attitudes, "Attitudes, table", "read_quaternion_csv"),
     "field": _of_field,
     "kernel": _of_kernel,
     "mesh": _of_mesh,
     "oem": _of_oem,
     "omm": _of_omm,
-    "stk": partial(_of_attitudes, "Attitudes, STK", "read_stk_attitude"),
 }

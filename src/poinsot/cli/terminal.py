@@ -15,6 +15,8 @@ from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
+from typing_extensions import override
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,6 +26,7 @@ __all__ = [
     "INTERRUPTED",
     "RESULTS",
     "STOPPED",
+    "Command",
     "Commands",
     "Overwrite",
     "answer",
@@ -36,6 +39,7 @@ __all__ = [
     "exit_statuses",
     "hand_over",
     "kept",
+    "listed_formats",
     "say",
     "sentences",
     "shown",
@@ -118,6 +122,22 @@ def hand_over(text: str) -> None:
 def tell(path: Path) -> None:
     """Write the path of a file that was written."""
     hand_over(f"{path}\n" if not sys.stdout.isatty() else str(path))
+
+
+def listed_formats() -> str:
+    """Return the formats of attitude files, with the ends of their names."""
+    from poinsot.files.attitudes.attitude_format import attitude_formats
+
+    return ", ".join(f"{each.title} ({', '.join(each.suffixes)})" for each in attitude_formats())
+
+
+class Command(TyperCommand):
+    """A command whose help names the formats that there are when it is asked for."""
+
+    @override
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        self.help = (self.help or "").replace("{attitudes}", listed_formats())
+        super().format_help(ctx, formatter)
 
 
 class Commands(typer.Typer):
@@ -228,15 +248,12 @@ def checked_result(file: Path) -> Path:
     if file.suffix in RESULTS:
         check_there(file)
         return file
-    hint = {
-        ".toml": f"`poinsot run {file}` makes one.",
-        **dict.fromkeys(
-            (".aem", ".xml", ".a", ".csv", ".bc"), f"`poinsot convert {file} NAME.nc --scenario ...` makes one."
-        ),
-    }
-    raise ValueError(
-        f"{file} must be a result, {' or '.join(RESULTS)}, but it is none. {hint.get(file.suffix, '')}".rstrip()
-    )
+    from poinsot.files.attitudes.attitude_format import format_of
+
+    hint = f" `poinsot run {file}` makes one." if file.suffix == ".toml" else ""
+    if format_of(file):
+        hint = f" `poinsot convert {file} NAME.nc --scenario ...` makes one."
+    raise ValueError(f"{file} must be a result, {' or '.join(RESULTS)}, but it is none.{hint}")
 
 
 @contextlib.contextmanager

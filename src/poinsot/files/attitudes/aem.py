@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
+from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
 from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -423,3 +426,23 @@ def _add_row(state: ET.Element, row: Mapping[str, float], kind: str, version: st
         group = ET.SubElement(state, tag)
         for key in ccsds.xml_order(keys, version):
             ccsds.entry(group, key, row[key], **({"units": "deg/s"} if key.startswith("ANGVEL") else {}))
+
+
+class Aem(AttitudeFormat):
+    """Attitude ephemeris messages of the CCSDS."""
+
+    title = "CCSDS AEM"
+    suffixes = (".aem", ".xml")
+    in_python = "pt.read_aem({path!r})"
+    conventions = (
+        "scalar last: Q1, Q2, Q3, QC are q1, q2, q3, q0; version 1 may say FIRST",
+        "the quaternion from A to B turns the axes of A into those of B: A space, B body is ours; version 1 may say "
+        "B2A",
+        "deg/s along the body (ANGVEL); version 1: derivatives of the quaternion",
+    )
+    read, write = staticmethod(read_aem), staticmethod(write_aem)
+
+    @staticmethod
+    @override
+    def sniff(head: bytes) -> bool:
+        return re.search(rb"CCSDS_AEM_VERS|<aem[\s>]", head) is not None

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file
 from poinsot.checked import checked
 from poinsot.errors import optional, real_array
+from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
 from poinsot.files.spice import ET, loaded
@@ -292,3 +294,22 @@ def _small_turn(vector: Array) -> Array:
     """Return the quaternion of a rotation by a vector."""
     half = np.linalg.norm(vector) / 2
     return np.append(np.cos(half), np.sinc(half / np.pi) * vector / 2)
+
+
+class Ck(AttitudeFormat):
+    """C-kernels of SPICE, of type 3, with clock and frame."""
+
+    title = "SPICE CK"
+    suffixes = (".bc",)
+    in_python = "pt.spice_attitude, with the kernels of its clock and its frame"
+    conventions = (
+        "scalar first",
+        "of the matrix from space to body: the conjugate of ours",
+        "rad/s along space",
+    )
+    read, write = staticmethod(read_ck), staticmethod(write_ck)
+
+    @staticmethod
+    @override
+    def sniff(head: bytes) -> bool:
+        return head.startswith(b"DAF/CK")

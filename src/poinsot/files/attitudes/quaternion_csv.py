@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
+from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, check_rising, table_of
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -208,3 +210,18 @@ def write_quaternion_csv(
     lines = [f"# {key}: {value}" for key, value in says.items()] + [names]
     lines += [",".join(map(repr, row)) for row in np.stack(columns, axis=1).tolist()]
     return write_text(path, "\n".join(lines) + "\n", overwrite)
+
+
+class QuaternionCsv(AttitudeFormat):
+    """Tables that say their own conventions."""
+
+    title = "table"
+    suffixes = (".csv",)
+    in_python = "pt.read_quaternion_csv({path!r})"
+    conventions = ("said in the file", "said in the file", "as ours")
+    read, write = staticmethod(read_quaternion_csv), staticmethod(write_quaternion_csv)
+
+    @staticmethod
+    @override
+    def sniff(head: bytes) -> bool:
+        return b"# direction:" in head

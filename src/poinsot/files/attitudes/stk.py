@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
+from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, check_rising, rates_per_second, table_of
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -267,3 +269,22 @@ def _axes(frame: str) -> str:
     if known not in WRITTEN_AXES and known != "ICRF":
         raise ValueError(f"reference_frame must be one that STK knows, got {frame}.")
     return WRITTEN_AXES.get(known, known)
+
+
+class Stk(AttitudeFormat):
+    """Attitude files of STK."""
+
+    title = "STK"
+    suffixes = (".a",)
+    in_python = "pt.read_stk_attitude({path!r})"
+    conventions = (
+        "scalar last; QuatScalarFirst as it says",
+        "turns the reference axes into those of the body: ours",
+        "deg/s along the body",
+    )
+    read, write = staticmethod(read_stk_attitude), staticmethod(write_stk_attitude)
+
+    @staticmethod
+    @override
+    def sniff(head: bytes) -> bool:
+        return head.lstrip().lower().startswith(b"stk.v")

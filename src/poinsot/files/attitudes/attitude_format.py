@@ -1,0 +1,73 @@
+"""Formats of attitude files: each is one object in the module of its reader and its writer, a user's own too."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import inspect
+import pkgutil
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any, ClassVar
+
+from poinsot.files import attitudes
+from poinsot.files.attitudes.attitude_table import AttitudeTable
+
+__all__ = ["AttitudeFormat", "attitude_formats", "format_of"]
+
+
+class AttitudeFormat(ABC):
+    """A format of attitude files; a subclass is all that conversions, the command line and the docs need.
+
+    Attributes
+    ----------
+    title : str
+    suffixes : tuple of str
+        The ends of the names of such files, such as (".aem", ".xml").
+    in_python : str
+        What reads a file in Python, with {path} in the place of its name.
+    conventions : (str, str, str)
+        Order and direction of the quaternions, and the rates.
+    """
+
+    title: ClassVar[str]
+    suffixes: ClassVar[tuple[str, ...]]
+    in_python: ClassVar[str]
+    conventions: ClassVar[tuple[str, str, str]]
+
+    @staticmethod
+    @abstractmethod
+    def sniff(head: bytes) -> bool:
+        """Return whether a file is of this format, by its first bytes."""
+
+    @staticmethod
+    @abstractmethod
+    def read(path: str | Path) -> AttitudeTable:
+        """Return the attitudes in a file; `calendar` says what counts its times."""
+
+    @staticmethod
+    @abstractmethod
+    def write(motion: Any, path: str | Path, *, calendar: Any, reference_frame: str | None, overwrite: bool) -> Any:
+        """Write a motion or a table."""
+
+
+def attitude_formats() -> tuple[AttitudeFormat, ...]:
+    """Return all formats, the package's own last: where two have one suffix, the last one is meant."""
+    _import_all()
+    stack, found = list(AttitudeFormat.__subclasses__()), list[Any]()
+    while stack:
+        cls = stack.pop()
+        stack += cls.__subclasses__()
+        found += [cls] if not inspect.isabstract(cls) else []
+    return tuple(cls() for cls in sorted(found, key=lambda cls: (cls.__module__.startswith("poinsot."), cls.title)))
+
+
+@functools.cache
+def _import_all() -> None:
+    for module in pkgutil.iter_modules(attitudes.__path__):
+        importlib.import_module(f"{attitudes.__name__}.{module.name}")
+
+
+def format_of(path: Path) -> AttitudeFormat | None:
+    """Return the format that the end of a name says; None if it says none."""
+    return {suffix: each for each in attitude_formats() for suffix in each.suffixes}.get(path.suffix.lower())
