@@ -21,16 +21,15 @@ from typing import Annotated, Any, Self, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from poinsot import forces, orbits, shapes
+import poinsot
 from poinsot.checked import hint_of
 from poinsot.errors import real_array
-from poinsot.files import bodies as files_of_bodies
-from poinsot.files import orbits as files_of_orbits
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.force import Potential, Torque
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.force import Force
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.orbits.restricted_three_body import CirclingPair
@@ -42,7 +41,7 @@ __all__ = ["DEFAULTS", "Key", "Maker", "known_classes", "makers"]
 
 BASES: dict[str, tuple[type, ...]] = {
     "body": (Body,),
-    "force": (Potential, Torque),
+    "force": (Force,),
     "orbit": (Orbit, CirclingPair),
     "field": (GravityField,),
     "frame": (RotatingFrame,),
@@ -52,7 +51,7 @@ BASES: dict[str, tuple[type, ...]] = {
 DEFAULTS = {"body": "Body", "field": "GravityField", "frame": "RotatingFrame"}
 """Types of the tables that need not say one, by group."""
 
-PACKAGES = (forces, orbits, shapes, files_of_bodies, files_of_orbits)
+PACKAGES = ("forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
 
 
@@ -122,7 +121,7 @@ def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
         if cls not in seen:
             seen[cls] = None
             stack += cls.__subclasses__()
-    yield from filter(_is_public, seen)
+    yield from (cls for cls in seen if _is_public(cls) and not issubclass(cls, Event))
 
 
 def _is_own(thing: Any) -> bool:
@@ -138,12 +137,12 @@ def _is_public(thing: Any) -> bool:
 @functools.cache
 def _import_all() -> list[Any]:
     """Import and return all modules of the packages, so that their classes are known."""
-    names = (f"{package.__name__}.{found.name}" for package in PACKAGES for found in _modules_in(package))
-    return [importlib.import_module(name) for name in names]
-
-
-def _modules_in(package: Any) -> Iterator[pkgutil.ModuleInfo]:
-    return pkgutil.iter_modules(package.__path__)
+    folders = {name: [str(Path(place, *name.split("."))) for place in poinsot.__path__] for name in PACKAGES}
+    return [
+        importlib.import_module(f"poinsot.{name}.{module.name}")
+        for name, places in folders.items()
+        for module in pkgutil.iter_modules(places)
+    ]
 
 
 def _functions() -> Iterator[Callable[..., Any]]:

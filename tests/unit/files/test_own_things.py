@@ -1,0 +1,202 @@
+"""One file for one thing: a force, an orbit, a shape and an attitude format of a user's, from one file outside.
+
+The file is imported, no more; scenarios, their schema and the command line know what is in it then.
+"""
+
+import json
+import subprocess
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+MINE = '''
+import json
+
+import numpy as np
+
+import poinsot as pt
+from poinsot import functions
+from poinsot.files.attitudes.attitude_format import AttitudeFormat
+from poinsot.quantities import Angle, AngularVelocity, Time
+
+
+class Rowing(pt.Torque):
+    """A torque that comes and goes.
+
+    Parameters
+    ----------
+    strength : array (3,)
+        Along the body axes.
+    rate : float
+        Of the strokes.
+    """
+
+    strength: pt.Vector
+    rate: AngularVelocity
+    epoch: Time = 0.0
+
+    def torque(self, instant):
+        return functions.sin(self.rate * (instant.time - self.epoch)) * self.strength
+
+
+class Tether(pt.Orbit):
+    """A body at the end of a tether that turns evenly."""
+
+    mu: float
+    length: float
+    start: Angle
+    rate: AngularVelocity = 0.0
+
+    def position_at(self, time):
+        angle = self.start + self.rate * time
+        return functions.Vector((self.length * functions.cos(angle), self.length * functions.sin(angle), 0 * time))
+
+    def velocity_at(self, time):
+        x, y, z = self.position_at(time)
+        return functions.Vector((-self.rate * y, self.rate * x, z))
+
+
+class Ball(pt.Ellipsoid):
+    """A ball."""
+
+    def __init__(self, radius: float, *, mass: float) -> None:
+        self.radius = radius
+        super().__init__((radius,) * 3, mass=mass)
+
+
+class Lines(AttitudeFormat):
+    """One list of numbers in each line: the time and the quaternion."""
+
+    title = "lines of JSON"
+    suffixes = (".jsonl",)
+    in_python = "mine.Lines().read({path!r})"
+    conventions = ("scalar first", "body to space", "none")
+
+    @staticmethod
+    def sniff(head):
+        return head.startswith(b"[")
+
+    @staticmethod
+    def read(path, *, calendar=None):
+        rows = np.array([json.loads(line) for line in open(path)])
+        return pt.AttitudeTable(rows[:, 0], rows[:, 1:])
+
+    @staticmethod
+    def write(motion, path, *, calendar, reference_frame, overwrite):
+        rows = np.column_stack([motion.times, motion.quaternion])
+        open(path, "w").writelines(f"{json.dumps(row.tolist())}\\n" for row in rows)
+'''
+
+RUN = """
+import json, sys
+import mine
+from typer.testing import CliRunner
+from poinsot.cli import app
+
+found = [CliRunner().invoke(app, call) for call in json.loads(sys.argv[1])]
+print(json.dumps([(one.exit_code, one.output) for one in found]))
+"""
+
+SCENARIO = """
+[units]
+time = "s"
+[body]
+type = "Body.from_shape"
+shape = {type = "Ball", radius = 2.0, mass = 5.0}
+[state]
+quaternion = [1, 0, 0, 0]
+omega_body = [0, 0, 0]
+[[forces]]
+type = "Rowing"
+strength = [0, 0, 1]
+rate = "30 deg/s"
+[[forces]]
+type = "GravityGradient"
+orbit = "tether"
+[orbits.tether]
+type = "Tether"
+mu = 1
+length = 100
+start = "90 deg"
+[times]
+stop = 3
+count = 4
+"""
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory):
+    """What the command line says, by its first arguments, where the file is imported."""
+    folder = tmp_path_factory.mktemp("mine")
+    (folder / "mine.py").write_text(MINE)
+    (folder / "it.toml").write_text(SCENARIO)
+    (folder / "wrong.toml").write_text(SCENARIO.replace('"Rowing"', '"Rowin"'))
+    calls = {
+        "new": ["new", "--schema"],
+        "run": ["run", "it.toml"],
+        "wrong": ["run", "wrong.toml"],
+        "info": ["info", "it.nc"],
+        "convert": ["convert", "it.nc", "it.jsonl"],
+        "table": ["info", "it.jsonl"],
+        "help": ["convert", "--help"],
+        "other": ["convert", "it.nc", "it.doc"],
+        "again": ["run", "it.nc"],
+    }
+    code = [sys.executable, "-c", RUN, json.dumps(list(calls.values()))]
+    done = subprocess.run(code, capture_output=True, text=True, cwd=folder, check=True)
+    return folder, dict(zip(calls, json.loads(done.stdout), strict=True))
+
+
+def test_the_schema_has_them(told):
+    _, (status, text) = told[0], told[1]["new"]
+    kinds = json.loads(text)["$defs"]
+    assert status == 0
+    assert kinds["Rowing"]["required"] == ["type", "strength", "rate"]
+    assert kinds["Rowing"]["properties"]["strength"]["description"] == "Along the body axes."
+    for kind, name in (("Tether", "start"), ("Rowing", "rate"), ("Rowing", "epoch")):
+        assert kinds[kind]["properties"][name]["anyOf"][0] == {"type": ["number", "string"]}, name
+    assert kinds["Tether"]["properties"]["length"]["anyOf"][0] == {"type": "number"}
+    assert kinds["Ball"]["required"] == ["type", "radius", "mass"]
+
+
+def test_a_scenario_runs_with_them(told):
+    folder, said = told
+    assert said["run"] == [0, "it.nc\n"]
+    assert "force: Rowing(strength=[0.0, 0.0, 1.0], rate=0.5235987755982988, epoch=0.0)" in said["info"][1]
+    assert "start=1.5707963267948966" in said["info"][1]
+    assert "can be run again: yes" in said["info"][1]
+    assert said["again"] == [0, "it-again.nc\nThe same to the bit.\n"]
+    assert tomllib.loads((folder / "it.toml").read_text())["forces"][0]["type"] == "Rowing"
+
+
+def test_the_motion_is_theirs(told):
+    """A ball of I = 2/5 m r^2 = 8 under sin(w t): angle (w t - sin(w t))/(I w^2) about the third axis."""
+    folder, said = told
+    assert said["convert"] == [0, "it.jsonl\n"]
+    t, *q = np.array([json.loads(line) for line in (folder / "it.jsonl").read_text().splitlines()]).T
+    rate = np.pi / 6
+    angle = (rate * t - np.sin(rate * t)) / (8 * rate**2)
+    np.testing.assert_allclose(q, [np.cos(angle / 2), 0 * t, 0 * t, np.sin(angle / 2)], atol=1e-14)
+
+
+def test_the_command_line_names_them(told):
+    _, said = told
+    assert (
+        "wrong.toml, line 11: forces[0].type must name one that there is, got 'Rowin'. Did you mean Rowing?"
+        in (said["wrong"][1])
+    )
+    assert said["table"][1].startswith("Attitudes, lines of JSON: ")
+    assert "in Python: mine.Lines().read('it.jsonl')" in said["table"][1]
+    assert "lines of JSON (.jsonl)" in " ".join(said["help"][1].split())
+    assert ".jsonl" in said["other"][1]
+
+
+def test_a_result_is_read_where_they_are_not_known(told):
+    folder, _ = told
+    back = pt.load(folder / "it.nc")
+    assert back.quaternion.shape == (4, 4)
+    assert "body.shape.type must name one that there is, got 'Ball'" in back.system.not_rerunnable
