@@ -66,6 +66,7 @@ class State:
         quaternion: ArrayLike,
         conjugate_momenta: ArrayLike,
         time: Times = 0.0,
+        *,
         own: Mapping[str, ArrayLike] | None = None,
     ) -> None:
         q = unit_quaternion(quaternion, "quaternion")
@@ -150,7 +151,7 @@ class State:
 
 def state_with(q: ArrayLike, g: ArrayLike, time: Times, own: Mapping[str, ArrayLike] | None = None) -> State:
     """Return the state with an angular momentum along the body axes, which it keeps to the last digit."""
-    checked = State(q, 2 * quat.product(q, quat.pure(g)), time, own)
+    checked = State(q, 2 * quat.product(q, quat.pure(g)), time, own=own)
     momenta = np.array(np.broadcast_to(g, (*checked.quaternion.shape[:-1], 3)), dtype=float)
     return state_of({"quaternion": checked.quaternion, "angular_momentum_body": momenta, **checked.own}, checked.time)
 

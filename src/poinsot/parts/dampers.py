@@ -65,7 +65,7 @@ class KaneDamper(Part):
     def rates(self, instant: Any, pull: functions.Vector) -> functions.Vector:
         p, omega = instant.own(self), instant.omega_body
         slip = p * (1 / self.moment) - omega
-        return functions.cross(p, omega) - slip * self.coefficient
+        return functions.Vector(functions.cross(p, omega) - slip * self.coefficient)
 
     def at_rate(self, relative_rate: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
         """Return the variables, shape (..., 3), for an angular velocity of the sphere relative to the body."""
