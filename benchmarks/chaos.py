@@ -59,7 +59,7 @@ def _error_of_megno(tilt, options):
 
 def _starts(side, tilt):
     """States on a grid of the angle of the long axis from the periapsis and of the rate about the third axis."""
-    angle, rate = np.meshgrid(np.linspace(0, np.pi, side, endpoint=False), np.linspace(0.05, 3, side))
-    c, s, rate = np.cos(angle.ravel() / 2), np.sin(angle.ravel() / 2), rate.ravel()
+    angles, rates = np.meshgrid(np.linspace(0, np.pi, side, endpoint=False), np.linspace(0.05, 3, side))
+    c, s, rate = np.cos(angles.ravel() / 2), np.sin(angles.ravel() / 2), rates.ravel()
     ct, st = np.cos(tilt / 2), np.sin(tilt / 2)
     return MOON.state(np.stack([c * ct, c * st, s * st, s * ct], axis=-1), omega_body=rate[:, None] * (0, 0, 1.0))

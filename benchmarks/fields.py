@@ -55,7 +55,7 @@ def _forces(short):
     field = _field(highest)
     body = pt.Body.from_inertia(field.inertia_deviator + 0.4 * np.eye(3))
     ellipsoid = pt.Body.ellipsoid(1.0, SEMIAXES)
-    forces = {"`GravityGradient`": (body, pt.GravityGradient(ORBIT))}
+    forces: dict[str, tuple[pt.Body, pt.Potential]] = {"`GravityGradient`": (body, pt.GravityGradient(ORBIT))}
     for degree in (2, 4, 8, 16):
         if degree <= highest:
             forces[f"`HarmonicGravity`, degree {degree}"] = (

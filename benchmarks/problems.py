@@ -39,6 +39,7 @@ class Problem:
     def weight(self):
         """The weight of the top; its center of mass is at (1, 0, 0)."""
         (force,) = self.system.forces
+        assert isinstance(force, pt.UniformGravity)
         return float(force.weight)
 
     @property

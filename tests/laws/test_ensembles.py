@@ -286,8 +286,8 @@ def test_times_that_lanes_pass_while_another_fails():
     """One member fails between two steps, in which the others pass tens of times."""
     times, instants = np.linspace(0, 5, 501), np.full(7, 10.0)
     instants[[2, 5]] = 1.2345, 2.3456
-    every = np.arange(7)
-    together = pt.propagate(pt.System(BODY, Broken(instants)), state("together", every), times, threads=1)
+    every = range(7)
+    together = pt.propagate(pt.System(BODY, Broken(instants)), state("together", np.array(every)), times, threads=1)
     assert sorted(together.failures) == [2, 5]
     for i in every:
         motion = pt.propagate(pt.System(BODY, Broken(10.0)), state("together", i), times)

@@ -188,6 +188,6 @@ def test_chunks_that_end_at_a_zero_change_nothing(chunk, monkeypatch):
 def test_a_body_almost_at_rest_loses_neither_burns_nor_kicks(rate, sign):
     """The time in which it turns is no measure of when two events are one."""
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, rate))
-    burn = Window(*np.sort(sign * np.array([10.0, 20.0])), 0.1)
+    burn = Window(*np.sort(sign * np.array([10.0, 20.0])), size=0.1)
     motion = pt.propagate(pt.System(BODY, burn), start, [sign * 30.0], events=[Kick(2.0 * sign, 3.0 * sign, 40.0)])
     assert motion.omega_body[0, 2] == pytest.approx(sign * 1.0 + 2e-3, rel=1e-13)

@@ -1,6 +1,7 @@
 """Every number that a user gives is a plain one: a unit is converted or refused, a mask and other kinds are refused."""
 
 import warnings
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -43,7 +44,7 @@ class Pint:
         return Pint(-self._value)
 
 
-WRONG = {
+WRONG: dict[str, Any] = {
     "quantity": lambda value: np.array(value, dtype=float) * units.kg,
     "quantities in a list": lambda value: [x * units.kg for x in np.atleast_1d(value)],
     "quantity of another package": Pint,

@@ -1,8 +1,8 @@
 """Write `free_cases.json`: reference motions of free bodies near and far from every degeneracy of the closed form.
 
-    python tests/oracles/free_cases.py                write all groups, one after the other (an hour)
-    python tests/oracles/free_cases.py random long    write these groups and keep the others
-    python tests/oracles/free_cases.py --check        compare the file with the elliptic functions
+    PYTHONPATH=tests python -m oracles.free_cases                write all groups, one after the other (an hour)
+    PYTHONPATH=tests python -m oracles.free_cases random long    write these groups and keep the others
+    PYTHONPATH=tests python -m oracles.free_cases --check        compare the file with the elliptic functions
 
 An answer is right in all its 30 digits, those of g relative to |g|: it is an integration in integers that agrees to
 33 digits with a second one of more digits, higher order and other steps. Beyond a phase of 2000 it is the turn of one
@@ -17,7 +17,9 @@ from itertools import permutations
 from itertools import product as combinations
 
 import numpy as np
-from free_rotation import (
+from mpmath import mp, mpf
+
+from oracles.free_rotation import (
     CASES,
     STORED_DIGITS,
     angular_velocity,
@@ -35,7 +37,6 @@ from free_rotation import (
     solve,
     solve_long,
 )
-from mpmath import mp, mpf
 
 SEED = 20060101
 INTEGRATED_PHASE = 2000

@@ -8,11 +8,11 @@ of the flattening, which sets its tolerances. Peale's equation (1969, Astron. J.
 
 import numpy as np
 import pytest
-from cassini_worlds import DEGREE, WORLDS, YEAR, World, about, angle, hansen, peale, rates, reference, start
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
 import poinsot as pt
+from oracles.cassini_worlds import DEGREE, WORLDS, YEAR, World, about, angle, hansen, peale, rates, reference, start
 
 each_world = pytest.mark.parametrize("name", WORLDS)
 

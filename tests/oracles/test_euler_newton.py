@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, replace
 
-import euler_newton as oracle
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from in_order import in_order
+from oracles import euler_newton as oracle
 
 TIMES = np.array([-4.0, -2.5, -1.0, 0.3, 2.0, 4.5, 8.0])
 SEEDS = range(2)
@@ -61,7 +61,7 @@ class Problem:
 
     def judge(self, times=TIMES, reversed_torque=None):
         """The motion by the oracle, with one of the torques turned over where that is asked for."""
-        moving = oracle.Attractor(self.elements[0], *oracle.cartesian_vectors(*self.elements), self.epoch)
+        moving = oracle.Attractor(self.elements[0], *oracle.cartesian_vectors(*self.elements), epoch=self.epoch)
         resting = oracle.Attractor(self.mu_at_rest, self.place)
         torques = {
             "gravity": oracle.uniform_gravity(self.weight, self.lever),

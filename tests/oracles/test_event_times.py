@@ -1,5 +1,7 @@
 """Times of events against closed forms and against an integration that shares nothing."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -105,9 +107,10 @@ def test_an_impulsive_torque_against_an_integration_in_pieces():
         spin = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
         return np.concatenate([(x[:9].reshape(3, 3) @ spin).ravel(), np.cross(x[9:], w)])
 
-    def rising(_, x):
+    def third_rate(_, x):
         return x[10]
 
+    rising: Any = third_rate
     rising.terminal, rising.direction = True, 1
     x, time, times = np.concatenate([np.eye(3).ravel(), moments * [0.5, 0.1, 0.9]]), 0.0, []
     while time < 25.0:

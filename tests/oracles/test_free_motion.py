@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from free_rotation import attitude_error, load_cases, momentum_error
 
 import poinsot as pt
+from oracles.free_rotation import attitude_error, load_cases, momentum_error
 
 EPS = float(np.finfo(float).eps)
 ROUNDING = 12 * EPS

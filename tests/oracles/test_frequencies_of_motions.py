@@ -3,13 +3,13 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cassini_worlds import WORLDS
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
 import poinsot as pt
+from oracles.cassini_worlds import WORLDS
 
 CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
 PHOBOS = (0.3615, 0.4265, 0.5024)

@@ -1,13 +1,13 @@
 """Gravity on bodies against sums over points of mass."""
 
-import euler_newton
-import mass_points as oracle
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from in_order import in_order
+from oracles import euler_newton
+from oracles import mass_points as oracle
 
 MU, J2, RADIUS = 1.3, 0.4, 0.9
 POLE = np.array([0.48, -0.36, 0.8])
@@ -145,7 +145,7 @@ def test_motion_about_two_oblate_attractors_is_that_of_euler_and_newton(seed, fo
     poles = [direction / np.linalg.norm(direction) for direction in random.normal(size=(2, 3))]
     orbits = (in_order(pt.KeplerOrbit, *elements, epoch=0.2), pt.orbits.FixedPosition(0.9, position=POSITION))
     attractors = (
-        euler_newton.Attractor(elements[0], *euler_newton.cartesian_vectors(*elements), 0.2),
+        euler_newton.Attractor(elements[0], *euler_newton.cartesian_vectors(*elements), epoch=0.2),
         euler_newton.Attractor(0.9, POSITION),
     )
     fields = [oracle.OblateAttractor(a.mu, 0.2, 0.7, pole) for a, pole in zip(attractors, poles, strict=True)]

@@ -3,10 +3,10 @@
 import mpmath
 import numpy as np
 import pytest
-import two_body as oracle
 
 import poinsot as pt
 from in_order import in_order
+from oracles import two_body as oracle
 from poinsot import functions as fn
 
 MU, EPS = 1.7, np.finfo(float).eps

@@ -1,17 +1,16 @@
 """Gravity on bodies of any shape against sums over points of mass and Carlson's integrals, in many digits."""
 
-import euler_newton
-import mass_points
 import mpmath
 import numpy as np
 import pytest
-import real_bodies as oracle
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import formulas
 import poinsot as pt
 from in_order import in_order
+from oracles import euler_newton, mass_points
+from oracles import real_bodies as oracle
 
 MU = 1.3
 TURN, OTHER = Rotation.from_rotvec([0.7, -0.2, 1.1]), Rotation.from_rotvec([-1.0, 0.4, 0.3])

@@ -3,14 +3,14 @@
 import functools
 from dataclasses import dataclass, replace
 
-import euler_newton
 import numpy as np
 import pytest
 import sympy as sp
-from lagrange_top import LagrangeTop
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from oracles import euler_newton
+from oracles.lagrange_top import LagrangeTop
 from poinsot.algebra import quaternion as quat
 
 UNITS = {"lie_poisson": 10, "canonical": 25}

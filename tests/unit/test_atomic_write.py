@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ BODY = pt.Body((1.25, 1.0, 0.75))
 MOTION = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), np.linspace(0, 100, 2001))
 DATED = {"calendar": pt.Calendar("2026-11-21T00:00:00", "TAI"), "reference_frame": "ICRF", "body_frame": "SC_BODY_1"}
 
-WRITERS = {
+WRITERS: dict[str, Any] = {
     "it.nc": pt.save,
     "it.zarr": pt.save,
     "it.html": pt.view,

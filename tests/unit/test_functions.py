@@ -1,6 +1,7 @@
 """Functions for formulas on every kind of scalar."""
 
 import math
+from typing import Any
 
 import heyoka as hy
 import mpmath
@@ -135,7 +136,7 @@ def test_where_is_elementwise_on_arrays():
 
 
 TABLE = (-1.0, 0.25, 1.0, 2.5), (3.0, -1.0, 0.5, 0.75)
-WITH_KINKS = {
+WITH_KINKS: dict[str, Any] = {
     "abs": (functions.abs, np.abs),
     "sign": (functions.sign, np.sign),
     "minimum": (lambda x: functions.minimum(x, 0.25), lambda x: np.minimum(x, 0.25)),

@@ -138,7 +138,9 @@ def test_the_unit_of_momentum_by_default():
 def test_the_unit_of_time_does_not_matter(kind, faster):
     def indicators(pace):
         if kind == "orbit":
-            forces = pt.GravityGradient(pt.KeplerOrbit(pace**2, semimajor_axis=1.0, eccentricity=0.1, inclination=0.3))
+            force: pt.Potential = pt.GravityGradient(
+                pt.KeplerOrbit(pace**2, semimajor_axis=1.0, eccentricity=0.1, inclination=0.3)
+            )
         elif kind == "point":
             forces = pt.GravityGradient(pt.orbits.FixedPosition(0.3 * pace**2, position=(1.0, 0.2, 0)))
         else:

@@ -510,8 +510,8 @@ CANONICAL = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.eye(3), np.zeros((3, 3
 def test_angles_and_actions_are_canonical(order, g):
     """The 15 brackets of angles and actions, by differences with respect to Andoyer's variables."""
     body, momentum = pt.Body(np.array([1.25, 1.0, 0.75])[list(order)]), np.array(g)[list(order)]
-    place = pt.Andoyer.of(body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=momentum))
-    place = np.array([getattr(place, name) for name in ("l", "g", "h", "L", "G", "H")])
+    variables = pt.Andoyer.of(body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=momentum))
+    place = np.array([getattr(variables, name) for name in ("l", "g", "h", "L", "G", "H")])
     middle = pt.analysis.FreeRotation(body, pt.Andoyer(*place).state()).angles
 
     def read(numbers):

@@ -3,10 +3,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from tumbling import MOTION
 
 import poinsot as pt
 from poinsot.files.conversions import convert
+from tumbling import MOTION
 
 SCENARIO = """\
 calendar = {zero = "2026-11-21", scale = "UTC"}

@@ -2,6 +2,7 @@
 
 import re
 from itertools import pairwise
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -24,7 +25,7 @@ ORBIT = pt.KeplerOrbit(
 BODY = pt.Body((400.0, 500.0, 600.0))
 SYSTEM = pt.System(BODY, pt.GravityGradient(ORBIT), units={"time": "s", "inertia": "kg m2"})
 TIMES = np.linspace(0, 6000, 61)
-PLOTS = {
+PLOTS: dict[str, Any] = {
     "quaternions": pt.plot.quaternions,
     "euler": pt.plot.euler_angles,
     "level": pt.plot.roll_pitch_yaw,

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import threading
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,7 +67,7 @@ class Push(pt.Torque):
         return fn.Vector((0.0, 0.0, self.size))
 
 
-WAYS = [
+WAYS: list[dict[str, Any]] = [
     {},
     {"dense": True},
     {"formulation": "canonical"},

@@ -217,9 +217,9 @@ def test_other_segments_are_chosen_from(read, second, reason):
     for wrong in (2, -1):
         with pytest.raises(ValueError, match="segment must be a number from 0 to 1"):
             read(text, segment=wrong)
-    for wrong in (True, 0.0):
-        with pytest.raises(TypeError, match=f"segment must be a whole number of at most 63 bits, got .* {wrong}"):
-            read(text, segment=wrong)
+    for kind in (True, 0.0):
+        with pytest.raises(TypeError, match=f"segment must be a whole number of at most 63 bits, got .* {kind}"):
+            read(text, segment=kind)
 
 
 # ------------------------------------------------------------------ bad input

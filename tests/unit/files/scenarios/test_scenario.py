@@ -21,7 +21,7 @@ from poinsot.files.scenarios.registry import makers
 from poinsot.files.scenarios.scenario import parsed_scenario, rebuilt_system
 from poinsot.files.scenarios.schema import schema
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 SATELLITE = """\
 title = "test"

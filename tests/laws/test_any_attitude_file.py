@@ -1,14 +1,15 @@
 """Every reader and writer of attitudes: any table comes back, and any text is a result or one sentence."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from tumbling import BODY, MOTION, NAMED, START
 
 import poinsot as pt
+from tumbling import BODY, MOTION, NAMED, START
 
 CLOCKS = [
     pt.Calendar("2026-11-21T00:00:00", "TAI"),
@@ -30,7 +31,7 @@ def read_one(path, calendar=None):
     return pt.files.read_apm(path, calendar=calendar)[0]
 
 
-WAYS = {
+WAYS: dict[str, Any] = {
     "aem": (pt.files.write_aem, pt.files.read_aem, {}),
     "aem 1": (pt.files.write_aem, pt.files.read_aem, {"version": "1.0"}),
     "aem.xml": (pt.files.write_aem, pt.files.read_aem, {}),

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import spiceypy as spice
-from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES
 
 import poinsot as pt
 from poinsot.files.attitudes import ck
+from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES
 
 
 @pytest.fixture(autouse=True)

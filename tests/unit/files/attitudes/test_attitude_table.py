@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tumbling import BODY, CALENDAR, MOTION, START, TIMES
 
 import poinsot as pt
+from tumbling import BODY, CALENDAR, MOTION, START, TIMES
 
 SYSTEM = pt.System(BODY)
 

@@ -7,12 +7,12 @@ import time
 import numpy as np
 import pytest
 import spiceypy as spice
-from mutants import mutant
-from tumbling import MOTION, NAMED
 
 import poinsot as pt
+from mutants import mutant
 from poinsot.files import reader_process
 from poinsot.files.attitudes import ck
+from tumbling import MOTION, NAMED
 
 pytestmark = pytest.mark.filterwarnings("ignore:Ephemeris. the periapsis:UserWarning")
 
@@ -143,9 +143,9 @@ def test_the_process_that_is_forked_may_end_too(ends):
             finally:
                 os._exit(2)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
-    process = reader_process.ReaderProcess(module, "it: ")
-    assert process.call("number", "", "EARTH")[0] == 399
-    process.close()
+    another = reader_process.ReaderProcess(module, "it: ")
+    assert another.call("number", "", "EARTH")[0] == 399
+    another.close()
 
 
 def test_limits_of_the_process(tmp_path):

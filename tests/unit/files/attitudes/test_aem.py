@@ -4,12 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES, check, columns, dated
 
 import poinsot as pt
+from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES, check, columns, dated
 
-KINDS = ("QUATERNION", "QUATERNION/DERIVATIVE", "QUATERNION/ANGVEL", "QUATERNION/RATE")
-KINDS += ("EULER_ANGLE", "EULER_ANGLE/DERIVATIVE", "EULER_ANGLE/ANGVEL", "EULER_ANGLE/RATE")
+KINDS = [f"{what}{rate}" for what in ("QUATERNION", "EULER_ANGLE") for rate in ("", "/DERIVATIVE", "/ANGVEL", "/RATE")]
 
 TAGS = {"Q": ("Q1", "Q2", "Q3", "QC"), "E": ("ANGLE_1", "ANGLE_2", "ANGLE_3")}
 MORE = {"": (), "ANGVEL": ("ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z"), "RATE": ("r1", "r2", "r3")}

@@ -6,18 +6,18 @@ import resource
 import time
 import warnings
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
-import test_fields
-import test_oem
-import test_tle
-from mutants import mutant
-from tumbling import MOTION, NAMED
 
 import poinsot as pt
+from mutants import mutant
 from poinsot.files.attitudes import ck
 from poinsot.files.scenarios.template import START
+from tumbling import MOTION, NAMED
+from unit.files.bodies import test_fields
+from unit.files.orbits import test_oem, test_tle
 
 SECONDS, BYTES = 1.0, 200e6
 """Of this process for each file; readers in processes of their own have limits there."""
@@ -75,7 +75,7 @@ def oem():
     return head + test_oem.metadata(STOP_TIME=test_oem.dated(2400)) + test_oem.lines(last=20)
 
 
-TEXTS = {
+TEXTS: dict[str, Any] = {
     "it.oem": oem,
     "it.tle": lambda: "\n".join(test_tle.VANGUARD) + "\n",
     "it.omm": kvn,
@@ -90,7 +90,7 @@ TEXTS = {
     "plates.tab": plates,
 }
 
-WRITERS = {
+WRITERS: dict[str, Any] = {
     "it.nc": pt.save,
     "it.aem": partial(pt.files.write_aem, **NAMED),
     "aem.xml": partial(pt.files.write_aem, **NAMED),
@@ -112,7 +112,7 @@ def elements(read, path):
     return read(path.read_text(errors="replace"), *EPOCH)
 
 
-READERS = {
+READERS: dict[str, Any] = {
     "it.nc": pt.load,
     "it.zarr": pt.load,
     "it.aem": pt.files.read_aem,

@@ -7,7 +7,7 @@ import pytest
 
 import poinsot as pt
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def motion_of(name):

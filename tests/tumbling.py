@@ -1,6 +1,7 @@
 """A tumbling body, and attitude messages made from it with scipy's rotations alone."""
 
 import datetime as dt
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,7 +13,7 @@ START = BODY.state((0.5, -0.5, 0.1, 0.7), omega_body=(0.3, 0.4, 0.5))
 TIMES = np.linspace(0.0, 10.0, 41)
 MOTION = pt.free_motion(BODY, START, TIMES)
 CALENDAR = pt.Calendar("2026-11-21T00:00:00", "TAI")
-NAMED = {"calendar": CALENDAR, "reference_frame": "ICRF"}
+NAMED: dict[str, Any] = {"calendar": CALENDAR, "reference_frame": "ICRF"}
 
 STEP = 1e-4
 

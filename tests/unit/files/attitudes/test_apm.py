@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tumbling import BODY, CALENDAR, START, dated
 
 import poinsot as pt
+from tumbling import BODY, CALENDAR, START, dated
 
 STATE = BODY.state(START.quaternion, omega_body=(0.3, 0.4, 0.5), time=3.5)
 NAMED = {"calendar": CALENDAR, "reference_frame": "EME2000"}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES, check, columns
 
 import poinsot as pt
+from tumbling import BODY, CALENDAR, MOTION, NAMED, START, TIMES, check, columns
 
 HEAD = """stk.v.5.0
 # comment

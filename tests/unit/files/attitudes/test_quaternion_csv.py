@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tumbling import CALENDAR, MOTION, NAMED, TIMES, check, columns
 
 import poinsot as pt
+from tumbling import CALENDAR, MOTION, NAMED, TIMES, check, columns
 
 SAYS = "# order: scalar first\n# direction: body to reference\n"
 RATE = "# rate: rad per unit of time, inertial, along the body axes\n"
