@@ -96,7 +96,7 @@ def test_result_is_repeated_beside_itself(top, tmp_path):
 
 
 def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch):
-    right = scenarios.propagate
+    right = pt.propagate
 
     def stopped(*arguments, **options):
         motion = right(*arguments, **options)
@@ -127,7 +127,7 @@ def test_result_of_python_is_repeated_too(tmp_path):
 
 def test_result_that_differs_is_told(top, tmp_path, monkeypatch):
     call("run", top)
-    right = scenarios.propagate
+    right = pt.propagate
 
     def other(system, state, times, **options):
         return right(system, state, times, **(options | {"tolerance": 1e-6}))
@@ -174,7 +174,7 @@ def test_run_that_stops_keeps_what_it_has(tmp_path):
 def test_ctrl_c_keeps_what_there_is(tmp_path, monkeypatch):
     path = tmp_path / "long.toml"
     path.write_text(TOP.replace("stop = 10, count = 101", "stop = 1e9, step = 1e3"))
-    right = scenarios.propagate
+    right = pt.propagate
 
     def interrupted(system, state, times, **options):
         right(system, state, times[:2])  # builds the integrator

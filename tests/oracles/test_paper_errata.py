@@ -5,6 +5,7 @@ import json
 import pkgutil
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -419,10 +420,11 @@ def test_E7_the_fourth_moment_acts_on_the_angular_momentum_only_through_the_norm
     assert are_equal(torque, quat.dot(q, q) * shipped, UNIT)
 
 
-def too_large(_, variables):
+def largest(_, variables):
     return np.max(np.abs(variables)) - 1e6
 
 
+too_large: Any = largest
 too_large.terminal = True
 
 

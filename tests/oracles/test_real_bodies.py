@@ -333,7 +333,7 @@ COMPANION = 1.7
 
 def two_bodies(_time, state):
     """Newton's law for each point of the cloud and for its companion, Euler's equation for the cloud."""
-    r, v, other, drift, omega, A = (*state[:15].reshape(5, 3), state[15:].reshape(3, 3))
+    (r, v, other, drift, omega), A = state[:15].reshape(5, 3), state[15:].reshape(3, 3)
     away = other - r - POINTS @ A.T
     pulls = COMPANION * MASSES[:, None] * away / np.linalg.norm(away, axis=-1, keepdims=True) ** 3
     pull, twist = pulls.sum(axis=0), A.T @ np.cross(POINTS @ A.T, pulls).sum(axis=0)
@@ -345,7 +345,7 @@ def two_bodies(_time, state):
 
 
 def momentum_and_energy(state):
-    r, v, other, drift, omega, A = (*state[:15].reshape(5, 3), state[15:].reshape(3, 3))
+    (r, v, other, drift, omega), A = state[:15].reshape(5, 3), state[15:].reshape(3, 3)
     spin, mass = mass_points.inertia_of(MASSES, POINTS) @ omega, np.sum(MASSES)
     momentum = A @ spin + mass * np.cross(r, v) + COMPANION * np.cross(other, drift)
     distances = np.linalg.norm(other - r - POINTS @ A.T, axis=-1)

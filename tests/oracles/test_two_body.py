@@ -146,7 +146,9 @@ def compare(motion_along, tolerance=2e-10, **path):
 def test_gravity_gradient_along_a_parabola_and_hyperbolas(eccentricity):
     with mpmath.workdps(oracle.DIGITS):
         exact = oracle.two_body(
-            *map(mpmath.mpf, (MU, 0.8, eccentricity)), (0.4, 1.1, -0.7), mpmath.mpf(TIMES[0]) - mpmath.mpf(0.5)
+            *map(mpmath.mpf, (MU, 0.8, eccentricity)),
+            angles=(0.4, 1.1, -0.7),
+            since=mpmath.mpf(TIMES[0]) - mpmath.mpf(0.5),
         )
     orbit = EscapeOrbit(
         MU,

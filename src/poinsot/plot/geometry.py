@@ -31,6 +31,7 @@ from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from mpl_toolkits.mplot3d import Axes3D
 
 
 __all__ = ["herpolhode", "poinsot_construction", "polhode"]
@@ -46,7 +47,7 @@ YELLOW = "#F0E442"
 
 
 @checked
-def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | None = None) -> Axes:
+def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | None = None) -> Axes3D:
     """Draw Poinsot's construction at one instant: the inertia ellipsoid rolling on the invariable plane.
 
     The ellipsoid omega . I omega = 2T, fixed in the body, touches the plane omega . G = 2T, fixed in space, at
@@ -78,7 +79,7 @@ def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: Arra
     omega, g = motion.omega_space @ upright.T, motion.angular_momentum_body[index] @ axes
     turned = upright @ rotation_matrix(motion.quaternion[index]) @ axes
     eye = view_direction(VIEW if view is None else view)
-    panel: Axes = solid_axes(eye, f"Poinsot's construction at {instant(motion, index)}")
+    panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index)}")
     solid = Solid(panel, Ellipsoid(turned, np.sqrt(2 * motion.kinetic_energy[index] / moments)), eye)
     for pole in np.eye(3):
         solid.curve(solid.ellipsoid.section(pole), GREY, 0.6)
@@ -90,7 +91,7 @@ def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: Arra
 
 
 @checked
-def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
+def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes3D:
     """Draw the path of omega along the body axes, on the ellipsoid omega . I omega = 2T.
 
     Thin lines are other polhodes of the same energy, the black ones the separatrices. Where forces change
@@ -118,7 +119,7 @@ def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes:
     omega, energy = motion.omega_body, motion.kinetic_energy
     moments, axes = principal(motion.system.body)
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
-    panel: Axes = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes")
+    panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes")
     path, last = r"path of $\omega$", f"at {instant(motion, -1)}"
     if np.ptp(energy) <= CONSTANT * np.max(energy):
         solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy[-1] / moments)), eye)

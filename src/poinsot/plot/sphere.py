@@ -17,7 +17,7 @@ from poinsot.plot.solids import Ellipsoid, Solid, fit, legend, solid_axes, view_
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from mpl_toolkits.mplot3d import Axes3D
 
 __all__ = ["momentum_sphere"]
 
@@ -29,7 +29,7 @@ UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
 @checked
 def momentum_sphere(
     body: Body | Trajectory, state: State | Trajectory | None = None, *, view: ArrayLike | None = None
-) -> Axes:
+) -> Axes3D:
     """Draw the unit sphere of directions g/G of the angular momentum, with the curves of equal energy.
 
     A free body moves along one of them: round the short axis (of the largest moment of inertia) where
@@ -63,7 +63,7 @@ def momentum_sphere(
     moments, axes = principal(turning)
     n = _directions(turning, state) @ axes
     eye = _facing(moments, n[-1] if len(n) else np.ones(3)) if view is None else view_direction(view)
-    panel: Axes = solid_axes(eye, _title(moments))
+    panel: Axes3D = solid_axes(eye, _title(moments))
     solid = Solid(panel, UNIT_SPHERE, eye)
     _draw_modes(solid, moments)
     if isinstance(state, Trajectory):

@@ -138,7 +138,7 @@ def test_the_unit_of_momentum_by_default():
 def test_the_unit_of_time_does_not_matter(kind, faster):
     def indicators(pace):
         if kind == "orbit":
-            force: pt.Potential = pt.GravityGradient(
+            forces: pt.Potential = pt.GravityGradient(
                 pt.KeplerOrbit(pace**2, semimajor_axis=1.0, eccentricity=0.1, inclination=0.3)
             )
         elif kind == "point":

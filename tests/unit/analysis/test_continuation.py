@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -56,14 +57,13 @@ def test_named_number_changes_one_number_of_the_orbit_that_forces_share():
     own = system(ELLIPSE, flat)
     number = NamedNumber(own, "eccentricity")
     assert (number.name, number.value) == ("forces[0].orbit.eccentricity", 0.07)
-    other = number.system(0.2)
-    orbits: Any = [getattr(force, "orbit", None) for force in other.forces]
-    assert orbits[0] is orbits[1]
-    assert orbits[0].eccentricity == 0.2
-    assert orbits[0].semimajor_axis == ELLIPSE.semimajor_axis
+    other: Any = number.system(0.2)
+    assert other.forces[0].orbit is other.forces[1].orbit
+    assert other.forces[0].orbit.eccentricity == 0.2
+    assert other.forces[0].orbit.semimajor_axis == ELLIPSE.semimajor_axis
     assert other.body is own.body
     assert own.forces[0].orbit.eccentricity == 0.07
-    pole = NamedNumber(own, "pole[2]").system(0.5)
+    pole: Any = NamedNumber(own, "pole[2]").system(0.5)
     assert pole.forces[1].pole.tolist() == [0, 0, 0.5]
     assert pole.forces[0] is own.forces[0]
     assert NamedNumber(own, "body.moments[1]").system(1.4).body.moments.tolist() == [1.0, 1.4, 1.6]
@@ -77,7 +77,7 @@ def node_frame(system):
     return pt.RotatingFrame((1, 0, 0, 0), (0, 0, float(orbit.node_rate)), -0.7)
 
 
-SLOPES = {
+SLOPES: dict[str, Any] = {
     "force": (ELLIPSE, "eccentricity", None, None, None),
     "moment": (ELLIPSE, "moments[1]", None, None, None),
     "period": (ELLIPSE, "semimajor_axis", lambda system: orbit_of(system).period, None, None),
@@ -269,8 +269,9 @@ def test_picture_changes_its_line_where_stability_changes(branch):
     (found,) = branch.bifurcations
     assert (solid.get_label(), solid.get_linestyle()) == ("stable", "-")
     assert (dashed.get_label(), dashed.get_linestyle()) == ("unstable", "--")
-    assert solid.get_xdata()[-1] == dashed.get_xdata()[0] == mark.get_xdata()[0] == found.value
-    assert len(solid.get_xdata()) + len(dashed.get_xdata()) == len(branch.values) + 2
+    stable, unstable, at = (np.asarray(line.get_xdata()) for line in (solid, dashed, mark))
+    assert stable[-1] == unstable[0] == at[0] == found.value
+    assert len(stable) + len(unstable) == len(branch.values) + 2
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moment [kg m²]", "period [s]")
     both = pt.plot.branch([branch, branch], lambda motion: motion.period, ("a", "b"))
     assert len(both.get_legend().get_texts()) == 3

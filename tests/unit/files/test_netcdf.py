@@ -1,8 +1,8 @@
 """Results in files: back to the bit, run again to the bit, and refused where they are not whole."""
 
-from typing import Any
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -136,7 +136,7 @@ def test_datasets_that_xarray_opens_are_read_too(motions, tmp_path):
 
 def test_orbits_are_where_they_were_integrated(motions, tmp_path):
     motion = motions["orbit integrated along"]
-    read = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    read: Any = pt.load(pt.save(motion, tmp_path / "it.nc"))
     for here, there in zip(motion.system.forces, read.system.forces, strict=True):
         own, other = motion.environment.position(here.orbit), read.environment.position(there.orbit)
         assert np.array_equal(np.array(own), np.array(other))
@@ -200,7 +200,7 @@ def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoc
     orbit = in_order(pt.KeplerOrbit, 1e3, 2.0, eccentricity, *angles, epoch)
     system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.forces.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
     motion = pt.Trajectory(system, start(), TIMES, lambda: None, MOTION_RUN)
-    again = rebuilt_system(text_of(motion).text, "it")
+    again: Any = rebuilt_system(text_of(motion).text, "it")
     assert [x.tobytes() for x in again.numbers] == [x.tobytes() for x in system.numbers]
     assert again.forces[0].orbit is again.forces[1].orbit
 

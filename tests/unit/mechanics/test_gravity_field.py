@@ -56,7 +56,7 @@ def test_the_flattening_of_the_earth():
 
 
 def test_rows_and_lower_degrees():
-    field = pt.GravityField(4, 2.0, 3.0, *coefficients(4), 3.5)
+    field = pt.GravityField(4, 2.0, 3.0, *coefficients(4), extent=3.5)
     lower = field.truncated(3)
     assert (lower.degree, lower.mass, lower.radius, lower.extent) == (3, 2.0, 3.0, 3.5)
     assert lower.row(3) == field.row(3) == [(field.C[3, m], field.S[3, m]) for m in range(4)]

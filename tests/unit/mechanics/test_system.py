@@ -122,7 +122,7 @@ def test_numbers_are_in_the_order_of_declaration(body):
 
 def test_with_numbers_puts_each_scalar_in_its_place(body):
     system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.forces.LinearDamping(0.1))
-    twin = system.with_numbers(iter(range(100, 108)))
+    twin: Any = system.with_numbers(iter(range(100, 108)))
     assert list(twin.body.moments) == [100, 101, 102]
     assert twin.forces[0].weight == 103
     assert list(twin.forces[0].center_of_mass) == [104, 105, 106]
@@ -138,7 +138,7 @@ def test_with_its_own_numbers_a_system_is_the_same(satellite, start):
 
 
 def test_with_numbers_fills_tables_row_by_row(body):
-    twin = pt.System(body, Table(np.zeros((3, 3)))).with_numbers(itertools.count())
+    twin: Any = pt.System(body, Table(np.zeros((3, 3)))).with_numbers(itertools.count())
     assert twin.forces[0].coefficients.tolist() == [[3, 4, 5], [6, 7, 8], [9, 10, 11]]
 
 

@@ -1,5 +1,7 @@
 """Orbits from tables and functions: polynomials between knots, at each of which a kernel stops."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -346,7 +348,8 @@ def test_names_of_one_frame_are_one():
         pt.orbits.Ephemeris.from_function(1.0, position=place, start=0, stop=T, tolerance=1e-3, reference_frame=x)
         for x in ("icrf", "GCRF", "EME2000")
     ]
-    assert pt.System(BODY, *map(pt.GravityGradient, named)).forces[0].orbit.reference_frame == "ICRF"
+    system: Any = pt.System(BODY, *map(pt.GravityGradient, named))
+    assert system.forces[0].orbit.reference_frame == "ICRF"
 
 
 @pytest.mark.parametrize("case", BAD)

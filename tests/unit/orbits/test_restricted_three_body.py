@@ -4,6 +4,7 @@ import dataclasses
 import pickle
 import subprocess
 import sys
+from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -275,7 +276,7 @@ def test_each_path_is_integrated_once_and_the_torques_are_those_along_it(name):
         after, before = motion(time + step), motion(time - step)
         change = (after.angular_momentum_space - before.angular_momentum_space) / (2 * step)
         torque = motion(time).attitude.apply(system.torque_body(motion(time)))
-        assert np.max(np.abs(change - torque)) < 1e-6 * max(1, np.linalg.norm(torque))
+        assert np.max(np.abs(change - torque)) < 1e-6 * max(1.0, float(np.linalg.norm(torque)))
         assert np.linalg.norm(torque) > 1e-2
 
 
@@ -324,10 +325,10 @@ def test_members_along_paths_of_their_own(name):
         )
         return pt.System(BODY, *both(path), *([UPRIGHT] if name == "space" else []))
 
-    together = pt.propagate(system(slice(None)), START, RUN)
+    together: Any = pt.propagate(system(slice(None)), START, RUN)
     primary = together.system.forces[0].orbit
     for i in range(3):
-        alone = pt.propagate(system(i), START, RUN)
+        alone: Any = pt.propagate(system(i), START, RUN)
         assert np.max(np.abs(together.quaternion[i] - alone.quaternion)) < 1e-12
         assert np.max(np.abs(together.potential_energy[i] / alone.potential_energy - 1)) < 1e-12
         r = alone.environment.position(alone.system.forces[0].orbit)

@@ -1,6 +1,7 @@
 """The picture of a spectrum: what it draws, in which units, and which digits it writes."""
 
 import re
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -18,19 +19,20 @@ def _closed():
 
 
 def spectrum(nu, amplitudes, errors, residual):
-    return pt.analysis.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), residual)
+    return pt.analysis.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), residual=residual)
 
 
 def test_stems_residual_and_units():
     found = spectrum([1.2, -0.5], [2j, 0.1], [1e-4, 0.02], 1e-3)
     axes = pt.plot.spectrum(found, time="s", unit="kg m2 s-1", title="momentum")
-    stems = axes.collections[0].get_segments()
+    lines: Any = axes.collections
+    stems = lines[0].get_segments()
     np.testing.assert_allclose([stem[:, 0] for stem in stems], [[1.2, 1.2], [-0.5, -0.5]])
     np.testing.assert_allclose([stem[1, 1] for stem in stems], [2.0, 0.1])
     ticks, level = axes.lines[0], axes.lines[1]
     np.testing.assert_allclose(ticks.get_data(), [[1.2, -0.5], [2.0, 0.1]])
     np.testing.assert_allclose(level.get_ydata(), 1e-3)
-    bars = axes.collections[1].get_segments()
+    bars = lines[1].get_segments()
     np.testing.assert_allclose([np.ptp(bar[:, 0]) for bar in bars], [2e-4, 0.04])
     assert axes.get_yscale() == "log"
     assert axes.get_xlabel() == "frequency [rad s⁻¹]"

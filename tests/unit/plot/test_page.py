@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+from typing import Any
 
 import numpy as np
 import pytest
@@ -203,7 +204,7 @@ CORNERS = """() => poinsot.scene.drawn.shape.children.map(part => {
 def test_a_shape_stands_in_space_as_the_attitude_says(browser, tmp_path):
     """How far each part reaches along three directions of space."""
     turn = Rotation.from_rotvec([0.5, -1.1, 0.7])
-    parts = [
+    parts: list[Any] = [
         pt.shapes.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), turn),
         pt.shapes.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), turn.inv()),
         pt.shapes.Mesh.box((0.2, 0.4, 0.6), mass=1.0).moved((0.0, -2.0, 0.0), turn),

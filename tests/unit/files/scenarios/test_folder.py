@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -255,7 +256,7 @@ def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
     start = body.state((1, 0, 0, 0), omega_body=(0.001, 0, 0))
     motion = pt.propagate(system, start, np.linspace(0, 5000, 11), progress=False)
     path = pt.save(motion, tmp_path / "it.nc")
-    back = pt.load(path)
+    back: Any = pt.load(path)
     assert_same(motion, back)
     assert back.system.forces[0].orbit is back.system.forces[2].orbit
     assert repr(back.system) == repr(system)
