@@ -306,7 +306,7 @@ def public_calls(folder):
             },
         ),
         "Ephemeris.from_pieces": (
-            pt.Ephemeris.from_pieces,
+            pt.orbits.Ephemeris.from_pieces,
             {
                 **{"mu": 2.0, "knots": (0.0, 1.0), "coefficients": (((2.0, 0.1), (0.0, 1.0), (0.0, 0.0)),)},
                 **{"reference_frame": "ICRF", "origin": "Sun", "error": 1e-9, "radius": 0.1, "dated": True},

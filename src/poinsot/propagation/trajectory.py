@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from importlib import metadata
@@ -251,6 +251,9 @@ class Trajectory:
     def __len__(self) -> int:
         """Return the length of the first axis of its arrays: members of an ensemble, times of one body."""
         return len(self.quaternion)
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
 
     def __getitem__(self, index: Index) -> Any:
         """Return what an index of the first axis chooses: members of an ensemble, times of one body."""

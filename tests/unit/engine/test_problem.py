@@ -1,5 +1,7 @@
 """A system and the events to watch for, side by side."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -16,7 +18,7 @@ def position(times):
 
 
 def crossing(members=()):
-    return pt.AxisCrossing((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), angle=np.full(members, 0.3))
+    return pt.events.AxisCrossing((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), angle=np.full(members, 0.3))
 
 
 def test_an_event_is_no_force():
@@ -26,8 +28,8 @@ def test_an_event_is_no_force():
 
 
 def test_numbers_orbits_and_members_are_those_of_both():
-    system = pt.System(BODY, pt.LinearDamping(0.1))
-    problem = Problem(system, [crossing((4,)), pt.Apsis(ORBIT)])
+    system = pt.System(BODY, pt.forces.LinearDamping(0.1))
+    problem: Any = Problem(system, [crossing((4,)), pt.events.Apsis(ORBIT)])
     assert len(problem.numbers) == len(system.numbers) + 7 + len(ORBIT.numbers)
     assert (system.members, problem.members) == ((), (4,))
     assert system.common_axes is None
@@ -40,12 +42,12 @@ def test_numbers_orbits_and_members_are_those_of_both():
 
 def test_orbits_of_events_must_share_the_axes_of_the_system():
     here, dated = (
-        pt.Ephemeris.from_function(1.0, position=position, start=0.0, stop=1.0, reference_frame=name)
+        pt.orbits.Ephemeris.from_function(1.0, position=position, start=0.0, stop=1.0, reference_frame=name)
         for name in ("ICRF", "TEME")
     )
     system = pt.System(BODY, pt.GravityGradient(here))
     with pytest.raises(ValueError, match=r"^the orbits of a system must have one reference frame, got ICRF and TEME"):
-        Problem(system, [pt.Apsis(dated)])
+        Problem(system, [pt.events.Apsis(dated)])
 
 
 class Wide(pt.Event):

@@ -130,7 +130,7 @@ def test_datasets_that_xarray_opens_are_read_too(motions, tmp_path):
         read = pt.load(data)
         assert_same(motions["in orbit"], read)
         assert repr(read.system) == repr(motions["in orbit"].system)
-    bare = pt.load(motions["in orbit"].dataset)
+    bare: Any = pt.load(motions["in orbit"].dataset)
     assert bare.system.not_rerunnable == "the dataset has no scenario."
 
 

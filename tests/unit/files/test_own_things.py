@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 import tomllib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ class Tether(pt.Orbit):
         return functions.Vector((-self.rate * y, self.rate * x, z))
 
 
-class Ball(pt.Ellipsoid):
+class Ball(pt.shapes.Ellipsoid):
     """A ball."""
 
     def __init__(self, radius: float, *, mass: float) -> None:
@@ -83,7 +84,7 @@ class Lines(AttitudeFormat):
     @staticmethod
     def read(path, *, calendar=None):
         rows = np.array([json.loads(line) for line in open(path)])
-        return pt.AttitudeTable(rows[:, 0], rows[:, 1:])
+        return pt.files.AttitudeTable(rows[:, 0], rows[:, 1:])
 
     @staticmethod
     def write(motion, path, *, calendar, reference_frame, overwrite):
@@ -197,6 +198,6 @@ def test_the_command_line_names_them(told):
 
 def test_a_result_is_read_where_they_are_not_known(told):
     folder, _ = told
-    back = pt.load(folder / "it.nc")
+    back: Any = pt.load(folder / "it.nc")
     assert back.quaternion.shape == (4, 4)
     assert "body.shape.type must name one that there is, got 'Ball'" in back.system.not_rerunnable

@@ -1,5 +1,7 @@
 """What is read from a motion."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -184,7 +186,13 @@ def members(request):
 def read(motion):
     """Everything that is read from a motion, by name."""
     relative = motion.relative_to(pt.RotatingFrame((0.5, 0.5, 0.5, 0.5), (0, 0, 0.1)))
-    names = ("conjugate_momenta", "angular_momentum_body", "angular_momentum_space", "omega_body", "omega_space")
+    names: tuple[str, ...] = (
+        "conjugate_momenta",
+        "angular_momentum_body",
+        "angular_momentum_space",
+        "omega_body",
+        "omega_space",
+    )
     names += ("kinetic_energy", "potential_energy", "energy", "norm_error", "tangency_error", "quaternion")
     found = {name: getattr(motion, name) for name in names} | {"relative": relative.omega_body}
     found |= {f"integral {name}": values for name, values in motion.integrals.items()}
@@ -231,11 +239,11 @@ def test_some_of_the_times(members, chosen):
 
 
 def test_an_orbit_that_is_integrated_along_goes_with_its_member():
-    point = pt.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4")
-    point = point.path(offset=[(0.01, 0, 0), (0, 0.02, 0)]).from_secondary
+    path = pt.orbits.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4")
+    point = path.path(offset=[(0.01, 0, 0), (0, 0.02, 0)]).from_secondary
     system = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(point))
     start = system.body.state([(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5)], omega_body=(0, 0, 1))
-    motion = pt.propagate(system, start, TIMES, events=[pt.events.Apsis(point)])
+    motion: Any = pt.propagate(system, start, TIMES, events=[pt.events.Apsis(point)])
     assert motion.environment.comoving.shape[:2] == (2, 21)
     for part, rows in ((motion.member(1), 1), (motion.isel(time=slice(2, 9), member=[1]), (slice(1, 2), slice(2, 9)))):
         assert np.array_equal(part.potential_energy, motion.potential_energy[rows])

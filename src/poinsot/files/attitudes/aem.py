@@ -433,7 +433,7 @@ class Aem(AttitudeFormat):
 
     title = "CCSDS AEM"
     suffixes = (".aem", ".xml")
-    in_python = "pt.read_aem({path!r})"
+    in_python = "pt.files.read_aem({path!r})"
     conventions = (
         "scalar last: Q1, Q2, Q3, QC are q1, q2, q3, q0; version 1 may say FIRST",
         "the quaternion from A to B turns the axes of A into those of B: A space, B body is ours; version 1 may say "

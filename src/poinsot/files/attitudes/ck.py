@@ -301,7 +301,7 @@ class Ck(AttitudeFormat):
 
     title = "SPICE CK"
     suffixes = (".bc",)
-    in_python = "pt.spice_attitude, with the kernels of its clock and its frame"
+    in_python = "pt.files.spice_attitude, with the kernels of its clock and its frame"
     conventions = (
         "scalar first",
         "of the matrix from space to body: the conjugate of ours",

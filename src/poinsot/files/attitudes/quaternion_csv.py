@@ -217,7 +217,7 @@ class QuaternionCsv(AttitudeFormat):
 
     title = "table"
     suffixes = (".csv",)
-    in_python = "pt.read_quaternion_csv({path!r})"
+    in_python = "pt.files.read_quaternion_csv({path!r})"
     conventions = ("said in the file", "said in the file", "as ours")
     read, write = staticmethod(read_quaternion_csv), staticmethod(write_quaternion_csv)
 

@@ -276,7 +276,7 @@ class Stk(AttitudeFormat):
 
     title = "STK"
     suffixes = (".a",)
-    in_python = "pt.read_stk_attitude({path!r})"
+    in_python = "pt.files.read_stk_attitude({path!r})"
     conventions = (
         "scalar last; QuatScalarFirst as it says",
         "turns the reference axes into those of the body: ours",
