@@ -10,8 +10,10 @@ from benchmarks.flops import flops_per_step, multiply_add_peak
 from benchmarks.measure import Contender, interleaved, pin
 from benchmarks.problems import ENSEMBLE_END, P3
 from poinsot.engine import kernels
-from poinsot.engine.ensemble import Ensemble, integrate_members
+from poinsot.engine.driver import Driver, Memory
+from poinsot.engine.problem import Problem
 from poinsot.mechanics.attitude import rotation_angle
+from poinsot.propagation.arguments import broadcast_members
 
 LIMIT = 1e-9
 """The error that every member must stay below, rad."""
@@ -142,17 +144,17 @@ def _rate(members, count, repeats):
     if peak is None:
         return {"trouble": "no llvmlite here, with which the peak is measured"}
     pin(1)
-    states, times = members.first(count), np.array([0.0, ENSEMBLE_END])
-    variables = kernels.coordinates(P3.system, states, "lie_poisson", "double")
-    with kernels.integrator(P3.system, variables, "double", 0.0, kernels.LANES) as borrowed:
+    states, times = broadcast_members(members.first(count), (count,)), np.array([0.0, ENSEMBLE_END])
+    problem = Problem(P3.system)
+    variables = kernels.coordinates(problem, states, "lie_poisson", "double")
+    with kernels.integrator(problem, variables, "double", 0.0, kernels.LANES) as borrowed:
         work = flops_per_step(borrowed.engine)
         one_batch = _batch(borrowed, variables, states)
         all_members, kernel, peaks = [], [], []
         for _ in range(repeats):
             peaks.append(peak())
             began = time.perf_counter()
-            done = Ensemble(count, times.size, 0)
-            integrate_members(P3.system, states, times, variables, 0.0, 1, False, done)
+            done = Driver(problem, variables, 0.0).run(states, times, Memory(variables.formulation, count, times))
             all_members.append(done.steps.sum() * work["flops"] / (time.perf_counter() - began))
             kernel.append(one_batch() * work["flops"])
     order = np.argsort(-np.linalg.norm(P3.system.omega_body(states), axis=-1), kind="stable")

@@ -89,7 +89,7 @@ def on_terminal(code, *arguments, columns="80"):
 def test_single_run_keeps_what_there_is(tmp_path, number):
     scenario = tmp_path / "long.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, step = 1e3}\n")
-    done = interrupted("poinsot.propagation.propagate", "_Half._advance", 3, "run", scenario, number=number)
+    done = interrupted("poinsot.engine.integration", "Integration._advance", 3, "run", scenario, number=number)
     kept = pt.load(tmp_path / "long.partial.nc")
     assert f"What was computed is in {tmp_path}/long.partial.nc." in done.stderr
     assert done.stderr.count("\n") == 1
@@ -103,7 +103,9 @@ def test_single_run_keeps_what_there_is(tmp_path, number):
 def test_ensemble_keeps_the_members_that_are_done(tmp_path, number):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 3e4, count = 11}\n" + ENSEMBLE)
-    done = interrupted("poinsot.engine.ensemble", "_Batch.run", 4, "run", scenario, "--threads", "1", number=number)
+    done = interrupted(
+        "poinsot.engine.integration", "Integration.chunks", 4, "run", scenario, "--threads", "1", number=number
+    )
     assert re.search(r"propagation was interrupted: \d+ of 40 members are done\. What was computed is in ", done.stderr)
     told = CliRunner().invoke(app, ["info", str(tmp_path / "tops.partial.nc")]).stdout
     finished = np.isfinite(pt.load(tmp_path / "tops.partial.nc").quaternion[..., 0])
@@ -116,8 +118,8 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
-    told = "from poinsot.engine import ensemble as e; run = e._Batch.run\n"
-    told += "e._Batch.run = lambda *a: (print('begun', flush=True), run(*a))[1]\n"
+    told = "from poinsot.engine.integration import Integration as i; chunks = i.chunks\n"
+    told += "i.chunks = lambda *a: (print('begun', flush=True), chunks(*a))[1]\n"
     command = [sys.executable, "-c", told + code, "run", str(scenario)]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert running.stdout.readline() == "begun\n"
@@ -214,10 +216,9 @@ def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path
 
 SLOW = """
 import time
-from poinsot.engine import ensemble, progress
-from poinsot.propagation import propagate
+from poinsot.engine import driver, progress
 progress.PATIENCE = 0.05
-for owner, name in ((propagate._Half, "run"), (ensemble._Work, "serve")):
+for owner, name in ((driver._OneBody, "_integrate"), (driver._Members, "serve")):
     def slow(*arguments, right=getattr(owner, name)):
         time.sleep({})
         return right(*arguments)

@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import ensemble, kernels
+from poinsot.engine import driver, integration, kernels
 
 MOST = 17
 BODY = pt.Body((1.0, 1.3, 1.7))
@@ -212,8 +212,8 @@ COUNTS, THREADS, CHUNKS = (1, 7, 8, 9, MOST), (1, 2), (5000, 50)
     covering(SWITCHES, ("none", "all"), STARTS, TIMES, COUNTS, THREADS, CHUNKS),
 )
 def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, threads, chunk, monkeypatch):
-    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", chunk)
-    monkeypatch.setattr(ensemble, "SLAB_BYTES", 1)
+    monkeypatch.setattr(integration, "BATCH_STEPS", chunk)
+    monkeypatch.setattr(driver, "SLAB_BYTES", 1)
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 
 
@@ -318,7 +318,7 @@ def test_any_ensemble_is_its_members_alone(lanes, monkeypatch):
     monkeypatch.setattr(kernels, "LANES", lanes)
     wrong, tried = {}, 0
     for case in itertools.product(SWITCHES, EVENTS, STARTS, TIMES, (False, True), COUNTS, THREADS):
-        monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", CHUNKS[tried % 3 == 0])
+        monkeypatch.setattr(integration, "BATCH_STEPS", CHUNKS[tried % 3 == 0])
         found = wrong_members(*case)
         tried += 1
         if found:

@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import ensemble, kernels
+from poinsot.engine import integration, kernels
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 EPS = np.finfo(float).eps
@@ -176,7 +176,7 @@ def test_chunks_that_end_at_a_zero_change_nothing(chunk, monkeypatch):
     begun = pt.State(start.quaternion, start.conjugate_momenta, 20_000.0)
     events = [Kick(20_003.0, 20_004.0, 20_005.0)]
     whole = pt.propagate(pt.System(BODY, Switched()), begun, times, events=events)
-    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", chunk)
+    monkeypatch.setattr(integration, "BATCH_STEPS", chunk)
     pieces = pt.propagate(pt.System(BODY, Switched()), begun, times, events=events)
     # Times are known to 4e-12, and a passage at a tenth of the rate makes 1e-11 of it; each doubles once or twice.
     assert np.allclose(pieces.quaternion, whole.quaternion, rtol=0, atol=1e-9)

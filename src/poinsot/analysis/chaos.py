@@ -16,12 +16,10 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.engine.ensemble import Ensemble, EnsembleOutput
+from poinsot.engine.driver import Memory, Report, Rows
 from poinsot.engine.progress import bar
-from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
-from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
@@ -148,23 +146,22 @@ def chaos_indicators(
     weights = units(job.tangent, job.scale * unit)
     out = _Indicators(job.state.time, fine, rising, weights)
     start = _directions(vectors, len(job.tangent))
-    job.integrate(start * weights, fine, out)
+    report = job.integrate(start * weights, fine, out, ways=out.ways)
     order = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
     found = {name: part[:, order] if job.members else part[0, order] for name, part in out.parts.items()}
     since = job.state.time if job.members else float(job.state.time[0])
-    failures = dict(sorted(out.failures.items())) if job.members else {}
-    result = ChaosIndicators(system, job.times, since, unit, start, **found, failures=failures, run=job.run(out))
-    job.raise_interrupted(out, result)
-    if out.failures and not job.members:
-        raise PropagationError(out.failures[0], out.reached, result)
+    failures = report.failures if job.members else {}
+    result = ChaosIndicators(system, job.times, since, unit, start, **found, failures=failures, run=job.run(report))
+    job.check(report, result)
+    if report.stops and not job.members:
+        raise PropagationError(report.failures[0], out.reached, result)
     return result
 
 
-class _Indicators(EnsembleOutput):
+class _Indicators:
     """The indicators of an ensemble at some of its times, which rise."""
 
     def __init__(self, starts: Array, fine: Array, wanted: Array, weights: Array) -> None:
-        super().__init__(len(starts))
         self._starts, self._weights, self._wanted = starts, weights, np.searchsorted(fine, wanted)
         self._forwards = bool(wanted[-1] > np.min(starts))
         self.ways = (self._forwards,)  # the times between the starts of members are those of the earlier ones
@@ -172,11 +169,11 @@ class _Indicators(EnsembleOutput):
         names = ("growth", "fli", "megno", "mean_megno", "gali")
         self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in names}
 
-    def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        if variables.variations is None or not members.size:
+    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
+        """Keep the indicators of some members."""
+        if not members.size:
             return
-        u, _, bits = variables.variations.read(rows[..., variables.variational])
-        u = u / self._weights
+        u, bits = rows["vectors"] / self._weights, rows["exponents"]
         lengths = np.linalg.norm(u, axis=-1)
         since = (times - self._starts[members, None]) * (1 if self._forwards else -1)
         growth = np.where(since > 0, np.log(lengths[..., 0]) + bits[..., 0] * np.log(2), 0.0)
@@ -276,31 +273,31 @@ def lyapunov_spectrum(
     k, rate = len(job.tangent), _fastest(system, job.state)
     weights = units(job.tangent, job.scale * _momentum_unit(system, rate))
     vectors = np.broadcast_to(_directions(k, k), (len(job.state.time), k, k))
-    now, total = job.state, _Ends(len(vectors), k, job.formulation)
+    now, total = job.state, Report(np.zeros(len(vectors), dtype=int))
     growth, kept = np.zeros((len(vectors), k)), np.empty((len(vectors), 0, k))
 
     def result() -> LyapunovSpectrum:
         found = kept if job.members else kept[0]
-        failures = dict(sorted(total.failures.items())) if job.members else {}
+        failures = total.failures if job.members else {}
         return LyapunovSpectrum(job.times[: kept.shape[1]], found, failures, job.run(total))
 
     stops = _refined(job.times, job.state.time, APART / rate)
     wanted = sys.stderr.isatty() if progress is None else progress
     try:
-        with bar("time", float(stops[-1]) - start, wanted) as report:
+        with bar("time", float(stops[-1]) - start, wanted) as told:
             for stop in stops:
-                out = _Ends(len(vectors), k, job.formulation)
-                job.integrate(vectors * weights, np.array([stop]), out, now)
-                total.add(out)
-                if out.interrupted:
+                end = Memory(job.formulation, len(vectors), np.array([stop]), vectors=(k, k), exponents=(k,))
+                report = job.integrate(vectors * weights, end.times, end, now)
+                total.add(report)
+                if report.interrupted:
                     raise KeyboardInterrupt
-                if out.failures and not job.members:
-                    raise PropagationError(out.failures[0], float(now.time[0]), result())
-                out.replace(list(total.failures), job.state, vectors * weights)
-                vectors, sizes = _orthogonal(out.vectors / weights)
-                growth = growth + np.log(sizes) + out.bits * np.log(2)
-                report(float(stop - now.time[0]))
-                now = state_of(changed(out.phase, lambda x: x[:, 0]), np.full(len(vectors), stop))
+                if report.stops and not job.members:
+                    raise PropagationError(report.failures[0], float(now.time[0]), result())
+                _restart(end, list(total.stops), job.state, vectors * weights)
+                vectors, sizes = _orthogonal(end.rows["vectors"][:, 0] / weights)
+                growth = growth + np.log(sizes) + end.rows["exponents"][:, 0] * np.log(2)
+                told(float(stop - now.time[0]))
+                now = state_of(changed(end.phase, lambda x: x[:, 0]), np.full(len(vectors), stop))
                 if stop == job.times[kept.shape[1]]:
                     kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
     except KeyboardInterrupt:
@@ -310,30 +307,11 @@ def lyapunov_spectrum(
     return result()
 
 
-class _Ends(Ensemble):
-    """States and tangent vectors at one time."""
-
-    def __init__(self, members: int, k: int, formulation: Formulation) -> None:
-        super().__init__(members, 1, formulation)
-        self.vectors, self.bits = np.full((members, k, k), np.nan), np.zeros((members, k))
-
-    def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        if variables.variations is None or not members.size:
-            return
-        super().take(members, times, rows, variables)
-        u, _, bits = variables.variations.read(rows[:, 0, variables.variational])
-        self.vectors[members], self.bits[members] = u, bits
-
-    def replace(self, members: list[int], state: State, vectors: Array) -> None:
-        """Put something finite where members have stopped: they go on beside the others; their growth stays NaN."""
-        for name, values in self.phase.items():
-            values[members, 0] = getattr(state, name)[members]
-        self.vectors[members] = vectors[members]
-
-    def add(self, other: EnsembleOutput) -> None:
-        """Count what a later piece of the same motions took; the first failure of a member stays."""
-        self.steps, self.wall_time = self.steps + other.steps, self.wall_time + other.wall_time
-        self.order, self.tolerance, self.failures = other.order, other.tolerance, other.failures | self.failures
+def _restart(end: Memory, members: list[int], state: State, vectors: Array) -> None:
+    """Put something finite where members have stopped: they go on beside the others; their growth stays NaN."""
+    for name, values in end.phase.items():
+        values[members, 0] = getattr(state, name)[members]
+    end.rows["vectors"][members, 0] = vectors[members]
 
 
 def _orthogonal(vectors: Array) -> tuple[Array, Array]:

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.engine.ensemble import Ensemble
-from poinsot.engine.state_vector import Coordinates
+from poinsot.engine.driver import Memory, Rows
 from poinsot.errors import PropagationError, real_numbers
 from poinsot.mechanics.parameter_names import resolve
 from poinsot.mechanics.state import State, changed
@@ -136,49 +136,45 @@ def state_transition(
     job = VariationalRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
     k = len(job.tangent)
     out = _Columns(job, k, k + len(inputs), order)
-    job.integrate(np.eye(k), np.sort(job.times), out)
-    rows = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
-    kept = (slice(None) if job.members else 0, rows)
-    phase, directions, growth, second = (
-        changed(out.phase, lambda x: x[kept]),
-        *(x[kept] for x in (out.directions, out.growth, out.second)),
-    )
-    failures = dict(sorted(out.failures.items())) if job.members else {}
-    motion = Trajectory(system, state, job.times, lambda: phase, job.run(out), failures=failures)
-    result = StateTransition(motion, tuple(parameters), directions, growth, second if order == 2 else None)
-    job.raise_interrupted(out, result)
-    if out.failures and not job.members:
+    report = job.integrate(np.eye(k), job.times, out)
+    kept = slice(None) if job.members else 0
+    phase = changed(out.phase, lambda x: x[kept])
+    failures = report.failures if job.members else {}
+    motion = Trajectory(system, state, job.times, lambda: phase, job.run(report), failures=failures)
+    second = out.second[kept] if order == 2 else None
+    result = StateTransition(motion, tuple(parameters), out.directions[kept], out.growth[kept], second)
+    job.check(report, result)
+    if report.stops and not job.members:
         reached = job.times[np.isfinite(motion.quaternion[:, 0])]
-        raise PropagationError(out.failures[0], float(reached[-1]) if reached.size else float(state.time), result)
+        time = float(reached[-1]) if reached.size else float(state.time)
+        raise PropagationError(report.failures[0], time, result)
     return result
 
 
-class _Columns(Ensemble):
+class _Columns(Memory):
     """Motions with their matrices, in the units of the user."""
 
     def __init__(self, job: VariationalRun, k: int, columns: int, order: int) -> None:
         members, times = len(job.state.time), job.times.size
-        super().__init__(members, times, job.formulation)
+        super().__init__(job.formulation, members, job.times)
         self.directions = np.full((members, times, k, columns), np.nan)
         self.growth = np.full((members, times, columns), np.nan)
         self.second = (
             np.full((members, times, k, *(columns,) * 2), np.nan) if order == 2 else np.empty((members, times))
         )
-        self._scale = job.scale
+        self._unit = units(job.tangent, job.scale)
 
-    def take(self, members: NDArray[np.int_], times: Array, rows: Array, variables: Coordinates) -> None:
-        variations = variables.variations
-        assert variations is not None  # noqa: S101
-        super().take(members, times, rows, variables)
-        unit = units(variations.tangent, self._scale)
-        by = np.concatenate([unit, np.ones(len(variations.inputs))])
-        vectors, pairs, bits = variations.read(rows[..., variables.variational])
+    @override
+    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
+        super().take(members, times, rows)
+        unit, vectors, pairs, bits = self._unit, rows["vectors"], rows["pairs"], rows["exponents"]
+        by = np.append(unit, np.ones(bits.shape[-1] - len(unit)))
         columns = np.swapaxes(vectors / unit, -1, -2) * by
         sizes = np.linalg.norm(columns, axis=-2)
         sizes[sizes == 0] = 1.0
         self.directions[members] = columns / sizes[..., None, :]
         self.growth[members] = np.log(sizes) + bits * np.log(2)
-        for i, (a, b) in enumerate(variations.pairs):
+        for i, (a, b) in enumerate(rows.pairs):
             with np.errstate(over="ignore"):
                 bent = pairs[..., i, :] / unit * (by[a] * by[b]) * np.exp2(bits[..., a] + bits[..., b])[..., None]
             self.second[members, :, :, a, b] = self.second[members, :, :, b, a] = bent

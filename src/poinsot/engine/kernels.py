@@ -64,6 +64,10 @@ SAMPLES = 32
 
 FIRST = np.zeros(1, dtype=int)
 
+OUTCOMES = {
+    int(getattr(hy.taylor_outcome, name)): name for name in ("success", "step_limit", "time_limit", "err_nf_state")
+}
+
 hy.set_logger_level_error()  # it warns of each event at each step of each member that fails; `failures` says it once
 
 
@@ -179,7 +183,6 @@ class Borrowed:
                 part.scales = self.scales
         self.limits: dict[str, Any] = {}
         self._limited, self._kind = precision == "double" or self._looks, PRECISIONS[precision]
-        self.limit_steps(np.full(lanes, LONGEST))
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes.
@@ -242,10 +245,11 @@ class Borrowed:
 
     def outcome(self, engines: Any, lane: int = 0) -> str:
         """Return how steps ended: the engine's name for it, what the watch says, "switch" or "angles"."""
-        if engines.name == "step_limit" and self.watch is not None and self.watch.stopped[lane]:
+        name = OUTCOMES.get(int(engines), "")
+        if name == "step_limit" and self.watch is not None and self.watch.stopped[lane]:
             return self.watch.stopped[lane]  # in the last step the engine says nothing of an event
-        if engines.name in ("time_limit", "step_limit", "err_nf_state", "success"):
-            return str(engines.name)
+        if name:
+            return name
         if int(engines) >= 0:  # an event after which the lane goes on, in the step in which another lane stopped
             return "success"
         if self.watch is not None and self.watch.stopped[lane]:
@@ -259,17 +263,25 @@ class Borrowed:
             return most
         return STEPS_AT_A_TIME[self._variations.order] // (10 if first else 1)
 
-    def doubtful(self, lane: int, result: Any, rows: NDArray[Any]) -> bool:
-        """Whether a chunk of steps may have begun one with momenta out of the band of their scale.
+    def doubtful(self, lanes: list[int], results: list[Any], rows: NDArray[Any]) -> bool:
+        """Whether a chunk of steps in some lanes may have begun one with momenta out of the band of their scale.
 
-        `result` is the engine's: how it ended, its shortest and its longest step; `rows` are variables on the way.
+        `results` are the engine's: how each lane ended, its shortest and its longest step; `rows` are variables on the
+        way, shape (n, size, lanes). A chunk that ends with a state that is not finite is taken again up to there.
         """
+        if any(OUTCOMES.get(int(results[lane][0])) == "err_nf_state" for lane in lanes):
+            return True
+        looked_at = rows[: -1 : max(len(rows) // SAMPLES, 1)]
+        if self.scales.all_fit(self.engine.state, looked_at):
+            return False
+        return any(self._doubtful(lane, results[lane], looked_at[:, :, lane]) for lane in lanes)
+
+    def _doubtful(self, lane: int, result: Any, rows: NDArray[Any]) -> bool:
         if self.watch is not None and self.watch.stopped[lane] == "act":  # they were within before
             return False
-        looked_at = rows[: -1 : max(len(rows) // SAMPLES, 1)]
         return (
             not self.scales.fits(self.engine.state, lane)
-            or (len(looked_at) > 0 and not self.scales.fit(looked_at, lane))
+            or not self.scales.fit(rows, lane)
             or self.scales.doubtful(lane, float(result[1]), float(result[2]))
         )
 
@@ -283,7 +295,7 @@ class Borrowed:
         count = 0
         while count < most and np.any(ends != self.engine.time):
             outcomes = self._step_towards(ends)
-            if any(outcome.name == "err_nf_state" for outcome in outcomes):
+            if any(OUTCOMES.get(int(outcome)) == "err_nf_state" for outcome in outcomes):
                 return max(count, 1)
             count += 1
             if any(map(_stops, outcomes)):
@@ -393,7 +405,7 @@ def _refuse_discontinuities(constants: Constants, symbols: list[Any], variations
 
 def _stops(outcome: Any) -> bool:
     """Whether a step ended at an event that stops the engine."""
-    return outcome.name not in ("success", "time_limit") and int(outcome) < 0
+    return OUTCOMES.get(int(outcome)) not in ("success", "time_limit") and int(outcome) < 0
 
 
 def available(precision: str) -> bool:

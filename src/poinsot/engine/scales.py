@@ -68,12 +68,16 @@ class Scales:
 
     def _misfits(self, state: Array) -> list[int]:
         """Return the lanes whose momenta are out of the band."""
-        if state.ndim > 1:
-            p = state[self._momenta]
-            squares = (p * p).sum(axis=0)
-            if np.all((squares >= LEAST**2) & (squares <= MOST**2)):
-                return []
+        if state.ndim > 1 and _within(state[None, self._momenta]):
+            return []
         return [lane for lane in range(self.bits.size) if not self.fits(state, lane)]
+
+    def all_fit(self, state: Array, rows: Array) -> bool:
+        """Whether all momenta are within the band, of a state and of rows (n, size, lanes), and stayed there."""
+        if self._has_torques:
+            return False
+        here = _within(state[None, self._momenta]) if state.ndim > 1 else self.fits(state)
+        return here and _within(rows[:, self._momenta])
 
     def fits(self, state: Array, lane: int = 0) -> bool:
         """Return whether the momenta of a lane are within the band, or zero."""
@@ -82,8 +86,7 @@ class Scales:
 
     def fit(self, rows: Array, lane: int) -> bool:
         """Return whether the momenta of a lane are so in all of some rows, shape (n, size); NaN is no row."""
-        p = rows[:, self._momenta]
-        sizes = np.sqrt((p * p).sum(axis=-1).astype(float))
+        sizes = np.sqrt(_squares(rows[:, self._momenta]))
         return all(self._is_at_limit(float(size), lane) for size in sizes[(sizes < LEAST) | (sizes > MOST)])
 
     def doubtful(self, lane: int, shortest: float, longest: float) -> bool:
@@ -144,3 +147,13 @@ class Scales:
     def _power_of_two(exponents: Array, like: Array) -> Array:
         two = like.dtype.type(2.0)
         return np.array([two ** int(n) for n in exponents], dtype=like.dtype)
+
+
+def _within(momenta: Array) -> bool:
+    """Whether all of some momenta are within the band, shape (n, size, ...); NaN is no momentum."""
+    squares = _squares(momenta)
+    return not ((squares < LEAST**2) | (squares > MOST**2)).any()
+
+
+def _squares(momenta: Array) -> Array:
+    return np.asarray((momenta * momenta).sum(axis=1), dtype=float)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
-from poinsot.engine.ensemble import allowed_threads
+from poinsot.engine.driver import allowed_threads
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection

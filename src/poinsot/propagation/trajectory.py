@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Method", "RelativeMotion", "Run", "Trajectory", "versions"]
+    from poinsot.engine.driver import Report
+
 
 Array = NDArray[np.float64]
 Rows = Callable[[Array], Array]
@@ -79,6 +80,13 @@ class Run:
     steps: int
     wall_time: float
     versions: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
+        """Return what a driver reports of a run."""
+        steps = int(report.steps.sum())
+        own = (report.tolerance, report.order, steps, report.wall_time)
+        return cls(method, formulation, precision, *own, versions())
 
 
 @functools.cache

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
-from poinsot.engine.ensemble import EnsembleOutput, integrate_members
+from poinsot.engine.driver import BOTH_WAYS, Driver, Report, Sink
 from poinsot.engine.problem import Problem
-from poinsot.engine.state_vector import SMALL, Coordinates
+from poinsot.engine.state_vector import SMALL
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import Variations
-from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.shared_orbits import space_axes
 from poinsot.mechanics.state import State
@@ -29,7 +28,7 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
-from poinsot.propagation.trajectory import Method, Run, versions
+from poinsot.propagation.trajectory import Method, Run
 
 __all__ = ["VariationalRun", "units"]
 
@@ -97,36 +96,30 @@ class VariationalRun:
         first = 1 + len(variables.axes.numbers)
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
 
-    def integrate(self, vectors: Array, times: Array, out: EnsembleOutput, state: State | None = None) -> Coordinates:
-        """Integrate to times, which rise, with tangent vectors from the start; shape (..., count, k). Return variables.
+    def integrate(
+        self,
+        vectors: Array,
+        times: Array,
+        sink: Sink,
+        state: State | None = None,
+        ways: tuple[bool, ...] = BOTH_WAYS,
+    ) -> Report:
+        """Integrate to times with tangent vectors from the start, shape (..., count, k).
 
         The state is by default that of the run.
         """
         variations = Variations(self.tangent, vectors.shape[-2], self._inputs, self._order, vectors)
         variables = dataclasses.replace(self._variables, variations=variations)
-        start = self.state if state is None else state
-        integrate_members(self.problem, start, times, variables, self._tolerance, self._threads, self._progress, out)
-        return variables
+        driver = Driver(self.problem, variables, self._tolerance, threads=self._threads, progress=self._progress)
+        return driver.run(self.state if state is None else state, times, sink, ways)
 
-    def run(self, out: EnsembleOutput) -> Run:
+    def run(self, report: Report) -> Run:
         """Return how it was computed."""
-        steps = int(out.steps.sum())
-        return Run(
-            Method.VARIATIONAL,
-            self.formulation.name,
-            "double",
-            out.tolerance,
-            out.order,
-            steps,
-            out.wall_time,
-            versions(),
-        )
+        return Run.of(report, Method.VARIATIONAL, self.formulation.name)
 
-    def raise_interrupted(self, out: EnsembleOutput, result: object) -> None:
+    def check(self, report: Report, result: object) -> None:
         """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
-        if out.interrupted:
-            message = f"the integration was interrupted: {out.finished} of {len(out.steps)} members are done."
-            raise PropagationInterrupted(message, float(self.times[-1]), result)
+        report.check("the integration", float(self.times[-1]), result)
 
 
 def units(tangent: tuple[int, ...], scale: float) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.engine import ensemble, kernels
+from poinsot.engine import driver, integration, kernels
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -136,7 +136,7 @@ def test_an_interrupt_in_an_action_keeps_the_finished_members(monkeypatch):
 
 def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished(monkeypatch):
     monkeypatch.setattr(kernels, "LANES", 2)
-    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", 3)
+    monkeypatch.setattr(integration, "BATCH_STEPS", 3)
 
     def interrupt(state):
         os.kill(os.getpid(), signal.SIGINT)
@@ -155,7 +155,7 @@ def test_what_stops_one_thread_stops_all(monkeypatch):
     def leave(state):
         raise SystemExit(3)
 
-    monkeypatch.setattr(ensemble, "SLAB_BYTES", 1)
+    monkeypatch.setattr(driver, "SLAB_BYTES", 1)
     slow = event(leave)
     with pytest.raises(SystemExit):
         pt.propagate(FREE, spinning(np.append(RATES[BAD], np.full(10_000, 0.3))), TIMES, events=[slow], threads=2)

@@ -4,7 +4,6 @@
 
 import os
 import signal
-import sys
 import threading
 from typing import Any
 
@@ -13,7 +12,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import ensemble, kernels
+from poinsot.engine import integration, kernels
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -139,8 +138,8 @@ def test_parameters_of_events_may_have_members_and_compile_nothing():
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_terminal_event_ends_the_motion_whatever_step_of_a_chunk_it_is_in(steps, way, monkeypatch):
     """At the limit of steps the engine says nothing of an event; the time of one that is an output time has its row."""
-    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", steps)
-    monkeypatch.setattr(sys.modules[pt.propagate.__module__], "STEPS_AT_A_TIME", steps)
+    monkeypatch.setattr(integration, "BATCH_STEPS", steps)
+    monkeypatch.setattr(integration, "SCALAR_STEPS", steps)
     times, tumbling = way * np.arange(10.0), (0.3, 0.8, 0.9)
     events = [pt.events.AtTime(2.0 * way, terminal=True)]
     one = pt.propagate(FREE, BODY.state((1, 0, 0, 0), omega_body=tumbling), times, events=events)

@@ -11,7 +11,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
-from poinsot.engine import ensemble, kernels
+from poinsot.engine import integration, kernels
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0.1, -0.2)))
@@ -146,7 +146,7 @@ def test_a_failure_is_isolated_and_explained():
 def test_more_steps_than_a_chunk(monkeypatch):
     batch = states(5, time=np.linspace(0, 1, 5))
     whole = pt.propagate(TOP, batch, [-4.0, 1.5, 20.0])
-    monkeypatch.setattr(ensemble, "STEPS_AT_A_TIME", 7)
+    monkeypatch.setattr(integration, "BATCH_STEPS", 7)
     chunks = pt.propagate(TOP, batch, [-4.0, 1.5, 20.0])
     np.testing.assert_allclose(whole.quaternion, chunks.quaternion, atol=2e-14)
     assert abs(whole.run.steps - chunks.run.steps) <= 5
