@@ -48,7 +48,7 @@ panel = pt.plot.map(
     "angle of the long axis from the periapsis [deg]",
     "rate over the mean motion",
     "mean MEGNO after 50 orbits",
-    centre=2,
+    center=2,
     limits=(0, 10),
 )
 panel.figure.savefig("megno_map.png", dpi=150)

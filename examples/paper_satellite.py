@@ -38,5 +38,5 @@ differences = motion.quaternion[-1] - q, (motion.conjugate_momenta[-1] - Q) / np
 print(f"after ten revolutions q and Q are {np.max(np.abs(differences)):.1e} from 42 digits")
 assert np.max(np.abs(differences)) < 8e-13
 
-axes = pt.plot.quaternions(motion, "A satellite for ten revolutions in the gravity gradient")
+axes = pt.plot.quaternions(motion, title="A satellite for ten revolutions in the gravity gradient")
 axes[0].figure.savefig("paper_satellite.png", dpi=150)

@@ -19,7 +19,7 @@ n = orbit.mean_motion
 rates = n * np.concatenate([np.linspace(0, 3, 61), np.linspace(0.8, 0.95, 7), np.linspace(1.9, 2.05, 7)])
 angles, rates = (x.ravel() for x in np.meshgrid([0, np.pi / 2], rates))
 section = pt.analysis.spin_orbit_section(system, angles, rates, 400, progress=False)
-axes = pt.plot.section(section, "Hyperion at each periapsis, (B - A)/C = 0.26, e = 0.1")
+axes = pt.plot.section(section, title="Hyperion at each periapsis, (B - A)/C = 0.26, e = 0.1")
 axes.figure.savefig("poincare_hyperion.png", dpi=150)
 
 # The scan: four looks at each of the revolutions, so that whole turns are seen.

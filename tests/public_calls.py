@@ -230,7 +230,10 @@ def public_calls(folder):
     here = {"system": TOP, "state": START, "times": [1.0]}
     dates = {"start": "2000-06-27T19:00:00 UTC", "stop": "2000-06-27T20:00:00 UTC", "max_age": 20.0}
     kernels = list(at["ck"])
-    shown = {"title": "t"}
+    drawn = {"ax": None, "title": "t"}
+    shown = {**drawn, "time_unit": "s"}
+    both = {"axes": None, "title": "t", "time_unit": "s"}
+    turning = {"ax": None, "rate_unit": "deg/s", "time_unit": "s"}
     return {
         "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
         "Andoyer.of": (pt.Andoyer.of, {"state": START}),
@@ -483,49 +486,64 @@ def public_calls(folder):
             pt.orbits.planet_orbit,
             {"body": "EARTH", "attractor": "SUN", "start": 0.0, "stop": 1e5, "calendar": CALENDAR},
         ),
-        "plot.angular_momentum": (pt.plot.angular_momentum, {"motion": motion(), **shown}),
+        "plot.angular_momentum": (pt.plot.angular_momentum, {"motion": motion(), **both}),
         "plot.branch": (
             pt.plot.branch,
-            {"branch": branch(), "quantity": energy_of, "labels": ("x", "y"), **shown},
+            {"branch": branch(), "quantity": energy_of, "labels": ("x", "y"), **drawn},
         ),
-        "plot.chaos": (pt.plot.chaos, {"found": indicators(), "labels": ("a",), **shown}),
+        "plot.chaos": (pt.plot.chaos, {"found": indicators(), "labels": ("a",), **both, "time_unit": None}),
         "plot.difference": (
             pt.plot.difference,
-            {"motion": motion(), "other": motion(), "degrees": False, **shown},
+            {"motion": motion(), "other": motion(), "angle_unit": "deg", **shown},
         ),
         "plot.drift": (pt.plot.drift, {"motion": motion(), **shown}),
         "plot.euler_angles": (
             pt.plot.euler_angles,
-            {"motion": motion(), "sequence": "313", "degrees": False, **shown},
+            {"motion": motion(), "sequence": "313", "angle_unit": "deg", **shown},
         ),
-        "plot.herpolhode": (pt.plot.herpolhode, {"motion": free()}),
+        "plot.herpolhode": (pt.plot.herpolhode, {"motion": free(), **turning, "rate_unit": "deg", "time_unit": None}),
         "plot.map": (
             pt.plot.map,
             {
-                **{"x": (0.0, 1.0), "y": (0.0, 1.0), "values": ((1.0, 2.0), (3.0, 4.0)), "x_label": "x", **shown},
-                **{"y_label": "y", "label": "v", "centre": 2.0, "limits": (0.0, 5.0)},
+                **{"x": (0.0, 1.0), "y": (0.0, 1.0), "values": ((1.0, 2.0), (3.0, 4.0)), "x_label": "x", **drawn},
+                **{"y_label": "y", "label": "v", "center": 2.0, "limits": (0.0, 5.0)},
             },
         ),
-        "plot.momentum_sphere": (pt.plot.momentum_sphere, {"body": BODY, "state": START, "view": (10.0, 20.0)}),
+        "plot.momentum_sphere": (
+            pt.plot.momentum_sphere,
+            {"motion": BODY, "state": START, "view": (10.0, 20.0), "ax": None, "time_unit": None},
+        ),
         "plot.poinsot_construction": (
             pt.plot.poinsot_construction,
-            {"motion": free(), "time_index": 1, "view": (10.0, 20.0)},
+            {"motion": free(), "time_index": 1, "view": (10.0, 20.0), "ax": None, "rate_unit": "deg"},
         ),
-        "plot.polhode": (pt.plot.polhode, {"motion": motion(), "view": (10.0, 20.0)}),
-        "plot.quaternions": (pt.plot.quaternions, {"motion": motion(), **shown}),
-        "plot.angular_velocity": (pt.plot.angular_velocity, {"motion": motion(), **shown}),
+        "plot.polhode": (pt.plot.polhode, {"motion": motion(), "view": (10.0, 20.0), **turning}),
+        "plot.quaternions": (pt.plot.quaternions, {"motion": motion(), **both}),
+        "plot.angular_velocity": (pt.plot.angular_velocity, {"motion": motion(), "rate_unit": "rpm", **both}),
         "plot.roll_pitch_yaw": (
             pt.plot.roll_pitch_yaw,
-            {"motion": along_orbit(), "orbit": CIRCLE, "degrees": True, **shown},
+            {"motion": along_orbit(), "orbit": CIRCLE, "angle_unit": "deg", **shown},
         ),
-        "plot.section": (pt.plot.section, {"section": pt.analysis.section(motion(), where), **shown}),
+        "plot.section": (pt.plot.section, {"section": pt.analysis.section(motion(), where), **drawn}),
         "plot.spectrum": (
             pt.plot.spectrum,
-            {"spectrum": pt.analysis.frequencies(SIGNAL, 0.1, 2), "time": "s", "unit": "m", **shown},
+            {
+                "spectrum": pt.analysis.frequencies(SIGNAL, 0.1, 2),
+                "time": "s",
+                "unit": "m",
+                "rate_unit": "rev/d",
+                **drawn,
+            },
         ),
         "plot.uncertainty": (
             pt.plot.uncertainty,
-            {"transition": transition(), "initial": 1e-6 * np.eye(6), "of_parameters": 1e-6 * np.eye(1)},
+            {
+                "transition": transition(),
+                "initial": 1e-6 * np.eye(6),
+                "of_parameters": 1e-6 * np.eye(1),
+                **both,
+                "angle_unit": "arcsec",
+            },
         ),
         "project_to_tangent": (
             pt.project_to_tangent,

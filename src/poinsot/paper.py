@@ -145,7 +145,7 @@ def write(motion: Trajectory, problem: Problem, folder: Path) -> None:
     """Write the figure of a problem as PNG and PDF, and its motion as NetCDF."""
     import matplotlib.pyplot as plt
 
-    figure = quaternions(motion, problem.title)[0].figure
+    figure = quaternions(motion, title=problem.title)[0].figure
     for suffix in (".png", ".pdf"):
         with new_file(folder / f"{problem.name}{suffix}", overwrite=True) as part:
             figure.savefig(part, dpi=150)

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 __all__ = [
+    "ANGLE_UNITS",
+    "NAMED_RATES",
     "Angle",
     "Angles",
     "AngularVelocities",
@@ -32,6 +34,19 @@ __all__ = [
     "quantities_of",
     "quantity_of",
 ]
+
+ANGLE_UNITS = {
+    "rad": 1.0,
+    "mrad": 1e-3,
+    "deg": math.pi / 180,
+    "arcmin": math.pi / 10_800,
+    "arcsec": math.pi / 648_000,
+    "rev": 2 * math.pi,
+}
+"""In radians."""
+
+NAMED_RATES = {"rpm": ("rev", "min")}
+"""Rates whose names are no quotient."""
 
 DEEPEST = 32
 """The most axes of an array, about."""

@@ -287,10 +287,10 @@ def test_every_plot_of_the_package_is_a_kind(tmp_path):
         assert "--overwrite" in call(*arguments, code=2).stderr
 
 
-def test_plot_in_degrees_and_as_vectors(top, tmp_path):
+def test_plot_in_other_units_and_as_vectors(top, tmp_path):
     call("run", top)
     call("plot", tmp_path / "top.nc", tmp_path / "a.svg", "--kind", "euler_angles")
-    call("plot", tmp_path / "top.nc", tmp_path / "b.svg", "--kind", "euler_angles", "--degrees")
+    call("plot", tmp_path / "top.nc", tmp_path / "b.svg", "--kind", "euler_angles", "--angle-unit", "arcsec")
     assert (tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
     assert (tmp_path / "a.svg").stat().st_size != (tmp_path / "b.svg").stat().st_size
     call("plot", tmp_path / "top.nc", tmp_path / "a.pdf")
@@ -303,7 +303,9 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
     for arguments, told in (
         (("--kind", "difference"), "--with must be another result"),
         (("--with", result), "--with must go with --kind difference, got --kind quaternions."),
-        (("--degrees",), "--degrees must go with --kind difference or euler_angles or roll_pitch_yaw, got"),
+        (("--angle-unit", "rad"), "--angle-unit must go with --kind difference or euler_angles or roll_pitch_yaw, got"),
+        (("--time-unit", "h"), "--time-unit must be left out where the unit of time of the system has no known length"),
+        (("--member", "1"), "the result must be an ensemble to have members"),
         (("--kind", "roll_pitch_yaw"), "the result must have an orbit"),
         (("--kind", "nothing"), "one of angular_momentum"),
         ((tmp_path / "x.exe",), "x.exe must end in .png, .pdf, .svg"),

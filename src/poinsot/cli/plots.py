@@ -30,8 +30,16 @@ KINDS = (
 )
 """What can be drawn of a result: the functions of `poinsot.plot` that need no more than a motion."""
 
-OPTIONS = {"other": "--with", "orbit": "--orbit", "degrees": "--degrees"}
+OPTIONS = {
+    "other": "--with",
+    "orbit": "--orbit",
+    "angle_unit": "--angle-unit",
+    "rate_unit": "--rate-unit",
+    "time_unit": "--time-unit",
+}
 """Of the command, by the arguments that they are."""
+
+Member = Annotated[int | None, typer.Option(min=0, help="Which member of an ensemble, from 0; default: all.")]
 
 PICTURES = (".png", ".pdf", ".svg")
 
@@ -54,7 +62,12 @@ def plot(
     orbit: Annotated[
         int | None, typer.Option(min=1, help="Which orbit, for --kind roll_pitch_yaw, if there are several: 1, 2, ...")
     ] = None,
-    degrees: Annotated[bool, typer.Option("--degrees", help="Angles in degrees instead of radians.")] = False,
+    angle_unit: Annotated[str | None, typer.Option(help="Of angles: deg (default), rad, mrad, arcmin, arcsec.")] = None,
+    rate_unit: Annotated[
+        str | None, typer.Option(help="Of angular velocities, such as deg/s, mrad/h, rpm; default: rad.")
+    ] = None,
+    time_unit: Annotated[str | None, typer.Option(help="Of times: s, min, h, d, yr; default: the result's.")] = None,
+    member: Member = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Draw a result, as the functions of `poinsot.plot` do.
@@ -63,21 +76,24 @@ def plot(
 
     - `poinsot plot top.nc`: q and Q, in top-quaternions.png
     - `poinsot plot top.nc top.pdf --kind polhode`
+    - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
     """
     with sentences():
         checked_result(file)
         path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
         check_new(path, overwrite)
-        _check_options(kind, {"other": other, "orbit": orbit, "degrees": degrees})
+        units = {"angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
+        _check_options(kind, {"other": other, "orbit": orbit, **units})
         with busy(f"Reading {file}"):
-            motion = _loaded(file)
-        tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, degrees=degrees))
+            motion = _loaded(file, member)
+        tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, **units))
 
 
 def view(
-    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr) of one body.")],
+    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
     page: Annotated[Path | None, typer.Argument(help="Ends in .html; default: beside the result.")] = None,
+    member: Member = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Write a page that plays a result in three dimensions, in any browser, without a network.
@@ -94,7 +110,7 @@ def view(
         if path.suffix != ".html":
             raise ValueError(f"{path} must end in .html, but it does not.")
         with busy(f"Reading {file}"):
-            motion = _loaded(file)
+            motion = _loaded(file, member)
         tell(viewed(motion, path, overwrite))
 
 
@@ -148,19 +164,17 @@ def _wanted(kind: str) -> Iterable[str]:
 
 
 def _arguments(
-    kind: str, motion: Any, other: Path | None = None, orbit: int | None = None, degrees: bool = False
+    kind: str, motion: Any, other: Path | None = None, orbit: int | None = None, **units: str | None
 ) -> dict[str, Any]:
     """Return the arguments of a function of the package, by their names, from a motion and the options."""
     made: dict[str, Callable[[], Any]] = {
         "motion": lambda: motion,
-        "body": lambda: motion.system.body,
-        "state": lambda: motion,
         "other": lambda: _loaded(other),
         "orbit": lambda: _orbit(motion, orbit),
         "title": lambda: motion.provenance.get("title") or "",
     }
     given = {name: made[name]() for name in _wanted(kind) if name in made}
-    return given | ({"degrees": True} if degrees else {})
+    return given | {name: unit for name, unit in units.items() if unit is not None}
 
 
 def _orbit(motion: Any, number: int | None) -> Any:
@@ -178,7 +192,8 @@ def _orbit(motion: Any, number: int | None) -> Any:
     return found[number - 1]
 
 
-def _loaded(file: Any) -> Any:
+def _loaded(file: Any, member: int | None = None) -> Any:
     from poinsot.files.netcdf import load
 
-    return load(checked_result(file))
+    motion = load(checked_result(file))
+    return motion if member is None else motion.member(member)

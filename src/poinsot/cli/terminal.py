@@ -82,6 +82,9 @@ COMMAND_WORDS = (
     (r"^other must have the times of motion", "--with must have the times of the result"),
     (r"must come with a scenario", "must come with --scenario"),
     (r"^(scenario|zero|frame) must go with", r"--\1 must go with"),
+    (r"^(angle|rate|time)_unit must", r"--\1-unit must"),
+    (r"^member must", "--member must"),
+    (r" Take one: motion\.member\(0\)\.$", " --member 0 takes one."),
     (r" Propagate to the same times, or motion with dense=True\.$", " `poinsot run` both with the same times."),
 )
 """What Python calls an argument, and what the command line does."""

@@ -13,6 +13,7 @@ from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
+from poinsot.plot.panels import one_panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,6 +40,8 @@ def branch(
     branch: Branch | Sequence[Branch],
     quantity: Callable[[PeriodicMotion], float],
     labels: tuple[str, str],
+    *,
+    ax: Axes | None = None,
     title: str = "",
 ) -> Axes:
     """Draw a quantity of the motions of a branch, or of several, over the parameter.
@@ -51,6 +54,8 @@ def branch(
         A number: an angle of the start, the amplitude over the period.
     labels : pair of str
         Of the axes, with units: ("eccentricity", "amplitude [deg]").
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
     title : str
 
     Returns
@@ -63,14 +68,8 @@ def branch(
     TypeError, ValueError
         If something else comes.
     """
-    import matplotlib.pyplot as plt
-
-    from poinsot.plot.figure import TextFigure
-
     branches = _checked(branch, quantity, labels)
-    shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}
-    axes: Axes
-    figure, axes = plt.subplots(**shape)
+    axes = one_panel(ax, (8, 4.5), title)
     named: set[str] = set()
 
     def name(label: str) -> str | None:
@@ -90,8 +89,6 @@ def branch(
     axes.set_ylabel(labels[1])
     axes.grid(alpha=0.25)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(named), frameon=False)
-    if title:
-        figure.suptitle(title)
     return axes
 
 

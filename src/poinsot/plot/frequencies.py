@@ -1,4 +1,4 @@
-"""The lines of a signal as stems over their frequencies, and what is left of it."""
+"""The lines of a signal as stems over their frequencies, and the residual."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 from poinsot.analysis.line_spectrum import LineSpectrum
 from poinsot.checked import checked
 from poinsot.mechanics.parameters import described
-from poinsot.plot.labels import BLUE, VERMILION, bracketed, rate_label
+from poinsot.plot.labels import BLUE, VERMILION, bracketed, rate_unit_of
+from poinsot.plot.panels import named_above, one_panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,8 +25,16 @@ DIGITS = 10
 
 
 @checked
-def spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title: str = "") -> Axes:
-    """Draw the amplitudes of the lines of one signal against their frequencies, and the level of what is left.
+def spectrum(
+    spectrum: LineSpectrum,
+    *,
+    ax: Axes | None = None,
+    time: str = "1",
+    unit: str = "1",
+    rate_unit: str | None = None,
+    title: str = "",
+) -> Axes:
+    """Draw the amplitudes of the lines of one signal against their frequencies, and the RMS residual.
 
     The strongest five have their frequency above them, the error of the last digit in brackets: 0.4713945(2) stands
     for 0.4713945 +- 0.0000002; without brackets all ten digits are certain. Bars are as wide as the errors.
@@ -34,8 +43,12 @@ def spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title:
     ----------
     spectrum : LineSpectrum
         Of one signal, from `frequencies`.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
     time, unit : str
-        CF units of the time and of the signal, such as "s" and "rad".
+        CF units of the time and of the signal, such as "s" and "rad", which a spectrum does not know.
+    rate_unit : str, optional
+        Of the frequencies: "deg/s", "rev/d", ...; an angle alone is per unit of time. Default: "rad".
     title : str
 
     Returns
@@ -48,10 +61,6 @@ def spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title:
     TypeError, ValueError
         If it is no spectrum, or one of several signals.
     """
-    import matplotlib.pyplot as plt
-
-    from poinsot.plot.figure import TextFigure
-
     if not isinstance(spectrum, LineSpectrum):
         raise TypeError(f"spectrum must be a LineSpectrum, got {described(spectrum)}.")
     if spectrum.frequencies.ndim != 1:
@@ -59,25 +68,25 @@ def spectrum(spectrum: LineSpectrum, *, time: str = "1", unit: str = "1", title:
             f"spectrum must be of one signal, got frequencies of shape {spectrum.frequencies.shape}. "
             "Take the signal to draw apart alone."
         )
-    shape: Any = {"figsize": (8, 4.5), "layout": "constrained", "FigureClass": TextFigure}
-    axes: Axes = plt.subplots(**shape)[1]
-    nu, size, residual = spectrum.frequencies, np.abs(spectrum.amplitudes), float(spectrum.residual)
+    axes, rate = one_panel(ax, (8, 4.5)), rate_unit_of({"time": time}, rate_unit)
+    nu, errors = rate.factor * spectrum.frequencies, rate.factor * spectrum.errors
+    size, residual = np.abs(spectrum.amplitudes), float(spectrum.residual)
     heights = np.append(size, residual)
     floor = np.min(heights[heights > 0], initial=1.0) / 10
     axes.vlines(nu, floor, size, color=BLUE, linewidth=1)
-    axes.errorbar(nu, size, xerr=spectrum.errors, fmt="o", color=BLUE, markersize=4, label="lines")
+    axes.errorbar(nu, size, xerr=errors, fmt="o", color=BLUE, markersize=4, label="lines")
     if residual > 0:
-        axes.axhline(residual, color=VERMILION, linestyle="--", label="root mean square of what is left")
+        axes.axhline(residual, color=VERMILION, linestyle="--", label="RMS residual")
     beside: Any = {"textcoords": "offset points", "ha": "center", "fontsize": "small"}
     for line in range(min(NAMED, nu.size)):
-        words = _written(float(nu[line]), float(spectrum.errors[line]))
+        words = _written(float(nu[line]), float(errors[line]))
         axes.annotate(words, (nu[line], size[line]), (0, 5), **beside)
     axes.set_yscale("log")
     axes.set_ylim(floor, 10 * np.max(size, initial=10 * floor))
     axes.margins(x=0.15)
-    axes.set_xlabel(f"frequency{rate_label({'time': time})}")
+    axes.set_xlabel(f"frequency{rate.label}")
     axes.set_ylabel(f"amplitude{bracketed(unit)}")
-    axes.set_title(title, pad=28)
+    named_above(axes, title)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     axes.grid(alpha=0.25)
     return axes

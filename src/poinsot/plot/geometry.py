@@ -12,7 +12,19 @@ from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_ra
 from poinsot.checked import checked
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.mechanics.parameters import described
-from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, checked_motion, instant, rate_label
+from poinsot.plot.labels import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    VERMILION,
+    Unit,
+    checked_motion,
+    instant,
+    rate_unit_of,
+    time_unit_of,
+)
+from poinsot.plot.panels import one_panel
 from poinsot.plot.solids import (
     Ellipsoid,
     Solid,
@@ -47,7 +59,15 @@ YELLOW = "#F0E442"
 
 
 @checked
-def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: ArrayLike | None = None) -> Axes3D:
+def poinsot_construction(
+    motion: Trajectory,
+    time_index: int = -1,
+    *,
+    view: ArrayLike | None = None,
+    ax: Axes3D | None = None,
+    rate_unit: str | None = None,
+    time_unit: str | None = None,
+) -> Axes3D:
     """Draw Poinsot's construction at one instant: the inertia ellipsoid rolling on the invariable plane.
 
     The ellipsoid omega . I omega = 2T, fixed in the body, touches the plane omega . G = 2T, fixed in space, at
@@ -57,11 +77,17 @@ def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: Arra
     Parameters
     ----------
     motion : Trajectory
-        Free of torques. Units on the axes are those of its system; G is not to scale.
+        Free of torques. G is not to scale.
     time_index : int
         Which of its times; the last by default.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; (20, -60) by default.
+    ax : matplotlib Axes, optional
+        Where to draw, in 3D; default: a new figure.
+    rate_unit : str, optional
+        "deg/s", "rpm", ...; an angle alone is per unit of time of the system. Default: "rad".
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Where the system names its unit of time; default: that one.
 
     Returns
     -------
@@ -76,22 +102,31 @@ def poinsot_construction(motion: Trajectory, time_index: int = -1, *, view: Arra
     motion = _torque_free(motion)
     index = _checked_index(time_index, motion.times.size)
     upright, (moments, axes) = _upright(motion), principal(motion.system.body)
-    omega, g = motion.omega_space @ upright.T, motion.angular_momentum_body[index] @ axes
+    unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
+    omega, g = unit.factor * motion.omega_space @ upright.T, unit.factor * motion.angular_momentum_body[index] @ axes
     turned = upright @ rotation_matrix(motion.quaternion[index]) @ axes
     eye = view_direction(VIEW if view is None else view)
-    panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index)}")
-    solid = Solid(panel, Ellipsoid(turned, np.sqrt(2 * motion.kinetic_energy[index] / moments)), eye)
+    panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index, time)}", ax)
+    semiaxes = unit.factor * np.sqrt(2 * motion.kinetic_energy[index] / moments)
+    solid = Solid(panel, Ellipsoid(turned, semiaxes), eye)
     for pole in np.eye(3):
         solid.curve(solid.ellipsoid.section(pole), GREY, 0.6)
     solid.curve(_polhode(moments, g) @ turned.T, BLUE, 1.8, "polhode, on the inertia ellipsoid")
     _draw_invariable_plane(solid, omega, index, herpolhode_radii(moments, g))
-    label_axes(panel, _upright_labels(motion))
-    legend(panel)
+    label_axes(panel, _upright_labels(unit))
+    legend(panel, ax is None)
     return panel
 
 
 @checked
-def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes3D:
+def polhode(
+    motion: Trajectory,
+    *,
+    view: ArrayLike | None = None,
+    ax: Axes3D | None = None,
+    rate_unit: str | None = None,
+    time_unit: str | None = None,
+) -> Axes3D:
     """Draw the path of omega along the body axes, on the ellipsoid omega . I omega = 2T.
 
     Thin lines are other polhodes of the same energy, the black ones the separatrices. Where forces change
@@ -101,9 +136,15 @@ def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes3D:
     Parameters
     ----------
     motion : Trajectory
-        The path is the line through its samples, the dot the last of them. Units are those of its system.
+        The path is the line through its samples, the dot the last of them.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; by default the last sample is in front.
+    ax : matplotlib Axes, optional
+        Where to draw, in 3D; default: a new figure.
+    rate_unit : str, optional
+        "deg/s", "rpm", ...; an angle alone is per unit of time of the system. Default: "rad".
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Where the system names its unit of time; default: that one.
 
     Returns
     -------
@@ -116,11 +157,12 @@ def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes3D:
         If it is no trajectory of one body, or has no samples, or is at rest.
     """
     motion = _turning(motion)
-    omega, energy = motion.omega_body, motion.kinetic_energy
+    unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
+    omega, energy = unit.factor * motion.omega_body, unit.factor**2 * motion.kinetic_energy
     moments, axes = principal(motion.system.body)
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
-    panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes")
-    path, last = r"path of $\omega$", f"at {instant(motion, -1)}"
+    panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes", ax)
+    path, last = r"path of $\omega$", f"at {instant(motion, -1, time)}"
     if np.ptp(energy) <= CONSTANT * np.max(energy):
         solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy[-1] / moments)), eye)
         _draw_polhodes(solid, moments, energy[-1])
@@ -135,13 +177,15 @@ def polhode(motion: Trajectory, *, view: ArrayLike | None = None) -> Axes3D:
         margin = np.maximum(0.05 * (high - low), 0.1 * np.max(high - low) or 0.1 * np.max(np.abs(omega)))
         low, high = low - margin, high + margin
     fit(panel, low, high, zoom_of(eye, high - low))
-    label_axes(panel, [rf"$\omega_{i}${rate_label(motion.system.units)}" for i in (1, 2, 3)])
-    legend(panel)
+    label_axes(panel, [rf"$\omega_{i}${unit.label}" for i in (1, 2, 3)])
+    legend(panel, ax is None)
     return panel
 
 
 @checked
-def herpolhode(motion: Trajectory) -> Axes:
+def herpolhode(
+    motion: Trajectory, *, ax: Axes | None = None, rate_unit: str | None = None, time_unit: str | None = None
+) -> Axes:
     """Draw the path of omega in the invariable plane, between the two circles that bound it.
 
     With k the axis that the polhode encircles and D = 2T/G^2, the circles about the line of G have the radii
@@ -152,6 +196,12 @@ def herpolhode(motion: Trajectory) -> Axes:
     ----------
     motion : Trajectory
         Free of torques. The path is the line through its samples, the dot the last of them.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    rate_unit : str, optional
+        "deg/s", "rpm", ...; an angle alone is per unit of time of the system. Default: "rad".
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Where the system names its unit of time; default: that one.
 
     Returns
     -------
@@ -163,23 +213,20 @@ def herpolhode(motion: Trajectory) -> Axes:
     TypeError, ValueError
         If it is no trajectory of one body, or G is zero or not constant to 1e-6.
     """
-    import matplotlib.pyplot as plt
-
-    from poinsot.plot.figure import TextFigure
-
     motion = _torque_free(motion)
-    omega = motion.omega_space @ _upright(motion).T
+    unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
+    omega = unit.factor * motion.omega_space @ _upright(motion).T
     moments, axes = principal(motion.system.body)
-    radii = herpolhode_radii(moments, motion.angular_momentum_body[-1] @ axes)
-    _, panel = plt.subplots(figsize=(5.6, 5.8), layout="constrained", FigureClass=TextFigure)
+    radii = herpolhode_radii(moments, unit.factor * motion.angular_momentum_body[-1] @ axes)
+    panel = one_panel(ax, (5.6, 5.8))
     for radius in radii:
         panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
     draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")
-    panel.plot(*omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, -1)}")
+    panel.plot(*omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, -1, time)}")
     panel.plot(0, 0, "+", color=BLACK, markersize=9, label=r"$\mathbf{G}$, towards the eye")
     room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))
     panel.set(xlim=(-room, room), ylim=(-room, room), aspect="equal")
-    across_x, across_y, _ = _upright_labels(motion)
+    across_x, across_y, _ = _upright_labels(unit)
     panel.set(xlabel=across_x, ylabel=across_y)
     panel.locator_params(nbins=7)
     panel.grid(alpha=0.25)
@@ -235,12 +282,11 @@ def _circle(radius: float) -> tuple[Array, Array]:
     return radius * np.cos(angle), radius * np.sin(angle)
 
 
-def _upright_labels(motion: Trajectory) -> list[str]:
-    unit = rate_label(motion.system.units)
+def _upright_labels(unit: Unit) -> list[str]:
     return [
-        rf"$\omega_x \perp \mathbf{{G}}${unit}",
-        rf"$\omega_y \perp \mathbf{{G}}${unit}",
-        rf"$\omega_z \parallel \mathbf{{G}}${unit}",
+        rf"$\omega_x \perp \mathbf{{G}}${unit.label}",
+        rf"$\omega_y \perp \mathbf{{G}}${unit.label}",
+        rf"$\omega_z \parallel \mathbf{{G}}${unit.label}",
     ]
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.system import System
+from poinsot.propagation.dataset import calendar_of
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 
 __all__ = [
     "BLACK",
@@ -17,19 +19,26 @@ __all__ = [
     "GREEN",
     "GREY",
     "VERMILION",
+    "Unit",
+    "angle_unit_of",
     "bracketed",
     "checked_motion",
     "energy_unit",
     "instant",
     "momentum_unit",
     "rate_label",
+    "rate_unit_of",
     "time_label",
+    "time_unit_of",
 ]
 
 BLACK, BLUE, VERMILION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
 """Four colours of Okabe and Ito: told apart by all eyes."""
 
 GREY = "#8C8C8C"
+
+TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
+"""In seconds; the year is the Julian one."""
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -44,6 +53,62 @@ def checked_motion(motion: Any, name: str = "motion") -> Trajectory:
             f"Take one: {name}.member(0)."
         )
     return motion
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit on an axis: the factor from the numbers of a motion, and how it is written."""
+
+    factor: float
+    written: str
+
+    @property
+    def label(self) -> str:
+        """The unit in brackets: " [rad s⁻¹]"."""
+        return bracketed(self.written)
+
+
+def time_unit_of(units: Mapping[str, str], chosen: str | None) -> Unit:
+    """Return the unit of an axis of time: that of the system unless another is chosen."""
+    if chosen is None or chosen == units["time"]:
+        return Unit(1.0, units["time"])
+    return Unit(_seconds("time_unit", units) / TIME_UNITS[_known("time_unit", chosen, TIME_UNITS)], chosen)
+
+
+def angle_unit_of(chosen: str) -> Unit:
+    """Return the unit of an axis of angles."""
+    return Unit(1 / ANGLE_UNITS[_known("angle_unit", chosen, ANGLE_UNITS)], chosen)
+
+
+def rate_unit_of(units: Mapping[str, str], chosen: str | None) -> Unit:
+    """Return the unit of an angular velocity: "deg/s", "rpm"; an angle alone is per unit of time of the system."""
+    angle, _, per = "/".join(NAMED_RATES.get(chosen or "rad", (chosen or "rad",))).partition("/")
+    if angle not in ANGLE_UNITS or per not in ("", *TIME_UNITS):
+        raise ValueError(
+            f"rate_unit must be rpm, or an angle ({', '.join(ANGLE_UNITS)}) alone or over a time "
+            f"({', '.join(TIME_UNITS)}) as in 'deg/s', got {chosen!r}."
+        )
+    time = 1.0 if per in ("", units["time"]) else TIME_UNITS[per] / _seconds("rate_unit", units)
+    if chosen in NAMED_RATES:
+        return Unit(time / ANGLE_UNITS[angle], chosen)
+    counted = per or units["time"]
+    written = f"{angle} / unit of time" if counted == "1" else f"{angle} {counted}-1"
+    return Unit(time / ANGLE_UNITS[angle], written)
+
+
+def _known(name: str, unit: str, units: Mapping[str, float]) -> str:
+    if unit not in units:
+        raise ValueError(f"{name} must be one of {', '.join(units)}, got {unit!r}.")
+    return unit
+
+
+def _seconds(name: str, units: Mapping[str, str]) -> float:
+    if units["time"] not in TIME_UNITS:
+        raise ValueError(
+            f"{name} must be left out where the unit of time of the system has no known length, got one. "
+            "System(..., units={'time': 's'}) names it."
+        )
+    return TIME_UNITS[units["time"]]
 
 
 def momentum_unit(units: Mapping[str, str]) -> str:
@@ -61,22 +126,21 @@ def _inertia_over_time(units: Mapping[str, str], power: int) -> str:
     return " ".join(unit for unit in (units["inertia"], per_time) if unit != "1") or "1"
 
 
-def time_label(system: System, calendar: Calendar | None = None) -> str:
-    """Return the label of an axis of time: "time [s] since 2029-04-13 TDB", by the orbits unless a calendar is said."""
-    calendar = calendar or system.calendar
+def time_label(motion: Trajectory, unit: Unit) -> str:
+    """Return the label of an axis of time: "time [s] since 2029-04-13 TDB", by the orbits or the file."""
+    calendar = calendar_of(motion)
     since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
-    return f"time{bracketed(system.units['time'])}{since}"
+    return f"time{unit.label}{since}"
 
 
 def rate_label(units: Mapping[str, str]) -> str:
     """Return the unit of angular velocity in brackets: " [rad s⁻¹]"."""
-    return " [rad / unit of time]" if units["time"] == "1" else bracketed(f"rad {units['time']}-1")
+    return rate_unit_of(units, None).label
 
 
-def instant(motion: Trajectory, index: int) -> str:
+def instant(motion: Trajectory, index: int, unit: Unit) -> str:
     """Return one of the times of a motion in words: "time 12.5 s"."""
-    unit = motion.system.units["time"]
-    return f"time {motion.times[index]:.6g}" + ("" if unit == "1" else f" {unit}")
+    return f"time {unit.factor * motion.times[index]:.6g}" + ("" if unit.written == "1" else f" {unit.written}")
 
 
 def bracketed(unit: str) -> str:

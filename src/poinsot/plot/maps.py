@@ -12,10 +12,13 @@ from poinsot.analysis.chaos import ChaosIndicators
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array
 from poinsot.mechanics.parameters import described
-from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, bracketed
+from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, time_unit_of
+from poinsot.plot.panels import one_panel, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    Pair = Sequence[Axes] | NDArray[Any] | None
 
 __all__ = ["chaos", "map"]
 
@@ -37,8 +40,9 @@ def map(  # noqa: A001
     y_label: str = "",
     label: str = "",
     *,
-    centre: float | None = None,
+    center: float | None = None,
     limits: tuple[float, float] | None = None,
+    ax: Axes | None = None,
     title: str = "",
 ) -> Axes:
     """Draw a map of an indicator over a grid.
@@ -51,10 +55,12 @@ def map(  # noqa: A001
         Row after row, as the members of `np.meshgrid(x, y)`, ravelled, come. NaN is drawn grey.
     x_label, y_label, label : str
         Of the axes and of the values, with their units.
-    centre : float, optional
+    center : float, optional
         A value that is drawn white, with purple below and orange above: 2 for MEGNO. Default: dark to light.
     limits : pair of floats, optional
-        Values at the ends of the colours. Default: what holds 98 % of the values, and the centre.
+        Values at the ends of the colours. Default: what holds 98 % of the values, and the center.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
     title : str
 
     Returns
@@ -63,13 +69,23 @@ def map(  # noqa: A001
     """
     columns, rows = (_monotonic(name, axis) for name, axis in (("x", x), ("y", y)))
     grid = _grid(values, (rows.size, columns.size))
-    centre = None if centre is None else float(real_array("centre", centre, ()))
-    low, high = _limits(grid, centre) if limits is None else _checked_limits(limits, centre)
-    return _drawn(columns, rows, grid, (low, high, centre), (x_label, y_label, label), title)
+    center = None if center is None else float(real_array("center", center, ()))
+    low, high = _limits(grid, center) if limits is None else _checked_limits(limits, center)
+    panel = one_panel(ax, (7, 5))
+    _draw(panel, (columns, rows, grid), (low, high, center), label)
+    panel.set(xlabel=x_label, ylabel=y_label, title=title)
+    return panel
 
 
 @checked
-def chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -> NDArray[Any]:
+def chaos(
+    found: ChaosIndicators,
+    labels: Sequence[str] = (),
+    *,
+    axes: Pair = None,
+    time_unit: str | None = None,
+    title: str = "",
+) -> NDArray[Any]:
     """Draw the mean MEGNO (left) and the fast Lyapunov indicator (right) against the time from the start.
 
     Parameters
@@ -78,6 +94,10 @@ def chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -
         Of one body or an ensemble at several times; up to seven members have colours of their own.
     labels : sequence of str
         What the members are called.
+    axes : pair of matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Where the system names its unit of time; default: that one.
     title : str
 
     Returns
@@ -89,12 +109,13 @@ def chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -
     curves = [np.atleast_2d(part) for part in (found.mean_megno, found.fli)]
     if labels and len(labels) != len(curves[0]):
         raise ValueError(f"labels must name each of {len(curves[0])} members, got {len(labels)}.")
-    left, right = panels = _panels(2, (11, 4))
-    since = np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), curves[0].shape)
-    for panel, values in zip(panels, curves, strict=True):
+    left, right = drawn = panels(axes, 2, (11, 4), title)
+    unit = time_unit_of(found.system.units, time_unit)
+    since = unit.factor * np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), curves[0].shape)
+    for panel, values in zip(drawn, curves, strict=True):
         for i, (time, curve) in enumerate(zip(since, values, strict=True)):
             panel.plot(time, curve, **_style(i, len(values)), label=labels[i] if labels else None)
-        panel.set_xlabel(f"time from the start{bracketed(found.system.units['time'])}")
+        panel.set_xlabel(f"time from the start{unit.label}")
         panel.grid(alpha=0.25)
         if labels:
             panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(len(labels), 4), frameon=False)
@@ -102,9 +123,7 @@ def chaos(found: ChaosIndicators, labels: Sequence[str] = (), title: str = "") -
     left.set_ylabel("mean MEGNO")
     right.set_xscale("log")
     right.set_ylabel("fast Lyapunov indicator")
-    if title:
-        left.figure.suptitle(title)
-    return panels
+    return drawn
 
 
 def _style(i: int, members: int) -> dict[str, Any]:
@@ -113,39 +132,19 @@ def _style(i: int, members: int) -> dict[str, Any]:
     return {"color": COLOURS[i], "linewidth": 1.1}
 
 
-def _panels(count: int, size: tuple[float, float]) -> NDArray[Any]:
-    import matplotlib.pyplot as plt
-
-    from poinsot.plot.figure import TextFigure
-
-    options: Any = {"figsize": size, "layout": "constrained", "squeeze": False}
-    axes = plt.subplots(1, count, FigureClass=TextFigure, **options)[1]
-    return np.asarray(axes[0])
-
-
-def _drawn(
-    x: Array,
-    y: Array,
-    grid: Array,
-    scale: tuple[float, float, float | None],
-    labels: tuple[str, str, str],
-    title: str,
-) -> Axes:
+def _draw(
+    panel: Axes, map_of: tuple[Array, Array, Array], scale: tuple[float, float, float | None], label: str
+) -> None:
     from matplotlib.colors import Normalize, TwoSlopeNorm
 
-    low, high, centre = scale
-    panel: Axes = _panels(1, (7, 5))[0]
-    norm = Normalize(low, high) if centre is None else TwoSlopeNorm(centre, low, high)
-    colours = ONE_SIDED if centre is None else TWO_SIDED
+    (x, y, grid), (low, high, center) = map_of, scale
+    norm = Normalize(low, high) if center is None else TwoSlopeNorm(center, low, high)
+    colours = ONE_SIDED if center is None else TWO_SIDED
     mesh = panel.pcolormesh(x, y, grid, norm=norm, cmap=colours, shading="nearest", rasterized=True)
     panel.set_facecolor(GREY)
-    panel.set_xlabel(labels[0])
-    panel.set_ylabel(labels[1])
-    panel.set_title(title)
-    bar = panel.figure.colorbar(mesh, ax=panel, label=labels[2], extend=_beyond(grid, low, high))
-    if centre is not None:
-        bar.set_ticks(sorted({low, centre, high, 0.5 * (low + centre), 0.5 * (centre + high)}))
-    return panel
+    bar = panel.figure.colorbar(mesh, ax=panel, label=label, extend=_beyond(grid, low, high))
+    if center is not None:
+        bar.set_ticks(sorted({low, center, high, 0.5 * (low + center), 0.5 * (center + high)}))
 
 
 def _beyond(grid: Array, low: float, high: float) -> str:
@@ -153,20 +152,20 @@ def _beyond(grid: Array, low: float, high: float) -> str:
     return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
 
 
-def _limits(grid: Array, centre: float | None) -> tuple[float, float]:
-    """Return what holds nearly all of the values and has the centre inside."""
+def _limits(grid: Array, center: float | None) -> tuple[float, float]:
+    """Return what holds nearly all of the values and has the center inside."""
     known = grid[np.isfinite(grid)]
     low, high = (float(end) for end in np.percentile(known, [1, 99]))
-    middle = low if centre is None else centre
+    middle = low if center is None else center
     room = 0.1 * max(high - low, abs(middle), 1e-300)
-    return (low, max(high, low + room)) if centre is None else (min(low, centre - room), max(high, centre + room))
+    return (low, max(high, low + room)) if center is None else (min(low, center - room), max(high, center + room))
 
 
-def _checked_limits(limits: tuple[float, float], centre: float | None) -> tuple[float, float]:
+def _checked_limits(limits: tuple[float, float], center: float | None) -> tuple[float, float]:
     low, high = real_array("limits", limits, (2,))
-    inside = low < high if centre is None else low < centre < high
+    inside = low < high if center is None else low < center < high
     if not inside:
-        around = "" if centre is None else f" around {centre:g}"
+        around = "" if center is None else f" around {center:g}"
         raise ValueError(f"limits must rise{around}, got ({low:g}, {high:g}).")
     return float(low), float(high)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from poinsot.analysis.sections import Section
 from poinsot.checked import checked
 from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
+from poinsot.plot.panels import one_panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,13 +24,15 @@ INK = 3e4
 
 
 @checked
-def section(section: Section, title: str = "") -> Axes:
+def section(section: Section, *, ax: Axes | None = None, title: str = "") -> Axes:
     """Draw the points of a section; neighbouring members have different colours.
 
     Parameters
     ----------
     section : Section
         Labels of the axes are its own.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
     title : str
 
     Returns
@@ -42,14 +45,9 @@ def section(section: Section, title: str = "") -> Axes:
     TypeError
         If it is no section.
     """
-    import matplotlib.pyplot as plt
-
-    from poinsot.plot.figure import TextFigure
-
     if not isinstance(section, Section):
         raise TypeError(f"section must be a Section, got {described(section)}.")
-    shape: Any = {"figsize": (7, 6), "layout": "constrained", "FigureClass": TextFigure}
-    axes: Axes = plt.subplots(**shape)[1]
+    axes = one_panel(ax, (7, 6))
     points = np.isfinite(section.x)
     size = float(np.clip(INK / max(int(np.count_nonzero(points)), 1), 0.1, 6.0))
     for k, colour in enumerate(COLOURS):

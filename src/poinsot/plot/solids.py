@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.polhodes import TURN
 from poinsot.errors import real_array
+from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import GREY
 
 __all__ = [
@@ -136,18 +137,36 @@ def right_and_up(eye: Array) -> tuple[Array, Array]:
     return right, np.cross(eye, right)
 
 
-def solid_axes(eye: Array, title: str) -> Any:
-    """Return 3D axes seen from a direction, in which artists are painted in their given order."""
+def solid_axes(eye: Array, title: str, ax: Any = None) -> Any:
+    """Return 3D axes, a new figure's or those given, seen from a direction; artists are painted as they come."""
+    axes = _new_axes(title) if ax is None else _given_axes(title, ax)
+    axes.view_init(np.degrees(np.arcsin(eye[2])), np.degrees(np.arctan2(eye[1], eye[0])))
+    axes.disable_mouse_rotation()
+    return axes
+
+
+def _new_axes(title: str) -> Any:
     import matplotlib.pyplot as plt
 
     from poinsot.plot.figure import TextFigure
 
     figure = plt.figure(figsize=(6.4, 6.8), FigureClass=TextFigure)
-    axes: Any = figure.add_axes((0, 0.07, 1, 0.84), projection="3d", computed_zorder=False, proj_type="ortho")
-    axes.view_init(np.degrees(np.arcsin(eye[2])), np.degrees(np.arctan2(eye[1], eye[0])))
-    axes.disable_mouse_rotation()
     figure.suptitle(title, y=0.98, fontsize=11)
-    return axes
+    return figure.add_axes((0, 0.07, 1, 0.84), projection="3d", computed_zorder=False, proj_type="ortho")
+
+
+def _given_axes(title: str, ax: Any) -> Any:
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
+
+    if not isinstance(ax, Axes3D):
+        raise TypeError(
+            f"ax must be 3D axes of matplotlib, got {described(ax)}. They come from plt.subplots(subplot_kw="
+            '{"projection": "3d"}).'
+        )
+    ax.computed_zorder = False
+    ax.set_proj_type("ortho")
+    ax.set_title(title, fontsize=11)
+    return ax
 
 
 def fit(axes: Any, low: Array, high: Array, zoom: float) -> None:
@@ -179,11 +198,14 @@ def label_axes(axes: Any, labels: Sequence[str]) -> None:
     axes.grid(visible=False)
 
 
-def legend(axes: Any) -> None:
+def legend(axes: Any, own_figure: bool) -> None:
     """Put the legend below the picture."""
     if axes.get_legend_handles_labels()[0]:
-        style = {"fontsize": 9, "columnspacing": 1.2, "handlelength": 1.5, "handletextpad": 0.5}
-        axes.figure.legend(loc="lower center", ncols=5, frameon=False, **style)
+        style: Any = {"fontsize": 9, "columnspacing": 1.2, "handlelength": 1.5, "handletextpad": 0.5, "frameon": False}
+        if own_figure:
+            axes.figure.legend(loc="lower center", ncols=5, **style)
+        else:
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2, **style)
 
 
 # ---------------------------------------------------------------------- parts

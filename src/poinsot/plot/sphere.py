@@ -12,7 +12,7 @@ from poinsot.checked import checked
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State
-from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, checked_motion, instant
+from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, checked_motion, instant, time_unit_of
 from poinsot.plot.solids import Ellipsoid, Solid, fit, legend, solid_axes, view_direction
 from poinsot.propagation.trajectory import Trajectory
 
@@ -28,7 +28,12 @@ UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
 
 @checked
 def momentum_sphere(
-    body: Body | Trajectory, state: State | Trajectory | None = None, *, view: ArrayLike | None = None
+    motion: Trajectory | Body,
+    state: State | None = None,
+    *,
+    view: ArrayLike | None = None,
+    ax: Axes3D | None = None,
+    time_unit: str | None = None,
 ) -> Axes3D:
     """Draw the unit sphere of directions g/G of the angular momentum, with the curves of equal energy.
 
@@ -38,14 +43,17 @@ def momentum_sphere(
 
     Parameters
     ----------
-    body : Body or Trajectory
-        The sphere is drawn in its principal axes, numbered as its moments are. A trajectory alone is its body with
-        its path.
-    state : State or Trajectory, optional
-        A state is marked with its curve, and so is each of an array of states; a trajectory by its path and
-        its last sample. With forces the path crosses the curves.
+    motion : Trajectory or Body
+        A trajectory is drawn by its path and its last sample on the sphere of its body; with forces the path crosses
+        the curves. The sphere is in the principal axes, numbered as the moments are.
+    state : State, optional
+        It is marked with its curve, and so is each of an array of states.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; by default towards the separatrices, the state in front.
+    ax : matplotlib Axes, optional
+        Where to draw, in 3D; default: a new figure.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Where the system names its unit of time; default: that one.
 
     Returns
     -------
@@ -55,26 +63,24 @@ def momentum_sphere(
     Raises
     ------
     TypeError, ValueError
-        If an argument is not of its kind, is an ensemble, is at rest, or a trajectory is of another body.
+        If an argument is not of its kind, is an ensemble, or is at rest.
     """
-    if isinstance(body, Trajectory) and state is None:
-        state = checked_motion(body)
-    turning = _one_body(body.system.body if isinstance(body, Trajectory) else body)
-    moments, axes = principal(turning)
-    n = _directions(turning, state) @ axes
-    eye = _facing(moments, n[-1] if len(n) else np.ones(3)) if view is None else view_direction(view)
-    panel: Axes3D = solid_axes(eye, _title(moments))
+    path = checked_motion(motion) if isinstance(motion, Trajectory) else None
+    moments, axes = principal(_one_body(motion if path is None else path.system.body))
+    n, marked = _directions("motion", path) @ axes, _directions("state", state) @ axes
+    shown = np.concatenate([marked, n])
+    eye = _facing(moments, shown[-1] if len(shown) else np.ones(3)) if view is None else view_direction(view)
+    panel: Axes3D = solid_axes(eye, _title(moments), ax)
     solid = Solid(panel, UNIT_SPHERE, eye)
     _draw_modes(solid, moments)
-    if isinstance(state, Trajectory):
+    _draw_states(solid, moments, marked)
+    if path is not None:
         solid.curve(n, GREEN, 2.2, "motion")
-        solid.mark(n[-1], GREEN, f"at {instant(state, -1)}")
-    else:
-        _draw_states(solid, moments, n)
+        solid.mark(n[-1], GREEN, f"at {instant(path, -1, time_unit_of(path.system.units, time_unit))}")
     _draw_axes(panel, moments, eye)
     fit(panel, np.full(3, -1.0), np.full(3, 1.0), zoom=1.2)
     panel.set_axis_off()
-    legend(panel)
+    legend(panel, ax is None)
     return panel
 
 
@@ -121,16 +127,16 @@ def _draw_axes(panel: Any, moments: Array, eye: Array) -> None:
 # ---------------------------------------------------------------------- what is drawn
 
 
-def _directions(body: Body, state: Any) -> Array:
-    """Return the directions of g that a state or a trajectory has, along the body axes; shape (n, 3)."""
+def _directions(name: str, state: State | Trajectory | None) -> Array:
+    """Return the directions of g that states or a trajectory have, along the body axes; shape (n, 3)."""
     if state is None:
         return np.empty((0, 3))
-    g = np.atleast_2d(_checked_state(body, state).angular_momentum_body)
+    g = np.atleast_2d(state.angular_momentum_body)
     if not g.size:
-        raise ValueError("state must have times to draw, but it has none.")
+        raise ValueError(f"{name} must have times to draw, but it has none.")
     G = np.linalg.norm(g, axis=-1, keepdims=True)
     if not np.all(G):
-        raise ValueError("state must have an angular momentum, but g = 0. A body at rest has no direction to draw.")
+        raise ValueError(f"{name} must have an angular momentum, but g = 0. A body at rest has no direction to draw.")
     return np.asarray(g / G)
 
 
@@ -146,21 +152,10 @@ def _facing(moments: Array, n: Array) -> Array:
 
 def _one_body(body: Any) -> Body:
     if not isinstance(body, Body):
-        raise TypeError(f"body must be a Body, got {described(body)}. The order is momentum_sphere(body, state).")
+        raise TypeError(f"motion must be a Trajectory or a Body, got {described(body)}.")
     if np.ndim(body.moments) != 1:
-        raise ValueError(f"body must be one body, got an ensemble of {len(body.moments)} members.")
+        raise ValueError(f"motion must be of one body, got an ensemble of {len(body.moments)} members.")
     return body
-
-
-def _checked_state(body: Body, state: Any) -> State | Trajectory:
-    if isinstance(state, State):
-        return state
-    if not isinstance(state, Trajectory):
-        raise TypeError(f"state must be a State or a Trajectory, got {described(state)}.")
-    other = checked_motion(state, "state").system.body
-    if not np.allclose(body.inertia, other.inertia, rtol=0, atol=1e-12 * np.max(body.inertia)):
-        raise ValueError(f"state must be a motion of {body!r}, got one of {other!r}. Pass motion.system.body.")
-    return state
 
 
 # ---------------------------------------------------------------------- words

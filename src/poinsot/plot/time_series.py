@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,17 +23,22 @@ from poinsot.plot.labels import (
     BLUE,
     GREEN,
     VERMILION,
+    Unit,
+    angle_unit_of,
     bracketed,
     energy_unit,
     momentum_unit,
-    rate_label,
+    rate_unit_of,
     time_label,
+    time_unit_of,
 )
-from poinsot.propagation.dataset import calendar_of
+from poinsot.plot.panels import one_panel, panels
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    Pair = Sequence[Axes] | NDArray[Any] | None
 
 __all__ = [
     "angular_momentum",
@@ -59,6 +65,11 @@ COLUMNS = 1500
 """Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
 SAME_INSTANT = 5e-7
 """Seconds: times in files of dates are rounded by less, to a nanosecond or to what SPICE counts."""
+WIDE, NARROW = (11.0, 4.0), (8.0, 4.0)
+"""Inches of figures with two panels and with one."""
+MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
+SAMPLE, CHARACTER = 0.4, 0.06
+"""Inches of a legend: of a sample of a line, and of a letter."""
 TURN = 2 * np.pi
 LOCKED = np.radians(85)
 """Of pitch, from which on roll and yaw tell little."""
@@ -69,7 +80,9 @@ BROKEN = 0.4
 
 
 @checked
-def quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
+def quaternions(
+    motion: Trajectory, *, axes: Pair = None, time_unit: str | None = None, title: str = ""
+) -> NDArray[Any]:
     """Draw the four components of q (left) and of Q (right) against time, as in the paper's figures.
 
     Parameters
@@ -77,8 +90,11 @@ def quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
     motion : Trajectory
         Units on the axes are those of its system. Of an ensemble the median of the members is drawn, with bands
         between the quartiles and between the 5th and the 95th percentile, as in all pictures against time.
+    axes : pair of matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Of the axis, where the system names its unit of time; default: that one.
     title : str
-        Above both panels.
 
     Returns
     -------
@@ -98,12 +114,21 @@ def quaternions(motion: Trajectory, title: str = "") -> NDArray[Any]:
             "Euler parameters $q$": _named("$q_{}$", motion.quaternion, 0),
             momenta: _named("$Q_{}$", motion.conjugate_momenta, 0),
         },
-        title,
+        panels(axes, 2, WIDE, title),
+        time_unit,
     )
 
 
 @checked
-def euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: bool = False, title: str = "") -> Axes:
+def euler_angles(
+    motion: Trajectory,
+    sequence: str = "313",
+    *,
+    ax: Axes | None = None,
+    angle_unit: str = "deg",
+    time_unit: str | None = None,
+    title: str = "",
+) -> Axes:
     """Draw Euler angles, without jumps by whole turns.
 
     Parameters
@@ -112,8 +137,12 @@ def euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: bool = F
         One, or an ensemble, whose members start within half a turn of each other.
     sequence : str
         Any of the 12, as `State.euler` takes it.
-    degrees : bool
-        On the axis; radians otherwise.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    angle_unit : {"deg", "rad", "mrad", "arcmin", "arcsec", "rev"}
+        Of the axis.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Of the axis, where the system names its unit of time; default: that one.
     title : str
 
     Returns
@@ -129,11 +158,21 @@ def euler_angles(motion: Trajectory, sequence: str = "313", *, degrees: bool = F
     motion = _checked(motion)
     angles = _euler_angles(motion.quaternion, sequence)
     names = [f"$\\alpha_{i + 1}$ about axis {axis}" for i, axis in enumerate(sequence)]
-    return _single(motion, f"Euler angles {'-'.join(sequence)}", _angles(names, angles, degrees), title, degrees)
+    unit = angle_unit_of(angle_unit)
+    label = f"Euler angles {'-'.join(sequence)}{unit.label}"
+    return _single(motion, label, _angles(names, angles, unit), one_panel(ax, NARROW, title), time_unit)
 
 
 @checked
-def roll_pitch_yaw(motion: Trajectory, orbit: Orbit | None = None, *, degrees: bool = True, title: str = "") -> Axes:
+def roll_pitch_yaw(
+    motion: Trajectory,
+    orbit: Orbit | None = None,
+    *,
+    ax: Axes | None = None,
+    angle_unit: str = "deg",
+    time_unit: str | None = None,
+    title: str = "",
+) -> Axes:
     """Draw roll, pitch and yaw from the axes of an orbit, of one motion within half a turn.
 
     They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
@@ -146,8 +185,12 @@ def roll_pitch_yaw(motion: Trajectory, orbit: Orbit | None = None, *, degrees: b
         One, or an ensemble, whose members start within half a turn of each other.
     orbit : Orbit, optional
         With a frame: radial, transverse, normal. By default the orbit of the system, if there is one and no other.
-    degrees : bool
-        On the axis; radians otherwise.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    angle_unit : {"deg", "rad", "mrad", "arcmin", "arcsec", "rev"}
+        Of the axis.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Of the axis, where the system names its unit of time; default: that one.
     title : str
 
     Returns
@@ -164,25 +207,40 @@ def roll_pitch_yaw(motion: Trajectory, orbit: Orbit | None = None, *, degrees: b
         raise TypeError(f"orbit must be an Orbit, got {described(orbit)}.")
     frame = (_only_orbit(motion) if orbit is None else orbit).frame
     angles = _roll_pitch_yaw(motion.relative_to(frame).quaternion)
-    names = ("roll", "pitch", "yaw")
+    names, unit = ("roll", "pitch", "yaw"), angle_unit_of(angle_unit)
+    panel, label = one_panel(ax, NARROW, title), f"attitude relative to the orbital frame{unit.label}"
     if angles.ndim > 2:
-        return _single(motion, "attitude from the orbit frame", _angles(names, angles, degrees), title, degrees)
+        return _single(motion, label, _angles(names, angles, unit), panel, time_unit)
     angles = np.pi + EDGE - np.mod(np.pi + EDGE - angles, TURN)
-    curves = dict(zip(names, (np.degrees(angles) if degrees else angles).T, strict=True))
-    panel = _single(motion, "attitude from the orbit frame", curves, title, degrees)
-    _break(panel, BROKEN * (360 if degrees else TURN))
-    _shade(panel, motion.times, np.abs(angles[:, 1]) > LOCKED, "near gimbal lock")
+    before = len(panel.lines)
+    _single(motion, label, dict(zip(names, unit.factor * angles.T, strict=True)), panel, time_unit)
+    _break(panel.lines[before:], BROKEN * TURN * unit.factor)
+    times = time_unit_of(motion.system.units, time_unit).factor * motion.times
+    _shade(panel, times, np.abs(angles[:, 1]) > LOCKED, "near gimbal lock")
     return panel
 
 
 @checked
-def angular_velocity(motion: Trajectory, title: str = "") -> NDArray[Any]:
+def angular_velocity(
+    motion: Trajectory,
+    *,
+    axes: Pair = None,
+    rate_unit: str | None = None,
+    time_unit: str | None = None,
+    title: str = "",
+) -> NDArray[Any]:
     """Draw the inertial angular velocity along the body axes (left) and along the space axes (right).
 
     Parameters
     ----------
     motion : Trajectory
         One, or an ensemble.
+    axes : pair of matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    rate_unit : str, optional
+        "deg/s", "mrad/h", "rpm", ...; an angle alone is per unit of time of the system. Default: "rad".
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Of the axis, where the system names its unit of time; default: that one.
     title : str
 
     Returns
@@ -190,25 +248,33 @@ def angular_velocity(motion: Trajectory, title: str = "") -> NDArray[Any]:
     array (2,) of matplotlib Axes
     """
     motion = _checked(motion)
-    unit = rate_label(motion.system.units)
+    unit = rate_unit_of(motion.system.units, rate_unit)
+    body, space = unit.factor * motion.omega_body, unit.factor * motion.omega_space
     return _panels(
         motion,
         {
-            f"rate along the body axes{unit}": _named(r"$\omega_{}$", motion.omega_body, 1),
-            f"rate along the space axes{unit}": _named(r"$\omega_{{s{}}}$", motion.omega_space, 1),
+            f"angular velocity, body axes{unit.label}": _named(r"$\omega_{}$", body, 1),
+            f"angular velocity, space axes{unit.label}": _named(r"$\omega_{{s{}}}$", space, 1),
         },
-        title,
+        panels(axes, 2, WIDE, title),
+        time_unit,
     )
 
 
 @checked
-def angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
+def angular_momentum(
+    motion: Trajectory, *, axes: Pair = None, time_unit: str | None = None, title: str = ""
+) -> NDArray[Any]:
     """Draw the angular momentum along the body axes (left) and along the space axes (right).
 
     Parameters
     ----------
     motion : Trajectory
         One, or an ensemble.
+    axes : pair of matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Of the axis, where the system names its unit of time; default: that one.
     title : str
 
     Returns
@@ -220,15 +286,16 @@ def angular_momentum(motion: Trajectory, title: str = "") -> NDArray[Any]:
     return _panels(
         motion,
         {
-            f"momentum along the body axes{unit}": _named("$g_{}$", motion.angular_momentum_body, 1),
-            f"momentum along the space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
+            f"angular momentum, body axes{unit}": _named("$g_{}$", motion.angular_momentum_body, 1),
+            f"angular momentum, space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
         },
-        title,
+        panels(axes, 2, WIDE, title),
+        time_unit,
     )
 
 
 @checked
-def drift(motion: Trajectory, title: str = "") -> Axes:
+def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
     """Draw how far the conserved quantities are from where they started, on a log axis.
 
     They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named.
@@ -237,6 +304,10 @@ def drift(motion: Trajectory, title: str = "") -> Axes:
     ----------
     motion : Trajectory
         One, or an ensemble.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Of the axis, where the system names its unit of time; default: that one.
     title : str
 
     Returns
@@ -252,14 +323,22 @@ def drift(motion: Trajectory, title: str = "") -> Axes:
     curves = {
         name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), FLOOR)) for name, drift in drifts.items()
     }
-    panel = _single(motion, "relative drift", curves, title)
+    panel = _single(motion, "relative drift", curves, one_panel(ax, NARROW, title), time_unit)
     panel.set_yscale("log")
     panel.set_ylim(bottom=0.8 * FLOOR)
     return panel
 
 
 @checked
-def difference(motion: Trajectory, other: Trajectory, *, degrees: bool = False, title: str = "") -> Axes:
+def difference(
+    motion: Trajectory,
+    other: Trajectory,
+    *,
+    ax: Axes | None = None,
+    angle_unit: str = "deg",
+    time_unit: str | None = None,
+    title: str = "",
+) -> Axes:
     """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
 
     Parameters
@@ -267,8 +346,12 @@ def difference(motion: Trajectory, other: Trajectory, *, degrees: bool = False, 
     motion, other : Trajectory
         Each one or an ensemble, at equal times (in files of dates they are rounded: half a microsecond apart is equal);
         or `motion` has dense output over the times of `other`.
-    degrees : bool
-        On the axis; radians otherwise.
+    ax : matplotlib Axes, optional
+        Where to draw; default: a new figure.
+    angle_unit : {"deg", "rad", "mrad", "arcmin", "arcsec", "rev"}
+        Of the axis.
+    time_unit : {"s", "min", "h", "d", "yr"}, optional
+        Of the axis, where the system names its unit of time; default: that one.
     title : str
 
     Returns
@@ -282,11 +365,12 @@ def difference(motion: Trajectory, other: Trajectory, *, degrees: bool = False, 
         If their times differ, and there is no dense output.
     """
     motion, other = _checked(motion), _checked(other, "other")
+    unit = angle_unit_of(angle_unit)
     angle = np.asarray(rotation_angle(_attitudes_at(motion, other), other.quaternion))
-    angle = np.degrees(angle) if degrees else angle
     smallest = np.min(angle, where=angle > 0, initial=np.inf)
-    angle = np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
-    panel = _single(other, f"difference of attitude{_angle_unit(degrees)}", {"": angle}, title)
+    angle = unit.factor * np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
+    label = f"difference of attitude{unit.label}"
+    panel = _single(other, label, {"": angle}, one_panel(ax, NARROW, title), time_unit)
     panel.set_yscale("log")
     return panel
 
@@ -383,9 +467,8 @@ def _roll_pitch_yaw(q: Array) -> Array:
     return angles
 
 
-def _angles(names: Sequence[str], angles: Array, degrees: bool) -> dict[str, Array]:
-    unwrapped = _unwrapped(np.moveaxis(angles, -1, 0))
-    return dict(zip(names, np.degrees(unwrapped) if degrees else unwrapped, strict=True))
+def _angles(names: Sequence[str], angles: Array, unit: Unit) -> dict[str, Array]:
+    return dict(zip(names, unit.factor * _unwrapped(np.moveaxis(angles, -1, 0)), strict=True))
 
 
 def _unwrapped(angles: Array) -> Array:
@@ -402,40 +485,30 @@ def _unwrapped(angles: Array) -> Array:
     return np.asarray(np.where(known, smooth - smooth[..., :1] + start, np.nan))
 
 
-def _angle_unit(degrees: bool) -> str:
-    return " [deg]" if degrees else " [rad]"
-
-
 # ---------------------------------------------------------------------- how it is drawn
 
 
-def _single(
-    motion: Trajectory, label: str, curves: Mapping[str, Array], title: str, degrees: bool | None = None
-) -> Axes:
-    unit = "" if degrees is None else _angle_unit(degrees)
-    panel: Axes = _panels(motion, {label + unit: curves}, title)[0]
+def _single(motion: Trajectory, label: str, curves: Mapping[str, Array], panel: Axes, time_unit: str | None) -> Axes:
+    _panels(motion, {label: curves}, np.array([panel]), time_unit)
     return panel
 
 
-def _panels(motion: Trajectory, panels: Mapping[str, Mapping[str, Array]], title: str) -> NDArray[Any]:
-    """Draw panels side by side, each with its label and its named curves."""
-    import matplotlib.pyplot as plt
-
-    from poinsot.plot.figure import TextFigure
-
-    size: Any = {"figsize": (11 if len(panels) > 1 else 8, 4), "layout": "constrained"}
-    figure, axes = plt.subplots(1, len(panels), sharex=True, squeeze=False, FigureClass=TextFigure, **size)
-    for panel, (label, curves) in zip(axes[0], panels.items(), strict=True):
-        for number, (name, values) in enumerate(curves.items()):
+def _panels(
+    motion: Trajectory, drawn: Mapping[str, Mapping[str, Array]], axes: NDArray[Any], time_unit: str | None
+) -> NDArray[Any]:
+    """Draw named curves into panels, each with its label, and return the panels."""
+    unit = time_unit_of(motion.system.units, time_unit)
+    times, label = unit.factor * motion.times, time_label(motion, unit)
+    for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
+        for number, (name, values) in enumerate(curves.items(), len(panel.lines)):
             style = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
-            _draw(panel, motion.times, values, label=name, **style)
-        _dress(panel, motion, label, len([name for name in curves if name]))
-    members = [values for curves in panels.values() for values in curves.values() if values.ndim > 1]
+            _draw(panel, times, values, label=name, **style)
+        panel.set(xlabel=label, ylabel=quantity)
+        _dress(panel, times.size)
+    members = [values for curves in drawn.values() for values in curves.values() if values.ndim > 1]
     if members:
-        figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
-    if title:
-        figure.suptitle(title)
-    return np.asarray(axes[0])
+        axes[0].figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
+    return axes
 
 
 def _draw(panel: Axes, times: Array, values: Array, **style: Any) -> None:
@@ -460,9 +533,9 @@ def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
         panel.fill_between(times[starts], *edges, linewidth=0, **style)
 
 
-def _break(panel: Axes, jump: float) -> None:
+def _break(lines: Iterable[Any], jump: float) -> None:
     """Lift the pen where curves jump."""
-    for line in panel.lines:
+    for line in lines:
         x, y = (np.asarray(each, dtype=float) for each in line.get_data())
         after = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
         line.set_data(np.insert(x, after, x[after]), np.insert(y, after, np.nan))
@@ -477,7 +550,7 @@ def _shade(panel: Axes, times: Array, where: NDArray[np.bool_], label: str) -> N
     style: Any = {"linewidth": 0, "color": BLACK, "alpha": 0.12, "label": label}
     bars = list(zip(edges[begin], edges[end] - edges[begin], strict=True))
     panel.broken_barh(bars, (0, 1), transform=panel.get_xaxis_transform(), **style)
-    _legend(panel, len(panel.get_legend_handles_labels()[1]))
+    _legend(panel)
 
 
 def _complete(values: Array) -> Array:
@@ -513,17 +586,19 @@ def _seen(times: Array, values: Array) -> tuple[Array, Array]:
     return times[kept], values[kept]
 
 
-def _dress(panel: Axes, motion: Trajectory, label: str, names: int) -> None:
-    panel.set_xlabel(time_label(motion.system, calendar_of(motion)))
-    panel.set_ylabel(label)
-    if motion.times.size > 1:
-        panel.set_xlim(np.min(motion.times), np.max(motion.times))
-    panel.margins(y=0.08)
+def _dress(panel: Axes, count: int) -> None:
+    panel.margins(x=0 if count > 1 else None, y=0.08)
     panel.ticklabel_format(scilimits=PLAIN, useMathText=True)
     panel.grid(alpha=0.25)
-    if names:
-        _legend(panel, names)
+    _legend(panel)
 
 
-def _legend(panel: Axes, names: int) -> None:
-    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(names, 4), frameon=False)
+def _legend(panel: Axes) -> None:
+    names = panel.get_legend_handles_labels()[1]
+    if not names:
+        return
+    figure: Any = panel.get_figure(root=True)
+    width = panel.get_position().width * figure.get_figwidth()
+    longest = max(len(MARKUP.sub("", name)) for name in names)
+    room = max(1, int(width / (SAMPLE + CHARACTER * longest)))
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(len(names), 4, room), frameon=False)

@@ -264,7 +264,7 @@ def test_messages_come_after_a_while(monkeypatch, capsys):
 
 
 def test_picture_changes_its_line_where_stability_changes(branch):
-    axes = pt.plot.branch(branch, lambda motion: motion.period, ("moment [kg m²]", "period [s]"), "title")
+    axes = pt.plot.branch(branch, lambda motion: motion.period, ("moment [kg m²]", "period [s]"), title="title")
     solid, dashed, mark = axes.get_lines()
     (found,) = branch.bifurcations
     assert (solid.get_label(), solid.get_linestyle()) == ("stable", "-")

@@ -145,7 +145,7 @@ def test_the_picture_has_all_points_and_the_labels():
         0,
         labels=("t [s]", "rate"),
     )
-    axes = pt.plot.section(section, "title")
+    axes = pt.plot.section(section, title="title")
     drawn = np.concatenate([dots.get_offsets() for dots in axes.collections])
     seen = np.isfinite(section.x)
     assert sorted(map(tuple, drawn.tolist())) == sorted(

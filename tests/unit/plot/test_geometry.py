@@ -127,7 +127,7 @@ def test_lengths_on_paper_are_lengths_across_the_line_of_sight(rng):
     for axes in (
         pt.plot.poinsot_construction(motion),
         pt.plot.polhode(motion),
-        pt.plot.momentum_sphere(motion.system.body, motion),
+        pt.plot.momentum_sphere(motion),
     ):
         right, up = right_and_up(view_direction((axes.elev, axes.azim)))
         paper = np.stack(proj_transform(*x.T, axes.get_proj())[:2])
@@ -315,7 +315,7 @@ def test_a_motion_goes_along_its_curve_in_the_principal_axes():
     motion = motion_of(body)
     g = motion.angular_momentum_body @ body.principal_axes.as_matrix()
     n = g / np.linalg.norm(g, axis=-1, keepdims=True)
-    path = np.concatenate(drawn(pt.plot.momentum_sphere(body, motion), GREEN))
+    path = np.concatenate(drawn(pt.plot.momentum_sphere(motion), GREEN))
     between = np.linalg.norm(path[:, None] - n, axis=-1)
     assert max(np.max(np.min(between, axis=0)), np.max(np.min(between, axis=1))) < 1e-15
     curve = polhodes.energy_curve(body.moments, n[0])
@@ -333,10 +333,13 @@ def test_curves_of_a_symmetric_body_are_circles_of_latitude(name, axis, word):
     assert labels(axes) == [word, "fixed directions"]
 
 
-def test_a_motion_alone_is_drawn_on_the_sphere_of_its_body():
+def test_states_are_marked_beside_a_motion():
     motion = motion_of(BODIES["oblique"])
-    alone, both = pt.plot.momentum_sphere(motion), pt.plot.momentum_sphere(motion.system.body, motion)
-    assert [points(line).tolist() for line in alone.lines] == [points(line).tolist() for line in both.lines]
+    body, alone = motion.system.body, pt.plot.momentum_sphere(motion)
+    state = body.state((1, 0, 0, 0), omega_body=(1, 2, 3))
+    both, marked = pt.plot.momentum_sphere(motion, state), pt.plot.momentum_sphere(body, state)
+    assert set(labels(both)) == set(labels(alone)) | set(labels(marked))
+    assert len(both.lines) - len(alone.lines) == len(marked.lines) - len(pt.plot.momentum_sphere(body).lines)
 
 
 def test_a_spherical_body_has_no_curves_and_the_title_says_so():
@@ -438,7 +441,7 @@ def test_pictures_are_painted(kind):
         pt.plot.poinsot_construction,
         pt.plot.polhode,
         pt.plot.herpolhode,
-        lambda m: pt.plot.momentum_sphere(m.system.body, m),
+        pt.plot.momentum_sphere,
     )
     for plot in pictures:
         file = io.BytesIO()
@@ -454,7 +457,7 @@ REST = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0))
 FREE = pt.System(BODY)
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)))
 MANY = BODY.state([(1, 0, 0, 0)] * 3, omega_body=(0.4, -0.3, 0.6))
-ENSEMBLE = "must be of one body, got an ensemble of 3 members. Take one: {}.member(0)."
+ENSEMBLE = "motion must be of one body, got an ensemble of 3 members. Take one: motion.member(0)."
 NO_MOTION = "motion must be a Trajectory, got State."
 AT_REST = "motion must have an angular momentum, but g = 0. A body at rest has no axis of rotation."
 NO_TIMES = "motion must have times to draw, but it has none."
@@ -497,44 +500,34 @@ REFUSED = {
     "order": (
         lambda: pt.plot.momentum_sphere(START, BODY),
         TypeError,
-        "body must be a Body or a Trajectory, got State.",
+        "motion must be a Trajectory or a Body, got State.",
     ),
     "bodies": (
         lambda: pt.plot.momentum_sphere(pt.Body([(1, 1, 1)] * 3)),
         ValueError,
-        "body must be one body, got an ensemble of 3 members.",
+        "motion must be of one body, got an ensemble of 3 members.",
     ),
-    "state": (
-        lambda: pt.plot.momentum_sphere(BODY, (1, 0, 0)),
-        TypeError,
-        "state must be a State or a Trajectory, got tuple.",
-    ),
+    "state": (lambda: pt.plot.momentum_sphere(BODY, (1, 0, 0)), TypeError, "state must be a State, got tuple."),
     "state_at_rest": (
         lambda: pt.plot.momentum_sphere(BODY, REST),
         ValueError,
         "state must have an angular momentum, but g = 0. A body at rest has no direction to draw.",
     ),
-    "state_ensemble": (
-        lambda: pt.plot.momentum_sphere(BODY, free(MANY)),
-        ValueError,
-        f"state {ENSEMBLE.format('state')}",
-    ),
-    "state_empty": (
-        lambda: pt.plot.momentum_sphere(BODY, EMPTY),
-        ValueError,
-        "state must have times to draw, but it has none.",
-    ),
-    "another_body": (
-        lambda: pt.plot.momentum_sphere(pt.Body((1, 1, 1)), free()),
-        ValueError,
-        "state must be a motion of Body(moments=[1.0, 1.0, 1.0]), got one of Body(moments=[1.25, 1.0, 0.75]). "
-        "Pass motion.system.body.",
+    "sphere_ensemble": (lambda: pt.plot.momentum_sphere(free(MANY)), ValueError, ENSEMBLE),
+    "sphere_empty": (lambda: pt.plot.momentum_sphere(EMPTY), ValueError, NO_TIMES),
+    "flat axes": (
+        lambda: pt.plot.polhode(free(), ax=plt.figure().add_subplot()),
+        TypeError,
+        'ax must be 3D axes of matplotlib, got Axes. They come from plt.subplots(subplot_kw={"projection": "3d"}).',
     ),
 }
 for plot in (pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.herpolhode):
     REFUSED[f"{plot.__name__}_state"] = (lambda plot=plot: plot(START), TypeError, NO_MOTION)
-    sentence = f"motion {ENSEMBLE.format('motion')}"
-    REFUSED[f"{plot.__name__}_ensemble"] = (lambda plot=plot: plot(free(MANY)), ValueError, sentence)
+    REFUSED[f"{plot.__name__}_ensemble"] = (
+        lambda plot=plot: plot(free(MANY)),
+        ValueError,
+        ENSEMBLE,
+    )
     REFUSED[f"{plot.__name__}_rest"] = (lambda plot=plot: plot(free(REST)), ValueError, AT_REST)
     REFUSED[f"{plot.__name__}_empty"] = (lambda plot=plot: plot(EMPTY), ValueError, NO_TIMES)
 

@@ -28,7 +28,7 @@ def bar(panel):
 
 @pytest.mark.parametrize("values", [VALUES, VALUES.ravel()], ids=["grid", "members"])
 def test_a_map_has_the_values_where_they_belong(values):
-    panel = pt.plot.map(X, Y, values, "angle [deg]", "rate", "MEGNO", centre=2, limits=(0, 10), title="A moon")
+    panel = pt.plot.map(X, Y, values, "angle [deg]", "rate", "MEGNO", center=2, limits=(0, 10), title="A moon")
     (mesh,) = panel.collections
     shown = np.ma.filled(np.ma.reshape(mesh.get_array(), (2, 3)), np.nan)
     np.testing.assert_array_equal(shown, VALUES)
@@ -49,7 +49,7 @@ def test_limits_by_default_hold_nearly_all_values():
     (mesh,) = pt.plot.map(np.arange(101), Y, values).collections
     assert mesh.norm.vmin == pytest.approx(1, abs=0.05)
     assert mesh.norm.vmax == pytest.approx(3, abs=0.05)
-    (mesh,) = pt.plot.map(np.arange(101), Y, values, centre=7).collections
+    (mesh,) = pt.plot.map(np.arange(101), Y, values, center=7).collections
     low, high = mesh.get_clim()
     assert low < 3 < 7 < high
     (mesh,) = pt.plot.map(X, Y, np.full((2, 3), 4.0)).collections
@@ -65,7 +65,7 @@ def test_indicators_against_time(members):
     system = pt.System(BODY, pt.GravityGradient(ORBIT), units={"time": "s", "inertia": "kg m2"})
     found = pt.analysis.chaos_indicators(system, start, np.linspace(2, 30, 8), formulation="planar")
     names = ["one", "two", "three"] if members == (3,) else ()
-    left, right = pt.plot.chaos(found, names, "A moon")
+    left, right = pt.plot.chaos(found, names, title="A moon")
     curves = [line for line in left.lines if len(line.get_xdata()) == 8]
     assert len(curves) == len(right.lines) == (members[0] if members else 1)
     np.testing.assert_array_equal(curves[-1].get_xdata(), np.linspace(1, 29, 8))
@@ -87,7 +87,7 @@ def test_indicators_against_time(members):
         ((X[:1], Y, VALUES), {}, "x must be strictly monotonic with two values at least, got [0.]."),
         ((X, Y[[0, 0]], VALUES), {}, "y must be strictly monotonic with two values at least, got [10. 10.]."),
         ((X, Y, VALUES), {"limits": (3, 1)}, "limits must rise, got (3, 1)."),
-        ((X, Y, VALUES), {"limits": (3, 9), "centre": 2}, "limits must rise around 2, got (3, 9)."),
+        ((X, Y, VALUES), {"limits": (3, 9), "center": 2}, "limits must rise around 2, got (3, 9)."),
     ],
 )
 def test_bad_maps(arguments, options, sentence):

@@ -129,7 +129,7 @@ def test_a_single_time_is_drawn_as_points(name, motion, members):
 def test_backwards_in_time_the_axis_still_goes_forwards(motion):
     back = replaced(motion, motion.quaternion[::-1], TIMES[::-1])
     assert pt.plot.quaternions(back)[0].get_xlim() == (0, 6000)
-    there, and_back = (np.array(curves(pt.plot.euler_angles(each))) for each in (motion, back))
+    there, and_back = (np.array(curves(pt.plot.euler_angles(each, angle_unit="rad"))) for each in (motion, back))
     whole = (there[:, ::-1] - and_back) / (2 * np.pi)
     assert np.allclose(whole, np.round(whole[:, :1]), atol=1e-12)
 
@@ -146,7 +146,7 @@ def test_components_are_those_of_the_motion(motion):
 
 @pytest.mark.parametrize("degrees", [True, False])
 def test_angles_do_not_jump_and_come_back_to_the_attitude(motion, degrees):
-    axes = pt.plot.euler_angles(motion, "321", degrees=degrees)
+    axes = pt.plot.euler_angles(motion, "321", angle_unit="deg" if degrees else "rad")
     angles = np.array(curves(axes)).T
     assert labels(axes) == [f"Euler angles 3-2-1 [{'deg' if degrees else 'rad'}]"]
     assert np.max(np.abs(np.diff(angles, axis=0))) < (180 if degrees else np.pi)
@@ -157,12 +157,12 @@ def test_angles_do_not_jump_and_come_back_to_the_attitude(motion, degrees):
 def test_angles_start_within_the_first_turn(motion):
     flipped = replaced(motion, -motion.quaternion)
     for each in (motion, flipped):
-        assert np.all(np.abs(np.array(curves(pt.plot.euler_angles(each)))[:, 0]) < 2 * np.pi)
+        assert np.all(np.abs(np.array(curves(pt.plot.euler_angles(each, angle_unit="rad")))[:, 0]) < 2 * np.pi)
 
 
 def test_angles_have_a_gap_where_they_are_not_defined():
     free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.001, 0.002, 0.003)), TIMES)
-    angles = np.array(curves(pt.plot.euler_angles(free))).T
+    angles = np.array(curves(pt.plot.euler_angles(free, angle_unit="rad"))).T
     assert np.all(np.isnan(angles[0]))
     back = Rotation.from_euler("ZXZ", angles[1:])
     assert np.max((back.inv() * free.attitude[1:]).magnitude()) < 1e-14
@@ -210,7 +210,7 @@ def test_roll_pitch_yaw_goes_through_gimbal_lock(degrees):
     along = Rotation.from_quat(ORBIT.frame.quaternion(TIMES[:8]), scalar_first=True)
     q = (along * Rotation.from_quat(np.concatenate([begin, beyond]), scalar_first=True)).as_quat(scalar_first=True)
     motion = pt.propagate(SYSTEM, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0)), TIMES)
-    panel = pt.plot.roll_pitch_yaw(replaced(motion, q, TIMES[:8]), ORBIT, degrees=degrees)
+    panel = pt.plot.roll_pitch_yaw(replaced(motion, q, TIMES[:8]), ORBIT, angle_unit="deg" if degrees else "rad")
     roll, pitch, yaw = (x if degrees else np.degrees(x) for x in curves(panel))
     assert pitch == pytest.approx([0, 30, 60, 86, 90, 80, 40, 0], abs=1e-5)
     for angle in (roll, yaw):
@@ -271,14 +271,14 @@ def test_what_is_conserved_is_named_with_its_value_and_unit():
 
 def test_difference_is_the_angle_between_attitudes(motion):
     turned = pt.propagate(SYSTEM, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.00101)), TIMES)
-    drawn = curves(pt.plot.difference(motion, turned, degrees=True))[0]
+    drawn = curves(pt.plot.difference(motion, turned))[0]
     expected = np.degrees((motion.attitude.inv() * turned.attitude).magnitude())
     assert np.allclose(drawn[1:], expected[1:], rtol=1e-9)
 
 
 def test_times_that_a_file_of_dates_rounded_are_the_same_times(motion):
     near = replaced(motion, motion.quaternion, TIMES + 4e-7)
-    assert np.max(curves(pt.plot.difference(motion, near))) < 1e-15
+    assert np.max(curves(pt.plot.difference(motion, near, angle_unit="rad"))) < 1e-15
     with pytest.raises(ValueError, match=r"^other must have the times of motion, got 61 times"):
         pt.plot.difference(motion, replaced(motion, motion.quaternion, TIMES + 6e-7))
     unnamed = replaced(pt.propagate(pt.System(BODY), motion.initial, TIMES), motion.quaternion)
@@ -308,7 +308,7 @@ def test_difference_with_other_times_takes_the_dense_output(motion):
     dense = pt.propagate(SYSTEM, motion.initial, TIMES, dense=True)
     others = TIMES[:-1] + 37.0
     table = pt.propagate(SYSTEM, dense(37.0), others)
-    panel = pt.plot.difference(dense, table)
+    panel = pt.plot.difference(dense, table, angle_unit="rad")
     assert np.array_equal(panel.lines[0].get_xdata(), others)
     assert np.max(curves(panel)[0]) < 1e-13
 

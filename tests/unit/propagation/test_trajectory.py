@@ -1,7 +1,5 @@
 """What is read from a motion."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -238,16 +236,20 @@ def test_some_of_the_times(members, chosen):
     assert np.array_equal(members.isel(time=chosen, member=2).quaternion, members.quaternion[2, chosen])
 
 
+def comoving(motion):
+    return motion.environment.comoving
+
+
 def test_an_orbit_that_is_integrated_along_goes_with_its_member():
     path = pt.orbits.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4")
     point = path.path(offset=[(0.01, 0, 0), (0, 0.02, 0)]).from_secondary
     system = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(point))
     start = system.body.state([(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5)], omega_body=(0, 0, 1))
-    motion: Any = pt.propagate(system, start, TIMES, events=[pt.events.Apsis(point)])
-    assert motion.environment.comoving.shape[:2] == (2, 21)
+    motion = pt.propagate(system, start, TIMES, events=[pt.events.Apsis(point)])
+    assert comoving(motion).shape[:2] == (2, 21)
     for part, rows in ((motion.member(1), 1), (motion.isel(time=slice(2, 9), member=[1]), (slice(1, 2), slice(2, 9)))):
         assert np.array_equal(part.potential_energy, motion.potential_energy[rows])
-        assert np.array_equal(part.environment.comoving, motion.environment.comoving[rows])
+        assert np.array_equal(comoving(part), comoving(motion)[rows])
 
 
 def test_times_of_one_body(top, start):

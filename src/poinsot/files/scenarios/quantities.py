@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import re
 
 from poinsot.mechanics.calendar import SECONDS
+from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 
-__all__ = ["ANGLES", "quantity"]
-
-ANGLES = {
-    "rad": 1.0,
-    "mrad": 1e-3,
-    "deg": math.pi / 180,
-    "arcmin": math.pi / 10_800,
-    "arcsec": math.pi / 648_000,
-    "rev": 2 * math.pi,
-}
-"""In radians."""
-
-RATES = {"rpm": ("rev", "min")}
-"""Names of rates that are no quotient."""
+__all__ = ["quantity"]
 
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)\s*(?P<unit>[A-Za-z]+(\s*/\s*[A-Za-z]+)?)\s*"
@@ -55,16 +42,16 @@ EXAMPLES = {"angle": "'45 deg'", "rate": "'0.1 deg/s'", "time": "'8 h'"}
 
 def _factor(unit: str, kind: str, time_unit: str | None, text: str) -> float:
     if kind == "angle":
-        return ANGLES[_known(unit, ANGLES, kind, text)]
+        return ANGLE_UNITS[_known(unit, ANGLE_UNITS, kind, text)]
     if kind == "time":
         return SECONDS[_known(unit, SECONDS, kind, text)] / _seconds(time_unit, text)
-    angle, _, per = "/".join(RATES.get(unit, (unit,))).partition("/")
-    if angle not in ANGLES or per not in SECONDS:
+    angle, _, per = "/".join(NAMED_RATES.get(unit, (unit,))).partition("/")
+    if angle not in ANGLE_UNITS or per not in SECONDS:
         raise ValueError(
-            f"must be a rate: rpm, or an angle ({', '.join(ANGLES)}) over a time ({', '.join(SECONDS)}), "
+            f"must be a rate: rpm, or an angle ({', '.join(ANGLE_UNITS)}) over a time ({', '.join(SECONDS)}), "
             f"got {_short(text)}."
         )
-    return ANGLES[angle] * _seconds(time_unit, text) / SECONDS[per]
+    return ANGLE_UNITS[angle] * _seconds(time_unit, text) / SECONDS[per]
 
 
 def _known(unit: str, units: dict[str, float] | dict[str, int], kind: str, text: str) -> str:

@@ -1,0 +1,140 @@
+"""Every picture is drawn where it is told, returns where that is, and shows its numbers in the units that it says."""
+
+import inspect
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+
+import poinsot as pt
+from public_calls import BODY, START, free, public_calls
+
+mpl.use("Agg")
+
+SOLID = {"momentum_sphere", "poinsot_construction", "polhode"}
+SPHERE = "poinsot_construction"
+WRITTEN = {"deg": "deg", "mrad/d": "mrad d⁻¹"}
+TIMES_DRAWN = np.linspace(0.0, 100.0, 51)
+
+
+@pytest.fixture(autouse=True)
+def no_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory):
+    found = public_calls(tmp_path_factory.mktemp("calls"))
+    return {name: found[f"plot.{name}"] for name in pt.plot.__all__}
+
+
+def in_seconds(arguments):
+    """The argument that has units, in seconds."""
+    if "spectrum" in arguments:
+        return {"time": "s"}
+    if getattr(arguments.get("motion"), "system", None) is free().system:
+        return {"motion": pt.free_motion(BODY, START, TIMES_DRAWN, units={"time": "s"})}
+    return {}
+
+
+def axes_for(name):
+    solid = {"projection": "3d"} if name in SOLID else {}
+    return plt.subplots(1, 2, subplot_kw=solid)[1]
+
+
+def lines_of(drawn):
+    """The coordinates of every line, by panel."""
+    drawn = list(np.ravel(drawn))
+    lines = [[line for line in panel.lines if of_data(panel, line)] for panel in drawn]
+    return [[np.array(getattr(line, "_verts3d", line.get_data()), dtype=float) for line in part] for part in lines]
+
+
+def of_data(panel, line):
+    """Whether the coordinates of a line are those of the axes."""
+    return hasattr(line, "_verts3d") or line.get_transform() == panel.transData
+
+
+@pytest.mark.parametrize("name", pt.plot.__all__)
+def test_every_plot_draws_where_it_is_told(calls, name):
+    draw, arguments = calls[name]
+    given, several = axes_for(name), "axes" in inspect.signature(draw).parameters
+    place = {"axes": given} if several else {"ax": given[1]}
+    found = draw(**{**arguments, **place})
+    assert plt.get_fignums() == [given[0].figure.number]
+    assert list(found) == list(given) if several else found is given[1]
+    assert several or not given[0].has_data()
+    fresh = draw(**arguments)
+    assert type(fresh) is type(found)
+    assert isinstance(fresh, np.ndarray) == several
+    assert all(isinstance(panel, Axes) for panel in np.ravel(fresh))
+    pairs = list(zip(np.ravel(found), np.ravel(fresh), strict=True))
+    assert all(a.get_xlabel() == b.get_xlabel() and a.get_ylabel() == b.get_ylabel() for a, b in pairs)
+    assert name == "momentum_sphere" or all(b.get_xlabel() and b.get_ylabel() for _, b in pairs)
+    for one, other in zip(lines_of(found), lines_of(fresh), strict=True):
+        assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("name", pt.plot.__all__)
+def test_what_is_no_axes_is_refused(calls, name):
+    draw, arguments = calls[name]
+    several = "axes" in inspect.signature(draw).parameters
+    for wrong in (3, "ax", [1, 2], plt.figure()):
+        with pytest.raises(TypeError, match=r"^axes must be 2 Axes" if several else r"^ax must be (an|3D) (A|a)xes"):
+            draw(**{**arguments, ("axes" if several else "ax"): wrong})
+
+
+TIMES, RATES = {"h": 1 / 3600, "yr": 1 / 31557600}, {"deg": 180 / np.pi, "rpm": 30 / np.pi, "mrad/d": 86400e3}
+ANGLES = {"deg": 180 / np.pi, "rev": 0.5 / np.pi, "arcsec": 648000 / np.pi}
+AGAINST_TIME = {"angular_momentum", "angular_velocity", "chaos", "difference", "drift", "euler_angles", "quaternions"}
+X, Y, ALL = [0], [1], [0, 1, 2]
+SCALED = {
+    "time_unit": (TIMES, dict.fromkeys(AGAINST_TIME | {"roll_pitch_yaw", "uncertainty"}, X)),
+    "rate_unit": (RATES, {"angular_velocity": Y, "herpolhode": ALL, "polhode": ALL, "spectrum": X} | {SPHERE: ALL}),
+    "angle_unit": (ANGLES, {"difference": Y, "euler_angles": Y, "roll_pitch_yaw": Y, "uncertainty": Y}),
+}
+"""By option: units with the factors from seconds and radians, and which coordinates of which plots have them."""
+
+
+@pytest.mark.parametrize("option", SCALED)
+def test_units_scale_the_numbers_and_are_written_beside_them(calls, option):
+    units, plots = SCALED[option]
+    for name, coordinates in plots.items():
+        draw, arguments = calls[name]
+        base = {
+            **{key: value for key, value in arguments.items() if not key.endswith("_unit")},
+            **in_seconds(arguments),
+        }
+        base |= {"angle_unit": "rad"} if "angle_unit" in arguments else {}
+        plain = draw(**base)
+        for unit, factor in units.items():
+            plt.close("all")
+            found = draw(**{**base, option: unit})
+            before, after = (lines_of(np.ravel(each)[:1]) for each in (plain, found))
+            for one, other in zip(before[0], after[0], strict=True):
+                expected = [factor * x if i in coordinates else x for i, x in enumerate(one)]
+                for ours, theirs in zip(other, expected, strict=True):
+                    np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12 * np.nanmax(np.abs(theirs)))
+            panel = np.ravel(found)[0]
+            said = panel.get_ylabel() if coordinates == Y else panel.get_xlabel()
+            assert f"[{WRITTEN.get(unit, unit)}" in said, said
+
+
+def test_units_that_are_none_are_refused():
+    motion, unnamed = pt.free_motion(BODY, START, TIMES_DRAWN, units={"time": "s"}), free()
+    for call, sentence in (
+        (lambda: pt.plot.drift(motion, time_unit="weeks"), "time_unit must be one of s, min, h, d, yr, got 'weeks'."),
+        (
+            lambda: pt.plot.euler_angles(motion, angle_unit="h"),
+            "angle_unit must be one of rad, mrad, deg, arcmin, .*'h'.",
+        ),
+        (lambda: pt.plot.polhode(motion, rate_unit="rad/m"), "rate_unit must be rpm, or an angle .* got 'rad/m'."),
+        (lambda: pt.plot.polhode(motion, rate_unit="/s"), "rate_unit must be rpm, or an angle .* got '/s'."),
+        (lambda: pt.plot.drift(unnamed, time_unit="h"), "time_unit must be left out where the unit of time of the"),
+        (lambda: pt.plot.polhode(unnamed, rate_unit="rpm"), "rate_unit must be left out where the unit of time of the"),
+    ):
+        with pytest.raises(ValueError, match=f"^{sentence}"):
+            call()
+    assert pt.plot.polhode(unnamed, rate_unit="deg").get_xlabel() == r"$\omega_1$ [deg / unit of time]"
