@@ -66,7 +66,7 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise FileNotFoundError(f"path must be in a folder that exists, but there is no {path.parent}.")
     if path.exists() and not overwrite:
-        raise FileExistsError(f"path must be a new file, but {path} exists. overwrite=True replaces it.")
+        raise FileExistsError(f"{path} must be a new file, but it exists. overwrite=True replaces it.")
     for folder in path.parent.glob(PART.format("*")):
         if _is_left(folder):
             shutil.rmtree(folder, ignore_errors=True)

@@ -113,7 +113,7 @@ def test_words_are_those_of_the_command_line():
     for zero in ("2026", "2026-11-21T00:00:00 X", "yesterday UTC"):
         assert "--zero must be " in refused(*aem, "--frame", "ICRF", "--zero", zero)
     call("convert", "sat.nc", "sat.csv")
-    assert refused("convert", "sat.csv", "x.nc").startswith("sat.csv must come with --scenario to become a result")
+    assert refused("convert", "sat.csv", "x.nc").startswith("--scenario must be given to make a result of sat.csv")
     assert refused("convert", "sat.nc", "sat.csv") == (
         "sat.csv must be a new file, but it exists. --overwrite replaces it."
     )
@@ -145,10 +145,8 @@ def test_a_table_of_somebody_is_compared_with_a_motion(folder):
     assert (folder / "sat-difference.png").stat().st_size > 10_000
     pt.save(pt.free_motion(BODY, START, [0, 1, 2]), "other.nc")
     said = refused("plot", "sat.nc", "x.png", "--kind", "difference", "--with", "other.nc")
-    assert said.startswith(
-        "--with must have the times of the result, got 3 times from 0 to 2 and 31 times from 0 to 600"
-    )
-    assert said.endswith(". `poinsot run` both with the same times.")
+    assert said.startswith("--with must have the same times, got 3 times from 0 to 2 and 31 times from 0 to 600")
+    assert said.endswith(". Compute both at the same times, or the first with dense output.")
 
 
 @pytest.mark.usefixtures("folder")

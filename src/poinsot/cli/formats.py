@@ -72,9 +72,8 @@ def convert(
 ) -> None:
     """Convert between results and files of attitudes.
 
-    The formats of attitudes are {attitudes}. They have dates, and the name of the space axes: say
-    them where the result has none. The times of a result are those of its scenario, or from --zero, or else from the
-    first row.
+    The formats of attitudes are {attitudes}. They have dates, and the name of the space axes: say them where the result
+    has none. The times of a result are those of its scenario, or from --zero, or else from the first row.
 
     For example:
 

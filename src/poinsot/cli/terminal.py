@@ -66,28 +66,17 @@ SMALLEST = 65536
 
 RESULTS = (".nc", ".zarr")
 
-COMMAND_WORDS = (
-    (
-        r"^path must be a new file, but (.+) exists\..*",
-        r"\1 must be a new file, but it exists. --overwrite replaces it.",
-    ),
-    (r"overwrite=True", "--overwrite"),
-    (r"^reference_frame must", "--frame must"),
-    (r"reference_frame='(\w+)'(, or --frame \w+ on the command line,)?", r"--frame \1"),
-    (r"^calendar must", "--zero must"),
-    (r"calendar=Calendar\('([^']+)', '([^']+)'\)(, or --zero '[^']*' on the command line)?", r"--zero '\1 \2'"),
-    (r"^(zero|epoch) must (?!go)", "--zero must "),
-    (r"^scale must", "the scale in --zero must"),
-    (r"^motion must", "the result must"),
-    (r"^other must have the times of motion", "--with must have the times of the result"),
-    (r"must come with a scenario", "must come with --scenario"),
-    (r"^(scenario|zero|frame) must go with", r"--\1 must go with"),
-    (r"^(angle|rate|time)_unit must", r"--\1-unit must"),
-    (r"^member must", "--member must"),
-    (r" Take one: motion\.member\(0\)\.$", " --member 0 takes one."),
-    (r" Propagate to the same times, or motion with dense=True\.$", " `poinsot run` both with the same times."),
-)
-"""What Python calls an argument, and what the command line does."""
+OPTIONS = {
+    **{"overwrite": "--overwrite", "scenario": "--scenario", "other": "--with", "motion": "the result"},
+    **dict.fromkeys(("frame", "reference_frame"), "--frame"),
+    **dict.fromkeys(("zero", "epoch", "calendar"), "--zero"),
+    "scale": "the scale in --zero",
+    **{name: f"--{name.replace(chr(95), chr(45))}" for name in ("angle_unit", "rate_unit", "time_unit", "member")},
+}
+"""What the command line calls the arguments of functions."""
+
+KEYWORD = re.compile(r"\b(\w+)=(?:True|'(\w+)'|Calendar\('([^']+)', '([^']+)'\))")
+"""An argument as a hint writes it: overwrite=True, reference_frame='ICRF'."""
 
 
 def exit_statuses(**more: str) -> str:
@@ -203,10 +192,15 @@ def _sentence(error: Exception) -> str:
     """Return what an error says, in the words of the command line."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename or 'the output'} must be a file that can be used, but {_said(error)}."
-    text = str(error) or f"it ended in {type(error).__name__}."
-    for python, command in COMMAND_WORDS:
-        text = re.sub(python, command, text)
-    return text
+    name, _, rest = (str(error) or f"it ended in {type(error).__name__}.").partition(" ")
+    return KEYWORD.sub(_option, f"{OPTIONS.get(name, name) if rest.startswith('must ') else name} {rest}")
+
+
+def _option(keyword: re.Match[str]) -> str:
+    """Return an argument of a hint as the command line has it."""
+    name, text, date, scale = keyword.groups()
+    value = f" '{date} {scale}'" if date else f" {text}" if text else ""
+    return f"{OPTIONS[name]}{value}" if name in OPTIONS else keyword[0]
 
 
 def _said(error: OSError) -> str:

@@ -75,7 +75,7 @@ def _motion(
 ) -> Trajectory:
     """Return attitudes as a motion of the system in a scenario, counted as its times are."""
     if scenario is None:
-        raise ValueError(f"{source} must come with a scenario to become a result: it has neither body nor forces.")
+        raise ValueError(f"scenario must be given to make a result of {source}, which has neither body nor forces.")
     parts = Parts(read_text(scenario), str(scenario), whole=False, folder=Folder(Path(scenario).parent))
     system = parts.system()
     return _table(source, known, calendar or parts.calendar, frame).trajectory(system)

@@ -399,8 +399,8 @@ def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
         return motion.quaternion
     if not motion.has_dense_output:
         raise ValueError(
-            f"other must have the times of motion, got {_span(other)} and {_span(motion)}. "
-            "Propagate to the same times, or motion with dense=True."
+            f"other must have the same times, got {_span(other)} and {_span(motion)}. "
+            "Compute both at the same times, or the first with dense output."
         )
     return np.asarray(motion(other.times).quaternion)
 

@@ -279,10 +279,10 @@ def test_difference_is_the_angle_between_attitudes(motion):
 def test_times_that_a_file_of_dates_rounded_are_the_same_times(motion):
     near = replaced(motion, motion.quaternion, TIMES + 4e-7)
     assert np.max(curves(pt.plot.difference(motion, near, angle_unit="rad"))) < 1e-15
-    with pytest.raises(ValueError, match=r"^other must have the times of motion, got 61 times"):
+    with pytest.raises(ValueError, match=r"^other must have the same times, got 61 times"):
         pt.plot.difference(motion, replaced(motion, motion.quaternion, TIMES + 6e-7))
     unnamed = replaced(pt.propagate(pt.System(BODY), motion.initial, TIMES), motion.quaternion)
-    with pytest.raises(ValueError, match=r"^other must have the times of motion, got 61 times"):
+    with pytest.raises(ValueError, match=r"^other must have the same times, got 61 times"):
         pt.plot.difference(unnamed, near)
 
 
@@ -351,9 +351,7 @@ def test_a_vector_file_is_small_and_has_text(motion, tmp_path):
 
 def test_bad_input(motion):
     other = pt.propagate(SYSTEM, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.001)), TIMES[:9])
-    with pytest.raises(
-        ValueError, match=r"other must have the times of motion, got 9 times from 0 to 800 and 61 times"
-    ):
+    with pytest.raises(ValueError, match=r"other must have the same times, got 9 times from 0 to 800 and 61 times"):
         pt.plot.difference(motion, other)
     with pytest.raises(TypeError, match=r"orbit must be an Orbit, got OrbitFrame"):
         pt.plot.roll_pitch_yaw(motion, ORBIT.frame)

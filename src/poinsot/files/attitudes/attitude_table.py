@@ -235,7 +235,7 @@ def calendar_of(table: AttitudeTable) -> Calendar:
     if table.calendar is None:
         raise ValueError(
             "calendar must be given for a motion without one, got none. It says what instant t = 0 is: "
-            "calendar=Calendar('2026-11-21T00:00:00', 'UTC'), or --zero '2026-11-21T00:00:00 UTC' on the command line."
+            "calendar=Calendar('2026-11-21T00:00:00', 'UTC')."
         )
     return table.calendar
 
@@ -271,7 +271,7 @@ def _named(own: str, given: str | None, dated: bool) -> str:
     if dated and given is None and own == SPACE_AXES_UNNAMED:
         raise ValueError(
             "reference_frame must be given for a motion whose space axes have no name, got none. "
-            "reference_frame='ICRF', or --frame ICRF on the command line, says that they are the ICRF."
+            "reference_frame='ICRF' says that they are the ICRF."
         )
     if dated and (given or own) not in FRAMES:
         raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {given or own!r}.")

@@ -108,10 +108,10 @@ def _scenario_model(_: tuple[type, ...]) -> type[BaseModel]:
 # ------------------------------------------------------------------ tables
 
 
-def _created(name: str, **fields: Any) -> Any:
+def _created(model: str, /, **fields: Any) -> Any:
     """Return a model that refuses keys that it does not know."""
     create: Any = create_model
-    return create(name, __config__=STRICT, **fields)
+    return create(model, __config__=STRICT, **fields)
 
 
 def _one_of(names: Iterable[str]) -> Any:

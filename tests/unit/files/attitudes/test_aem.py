@@ -384,9 +384,7 @@ def test_orbits_give_calendar_and_frame(tmp_path):
 def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
     path = tmp_path / "m.aem"
     path.write_text("precious")
-    with pytest.raises(
-        FileExistsError, match=r"^path must be a new file, but .*m\.aem exists\. overwrite=True replaces"
-    ):
+    with pytest.raises(FileExistsError, match=r"m\.aem must be a new file, but it exists\. overwrite=True replaces"):
         pt.files.write_aem(MOTION, path, **NAMED)
     assert path.read_text() == "precious"
     monkeypatch.setattr("pathlib.Path.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
