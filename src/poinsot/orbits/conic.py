@@ -1,4 +1,4 @@
-"""What the two-body orbits of every kind have in common: a plane, a conic in it, and the axes carried along."""
+"""What the two-body orbits of every kind have in common: a plane, a conic in it, and comoving axes."""
 
 from __future__ import annotations
 
@@ -96,11 +96,11 @@ class ConicAxes(Axes):
 
     @override
     def environment(self, time: Scalar, variables: Any) -> Environment:
-        return _ConicSky(time, self, variables)
+        return _ConicEnvironment(time, self, variables)
 
     @override
     def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment:
-        return _ConicSkyInSpace(time, self, variables)
+        return _ConicEnvironmentInSpace(time, self, variables)
 
     @override
     def omega(self, time: Scalar, variables: Any) -> functions.Vector:
@@ -140,8 +140,8 @@ class ConicAxes(Axes):
         return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
 
 
-class _ConicSky(Environment):
-    """The world along radial, transverse, normal axes: the attractor is straight down."""
+class _ConicEnvironment(Environment):
+    """The environment along radial, transverse, normal axes: the attractor is straight down."""
 
     def __init__(self, time: Scalar, axes: ConicAxes, variables: Any) -> None:
         super().__init__(time)
@@ -160,7 +160,7 @@ class _ConicSky(Environment):
         return functions.ComovingVector(self._axes.velocity(self.time, self._variables))
 
 
-class _ConicSkyInSpace(_ConicSky):
+class _ConicEnvironmentInSpace(_ConicEnvironment):
     """The same along the space axes."""
 
     def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002

@@ -68,7 +68,7 @@ class PolynomialArc(Orbit):
 
 
 SAMPLES = np.linspace(-1, 1, 17)
-"""Of a piece, at which the distance is looked at."""
+"""Places in a piece at which the distance is sampled for the periapsis."""
 
 
 class _Pieces(Table):
@@ -287,7 +287,7 @@ class Ephemeris(Orbit):
             f"{self.velocity_jump:.2g})"
         )
 
-    # ------------------------------------------------------------------ what it says of itself
+    # ------------------------------------------------------------------ reference frame, calendar and accuracy
 
     @property
     def knots(self) -> Array:

@@ -25,7 +25,7 @@ __all__ = ["EscapeAxes", "EscapeOrbit"]
 class EscapeOrbit(ConicOrbit):
     """The two-body orbit of a body that escapes: a hyperbola, or at e = 1 a parabola, without a jump.
 
-    Universal variables give the position, right to rounding at any time. Their formulas run on numbers alone; a
+    Universal variables give the position to machine precision at any time. Their formulas run on numbers alone; a
     kernel integrates one of them along, and sets it right by the time wherever it is used.
 
     Parameters

@@ -26,7 +26,7 @@ __all__ = ["EccentricAxes", "EllipticAxes", "KeplerAxes", "KeplerOrbit", "LongEl
 class KeplerOrbit(ConicOrbit):
     """The elliptic two-body orbit of the body about an attractor.
 
-    The closed form is right to rounding at any time: the mean anomaly is reduced to one turn with twice the
+    The closed form is accurate to machine precision at any time: the mean anomaly is reduced to one turn with twice the
     digits, so that its error does not grow with the revolutions. A kernel uses it in its own precision; above an
     eccentricity of 0.7 it integrates an anomaly along, and sets it right by the time wherever it is used.
 
@@ -220,7 +220,7 @@ class KeplerOrbit(ConicOrbit):
         return self._mean_anomaly(time, whole=True)
 
     def phase_at(self, time: Scalar) -> Scalar:
-        """Return the mean anomaly, radians; of floats less whole pairs of turns, right to rounding at any time."""
+        """Return the mean anomaly, radians; of floats less whole pairs of turns, to machine precision at any time."""
         return self._mean_anomaly(time)
 
     def _mean_anomaly(self, time: Scalar, whole: bool = False) -> Scalar:
@@ -264,7 +264,7 @@ class KeplerOrbit(ConicOrbit):
         return a * (1 - e) + 2 * a * e * (sine * sine)
 
     def _half_anomaly(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
-        """Return sin E/2 and cos E/2, from which 1 - cos E is right to its last digit near the periapsis."""
+        """Return sin E/2 and cos E/2, from which 1 - cos E is accurate to its last digit near the periapsis."""
         E = functions.eccentric_anomaly(self.eccentricity, mean_anomaly)
         return functions.sin(0.5 * E), functions.cos(0.5 * E)
 

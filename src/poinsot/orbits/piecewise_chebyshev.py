@@ -23,11 +23,11 @@ CHECKS = np.array([-0.985, -0.83, -0.62, -0.31, -0.07, 0.19, 0.43, 0.71, 0.9, 0.
 ROUNDING = 1e-10
 """Below this a fit that halving does not improve is left with the rounding of its function."""
 IMPROVEMENT = 8
-LOOKS = 4096
-"""Times at which the pieces of a fit are judged once they seem right, evenly over the span, and at least a hundredth as
-many in each piece."""
+CHECK_TIMES = 4096
+"""Times, evenly over the span, at which a fit is compared with its function once its pieces have converged; at least a
+hundredth as many in each piece."""
 MARGIN = 2.0
-"""Of an error said, over the largest difference seen at times between which there may be a larger one."""
+"""Estimated error over the largest difference at the times of comparison: between these may be a larger one."""
 SLOW = 0.5
 """The error of an order of interpolation over that of the order before, above which nothing converges. Where it is
 small, the next order tells the error; of 300 tables of ellipses the true one was at most 30 times the ratio more."""
@@ -86,7 +86,7 @@ def fitted(
         shortest = 0.5 * (right - left) <= 4 * np.spacing(np.maximum(abs(left), abs(right)))
         if np.any(good):
             allowed = np.maximum(tolerance * size[good], 4 * error[good])
-            error[good] = _judged(position, coefficients[good], left[good], right[good], LOOKS >> halving)
+            error[good] = _worst(position, coefficients[good], left[good], right[good], CHECK_TIMES >> halving)
             good[good] = error[good] <= allowed
         good |= (halving == HALVINGS) | shortest
         done.append((left[good], coefficients[good], error[good]))
@@ -118,12 +118,12 @@ def _fits(position: Callable[[Array], Array], left: Array, right: Array) -> tupl
     return coefficients, error, np.linalg.norm(found, axis=-1).max(axis=-1)
 
 
-def _judged(position: Callable[[Array], Array], coefficients: Array, left: Array, right: Array, count: int) -> Array:
+def _worst(position: Callable[[Array], Array], coefficients: Array, left: Array, right: Array, count: int) -> Array:
     """Return the largest differences of pieces to their function at times that had no part in the fit."""
-    s = 2 * np.mod(np.arange(1, max(count, LOOKS // 100) + 1) * GOLDEN, 1.0) - 1
+    s = 2 * np.mod(np.arange(1, max(count, CHECK_TIMES // 100) + 1) * GOLDEN, 1.0) - 1
     worst = np.zeros(len(left))
-    for i in range(0, s.size, LOOKS // 100):
-        some = s[i : i + LOOKS // 100]
+    for i in range(0, s.size, CHECK_TIMES // 100):
+        some = s[i : i + CHECK_TIMES // 100]
         times = 0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * some
         found = position(times.ravel()).reshape(*times.shape, 3)
         between = np.einsum("nik,sk->nsi", coefficients, chebyshev.chebvander(some, DEGREE))

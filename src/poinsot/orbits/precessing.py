@@ -167,7 +167,7 @@ class PrecessingOrbit(Orbit):
         return 1 / self.orbit.distance(self.phase_at(time))
 
     def phase_at(self, time: Scalar) -> Scalar:
-        """Return the mean anomaly, radians; of floats less whole pairs of turns, right to rounding at any time."""
+        """Return the mean anomaly, radians; of floats less whole pairs of turns, to machine precision at any time."""
         rate = mean_motion_of(self.mu, self.orbit.semimajor_axis, self.anomaly_rate)
         return angle_at(self.orbit.mean_anomaly_at_epoch, rate, time, self.epoch)
 

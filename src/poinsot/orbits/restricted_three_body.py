@@ -205,18 +205,18 @@ class ThreeBodyView(Orbit):
 
     @override
     def position_at(self, time: Scalar) -> functions.Vector:
-        return self._sky(time).position(self)
+        return self._environment(time).position(self)
 
     @override
     def velocity_at(self, time: Scalar) -> functions.Vector:
-        return self._sky(time).velocity(self)
+        return self._environment(time).velocity(self)
 
     @override
     def inverse_distance_at(self, time: Scalar) -> Scalar:
-        return self._sky(time).inverse_distance(self)
+        return self._environment(time).inverse_distance(self)
 
-    def _sky(self, time: Scalar) -> Environment:
-        return _SynodicSkyInSpace(time, self.axes, self.path.variables_at(time))
+    def _environment(self, time: Scalar) -> Environment:
+        return _SynodicEnvironmentInSpace(time, self.axes, self.path.variables_at(time))
 
 
 class SynodicAxes(Axes):
@@ -235,11 +235,11 @@ class SynodicAxes(Axes):
 
     @override
     def environment(self, time: Scalar, variables: Any) -> Environment:
-        return _SynodicSky(time, self, variables)
+        return _SynodicEnvironment(time, self, variables)
 
     @override
     def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment:
-        return _SynodicSkyInSpace(time, self, variables)
+        return _SynodicEnvironmentInSpace(time, self, variables)
 
     @override
     def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
@@ -265,8 +265,8 @@ class SynodicAxes(Axes):
         return self.path.mean_motion * (time - self.path.epoch)
 
 
-class _SynodicSky(Environment):
-    """The world along the axes that turn with the attractors."""
+class _SynodicEnvironment(Environment):
+    """The environment along the axes that turn with the attractors."""
 
     def __init__(self, time: Scalar, axes: SynodicAxes, variables: Any) -> None:
         super().__init__(time)
@@ -297,7 +297,7 @@ class _SynodicSky(Environment):
         return functions.ComovingVector((x, y, z))
 
 
-class _SynodicSkyInSpace(_SynodicSky):
+class _SynodicEnvironmentInSpace(_SynodicEnvironment):
     """The same along the space axes."""
 
     def _vector(self, x: Scalar, y: Scalar, z: Scalar) -> functions.Vector:

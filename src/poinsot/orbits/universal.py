@@ -65,7 +65,7 @@ def refuse_symbols(name: str, *scalars: Scalar, variable: str = "universal varia
         if functions._engine(value).__name__ in ("heyoka", "sympy") or hasattr(value, "apply"):
             raise TypeError(
                 f"the formulas of {'an' if name[0] in 'AEIOU' else 'a'} {name} must have numbers, got a symbol. "
-                f"In a kernel its {variable} is integrated along: ask the sky for the position."
+                f"In a kernel its {variable} is integrated along: instant.position(orbit) has the position there."
             )
 
 

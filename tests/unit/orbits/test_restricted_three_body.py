@@ -218,7 +218,7 @@ def test_wrong_paths_are_refused(sentence):
 def test_symbols_are_refused_with_a_sentence(time):
     sentence = (
         r"^the formulas of a ThreeBodyPath must have numbers, got a symbol\. "
-        r"In a kernel its path is integrated along: ask the sky for the position\.$"
+        r"In a kernel its path is integrated along: instant\.position\(orbit\) has the position there\.$"
     )
     with pytest.raises(TypeError, match=sentence):
         PATH.from_primary.position_at(time)
