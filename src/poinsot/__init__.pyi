@@ -1,6 +1,6 @@
 """The public names, by the module of each; imported when they are used first."""
 
-from . import analysis, events, files, forces, functions, orbits, plot, shapes
+from . import analysis, events, files, forces, functions, orbits, parts, plot, shapes
 from .errors import PropagationError, PropagationInterrupted
 from .files.netcdf import load, save
 from .forces.gravity import GravityGradient, UniformGravity
@@ -15,6 +15,7 @@ from .mechanics.frame import Frame, RotatingFrame
 from .mechanics.gravity_field import GravityField
 from .mechanics.instant import Instant
 from .mechanics.parameters import Vector
+from .mechanics.part import Part
 from .mechanics.state import State, project_to_tangent
 from .mechanics.system import System
 from .orbits.kepler import KeplerOrbit
@@ -38,6 +39,7 @@ __all__ = [
     "Instant",
     "KeplerOrbit",
     "Orbit",
+    "Part",
     "Potential",
     "PropagationError",
     "PropagationInterrupted",
@@ -56,6 +58,7 @@ __all__ = [
     "functions",
     "load",
     "orbits",
+    "parts",
     "plot",
     "project_to_tangent",
     "propagate",

@@ -601,15 +601,15 @@ KINDS = {
     ),
     "word_for_force": (
         lambda: pt.System(BODY, "gravity"),
-        "a force must be a Potential or a Torque, got str.",
+        "a force must be a Potential, a Torque or a Part, got str.",
     ),
     "list_of_forces": (
         lambda: pt.System(BODY, [1.0]),
-        "a force must be a Potential or a Torque, got list.",
+        "a force must be a Potential, a Torque or a Part, got list.",
     ),
     "orbit_for_force": (
         lambda: pt.System(BODY, ORBIT),
-        "a force must be a Potential or a Torque, got KeplerOrbit.",
+        "a force must be a Potential, a Torque or a Part, got KeplerOrbit.",
     ),
     "sequence_as_a_number": (lambda: STATE.euler(313), "sequence must be a text, got int 313."),
     "formulation_as_a_list": (lambda: run(formulation=["canonical"]), "formulation must be a text, got list."),

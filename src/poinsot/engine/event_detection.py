@@ -32,10 +32,8 @@ from poinsot.engine.parameter_folding import Constant, Constants
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.termination import INTERRUPTED
-from poinsot.functions import Vector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formulations import Formulation
-from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, changed, state_of
 
@@ -373,18 +371,10 @@ def event_functions(
     """Return values and conditions of a system's events as expressions of the variables of a kernel and the time."""
     if not problem.events:
         return [], []
-    seen: list[Any] = []
-    body = problem.system.body
-
-    def torque_of(attitude: Any, omega: Any) -> Vector:
-        seen.extend([attitude, omega])
-        return Vector((0.0, 0.0, 0.0))
-
-    own, comoving, time = variables[: formulation.size], variables[formulation.size :], constants.variable(hy.time)
-    formulation.derivatives(own, body.kinetics(scale), torque_of, axes.omega(time, comoving))
-    attitude, omega = seen
-    environment = axes.environment(time, comoving)
-    instant = Instant(body, attitude, environment, omega)
+    system = problem.system
+    if system.moving_parts and any(event.acts for event in problem.events):
+        raise ValueError("an event that acts must be for a body without parts, got a system with parts.")
+    instant = system.instant_of(formulation, variables, constants.variable(hy.time), scale, axes)
     values = [event.value(instant) for event in problem.events]
     for event, value in zip(problem.events, values, strict=True):
         if isinstance(value, Constant | int | float):

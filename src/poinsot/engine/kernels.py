@@ -32,7 +32,8 @@ from poinsot.engine.variational import STEPS_AT_A_TIME, ZERO, VariationalEquatio
 from poinsot.mechanics.axes import Axes, TrackingAxes
 from poinsot.mechanics.euler import SINGULAR_SINE
 from poinsot.mechanics.formula_errors import use_functions
-from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles
+from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles, Formulation
+from poinsot.mechanics.own_variables import formulation_with_parts
 from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State
 
@@ -137,11 +138,12 @@ def coordinates(problem: Problem, state: State, formulation: str, precision: str
 
     Wide precision stays in the space axes, so that it judges the carried ones.
     """
-    chosen, smooth = FORMULATIONS[formulation], problem.between_knots()
-    chosen.check(problem.system, state)
+    rigid, smooth = FORMULATIONS[formulation], problem.between_knots()
+    rigid.check(problem.system, state)
+    chosen = formulation_with_parts(rigid, problem.system, state)
     axes: Axes = smooth.space_axes
     comoving = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
-    if comoving is not None and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
+    if comoving is not None and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, chosen, comoving)):
         axes = comoving
     # A power of two scales without rounding.
     return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / momentum_scale(problem.system, state)))))
@@ -355,9 +357,9 @@ def integrator(
     _pool.give(kernel, built)
 
 
-def _can_be_comoving(problem: Problem, axes: Axes) -> bool:
+def _can_be_comoving(problem: Problem, chosen: Formulation, axes: Axes) -> bool:
     """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
-    variables = Coordinates(FORMULATIONS["lie_poisson"], axes, 1.0)
+    variables = Coordinates(chosen, axes, 1.0)
     try:
         _equations(problem, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
     except functions.NotComoving:
@@ -378,11 +380,13 @@ def _equations(
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
     motion, variational = own[: variables.variational.start], symbols[variables.variational]
     try:
-        rates = twin.system.derivatives(variables.formulation.name, motion, time, scale=scale, axes=axes)
+        rates = twin.system.derivatives(variables.formulation, motion, time, scale=scale, axes=axes)
         equations = [ZERO + constants.expression(rate) for rate in rates]
         values = event_functions(twin, variables.formulation, motion, axes, scale, constants)
         if variations is None:
             return equations, values
+        if twin.system.moving_parts:
+            raise ValueError("variational equations must be those of a body without parts, got a system with parts.")
         comoving = motion[variables.comoving]
         environment, turns = axes.environment(time, comoving), axes.omega(time, comoving) is not None
         linear = VariationalEquations(twin.system, variables.formulation, motion, environment, scale, turns, constants)

@@ -30,7 +30,7 @@ class Problem(Collection):
         if events:
             self.refuse_other_axes()
         for event in events:
-            try_event(event, system.body)
+            try_event(event, system.body_on_pairs)
 
     @property
     @override

@@ -17,6 +17,7 @@ from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.state_vector import SMALL, Coordinates
 from poinsot.engine.torque_scale import torque_scale
 from poinsot.mechanics.force import Torque
+from poinsot.mechanics.part import Part
 from poinsot.mechanics.system import System
 
 __all__ = ["Scales"]
@@ -129,7 +130,7 @@ class Scales:
 
     @functools.cached_property
     def _has_torques(self) -> bool:
-        return any(isinstance(force, Torque) for force in self._system.forces)
+        return any(isinstance(force, Torque | Part) for force in self._system.forces)
 
     def _of(self, values: Array, lane: int) -> float:
         """Return what is a lane's of values in the scale of the start, in its own."""

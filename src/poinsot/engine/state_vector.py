@@ -59,8 +59,9 @@ class Coordinates:
 
     @property
     def structure(self) -> tuple[Any, ...]:
-        """What selects the equations of axes and variational equations."""
-        return (*self.axes.structure, self.variations and replace(self.variations, initial=None))
+        """What selects the equations of formulation, axes and variational equations."""
+        variations = self.variations and replace(self.variations, initial=None)
+        return (*self.formulation.structure, *self.axes.structure, variations)
 
     @functools.cached_property
     def _momenta(self) -> list[int]:

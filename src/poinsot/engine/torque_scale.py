@@ -16,6 +16,7 @@ from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, 
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Force, Potential
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.part import Part
 from poinsot.mechanics.probing import samples
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -33,7 +34,9 @@ def momentum_scale(system: System, state: State) -> Any:
 
     The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
     """
-    largest = np.maximum(np.linalg.norm(state.angular_momentum_body, axis=-1), torque_scale(system))
+    own = [state.own[part.name][..., place] for part in system.moving_parts for place in part.momentum_places]
+    sizes = [np.linalg.norm(momenta, axis=-1) for momenta in (state.angular_momentum_body, *own)]
+    largest = functools.reduce(np.maximum, sizes, torque_scale(system))
     return np.where(largest > 0, largest, 1.0)
 
 
@@ -56,13 +59,15 @@ def _strongest(system: System) -> Any:
 def _strongest_at(system: System, q: NDArray[np.float64], environment: Environment) -> Any:
     """Return the largest energy, over the least, or torque of each member's forces on a body at rest."""
     twin = system.beside_samples
-    instant = Instant(twin.body, Attitude.from_quaternion(Vector(q.T)), environment, AT_REST)
+    instant = Instant(twin.body_at_rest(environment.time), Attitude.from_quaternion(Vector(q.T)), environment, AT_REST)
     with np.errstate(all="ignore"):
         sizes = [np.atleast_1d(_size(force, instant)) for force in twin.forces]
     return sum(np.nan_to_num(np.max(size, axis=-1), posinf=0.0) for size in sizes)
 
 
 def _size(force: Any, instant: Instant) -> Any:
+    if isinstance(force, Part):
+        return 0.0
     if isinstance(force, Potential):
         energy = np.atleast_1d(opened(force.energy(instant)))
         return energy - np.min(energy, axis=-1, keepdims=True)
@@ -73,7 +78,9 @@ class _Alike:
     """One force of a system, equal to another of the same structure: their formulas are one."""
 
     def __init__(self, system: System, force: Force) -> None:
-        self.alone = system.with_parts((system.body, force))
+        self.alone = system.with_parts(
+            (system.body, force, *(part for part in system.moving_parts if part is not force))
+        )
 
     def __hash__(self) -> int:
         return hash(self.alone.structure)

@@ -51,6 +51,14 @@ class UniformGravity(Potential):
         up = instant.attitude.to_body((0, 0, 1))
         return self.weight * functions.dot(self.center_of_mass, up)
 
+    @override
+    def check(self, body: Body) -> None:
+        if body.moves_center_of_mass:
+            raise ValueError(
+                "UniformGravity must act on a body whose centre of mass stays in it, got a part that moves it. "
+                "A body with such a part is free, and falls."
+            )
+
 
 class GravityGradient(Potential):
     """The attitude-dependent part of an attractor's gravity on an extended body, to second degree.
@@ -70,7 +78,7 @@ class GravityGradient(Potential):
     @override
     def energy(self, instant: Instant) -> Scalar:
         radial, inverse = instant.attitude.to_body(instant.direction(self.orbit)), instant.inverse_distance(self.orbit)
-        return inverse * inverse * inverse * (1.5 * self.orbit.mu) * instant.body.moment_about(radial)
+        return inverse * inverse * inverse * (1.5 * self.orbit.mu) * instant.body.attracted_moment(radial)
 
 
 class HarmonicGravity(Potential):
@@ -172,6 +180,6 @@ class Oblateness(Potential):
         height = functions.dot(radial, pole)
         flattening = self.j2 * self.equatorial_radius**2 * (inverse * inverse)
         body, to_body = instant.body, instant.attitude.to_body
-        own = body.moment_about(to_body(radial)) * (2.5 + 7.5 * (height * height))
-        tilted = body.moment_about(to_body(pole - radial * (5 * height)))  # no unit vector: times its square
+        own = body.attracted_moment(to_body(radial)) * (2.5 + 7.5 * (height * height))
+        tilted = body.attracted_moment(to_body(pole - radial * (5 * height)))  # no unit vector: times its square
         return inverse * inverse * inverse * flattening * (1.5 * self.orbit.mu) * (own - tilted)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -145,6 +145,9 @@ class Attitude:
         Whether "space" stands for moving axes, in which formulas only see vectors that come from the sky.
     """
 
+    quaternion: Any = None
+    """The quaternion of which the matrix was made, four scalars; None of Euler angles."""
+
     def __init__(self, matrix: Array, comoving: bool = False) -> None:
         self.matrix = matrix
         self.comoving = comoving
@@ -156,7 +159,10 @@ class Attitude:
         All entries of the matrix are of second degree in q. So a potential and its torque belong together also where
         rounding has moved q off the unit sphere, and a kernel keeps the energy.
         """
-        return cls(rotation_matrix(functions.Vector(q)), comoving)
+        q = functions.Vector(q)
+        attitude = cls(rotation_matrix(q), comoving)
+        attitude.quaternion = q
+        return attitude
 
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components along the body axes of a vector given in space."""

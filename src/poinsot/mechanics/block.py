@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from typing_extensions import override
 
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
+
+if TYPE_CHECKING:
+    from poinsot.mechanics.instant import Instant
 
 __all__ = ["Block"]
 
@@ -60,12 +64,19 @@ class Block(Parametric, ABC):
         """The number of its scalars."""
         return sum(self.variables.values())
 
+    @property
+    def momentum_places(self) -> list[slice]:
+        """Where its angular momenta are among its scalars."""
+        ends = itertools.accumulate(self.variables.values())
+        places = zip(self.variables.items(), ends, strict=True)
+        return [slice(end - count, end) for (name, count), end in places if name in self.momenta]
+
     def start(self, time: Scalar, omega_body: Vector) -> Vector:  # noqa: ARG002
         """Return the values at the start of a motion that names none; by default zeros."""
         return Vector((0.0,) * self.size)
 
     @abstractmethod
-    def rates(self, instant: Any, pull: Vector) -> Vector:
+    def rates(self, instant: Instant, pull: Vector) -> Vector:
         """Return the time derivatives of the variables.
 
         Parameters

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Body", "ObliqueBody", "inertia_of_spread"]
 
+UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
 EQUAL_MOMENTS = 64 * np.finfo(float).eps
 """Moments of a tensor that differ by less, relative to the largest, are equal: their axes are free."""
 
@@ -85,7 +87,19 @@ class Body(Parametric):
         direction = _three("direction_body", direction_body)
         return quat.dot(self.moments, quat.component_product(direction, direction))
 
-    def own(self, block: Block) -> Vector:
+    def attracted_moment(self, direction_body: ArrayLike) -> Scalar:
+        """Return the moment on which gravity gradients act: `moment_about`, of what parts add the deviator alone.
+
+        The field is harmonic, so that a change which is the same about all axes has no energy in it.
+        """
+        return self.moment_about(direction_body)
+
+    @property
+    def moves_center_of_mass(self) -> bool:
+        """Whether a part moves the centre of mass along the body axes."""
+        return False
+
+    def own(self, block: Block) -> functions.Vector:
         """Return the variables of a part of the body."""
         raise KeyError(f"block must be a part of the system, got {block.name!r}. The system has none.")
 
@@ -105,6 +119,10 @@ class Body(Parametric):
     def inertia(self) -> NDArray[np.float64]:
         """The inertia tensor in the body axes, shape (..., 3, 3)."""
         return np.asarray(np.eye(3) * np.asarray(self.moments)[..., None, :])
+
+    def tensor(self) -> functions.Vector:
+        """Return the inertia tensor as three rows of scalars of any kind."""
+        return functions.Vector(functions.Vector(self.angular_momentum(functions.Vector(unit))) for unit in UNITS)
 
     # ------------------------------------------------------------------ ways to a body
 
@@ -274,25 +292,15 @@ class Body(Parametric):
         frame : Frame, optional
             Moving axes, such as `orbit.frame`.
         """
-        from poinsot.mechanics.calendar import refuse_date
-        from poinsot.mechanics.frame import checked_frame
         from poinsot.mechanics.state import state_with
 
-        refuse_date("time", time)
-        q = unit_quaternion(attitude)
         given = {
             "omega_body": omega_body,
             "omega_space": omega_space,
             "angular_momentum_body": angular_momentum_body,
             "angular_momentum_space": angular_momentum_space,
         }
-        name, value = _exactly_one(given, frame)
-        value = member_array(name, value, (3,))
-        along_body = quat.rotate(quat.conjugate(q), value) if name.endswith("_space") else value
-        if frame is not None:
-            q_frame = checked_frame(frame).quaternion(time)
-            q = quat.product(q_frame, q)
-            along_body = along_body + quat.rotate(quat.conjugate(q), frame.omega_space(time))
+        q, name, along_body = started(attitude, given, time, frame)
         g = self.angular_momentum(along_body) if name.startswith("omega") else along_body
         return state_with(q, g, time)
 
@@ -327,6 +335,24 @@ class ObliqueBody(Body):
     def inertia(self) -> NDArray[np.float64]:
         axes = np.asarray(self.axes)
         return np.asarray((axes * np.asarray(self.moments)[..., None, :]) @ np.swapaxes(axes, -1, -2))
+
+
+def started(
+    attitude: Rotation | ArrayLike, given: dict[str, ArrayLike | None], time: ArrayLike, frame: Frame | None
+) -> tuple[NDArray[np.float64], str, NDArray[np.float64]]:
+    """Return the quaternion of a start, and the name and the body components of the one vector that is given."""
+    from poinsot.mechanics.calendar import refuse_date
+    from poinsot.mechanics.frame import checked_frame
+
+    refuse_date("time", time)
+    q = unit_quaternion(attitude)
+    name, value = _exactly_one(given, frame)
+    value = member_array(name, value, (3,))
+    along_body = quat.rotate(quat.conjugate(q), value) if name.endswith("_space") else value
+    if frame is not None:
+        q = quat.product(checked_frame(frame).quaternion(time), q)
+        along_body = along_body + quat.rotate(quat.conjugate(q), frame.omega_space(time))
+    return q, name, along_body
 
 
 def inertia_of_spread(spread: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Potential, derived_torque
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
+from poinsot.mechanics.part import Part
 from poinsot.mechanics.shared_orbits import sample_time
 
 __all__ = ["try_event", "try_force"]
@@ -25,26 +26,26 @@ ATTITUDES = np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]])
 
 
 def try_force(force: Force, body: Body) -> float:
-    """Run the formula of a force once on arrays of two values.
+    """Run the formula of a force once on arrays of two values, which the body is made of.
 
     Return the torque on the body at rest, which is the first value; of a potential the difference of the energies, if
     that is larger.
     """
     name = type(force).__name__
-    torque, change = _tried(name, _of_potential if isinstance(force, Potential) else _of_torque, force, body)
+    formula = _of_part if isinstance(force, Part) else _of_potential if isinstance(force, Potential) else _of_torque
+    torque, change = _tried(name, formula, force, body)
     with np.errstate(all="ignore"):
         at_rest = np.linalg.norm([np.atleast_1d(component)[0] for component in torque])
     return float(np.max(np.nan_to_num([at_rest, change], posinf=0.0)))
 
 
 def try_event(event: Event, body: Body) -> None:
-    """Run the formulas of an event once on arrays of two values."""
+    """Run the formulas of an event once on arrays of two values, which the body is made of."""
     _tried(type(event).__name__, _of_event, event, body)
 
 
 def _tried(name: str, formula: Callable[[Any, Instant], Any], record: Any, body: Body) -> Any:
     """Return what a formula gives, or raise the sentence about what it does not allow."""
-    body = body.with_numbers(np.ravel(number)[0] * PAIR for number in body.numbers)
     twin = record.with_numbers(np.ravel(number)[0] * PAIR for number in record.numbers)
     environment = Environment(sample_time(record) + 0.25 * PAIR)
     instant = Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), environment, RATES)
@@ -82,6 +83,14 @@ def _of_torque(force: Any, instant: Instant) -> tuple[Any, float]:
         name = type(force).__name__
         raise WrongSizeError(f"the torque of {name} must be three components along the body axes, got {_size(torque)}.")
     return torque, 0.0
+
+
+def _of_part(part: Part, instant: Instant) -> tuple[Any, float]:
+    rates = part.rates(instant, Vector(0.0 * PAIR for _ in range(part.size)))
+    if _components(rates) != part.size:
+        count = f"{part.size} scalars, one for each of its variables"
+        raise WrongSizeError(f"the rates of {type(part).__name__} must be {count}, got {_size(rates)}.")
+    return (0.0, 0.0, 0.0), 0.0
 
 
 def _of_event(event: Event, instant: Instant) -> None:

@@ -48,6 +48,19 @@ class Formulation(ABC):
         """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
 
     @property
+    def structure(self) -> tuple[Any, ...]:
+        """What selects the equations besides the name."""
+        return ()
+
+    def own(self, variables: Any, scale: Scalar) -> dict[str, Vector]:  # noqa: ARG002
+        """Return the variables of parts among those of the formulation, in physical units."""
+        return {}
+
+    def own_rates(self, rates: Mapping[str, Vector], scale: Scalar) -> list[Scalar]:  # noqa: ARG002
+        """Return the rates of the variables of parts as those of the formulation."""
+        return []
+
+    @property
     def momenta(self) -> slice:
         """Where the momenta are among the variables: the last block."""
         return slice(self.size - list(self.blocks.values())[-1], self.size)
@@ -121,6 +134,11 @@ class Planar(LiePoisson):
     tangent = (2, 5)
 
     def check(self, system: Any, state: State) -> None:
+        if system.moving_parts:
+            raise ValueError(
+                f"formulation 'planar' must be for a body without parts, got {type(system.moving_parts[0]).__name__}. "
+                "Use the default formulation."
+            )
         for name, vectors in _about_third_axis(system, state).items():
             aside = np.max(np.abs(vectors[..., :2]), initial=0.0)
             if aside > FLAT * np.max(np.abs(vectors), initial=0.0):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
@@ -11,9 +11,10 @@ from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment, Orbit
 
-__all__ = ["Instant"]
+if TYPE_CHECKING:
+    from poinsot.mechanics.block import Block
 
-UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+__all__ = ["Instant"]
 
 
 class Instant:
@@ -64,7 +65,11 @@ class Instant:
     @functools.cached_property
     def inertia(self) -> Array:
         """The inertia tensor along the body axes, (3, 3) scalars."""
-        return matrix_of(zip(*(self.body.angular_momentum(Vector(unit)) for unit in UNITS), strict=True))
+        return matrix_of(self.body.tensor())
+
+    def own(self, block: Block) -> Vector:
+        """Return the variables of a part of the system."""
+        return self.body.own(block)
 
     def position(self, orbit: Orbit) -> Vector:
         """Return the position of the body from the attractor of that orbit, space axes."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.dual import partial, seeded
+from poinsot.algebra.dual import Dual, partial, seeded
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
 from poinsot.mechanics.environment import Environment
@@ -28,6 +28,7 @@ from poinsot.mechanics.probing import samples, time_scale
 from poinsot.mechanics.shared_orbits import orbits_of
 
 if TYPE_CHECKING:
+    from poinsot.mechanics.part import Part
     from poinsot.mechanics.state import State
     from poinsot.mechanics.system import System
 
@@ -114,7 +115,8 @@ def _sizes(rates: _Rates) -> Iterator[Integral]:
 
 def _body_components(system: System, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _body_axes(system):
-        if _symmetric(system, axis) and rates.vanish(rates.along_body(axis), rates.torque_noise):
+        symmetric = system.moving_parts or _symmetric(system, axis)
+        if symmetric and rates.vanish(rates.along_body(axis), rates.gyration_noise):
             value = functools.partial(_component, "body", axis)
             yield Integral(f"angular_momentum_body_{name}", f"g{name}", "g along the body's symmetry axis", value)
 
@@ -150,10 +152,11 @@ class _Rates:
             [np.concatenate(values, axis=-1) for values in zip(*half, strict=True)] for half in zip(*parts, strict=True)
         )
         self.omega, energy, self.of_energy, self.between_times, self.power, self.along_momentum = plain[:6]
-        self._in_body, self._in_space = np.stack(plain[6:9]), np.stack(plain[9:])
+        self._in_body, self._in_space, self._gyration = (np.stack(plain[i : i + 3]) for i in (6, 9, 12))
         moved = [_largest(other - value) for value, other in zip(plain, shaken, strict=True)]
-        self.torque_noise = np.maximum.reduce(moved[6:]) + EPS * np.max(np.abs(self._in_body), axis=(0, -1))
-        self.power_noise = self.torque_noise * np.max(np.linalg.norm(self.omega, axis=0))
+        self.torque_noise = np.maximum.reduce(moved[6:12]) + EPS * np.max(np.abs(self._in_body), axis=(0, -1))
+        self.gyration_noise = self.torque_noise + np.maximum.reduce(moved[12:])
+        self.power_noise = self.gyration_noise * np.max(np.linalg.norm(self.omega, axis=0))
         self.twist_noise = self.power_noise * np.max(system.body.moments, axis=-1)
         self.energy_noise = moved[2] + SAME * np.ptp(energy, axis=-1) / time_scale(system)
         self.rounding = EPS * _largest(energy)
@@ -162,7 +165,7 @@ class _Rates:
         return functions.dot(self._in_space, axis)
 
     def along_body(self, axis: Array) -> Any:
-        return functions.dot(self._in_body, axis)
+        return functions.dot(self._in_body + self._gyration, axis)
 
     @functools.cached_property
     def rotor(self) -> tuple[Array, Array]:
@@ -209,18 +212,53 @@ def _rates_at(
     twin = system.beside_samples
     attitude, rate = Attitude.from_quaternion(functions.Vector(q.T)), functions.Vector(omega.T)
 
+    body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.moving_parts}, t)
+
     def at(world: Environment) -> Instant:
-        return Instant(twin.body, attitude, world, rate)
+        return Instant(body, attitude, world, rate)
 
     energy = twin.potential_at(at(environment(seeded([t], "time")[0])))
     here, there = (opened(twin.potential_at(at(world))) for world in (environment(t), another(t)))
     torque = [opened(x) for x in twin.torque_at(at(environment(t)))]
     others = [force.torque(at(environment(t))) for force in twin.forces if isinstance(force, Torque)]
-    g = np.moveaxis(system.body.inertia @ omega.T, -2, 0)
-    values = opened(getattr(energy, "value", energy)), opened(partial(energy, "time", 0)), here - there
-    powers = sum(opened(functions.dot(other, rate)) for other in others), functions.dot(g, torque)
-    rows = (*values, *powers, *torque, *attitude.to_space(torque))
+    g = (
+        at(environment(t)).angular_momentum_body
+        if twin.moving_parts
+        else np.moveaxis(system.body.inertia @ omega.T, -2, 0)
+    )
+    explicit = opened(partial(energy, "time", 0))
+    values = opened(getattr(energy, "value", energy)), explicit, here - there
+    power = sum(opened(functions.dot(other, rate)) for other in others)
+    if twin.moving_parts:
+        power = _change_of_energy(twin, at(environment(t)), environment) - explicit
+    rows = (*values, power, functions.dot(g, torque), *torque, *attitude.to_space(torque), *_gyration(twin, g, rate))
     return [omega.T, *(np.broadcast_to(np.asarray(row, dtype=float), (*system.members, t.size)) for row in rows)]
+
+
+def _gyration(system: System, g: Any, omega: functions.Vector) -> functions.Vector:
+    """Return g x omega of a body with parts; zeros without, whose symmetry is a matter of the tensor."""
+    return functions.cross(g, omega) if system.moving_parts else functions.Vector((0.0, 0.0, 0.0))
+
+
+def _own_samples(part: Part, time: Any, omega: functions.Vector) -> functions.Vector:
+    """Return variables of a part about those of rest, always the same ones."""
+    random = np.random.default_rng(20061027)
+    return functions.Vector(x + x * random.normal() + 0.1 * random.normal() for x in part.start(time, omega))
+
+
+def _change_of_energy(system: System, instant: Instant, environment: Callable[[Any], Environment]) -> Any:
+    """Return the rate of T + U along the equations of motion, those of the parts included."""
+    rates = system.rates(instant)
+
+    def along(values: Any, change: Any) -> functions.Vector:
+        return functions.Vector(Dual(x, {("time", 0): rate}) for x, rate in zip(values, change, strict=True))
+
+    now = Dual(opened(instant.time), {("time", 0): 1.0})
+    own = {part.name: along(instant.own(part), rates[part.name]) for part in system.moving_parts if part.size}
+    body, q = system.body_at(own, now), along(instant.attitude.quaternion, rates["quaternion"])
+    potential = system.potential_at(Instant(body, Attitude.from_quaternion(q), environment(now)))
+    kinetic = body.kinetic_energy(along(instant.angular_momentum_body, rates["angular_momentum_body"]))
+    return opened(partial(kinetic + potential, "time", 0))
 
 
 def _symmetric(system: System, axis: Array) -> bool:

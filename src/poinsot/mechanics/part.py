@@ -6,10 +6,12 @@ integrates, its methods the physics. It is frozen and becomes a dataclass by its
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import functools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -17,7 +19,8 @@ from poinsot.algebra.quaternion import components
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.force import UNITS, Force
+from poinsot.mechanics.force import Force
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
 
 __all__ = ["CompositeBody", "Part"]
@@ -55,7 +58,7 @@ class Part(Block, Force):
         return 0.0
 
     @override
-    def rates(self, instant: Any, pull: Vector) -> Vector:
+    def rates(self, instant: Instant, pull: Vector) -> Vector:
         return Vector(())
 
 
@@ -65,39 +68,72 @@ NOTHING = Vector((Vector((0.0, 0.0, 0.0)),) * 3)
 class CompositeBody(Body):
     """A body with its parts at one instant: what formulas see as the body.
 
-    `moments` are those of the body with its parts locked.
+    `moments` are those of the body with its parts locked; momentum, rate, energy and the moment about a direction are
+    those of all together.
     """
 
     if TYPE_CHECKING:
         locked: Body
-        change: Matrix
-        inverse: Matrix
-        momentum: Vector
+        inside: Sequence[Part]
         values: Mapping[str, Vector]
+        time: Scalar
 
     @classmethod
-    def of(cls, body: Body, parts: Sequence[Part], own: Sequence[Vector], time: Scalar) -> CompositeBody:
-        """Return a body with parts whose variables have values."""
-        pairs = list(zip(parts, own, strict=True))
-        locked = Vector(Vector(body.angular_momentum(unit)) for unit in UNITS)
-        change = _sum(part.inertia(values, time) for part, values in pairs)
-        spinning = _sum(part.spinning_inertia(values) for part, values in pairs)
-        return cls.unchecked(
-            moments=body.moments,
-            locked=body,
-            change=change,
-            inverse=locked + change - spinning,
-            momentum=sum((Vector(part.momentum(values, time)) for part, values in pairs), start=NOTHING[0]),
-            values={part.name: values for part, values in pairs},
-        )
+    def of(cls, body: Body, parts: Sequence[Part], values: Mapping[str, Vector], time: Scalar) -> CompositeBody:
+        """Return a body with parts whose variables have values, by the name of the part."""
+        return cls.unchecked(moments=body.moments, locked=body, inside=tuple(parts), values=values, time=time)
+
+    def _each(self) -> Iterator[tuple[Part, Vector]]:
+        return ((part, self.values[part.name]) for part in self.inside)
+
+    @functools.cached_property
+    def change(self) -> Matrix:
+        """What the parts add to the inertia on which gravity acts."""
+        return _sum(part.inertia(own, self.time) for part, own in self._each())
+
+    @functools.cached_property
+    def inverse(self) -> Matrix:
+        """K^-1."""
+        return self.tensor() - _sum(part.spinning_inertia(own) for part, own in self._each())
+
+    @functools.cached_property
+    def momentum(self) -> Vector:
+        """The sum h of the momenta of the parts at omega = 0."""
+        return sum((Vector(part.momentum(own, self.time)) for part, own in self._each()), start=NOTHING[0])
+
+    @override
+    def tensor(self) -> Matrix:
+        return self.locked.tensor() + self.change
+
+    @property
+    @override
+    def moves_center_of_mass(self) -> bool:
+        return any(part.moves_center_of_mass for part in self.inside)
+
+    @property
+    @override
+    def inertia(self) -> NDArray[np.float64]:
+        return _array(self.tensor())
+
+    @override
+    def own(self, block: Block) -> Vector:
+        if block.name not in self.values:
+            raise KeyError(f"block must be a part of the system, {', '.join(self.values)}, got {block.name!r}.")
+        return self.values[block.name]
 
     @override
     def kinetics(self, scale: Scalar = 1) -> Any:
         return CompositeKinetics(self.inverse, self.momentum, scale)
 
     @override
+    def kinetic_energy(self, angular_momentum_body: ArrayLike) -> Scalar:
+        """Return (g - h) . omega / 2 and the internal energies of the parts."""
+        internal = sum(part.internal_energy(own, self.time) for part, own in self._each())
+        return super().kinetic_energy(angular_momentum_body) + internal
+
+    @override
     def angular_momentum(self, omega_body: ArrayLike) -> Any:
-        return product(self.inverse, Vector(components(omega_body))) + self.momentum
+        return product(self.inverse, components(omega_body)) + self.momentum
 
     @override
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
@@ -105,17 +141,59 @@ class CompositeBody(Body):
         return self.locked.moment_about(direction) + functions.dot(direction, product(self.change, direction))
 
     @override
-    def own(self, block: Block) -> Vector:
-        if block.name not in self.values:
-            raise KeyError(f"block must be one of the system's, {', '.join(self.values)}, got {block.name!r}.")
-        return self.values[block.name]
-
-    @property
-    @override
-    def inertia(self) -> Any:
-        rows = [[Vector(self.locked.angular_momentum(u))[i] for u in UNITS] for i in range(3)]
-        return Vector(map(Vector, rows)) + self.change
+    def attracted_moment(self, direction_body: ArrayLike) -> Scalar:
+        trace = sum(self.change[i][i] for i in range(3))
+        square = functions.dot(components(direction_body), components(direction_body))
+        return self.moment_about(direction_body) - trace * square / 3
 
 
 def _sum(matrices: Iterable[Matrix]) -> Matrix:
     return sum((Vector(map(Vector, matrix)) for matrix in matrices), start=NOTHING)
+
+
+def _array(matrix: Matrix) -> NDArray[np.float64]:
+    """Return rows of numbers or arrays as an array (..., 3, 3)."""
+    scalars = np.broadcast_arrays(*(x for row in matrix for x in row))
+    return np.stack(scalars, axis=-1).reshape(*scalars[0].shape, 3, 3)
+
+
+def check_parts(body: Body, parts: Sequence[Part]) -> None:
+    """Raise an error if formulas of parts do not return what they must, or if parts do not go together in the body."""
+    names = [part.name for part in parts]
+    if twice := [name for i, name in enumerate(names) if name in names[:i]]:
+        raise ValueError(f"the parts of a system must have different names, got two named {twice[0]!r}. Give name=.")
+    movers = [type(part).__name__ for part in parts if part.moves_center_of_mass]
+    if len(movers) > 1:
+        raise ValueError(
+            f"a system must have at most one part that moves the centre of mass, got {' and '.join(movers)}. "
+            "Such masses act on each other: write them as one part."
+        )
+    for part in parts:
+        _check_shapes(part)
+    if parts:
+        _check_inertia(body, parts)
+
+
+def _check_shapes(part: Part) -> None:
+    own, name = part.start(0.0, NOTHING[0]), type(part).__name__
+    vectors: dict[str, tuple[Sequence[Scalar], int]] = {
+        "start": (own, part.size),
+        "momentum": (part.momentum(own, 0.0), 3),
+    }
+    rows = {"inertia": part.inertia(own, 0.0), "spinning inertia": part.spinning_inertia(own)}
+    vectors |= {f"{what}": (tuple(x for row in matrix for x in row), 9) for what, matrix in rows.items()}
+    for what, (value, count) in vectors.items():
+        if len(value) != count:
+            raise TypeError(f"the {what} of {name} must be {count} scalars, got {len(value)}.")
+
+
+def _check_inertia(body: Body, parts: Sequence[Part]) -> None:
+    """Refuse parts that spin more inertia than the body has."""
+    body, parts = (body.with_numbers(body.numbers), [part.with_numbers(part.numbers) for part in parts])
+    own = {part.name: part.start(0.0, NOTHING[0]) for part in parts}
+    least = float(np.min(np.linalg.eigvalsh(_array(CompositeBody.of(body, parts, own, 0.0).inverse))))
+    if least <= 0:
+        raise ValueError(
+            f"parts must have less inertia than the body with its parts locked, but {least:.3g} is left about an axis. "
+            "The body's tensor includes them."
+        )

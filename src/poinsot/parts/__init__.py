@@ -1,1 +1,8 @@
-"""What moves inside bodies, one class each: `Part`s with one formula each."""
+"""Parts: what moves inside a body or on it.
+
+The names are in `__init__.pyi`; each is imported when it is used first.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

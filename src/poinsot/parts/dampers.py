@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import refuse_negative, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix
 from poinsot.mechanics.part import Part
 
@@ -62,7 +63,7 @@ class KaneDamper(Part):
         return functions.dot(own, own) / (2 * self.moment)
 
     @override
-    def rates(self, instant: Any, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
         p, omega = instant.own(self), instant.omega_body
         slip = p * (1 / self.moment) - omega
         return functions.Vector(functions.cross(p, omega) - slip * self.coefficient)

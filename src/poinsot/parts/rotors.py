@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Scalar
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.part import Part
@@ -87,7 +88,7 @@ class ReactionWheel(Part):
         return own[0] * own[0] / (2 * self.moment)
 
     @override
-    def rates(self, instant: Any, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
         (p,) = instant.own(self)
         slip = p * (1 / self.moment) - functions.dot(self.axis, instant.omega_body)
         return functions.Vector((self.torque - self.friction * slip,))

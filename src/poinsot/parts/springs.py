@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,7 @@ from poinsot import functions
 from poinsot.algebra.quaternion import components
 from poinsot.errors import refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Scalar
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer, spread
 from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.part import Part
@@ -101,7 +102,7 @@ class SpringMass(Part):
         return p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
 
     @override
-    def rates(self, instant: Any, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
         rho, p = instant.own(self)
         omega, line = instant.omega_body, functions.Vector(self.direction)
         x = self._arm + line * rho

@@ -189,6 +189,11 @@ class Trajectory:
         return self._state.angular_momentum_body
 
     @property
+    def own(self) -> Phase:
+        """The variables of the system's parts, by the name of the part; each of shape (n, k)."""
+        return self._state.own
+
+    @property
     def angular_momentum_space(self) -> Array:
         """The angular momentum G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
         return self._state.angular_momentum_space

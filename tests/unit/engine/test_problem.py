@@ -23,7 +23,7 @@ def crossing(members=()):
 
 def test_an_event_is_no_force():
     assert not isinstance(crossing(), Force)
-    with pytest.raises(TypeError, match=r"^a force must be a Potential or a Torque, got AxisCrossing\.$"):
+    with pytest.raises(TypeError, match=r"^a force must be a Potential, a Torque or a Part, got AxisCrossing\.$"):
         pt.System(BODY, crossing())
 
 

@@ -459,7 +459,7 @@ def test_wrong_events_are_refused_in_a_sentence():
         pt.events.RateCrossing((0, 0, 0))
     with pytest.raises(ValueError, match=r"angle must be in \(0, pi\), got 4\.0\."):
         pt.events.AxisCrossing((1, 0, 0), (1, 0, 0), angle=4.0)
-    with pytest.raises(TypeError, match=r"a force must be a Potential or a Torque, got AxisCrossing\."):
+    with pytest.raises(TypeError, match=r"a force must be a Potential, a Torque or a Part, got AxisCrossing\."):
         pt.System(BODY, ACROSS)
 
     class Wrong(pt.Event):

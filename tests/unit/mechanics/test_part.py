@@ -1,0 +1,170 @@
+"""A system with parts: its states, its rates, and what is refused."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot.functions import Vector
+from poinsot.mechanics.part import Part
+from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
+
+BODY = pt.Body.from_inertia([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 10.0)])
+WHEEL = ReactionWheel((0.6, 0, 0.8), 0.1)
+SPRING = SpringMass(1, 10, (0.3, 0.2, 1), (0.6, 0, 0.8), 2.0)
+OMEGA = np.array([0.1, -0.2, 0.3])
+IDENTITY = (1, 0, 0, 0)
+EARTH_ORBIT = pt.KeplerOrbit(1, semimajor_axis=10, eccentricity=0.0, inclination=0.5, node=0, argument_of_periapsis=0)
+
+
+def test_parts_start_at_rest_in_the_body():
+    system = pt.System(BODY, WHEEL, KaneDamper(0.4, 0.1), SPRING)
+    state = system.state(IDENTITY, omega_body=OMEGA)
+    np.testing.assert_allclose(state.angular_momentum_body, BODY.angular_momentum(OMEGA), rtol=1e-14)
+    np.testing.assert_allclose(system.omega_body(state), OMEGA, rtol=1e-14)
+    np.testing.assert_allclose(WHEEL.speed(state.own["reaction_wheel"], OMEGA), 0, atol=1e-15)
+    np.testing.assert_allclose(SPRING.speed(state.own["spring_mass"], OMEGA), 0, atol=1e-15)
+    np.testing.assert_allclose(system.kinetic_energy(state), BODY.kinetic_energy(BODY.angular_momentum(OMEGA)))
+
+
+def test_a_part_adds_its_momentum():
+    system = pt.System(BODY, WHEEL, Gyrostat((0.1, 0.2, 0.3)))
+    own = WHEEL.at_speed(7.0, OMEGA)
+    state = system.state(IDENTITY, omega_body=OMEGA, reaction_wheel=own)
+    g = BODY.angular_momentum(OMEGA) + 0.7 * WHEEL.axis + (0.1, 0.2, 0.3)
+    np.testing.assert_allclose(state.angular_momentum_body, g, rtol=1e-14)
+    again = system.state(IDENTITY, angular_momentum_body=g, reaction_wheel=own)
+    np.testing.assert_allclose(system.omega_body(again), OMEGA, rtol=1e-13)
+
+
+def test_members_have_their_own_values():
+    wheels = ReactionWheel((0.6, 0, 0.8), [0.1, 0.2, 0.3])
+    system = pt.System(BODY, wheels)
+    state = system.state(IDENTITY, omega_body=OMEGA, reaction_wheel=[[0.5], [0.6], [0.7]])
+    for i, moment in enumerate((0.1, 0.2, 0.3)):
+        one = pt.System(BODY, ReactionWheel((0.6, 0, 0.8), moment))
+        alone = one.state(IDENTITY, omega_body=OMEGA, reaction_wheel=[0.5 + 0.1 * i])
+        np.testing.assert_allclose(state.angular_momentum_body[i], alone.angular_momentum_body, rtol=1e-15)
+        np.testing.assert_allclose(system.energy(state)[i], one.energy(alone), rtol=1e-15)
+
+
+def test_gravity_pulls_on_a_mass_on_a_spring():
+    # The mass is one of two points on a rod through the attractor: the tide on their distance is 2 mu x / r^3.
+    spring = SpringMass(2.0, 5.0, (0.9, 0, 0), (1, 0, 0), 0.0)
+    system = pt.System(
+        pt.Body((4.0, 6.0, 8.0)), pt.GravityGradient(pt.orbits.FixedPosition(7.0, position=(10.0, 0, 0))), spring
+    )
+    state = system.state(IDENTITY, omega_body=(0, 0, 0), spring_mass=(0.25, 0.0))
+    reduced, distance = 2.0 * 3.0 / 5.0, 0.9 * 5 / 3 + 0.25
+    rates = system.rates(system.at(state))["spring_mass"]
+    np.testing.assert_allclose(list(rates), (0, reduced * 2 * 7.0 * distance / 10.0**3), rtol=1e-14, atol=1e-16)
+
+
+class Pendulum(Part):
+    """A part that is written wrongly in one way."""
+
+    wrong: str
+    variables = {"angle": 1, "momentum": 1}  # noqa: RUF012
+
+    def momentum(self, own, time):  # noqa: ARG002
+        return Vector((0.0, 0.0)) if self.wrong == "momentum" else Vector((own[1], 0.0, 0.0))
+
+    def inertia(self, own, time):  # noqa: ARG002
+        return ((1.0, 0.0), (0.0, 1.0)) if self.wrong == "inertia" else ((0.0,) * 3,) * 3
+
+    def rates(self, instant, pull):  # noqa: ARG002
+        angle, momentum = instant.own(self)
+        if self.wrong == "if" and angle > 0:
+            momentum = -momentum
+        return Vector((momentum,)) if self.wrong == "rates" else Vector((momentum, -angle))
+
+
+@pytest.mark.parametrize(
+    ("forces", "error", "sentence"),
+    [
+        (
+            [WHEEL, WHEEL],
+            ValueError,
+            "the parts of a system must have different names, got two named 'reaction_wheel'.",
+        ),
+        (
+            [SPRING, SpringMass(1, 10, (0, 0, 1), (1, 0, 0), 1, name="other")],
+            ValueError,
+            "a system must have at most one part that moves the centre of mass, got SpringMass and SpringMass.",
+        ),
+        (
+            [ReactionWheel((1, 0, 0), 6.5)],
+            ValueError,
+            "parts must have less inertia than the body with its parts locked",
+        ),
+        (
+            [SPRING, pt.UniformGravity(1, (0, 0, 1))],
+            ValueError,
+            "UniformGravity must act on a body whose centre of mass",
+        ),
+        ([Pendulum("momentum")], TypeError, "the momentum of Pendulum must be 3 scalars, got 2."),
+        ([Pendulum("inertia")], TypeError, "the inertia of Pendulum must be 9 scalars, got 4."),
+        (
+            [Pendulum("rates")],
+            TypeError,
+            "the rates of Pendulum must be 2 scalars, one for each of its variables, got a scalar.",
+        ),
+        ([Pendulum("if")], TypeError, "the formula of Pendulum must not branch with `if` on a value, but it does."),
+    ],
+)
+def test_parts_that_do_not_fit_are_refused(forces, error, sentence):
+    with pytest.raises(error) as caught:
+        pt.System(BODY, *forces)
+    assert str(caught.value).startswith(sentence)
+
+
+def test_a_force_that_knows_the_body_refuses_a_part_that_changes_it():
+    semiaxes = np.sqrt(np.array([12, 8, 4]) / 4)
+    gravity = pt.forces.EllipsoidGravity(EARTH_ORBIT, 10.0, semiaxes)
+    pt.System(pt.Body((6, 8, 10)), gravity, WHEEL)
+    with pytest.raises(ValueError, match="mass and semiaxes must agree with the inertia of the body"):
+        pt.System(pt.Body((6, 8, 10)), gravity, SPRING)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"omega_body": OMEGA, "spoke": [1.0]}, "own must name parts with variables, reaction_wheel, got 'spoke'."),
+        ({"angular_momentum_body": OMEGA}, "own must name all parts beside a momentum, got none of 'reaction_wheel'."),
+        ({"omega_body": OMEGA, "reaction_wheel": [1.0, 2.0]}, "reaction_wheel must have shape (1,) or (members, 1)"),
+    ],
+)
+def test_states_that_do_not_fit_are_refused(given, sentence):
+    with pytest.raises(ValueError) as caught:
+        pt.System(BODY, WHEEL).state(IDENTITY, **given)
+    assert str(caught.value).startswith(sentence)
+
+
+def test_a_state_of_the_body_alone_is_refused():
+    with pytest.raises(ValueError, match="state must have the 1 variables of the part 'reaction_wheel', got 0"):
+        pt.System(BODY, WHEEL).energy(BODY.state(IDENTITY, omega_body=OMEGA))
+
+
+# ---------------------------------------------------------------------- what is conserved
+
+SYMMETRIC = pt.Body((6, 6, 10))
+SPACE = {f"angular_momentum_space_{i}" for i in (1, 2, 3)}
+
+
+@pytest.mark.parametrize(
+    ("body", "forces", "expected"),
+    [
+        (BODY, [Gyrostat((0.1, 0.2, 0.3))], {"energy"} | SPACE),
+        (SYMMETRIC, [Gyrostat((0, 0, 0.3))], {"energy", "angular_momentum_body_3"} | SPACE),
+        (SYMMETRIC, [Gyrostat((0.1, 0, 0.3))], {"energy"} | SPACE),
+        (BODY, [WHEEL], {"energy"} | SPACE),
+        (BODY, [ReactionWheel((1, 0, 0), 0.1, friction=0.1)], SPACE),
+        (BODY, [ReactionWheel((1, 0, 0), 0.1, torque=0.1)], SPACE),
+        (BODY, [KaneDamper(0.4, 0.0)], {"energy"} | SPACE),
+        (BODY, [KaneDamper(0.4, 0.1)], SPACE),
+        (BODY, [SPRING, WHEEL, Gyrostat((0, 0, 1)), pt.GravityGradient(EARTH_ORBIT)], {"jacobi_energy"}),
+        (BODY, [WHEEL, pt.UniformGravity(0.3, (0.1, 0.2, 0.3))], {"energy", "angular_momentum_space_3"}),
+        (BODY, [WHEEL, pt.forces.LinearDamping(0.1)], set()),
+    ],
+)
+def test_integrals(body, forces, expected):
+    assert {integral.name for integral in pt.System(body, *forces).integrals} == expected
