@@ -1,0 +1,174 @@
+"""Bodies with parts: the motions of other programs, and closed forms."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import poinsot as pt
+from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
+
+CASES = json.loads((Path(__file__).parent / "spacecraft_parts.json").read_text())["cases"]
+IDENTITY = (1, 0, 0, 0)
+
+
+def largest(difference):
+    return np.max(np.abs(difference))
+
+
+each_formulation = pytest.mark.parametrize("formulation", ["lie_poisson", "canonical"])
+
+
+# ---------------------------------------------------------------------- other programs
+
+
+@each_formulation
+def test_gyrostat(formulation):
+    case = CASES["gyrostat_constant_wheel_speed"]
+    speeds = np.array(case["wheel_inertias"]) * case["wheel_speeds"]
+    system = pt.System(pt.Body.from_inertia(case["inertia"]), Gyrostat(speeds @ np.array(case["wheel_axes"])))
+    start = system.state(case["quaternion0"], omega_body=case["omega_body0"])
+    motion = pt.propagate(system, start, case["times"], formulation=formulation)
+    assert largest(motion.quaternion - case["quaternion"]) < case["error"]
+    assert largest(motion.omega_body - case["omega_body"]) < case["error"]
+
+
+@each_formulation
+def test_four_reaction_wheels(formulation):
+    case = CASES["reaction_wheels"]
+    columns = ("wheel_axes", "wheel_inertias", "viscous_friction", "motor_torques")
+    rows = zip(*(case[column] for column in columns), strict=True)
+    wheels = [ReactionWheel(*row, name=f"wheel_{i}") for i, row in enumerate(rows)]
+    system = pt.System(pt.Body.from_inertia(case["inertia"]), *wheels)
+    omega = np.array(case["omega_body0"])
+    own = {w.name: w.at_speed(speed, omega) for w, speed in zip(wheels, case["wheel_speeds0"], strict=True)}
+    start = system.state(case["quaternion0"], omega_body=omega, **own)
+    motion = pt.propagate(system, start, case["times"], formulation=formulation)
+    speeds = np.stack([w.speed(motion.own[w.name], motion.omega_body) for w in wheels], axis=-1)
+    assert largest(motion.quaternion - case["quaternion"]) < case["error"]
+    assert largest(motion.omega_body - case["omega_body"]) < case["error"]
+    # The speeds are near 100: a unit in the last place is 1.4e-14, and the printed error leaves six.
+    assert largest(speeds - case["wheel_speeds"]) < 3 * case["error"]
+
+
+@each_formulation
+def test_kane_damper_brings_the_minor_axis_to_a_flat_spin(formulation):
+    case = CASES["kane_damper"]
+    damper = KaneDamper(case["damper_inertia"], case["damper_coefficient"])
+    system = pt.System(pt.Body.from_inertia(case["inertia"]), damper)
+    omega = np.array(case["omega_body0"])
+    start = system.state(
+        case["quaternion0"], omega_body=omega, kane_damper=damper.at_rate(case["relative_rate0"], omega)
+    )
+    motion = pt.propagate(system, start, case["times"], formulation=formulation)
+    slips = damper.relative_rate(motion.own["kane_damper"], motion.omega_body)
+    assert largest(motion.quaternion - case["quaternion"]) < case["error"]
+    assert largest(motion.omega_body - case["omega_body"]) < case["error"]
+    assert largest(slips - case["relative_rate"]) < case["error"]
+
+
+# ---------------------------------------------------------------------- gyrostats, closed forms
+
+
+def test_axial_gyrostat_nutates_faster_by_its_rotor():
+    # A w' = ((C - A) w3 + h) (-w2, w1) for a body of revolution with its rotor along the axis.
+    A, C, h = 3.0, 4.0, 1.7
+    omega = np.array([0.3, -0.1, 0.5])
+    system, times = pt.System(pt.Body((A, A, C)), Gyrostat((0, 0, h))), np.linspace(0, 100, 101)
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=omega), times)
+    turned = complex(*omega[:2]) * np.exp(1j * ((C - A) * omega[2] + h) / A * times)
+    # 74 rad of nutation, whose rate is known to a rounding: 1e-14, and as much by each of about 100 steps.
+    assert largest(motion.omega_body - np.stack([turned.real, turned.imag, np.full(101, 0.5)], axis=-1)) < 1e-13
+
+
+def test_zhukovskys_gyrostat_with_a_rotor_along_a_principal_axis():
+    # Volterra's case h = (h, 0, 0): w2^2 and w3^2 are quadratic in w1, and t = int I1 dw1 / ((I2 - I3) w2 w3).
+    I1, I2, I3, h = 2.0, 3.0, 4.0, 0.8
+    start = np.array([0.2, 0.9, 0.7])
+
+    def squares(w1):
+        x, c = w1 - start[0], 2 * I1 / (I2 - I3)
+        mean = (w1 + start[0]) / 2
+        return (
+            start[1] ** 2 + c / I2 * ((I3 - I1) * mean - h) * x,
+            start[2] ** 2 + c / I3 * ((I1 - I2) * mean + h) * x,
+        )
+
+    system = pt.System(pt.Body((I1, I2, I3)), Gyrostat((h, 0, 0)))
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=start), [0.0, 0.5, 1.0])
+    for time, (w1, w2, w3) in zip(motion.times[1:], motion.omega_body[1:], strict=True):
+        np.testing.assert_allclose((w2**2, w3**2), squares(w1), rtol=1e-14)
+        passed = quad(lambda w: I1 / ((I2 - I3) * np.sqrt(np.prod(squares(w)))), start[0], w1, epsabs=1e-14)[0]
+        assert abs(passed - time) < 2e-14
+
+
+def test_a_gyrostat_turns_forever_about_any_axis_to_which_its_rotor_is_fitted():
+    # (I w + h) x w = 0 for h = (c - I) w.
+    omega, moments = np.array([0.3, -0.4, 0.5]), np.array([2.0, 3.0, 4.0])
+    system = pt.System(pt.Body(moments), Gyrostat((3.3 - moments) * omega))
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=omega), [0.0, 10.0])
+    assert largest(motion.omega_body - omega) < 1e-14
+
+
+# ---------------------------------------------------------------------- one axis, closed forms
+
+
+def test_a_motor_turns_wheel_and_body_apart():
+    inertia, moment, torque, time = 4.0, 0.2, 0.03, 25.0
+    wheel = ReactionWheel((0, 0, 1), moment, torque=torque)
+    system = pt.System(pt.Body((3.0, 3.5, inertia)), wheel)
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=(0, 0, 0.1)), [0.0, time])
+    rate = -torque / (inertia - moment)
+    assert abs(motion.omega_body[-1, 2] - (0.1 + rate * time)) < 1e-15
+    speed = wheel.speed(motion.own["reaction_wheel"], motion.omega_body)[-1]
+    np.testing.assert_allclose(speed, (torque / moment - rate) * time, rtol=1e-14)
+
+
+def test_the_slip_of_a_sphere_decays_at_one_rate():
+    inertia, moment, friction, slip, time = 4.0, 0.5, 0.3, 0.7, 3.0
+    damper = KaneDamper(moment, friction)
+    system = pt.System(pt.Body((3.0, 3.5, inertia)), damper)
+    own = damper.at_rate((0, 0, slip), (0, 0, 0.1))
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=(0, 0, 0.1), kane_damper=own), [0.0, time])
+    left = damper.relative_rate(motion.own["kane_damper"], motion.omega_body)[-1, 2]
+    np.testing.assert_allclose(
+        left, slip * np.exp(-friction * (1 / moment + 1 / (inertia - moment)) * time), rtol=1e-13
+    )
+
+
+def test_a_mass_on_a_spring_oscillates_with_its_reduced_mass():
+    # Along a line through the centre of mass of a body at rest: mu rho'' = -k rho - c rho'.
+    mass, total, stiffness, damping, time = 2.0, 5.0, 3.0, 0.4, 7.0
+    spring = SpringMass(mass, total, (0.5, 0, 0), (1, 0, 0), stiffness, damping)
+    system = pt.System(pt.Body((3.0, 3.5, 4.0)), spring)
+    start = system.state(IDENTITY, omega_body=(0, 0, 0), spring_mass=(0.3, 0.0))
+    motion = pt.propagate(system, start, [0.0, time])
+    mu = mass * (total - mass) / total
+    decay = damping / (2 * mu)
+    pace = np.sqrt(stiffness / mu - decay**2)
+    expected = 0.3 * np.exp(-decay * time) * (np.cos(pace * time) + decay / pace * np.sin(pace * time))
+    assert abs(motion.own["spring_mass"][-1, 0] - expected) < 1e-14
+    assert largest(motion.omega_body) == 0
+
+
+# ---------------------------------------------------------------------- energy
+
+
+def test_energy_goes_where_friction_takes_it():
+    body = pt.Body.from_inertia([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 10.0)])
+    wheel, damper = ReactionWheel((0.6, 0, 0.8), 0.1, 0.02, 0.01), KaneDamper(0.4, 0.1)
+    spring = SpringMass(1, 10, (0.3, 0.2, 1), (0.6, 0, 0.8), 2.0, 0.3)
+    system = pt.System(body, wheel, damper, spring)
+    start = system.state(IDENTITY, omega_body=(0.4, -0.9, 0.3), spring_mass=(0.2, 0.1), reaction_wheel=[0.3])
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    times = 5 * (nodes + 1)
+    motion = pt.propagate(system, start, [0.0, *times, 10.0])
+    own, omega = motion.own, motion.omega_body
+    speed, slip = wheel.speed(own["reaction_wheel"], omega), damper.relative_rate(own["kane_damper"], omega)
+    power = wheel.torque * speed - wheel.friction * speed**2 - damper.coefficient * np.sum(slip**2, axis=-1)
+    power -= spring.damping * spring.speed(own["spring_mass"], omega) ** 2
+    assert abs(motion.energy[-1] - motion.energy[0]) > 0.1
+    # Eighty nodes integrate ten units of a smooth power to rounding; the energies are near 5.
+    assert abs(motion.energy[-1] - motion.energy[0] - 5 * weights @ power[1:-1]) < 2e-13
