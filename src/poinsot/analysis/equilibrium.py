@@ -127,6 +127,8 @@ def equilibria(
         If the frame does not turn uniformly, or the system is not the same in it at all times.
     """
     check_kinds("equilibria(system, frame)", {"system": (system, System)})
+    if system.moving_parts:
+        raise ValueError(f"system must be without parts, got {type(system.moving_parts[0]).__name__}.")
     if system.members:
         raise ValueError(f"system must be a single one, got {system.members[0]} members. Take the members one by one.")
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
