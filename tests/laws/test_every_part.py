@@ -246,3 +246,12 @@ def test_events_that_act_refuse_parts():
     system = pt.System(BODY, PARTS[1])
     with pytest.raises(ValueError, match="an event that acts must be for a body without parts"):
         pt.propagate(system, started(system), TIMES, events=[Kick()])
+
+
+def test_datasets_and_equilibria_refuse_parts():
+    system = pt.System(BODY, PARTS[0])
+    motion = pt.propagate(system, started(system), TIMES)
+    with pytest.raises(ValueError, match="a dataset must be of a body without parts, got Gyrostat"):
+        _ = motion.dataset
+    with pytest.raises(ValueError, match="system must be without parts, got Gyrostat"):
+        pt.analysis.equilibria(system)

@@ -27,6 +27,9 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
     It has what a trajectory is made of, bit for bit, and nothing of the machine that computed it; of its system no
     more than its `repr`, to which `save` adds what makes it again.
     """
+    if motion.system.moving_parts:
+        part = type(motion.system.moving_parts[0]).__name__
+        raise ValueError(f"a dataset must be of a body without parts, got {part}. Save motion.phase by numpy.")
     import xarray
 
     return xarray.Dataset(
