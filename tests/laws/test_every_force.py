@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import formulas
 import poinsot as pt
+from kinds import concrete_subclasses
 from poinsot.algebra.quaternion import product
 from poinsot.engine import kernels
 from poinsot.forces.gravity import Oblateness
@@ -72,6 +73,10 @@ def any_body(monkeypatch):
 def random_attitudes(count=4):
     half_turns = np.eye(4)[1:]
     return np.concatenate([Rotation.random(count, np.random.default_rng(11)).as_quat(scalar_first=True), half_turns])
+
+
+def test_every_force_of_the_package_is_here():
+    assert concrete_subclasses(pt.Potential, pt.Torque) == {type(force) for force in FORCES}
 
 
 # ---------------------------------------------------------------------- the torque is the slope of the energy

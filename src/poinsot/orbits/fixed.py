@@ -15,7 +15,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Vector
 
-__all__ = ["FixedPosition"]
+__all__ = ["FixedPosition", "components"]
 
 
 class FixedPosition(Orbit):
@@ -46,7 +46,7 @@ class FixedPosition(Orbit):
 
     @override
     def position_at(self, time: Scalar) -> functions.Vector:
-        return functions.Vector(self.position)
+        return components(self.position)
 
     @override
     def velocity_at(self, time: Scalar) -> functions.Vector:
@@ -61,3 +61,8 @@ class FixedPosition(Orbit):
     @override
     def directions(self) -> dict[str, NDArray[np.float64]]:
         return {"attractor": np.asarray(self.position)}
+
+
+def components(vector: Any) -> functions.Vector:
+    """Return the three components of a field: scalars of any kind, or arrays of members."""
+    return vector if isinstance(vector, functions.Vector) else functions.Vector(np.moveaxis(np.asarray(vector), -1, 0))

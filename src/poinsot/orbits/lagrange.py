@@ -16,6 +16,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Vector
+from poinsot.orbits.fixed import components
 from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
 from poinsot.quantities import AngularVelocity, Time
 
@@ -58,17 +59,17 @@ class RotatingPosition(Orbit):
 
     @override
     def position_at(self, time: Scalar) -> functions.Vector:
-        (x, y, z), (c, s) = self._position, self._turn(time)
+        (x, y, z), (c, s) = components(self.position), self._turn(time)
         return functions.Vector((c * x - s * y, s * x + c * y, z))
 
     @override
     def velocity_at(self, time: Scalar) -> functions.Vector:
-        (x, y, z), (c, s) = self._position, self._turn(time)
+        (x, y, z), (c, s) = components(self.position), self._turn(time)
         return functions.Vector((-self.rate * (s * x + c * y), self.rate * (c * x - s * y), 0 * z))
 
     @override
     def inverse_distance_at(self, time: Scalar) -> Scalar:
-        return 1 / functions.norm(self._position)
+        return 1 / functions.norm(components(self.position))
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64]:
@@ -84,13 +85,6 @@ class RotatingPosition(Orbit):
     def frame(self) -> RotatingFrame:
         """The axes that turn with the position, along the space axes at the epoch."""
         return RotatingFrame((1, 0, 0, 0), self.uniform_rotation, self.epoch)
-
-    @property
-    def _position(self) -> functions.Vector:
-        position: Any = self.position
-        if isinstance(position, functions.Vector):
-            return position
-        return functions.Vector(np.moveaxis(np.asarray(position), -1, 0))
 
     def _turn(self, time: Scalar) -> tuple[Scalar, Scalar]:
         angle = self.rate * (time - self.epoch)

@@ -21,6 +21,7 @@ from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Parametric, Vector
 from poinsot.orbits import solutions
+from poinsot.orbits.fixed import components
 from poinsot.orbits.universal import refuse_symbols
 from poinsot.quantities import Time
 
@@ -153,8 +154,8 @@ class ThreeBodyPath(CirclingPair, Parametric):
 
     @property
     def _start(self) -> tuple[Scalar, ...]:
-        x, y, z = (x / self.separation for x in _components(self.position))
-        velocity = (v / (self.separation * self.mean_motion) for v in _components(self.velocity))
+        x, y, z = (x / self.separation for x in components(self.position))
+        velocity = (v / (self.separation * self.mean_motion) for v in components(self.velocity))
         return x - (1 - self.mass_ratio), y, z, *velocity
 
 
@@ -311,7 +312,3 @@ def _inverse_distances(variables: Any) -> dict[str, Scalar]:
     x, y, z = variables[:3]
     across = y * y + z * z
     return {"primary": ((x + 1) * (x + 1) + across) ** -0.5, "secondary": (x * x + across) ** -0.5}
-
-
-def _components(vector: Any) -> Any:
-    return vector if isinstance(vector, functions.Vector) else np.moveaxis(np.asarray(vector), -1, 0)
