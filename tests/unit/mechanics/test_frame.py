@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
 
 OMEGA = np.array([0.3, -0.2, 0.5])
 START = Rotation.from_rotvec([0.2, 0.1, -0.4])
@@ -134,3 +135,16 @@ def test_a_users_frame_is_a_frame(body):
     state = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), time=2.0, frame=Accelerating())
     assert np.allclose(body.omega(state.angular_momentum_body), [0, 0, 2.0], atol=1e-15)
     assert np.allclose(state.attitude.apply([1, 0, 0]), [np.cos(2.0), np.sin(2.0), 0], atol=1e-15)
+
+
+def test_roll_pitch_and_yaw_are_turns_of_scipy(rng):
+    """About axes forward, against the normal, and down; columns are these along radial, transverse, normal."""
+    level = Rotation.from_matrix([(0, 0, -1), (1, 0, 0), (0, -1, 0)])
+    angles = rng.uniform([-3, -1.5, -3], [3, 1.5, 3], (20, 3))
+    attitude = level * Rotation.from_euler("ZYX", angles[:, ::-1])
+    q = attitude.as_quat(scalar_first=True)
+    assert np.max(np.abs(roll_pitch_yaw(q) - angles)) < 1e-13  # pitch is 0.07 from where roll and yaw are one
+    assert (
+        np.max((attitude.inv() * Rotation.from_quat(from_roll_pitch_yaw(angles), scalar_first=True)).magnitude())
+        < 1e-15
+    )
