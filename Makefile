@@ -33,8 +33,8 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable '.[all]' --group dev
 	@touch $(READY)
 
-# `make bench` writes docs/benchmarks.md (some minutes); `make bench-short` takes a quick look into out/bench-short.
-# Both go without the peers that do not install; `make bench-peers` tries these again. numbalsoda is built from source
+# `make bench` writes docs/benchmarks.md and appends to benchmarks/history.csv (some minutes); `make bench-short` takes a
+# quick look into out/bench-short. Both go without the peers that do not install; `make bench-peers` tries these again. numbalsoda is built from source
 # where it has no wheel, which needs a Fortran compiler.
 BENCH := .venv-bench
 PEERS := numba numbalsoda diffrax mujoco bsk

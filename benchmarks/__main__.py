@@ -72,8 +72,8 @@ def _all_sections(short):
 
 
 def _write(results):
-    """Write the report and its figures; what was there before goes only once all is complete."""
-    from benchmarks import report
+    """Write the report, its figures and the history; what was there before goes only once all is complete."""
+    from benchmarks import history, report
 
     out = ROOT / "out"
     data, folder = (out / "bench-short",) * 2 if results["short"] else (out, ROOT / "docs")
@@ -85,6 +85,8 @@ def _write(results):
             place = folder / path.relative_to(staged)
             place.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(path, place)
+    if not results["short"]:
+        print(*history.append(results), sep="\n")
     missing = report.not_measured(results)
     if missing:
         print(*missing, "`make bench-peers` tries to install what is missing.", sep="\n")
