@@ -33,9 +33,7 @@ def rows_of(results, commit):
 
 def stable(what):
     """Return the name of a target without what one run has measured."""
-    return re.sub(
-        r" \([^()]* processes\)| at an error of .*|, \d+ members over .*|,( medians of)? \d+ starts", "", what
-    )
+    return re.sub(MEASURED, "", what)
 
 
 def read(path=PATH):
