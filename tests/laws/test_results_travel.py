@@ -155,6 +155,19 @@ def test_a_copy_can_be_run_again():
     np.testing.assert_allclose(again.quaternion, thing.quaternion, atol=1e-14)  # dense output has other steps
 
 
+ELSEWHERE = {"Ephemeris", "PropagationError", "PropagationInterrupted", "Scenario"}
+
+
+@pytest.mark.parametrize("name", sorted((RESULTS.keys() & NOT_CALLED) - ELSEWHERE))
+def test_a_notebook_shows_the_text_of_a_result_without_markup(tmp_path, name, monkeypatch):
+    thing = RESULTS[name](tmp_path)
+    thing = thing[0] if isinstance(thing, list | tuple) else thing
+    if thing is None:
+        pytest.skip("there is none")
+    monkeypatch.setattr(type(thing), "__repr__", lambda _: "<script>alert('&')</script>")
+    assert thing._repr_html_() == "<pre>&lt;script&gt;alert(&#x27;&amp;&#x27;)&lt;/script&gt;</pre>"
+
+
 def test_every_result_is_among_them():
     results = {name for name in NOT_CALLED if inspect.isclass(PUBLIC.get(name))}
     bases = {"Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant", "Vector"}

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from poinsot.analysis.family import Family, LostError, Place
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.periodic import PeriodicMotion
+from poinsot.html_text import ShownInNotebooks
 
 __all__ = ["LOOSE", "Bifurcation", "bifurcations"]
 
@@ -47,7 +48,7 @@ EVENTS = {
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Bifurcation:
+class Bifurcation(ShownInNotebooks):
     """Where a multiplier leaves or enters the unit circle, or the branch turns round.
 
     Attributes

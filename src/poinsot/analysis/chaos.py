@@ -20,6 +20,7 @@ from poinsot.engine.driver import Memory, Report, Rows
 from poinsot.engine.progress import bar
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
@@ -40,7 +41,7 @@ APART = 10.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class ChaosIndicators:
+class ChaosIndicators(ShownInNotebooks):
     """What the growth of tangent vectors says about motions; arrays (n,) along the times, (members, n) of an ensemble.
 
     Attributes
@@ -215,7 +216,7 @@ def _volume(vectors: Array) -> Array:
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class LyapunovSpectrum:
+class LyapunovSpectrum(ShownInNotebooks):
     """The exponents of a motion since its start; of an ensemble the members come first.
 
     Attributes

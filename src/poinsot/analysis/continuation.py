@@ -23,6 +23,7 @@ from poinsot.analysis.period_map import Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.errors import PropagationInterrupted, real_array
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.replaced import NamedNumber
 from poinsot.mechanics.state import State, state_of
@@ -52,7 +53,7 @@ PATIENCE = 1.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Branch:
+class Branch(ShownInNotebooks):
     """Periodic motions along a curve, in its order; the parameter need not be monotonic.
 
     Attributes

@@ -19,6 +19,7 @@ from poinsot.algebra.dual import Dual, partial
 from poinsot.checked import checked
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.functions import Vector
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.branch_exploration import Nested, opened
@@ -57,7 +58,7 @@ SKEW = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(0, 2, 1)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Equilibrium:
+class Equilibrium(ShownInNotebooks):
     """An attitude at rest in a frame, and the small motion about it; radians, the user's unit of time.
 
     Attributes

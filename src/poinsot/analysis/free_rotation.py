@@ -10,6 +10,7 @@ import numpy as np
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -22,7 +23,7 @@ from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_func
 __all__ = ["FreeRotation"]
 
 
-class FreeRotation:
+class FreeRotation(ShownInNotebooks):
     """The torque-free rotation of a body from a state, or of members; everything in the user's units, radians.
 
     The momentum circles either the short axis of the body (of the largest moment) or the long axis (of the

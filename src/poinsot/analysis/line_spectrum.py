@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
+from poinsot.html_text import ShownInNotebooks
 from poinsot.quantities import Times
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
@@ -50,7 +51,7 @@ EVEN = 1e-9
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class LineSpectrum:
+class LineSpectrum(ShownInNotebooks):
     """The lines of a signal, the strongest first: the sum of amplitudes * exp(i frequencies t), or its real part.
 
     Of an array of signals every attribute has their axes first; where a signal has fewer lines than another, NaN.

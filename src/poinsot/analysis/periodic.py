@@ -19,6 +19,7 @@ from poinsot.analysis.period_map import PeriodMap, Point
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.parameters import listed
@@ -42,7 +43,7 @@ SAMPLES = 256
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class PeriodicMotion:
+class PeriodicMotion(ShownInNotebooks):
     """A motion that repeats itself in a frame, and the small motion about it; radians, the user's unit of time.
 
     Attributes
@@ -141,7 +142,7 @@ def _refuse_members(names: str, members: tuple[int, ...]) -> None:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class CassiniState:
+class CassiniState(ShownInNotebooks):
     """A rotation in resonance with the orbit, whose axis precesses with the node; radians, the user's unit of time.
 
     Attributes

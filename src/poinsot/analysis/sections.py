@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import described
@@ -38,7 +39,7 @@ Coordinates = Callable[[EventRecord], tuple[ArrayLike, ArrayLike]]
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class Section(ShownInNotebooks):
     """The points of motions in a plane, member by member, in the order of their times.
 
     Attributes

@@ -16,6 +16,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.engine.driver import Memory, Rows
 from poinsot.errors import PropagationError, real_numbers
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.parameter_names import resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
@@ -28,7 +29,7 @@ __all__ = ["StateTransition", "state_transition"]
 Array = NDArray[np.float64]
 
 
-class StateTransition:
+class StateTransition(ShownInNotebooks):
     """xi(t) = matrix xi(t0) + sensitivity dp along a motion, to first order; of an ensemble members come first.
 
     Attributes

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from poinsot.checked import checked
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import Coordinates
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, changed, state_of
@@ -27,7 +28,7 @@ BLOCK = 65_536
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EventRecord:
+class EventRecord(ShownInNotebooks):
     """The zeros of one event along a motion, in the order of its times; of an ensemble member after member.
 
     Attributes
@@ -54,7 +55,9 @@ class EventRecord:
         return self.times.size
 
     def __repr__(self) -> str:
-        return f"EventRecord of {self.event!r}: {len(self)}"
+        unit = self.system.units["time"]
+        span = f", from {np.min(self.times):.6g} to {np.max(self.times):.6g}" if len(self) else ""
+        return f"EventRecord of {self.event!r}: {len(self)}{span}" + (f" {unit}" if span and unit != "1" else "")
 
     @checked
     def of(self, member: int) -> EventRecord:

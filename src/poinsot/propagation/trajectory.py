@@ -18,6 +18,7 @@ from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.engine.problem import Problem
 from poinsot.errors import real_numbers
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
@@ -96,7 +97,7 @@ def versions() -> dict[str, str]:
     return {**packages, "python": platform.python_version()}
 
 
-class Trajectory:
+class Trajectory(ShownInNotebooks):
     """A motion at the requested times, read by name; every property has the times as its first axis.
 
     Attributes
@@ -405,6 +406,8 @@ class Trajectory:
 
     def __repr__(self) -> str:
         span = f"{self.times[0]:.10g} ... {self.times[-1]:.10g}" if self.times.size else "none"
+        unit = self.system.units["time"]
+        span += "" if unit == "1" or not self.times.size else f" {unit}"
         lines = [f"Trajectory of {self.system!r}", f"  times: {self.times.size}, {span}"]
         if self.quaternion.ndim == 3:
             lines.append(f"  members: {len(self.quaternion)}, failed: {len(self.failures)}")
@@ -423,7 +426,7 @@ class Trajectory:
 
 
 @dataclass(frozen=True)
-class RelativeMotion:
+class RelativeMotion(ShownInNotebooks):
     """Attitude and rate of the body relative to a frame.
 
     Attributes

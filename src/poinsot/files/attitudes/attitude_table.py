@@ -12,6 +12,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
+from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -39,7 +40,7 @@ SAME_TIME = 2e-9
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class AttitudeTable:
+class AttitudeTable(ShownInNotebooks):
     """Attitudes at times, as they come from a file or as they go into one: x_space = q x_body q~.
 
     Parameters
