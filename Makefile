@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run test verify slow clean
+.PHONY: run test verify slow face clean
 
 run: $(READY)
 	$(BIN)/poinsot paper --out out --overwrite
@@ -21,6 +21,10 @@ test: $(READY)
 
 verify: $(READY)
 	$(BIN)/poinsot verify
+
+# The stubs, the JSON Schema and the tables that follow from the modules.
+face: $(READY)
+	$(BIN)/python -m tools.face
 
 slow: $(READY)
 	$(BIN)/python -m pytest -m slow

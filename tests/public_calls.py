@@ -69,7 +69,7 @@ INTERNAL = {
 
 NOT_CALLED = {
     *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
-    *("Vector", "functions", "plot"),
+    *("AttitudeFormat", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "Section", "StateTransition", "Trajectory"),

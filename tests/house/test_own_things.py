@@ -1,4 +1,4 @@
-"""One file for one thing: a force, an orbit, a shape and an attitude format of a user's, from one file outside.
+"""One file for one thing: a force, an orbit, a part, a shape and an attitude format of a user's, from one file outside.
 
 The file is imported, no more; scenarios, their schema and the command line know what is in it then.
 """
@@ -21,7 +21,7 @@ import numpy as np
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.files.attitudes.attitude_format import AttitudeFormat
+from poinsot.mechanics.part import Part
 from poinsot.quantities import Angle, AngularVelocity, Time
 
 
@@ -61,6 +61,15 @@ class Tether(pt.Orbit):
         return functions.Vector((-self.rate * y, self.rate * x, z))
 
 
+class Flywheel(Part):
+    """A rotor of constant speed."""
+
+    spin: pt.Vector
+
+    def momentum(self, own, time):
+        return functions.Vector(self.spin)
+
+
 class Ball(pt.shapes.Ellipsoid):
     """A ball."""
 
@@ -69,7 +78,7 @@ class Ball(pt.shapes.Ellipsoid):
         super().__init__((radius,) * 3, mass=mass)
 
 
-class Lines(AttitudeFormat):
+class Lines(pt.files.AttitudeFormat):
     """One list of numbers in each line: the time and the quaternion."""
 
     title = "lines of JSON"
@@ -161,6 +170,7 @@ def test_the_schema_has_them(told):
     for kind, name in (("Tether", "start"), ("Rowing", "rate"), ("Rowing", "epoch")):
         assert kinds[kind]["properties"][name]["anyOf"][0] == {"type": ["number", "string"]}, name
     assert kinds["Tether"]["properties"]["length"]["anyOf"][0] == {"type": "number"}
+    assert kinds["Flywheel"]["required"] == ["type", "spin"]
     assert kinds["Ball"]["required"] == ["type", "radius", "mass"]
 
 

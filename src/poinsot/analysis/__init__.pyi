@@ -1,4 +1,4 @@
-"""Analyses of motions and systems, by the module of each; imported when they are used first."""
+"""The public names of poinsot.analysis, by the module of each, as `make face` writes them."""
 
 from .chaos import ChaosIndicators, LyapunovSpectrum, chaos_indicators, lyapunov_spectrum
 from .continuation import Bifurcation, Branch, continue_motion

@@ -1,4 +1,4 @@
-"""Events that `propagate` finds on the way, by the module of each; imported when they are used first."""
+"""The public names of poinsot.events, by the module of each, as `make face` writes them."""
 
 from .standard_events import AndoyerCrossing, Apsis, AtTime, AttractorCrossing, AxisCrossing, RateCrossing, SpinFlip
 

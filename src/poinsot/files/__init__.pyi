@@ -1,7 +1,8 @@
-"""Files: motions, attitudes, orbits, bodies, scenarios, by the module of each; imported when they are used first."""
+"""The public names of poinsot.files, by the module of each, as `make face` writes them."""
 
 from .attitudes.aem import read_aem, write_aem
 from .attitudes.apm import read_apm, write_apm
+from .attitudes.attitude_format import AttitudeFormat
 from .attitudes.attitude_table import AttitudeTable
 from .attitudes.ck import read_ck, spice_attitude, write_ck
 from .attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
@@ -15,6 +16,7 @@ from .orbits.tle import omm_orbit, tle_orbit
 from .scenarios.scenario import Scenario, read_scenario
 
 __all__ = [
+    "AttitudeFormat",
     "AttitudeTable",
     "Scenario",
     "load",

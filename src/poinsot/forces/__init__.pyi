@@ -1,4 +1,4 @@
-"""Forces: potentials and torques, by the module of each; imported when they are used first."""
+"""The public names of poinsot.forces, by the module of each, as `make face` writes them."""
 
 from .damping import LinearDamping
 from .ellipsoid import EllipsoidGravity

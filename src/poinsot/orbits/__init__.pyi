@@ -1,4 +1,4 @@
-"""Orbits: where the body is relative to what attracts it, by the module of each; imported when they are used first."""
+"""The public names of poinsot.orbits, by the module of each, as `make face` writes them."""
 
 from .ephemeris import Ephemeris
 from .escape import EscapeOrbit

@@ -1,4 +1,4 @@
-"""Pictures, by the module of each; imported when they are used first."""
+"""The public names of poinsot.plot, by the module of each, as `make face` writes them."""
 
 from .continuation import branch
 from .frequencies import spectrum

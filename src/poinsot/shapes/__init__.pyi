@@ -1,4 +1,4 @@
-"""Shapes, of which bodies and gravity fields are made, by the module of each; imported when they are used first."""
+"""The public names of poinsot.shapes, by the module of each, as `make face` writes them."""
 
 from .assembly import Assembly
 from .mascons import Mascons

@@ -28,10 +28,10 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
+from poinsot.mechanics.part import Part
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.quantities import extras_of, quantity_of
 from poinsot.shapes.assembly import Assembly
@@ -121,7 +121,7 @@ def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
         if cls not in seen:
             seen[cls] = None
             stack += cls.__subclasses__()
-    yield from (cls for cls in seen if _is_public(cls) and not issubclass(cls, Event))
+    yield from (cls for cls in seen if _is_public(cls) and cls is not Part)
 
 
 def _is_own(thing: Any) -> bool:

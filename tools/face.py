@@ -1,0 +1,117 @@
+"""Write what follows from the modules: the stubs of the namespaces, the JSON Schema and the tables of what there is.
+
+`make face` does it; tests/house/test_face.py checks that it was done. A name is public if the `__all__` of its module
+has it, but for those that modules share among themselves, which are listed here.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import importlib
+import json
+import pkgutil
+import re
+import sys
+from pathlib import Path
+
+from poinsot.files.attitudes.attitude_format import attitude_formats
+from poinsot.files.scenarios.schema import schema
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "poinsot"
+
+SHARED = {
+    "analysis": "family.* multipliers.* period_map.* polhodes.* *.LOOSE *.bifurcations *.recognised",
+    "events": "",
+    "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
+    "scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.check_rising *.attitude_formats "
+    "*.parsed_scenario *.rebuilt_system *.repetition",
+    "forces": "same_body.*",
+    "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* piecewise_chebyshev.* solutions.* "
+    "universal.* *.*Axes *.*Frame *.CirclingPair *.ThreeBodyView",
+    "parts": "",
+    "plot": "figure.* labels.* panels.* solids.* view.* *.different_orbits",
+    "shapes": "cubature.* polyhedron.* winding.*",
+}
+"""Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
+
+SHADOWING = {"map": "A004"}
+"""Public names that are also Python's, and the rule of ruff that they break."""
+
+
+def face() -> dict[Path, str]:
+    """Return the files, by path, with what they must have."""
+    spaces = [space for space in SHARED if (SOURCE / space / "__init__.pyi").exists()]
+    names = {space: public_names(space) for space in spaces}
+    stubs = {SOURCE / space / "__init__.pyi": stub(space, found) for space, found in names.items()}
+    tables = {
+        ROOT / "README.md": ("names", names_table(names)),
+        ROOT / "docs" / "files.md": ("formats", formats_table()),
+    }
+    texts = {path: filled(path.read_text(), *table) for path, table in tables.items()}
+    return {**stubs, ROOT / "docs" / "scenario.schema.json": json.dumps(schema(), indent=1) + "\n", **texts}
+
+
+def public_names(space: str) -> dict[str, str]:
+    """Return the module of each public name of a namespace, relative to it."""
+    package = importlib.import_module(f"poinsot.{space}")
+    patterns, found = SHARED[space].split(), {}
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        inside = module.name.removeprefix(f"{package.__name__}.")
+        if not module.ispkg and not any(fnmatch.fnmatchcase(f"{inside}.?", pattern) for pattern in patterns):
+            names = importlib.import_module(module.name).__all__
+            found |= {name: inside for name in names if not is_shared(f"{inside}.{name}", patterns)}
+    return found
+
+
+def is_shared(name: str, patterns: list[str]) -> bool:
+    """Whether a name is not public."""
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+
+
+def stub(space: str, found: dict[str, str]) -> str:
+    """Return the stub of a namespace."""
+    lines = [f'"""The public names of poinsot.{space}, by the module of each, as `make face` writes them."""', ""]
+    for module in sorted(set(found.values())):
+        names = sorted((name for name in found if found[name] == module), key=lambda x: (not x[0].isupper(), x))
+        noqa = "".join(f"  # noqa: {rule}" for name, rule in SHADOWING.items() if name in names)
+        line = f"from .{module} import {', '.join(names)}{noqa}"
+        lines += [line] if len(line) <= 120 else [f"from .{module} import (", *(f"    {x}," for x in names), ")"]
+    listed = [f'    "{name}",' for name in sorted(found)]
+    return "\n".join([*lines, "", "__all__ = [", *listed, "]", ""])
+
+
+def names_table(names: dict[str, dict[str, str]]) -> str:
+    """Return the public names of the namespaces."""
+    rows = (f"| `poinsot.{space}` | {', '.join(f'`{x}`' for x in sorted(found))} |" for space, found in names.items())
+    return "\n".join(["| namespace | names |", "|---|---|", *rows])
+
+
+def formats_table() -> str:
+    """Return the formats of attitude files, with the conventions of each."""
+    rows = [
+        (
+            f"{each.title} ({', '.join(f'`{end}`' for end in each.suffixes)})",
+            f"`{each.write.__name__}`, `{each.read.__name__}`",
+            *each.conventions,
+        )
+        for each in attitude_formats()
+    ]
+    heading = "| format | write, read | order | direction | rates |\n|---|---|---|---|---|"
+    return "\n".join([heading, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def filled(text: str, name: str, table: str) -> str:
+    """Return a page with a table between its two marks."""
+    begin, end = f"<!-- {name}: `make face` -->\n", f"\n<!-- end of {name} -->"
+    found = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", lambda _: begin + table + end, text, flags=re.DOTALL)
+    if begin not in text:
+        raise ValueError(f"the page must have the mark {begin!r}, but it has none.")
+    return found
+
+
+if __name__ == "__main__":
+    for path, text in face().items():
+        if not path.exists() or path.read_text() != text:
+            path.write_text(text)
+            sys.stdout.write(f"{path.relative_to(ROOT)}\n")
