@@ -54,7 +54,7 @@ def _forces(short):
     highest = 4 if short else 16
     field = _field(highest)
     body = pt.Body.from_inertia(field.inertia_deviator + 0.4 * np.eye(3))
-    ellipsoid = pt.Body.ellipsoid(1.0, SEMIAXES)
+    ellipsoid = pt.Body.from_ellipsoid(1.0, SEMIAXES)
     forces: dict[str, tuple[pt.Body, pt.Potential]] = {"`GravityGradient`": (body, pt.GravityGradient(ORBIT))}
     for degree in (2, 4, 8, 16):
         if degree <= highest:
@@ -80,4 +80,4 @@ def _points(count):
     random = np.random.default_rng(2)
     masses, points = random.uniform(1, 2, count) / count, random.normal(size=(count, 3)) * (0.5, 0.35, 0.25)
     points -= masses @ points / masses.sum()
-    return pt.Body.point_masses(masses, points), pt.forces.MasconGravity(ORBIT, masses, points)
+    return pt.Body.from_point_masses(masses, points), pt.forces.MasconGravity(ORBIT, masses, points)

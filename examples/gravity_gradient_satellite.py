@@ -24,7 +24,9 @@ import poinsot as pt
 parts = [(60.0, (0.6, 0.4, 0.3), 0.0), (1.2, (6.0, 0.02, 0.02), 3.3), (3.0, (0.1, 0.1, 0.1), 6.35)]
 centre = sum(mass * place for mass, _, place in parts) / sum(mass for mass, _, _ in parts)
 across = np.diag([0.0, 1.0, 1.0])
-inertia = sum(pt.Body.box(mass, sides).inertia + mass * (place - centre) ** 2 * across for mass, sides, place in parts)
+inertia = sum(
+    pt.Body.from_box(mass, sides).inertia + mass * (place - centre) ** 2 * across for mass, sides, place in parts
+)
 satellite = pt.Body.from_inertia(inertia)
 A, B, C = satellite.moments
 

@@ -26,7 +26,7 @@ points = np.concatenate(balls)
 points -= np.mean(points, axis=0)
 points /= np.max(np.linalg.norm(points, axis=-1))  # R = 1
 masses = np.full(len(points), 1 / len(points))
-field, body = pt.shapes.Mascons(masses, points).field(int(DEGREES[-1])), pt.Body.point_masses(masses, points)
+field, body = pt.shapes.Mascons(masses, points).field(int(DEGREES[-1])), pt.Body.from_point_masses(masses, points)
 print(f"{len(points)} points; C20 = {field.C[2, 0]:.3f}, C22 = {field.C[2, 2]:.3f}, C31 = {field.C[3, 1]:.3f}")
 
 # Directions from 50 to 90 degrees off the long axis, where there is room for an attractor.

@@ -236,7 +236,7 @@ def public_calls(folder):
     turning = {"ax": None, "rate_unit": "deg/s", "time_unit": "s"}
     return {
         "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
-        "Andoyer.of": (pt.Andoyer.of, {"state": START}),
+        "Andoyer.from_state": (pt.Andoyer.from_state, {"state": START}),
         "Andoyer.state": (pt.Andoyer(0.1, 0.2, 0.3, 0.5, 1.0, 0.4).state, {"time": 1.0}),
         "AndoyerCrossing": (
             pt.events.AndoyerCrossing,
@@ -263,9 +263,9 @@ def public_calls(folder):
         "AxisCrossing": (pt.events.AxisCrossing, {**cone, "target": (0, 0, 1), "angle": 0.3}),
         "Body": (pt.Body, {"moments": (1.25, 1.0, 0.75)}),
         "Body.angular_momentum": (BODY.angular_momentum, {"omega_body": (0.1, 0.2, 0.3)}),
-        "Body.box": (pt.Body.box, {"mass": 1.0, "sides": (1.0, 2.0, 3.0)}),
-        "Body.cylinder": (pt.Body.cylinder, {"mass": 1.0, "radius": 1.0, "height": 2.0}),
-        "Body.ellipsoid": (pt.Body.ellipsoid, {"mass": 1.0, "semiaxes": (1.0, 2.0, 3.0)}),
+        "Body.from_box": (pt.Body.from_box, {"mass": 1.0, "sides": (1.0, 2.0, 3.0)}),
+        "Body.from_cylinder": (pt.Body.from_cylinder, {"mass": 1.0, "radius": 1.0, "height": 2.0}),
+        "Body.from_ellipsoid": (pt.Body.from_ellipsoid, {"mass": 1.0, "semiaxes": (1.0, 2.0, 3.0)}),
         "Body.from_inertia": (pt.Body.from_inertia, {"tensor": ((2.0, 0.1, 0), (0.1, 2.5, 0.2), (0, 0.2, 3.0))}),
         "Body.from_ratios": (pt.Body.from_ratios, {"alpha": 0.2, "beta": 0.3, "polar_moment": 2.0}),
         "Body.from_shape": (pt.Body.from_shape, {"shape": pt.shapes.Ellipsoid((3, 2, 1), mass=1.0)}),
@@ -279,8 +279,8 @@ def public_calls(folder):
         "Body.kinetic_energy": (BODY.kinetic_energy, {"angular_momentum_body": (0.1, 0.2, 0.3)}),
         "Body.moment_about": (BODY.moment_about, {"direction_body": (1.0, 0, 0)}),
         "Body.omega": (BODY.omega, {"angular_momentum_body": (0.1, 0.2, 0.3)}),
-        "Body.point_masses": (
-            pt.Body.point_masses,
+        "Body.from_point_masses": (
+            pt.Body.from_point_masses,
             {"masses": (1.0, 1.0, 1.0), "positions": ((1.0, 0, 0), (0, 1, 0), (0, 0, 1))},
         ),
         "Body.state": (
@@ -296,7 +296,7 @@ def public_calls(folder):
         "Calendar": (pt.Calendar, {"zero": "2000-01-01T12:00:00", "scale": "TDB", "unit": "d"}),
         "Calendar.date": (CALENDAR.date, {"time": 10.0}),
         "Calendar.time": (CALENDAR.time, {"epoch": 10.0}),
-        "EventRecord.of": (motion().events[0].of, {"member": 0}),
+        "EventRecord.member": (motion().events[0].member, {"member": 0}),
         "Cylinder": (pt.shapes.Cylinder, {"radius": 1.0, "height": 2.0, **mass_of}),
         "Ellipsoid": (pt.shapes.Ellipsoid, {"semiaxes": (3.0, 2, 1), **mass_of}),
         "Ellipsoid of density": (pt.shapes.Ellipsoid, {"semiaxes": (3.0, 2, 1), "density": 2.0}),
@@ -395,7 +395,7 @@ def public_calls(folder):
         ),
         "Mascons": (pt.shapes.Mascons, {"masses": (1.0, 1.0), "positions": ((0.1, 0, 0), (-0.1, 0, 0))}),
         "Mesh": (pt.shapes.Mesh, {"vertices": CORNERS, "faces": FACES, "mass": 1.0, "repair": False}),
-        "Mesh.box": (pt.shapes.Mesh.box, {"sides": (1.0, 2.0, 3.0), "density": 1.0}),
+        "Mesh.from_box": (pt.shapes.Mesh.from_box, {"sides": (1.0, 2.0, 3.0), "density": 1.0}),
         "Oblateness": (
             pt.forces.Oblateness,
             {"orbit": ELLIPSE, "j2": 1e-3, "equatorial_radius": 0.1, "pole": (0, 0, 1)},

@@ -244,7 +244,7 @@ def test_new_scenario_runs_as_it_is_and_with_everything_that_it_offers(tmp_path)
     without = re.sub(r"(?m)^(moments|quaternion) = .*\n", "", offered)  # of which another form is offered
     (tmp_path / "all.toml").write_text(without)
     found = pt.files.read_scenario(tmp_path / "all.toml")
-    assert np.array_equal(found.system.body.inertia, pt.Body.box(100, (1, 1.5, 2)).inertia)
+    assert np.array_equal(found.system.body.inertia, pt.Body.from_box(100, (1, 1.5, 2)).inertia)
     assert found.state.conjugate_momenta.shape == (100, 4)
     assert set(found.outputs) == {"result", "plot", "view"}
 

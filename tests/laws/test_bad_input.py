@@ -52,10 +52,10 @@ NOT_FINITE = {
         "moments must be finite, but moments[1, 2] = inf.",
     ),
     "tensor": (lambda: pt.Body.from_inertia(np.full((3, 3), NAN)), "tensor must be finite, but tensor[0, 0] = nan."),
-    "mass": (lambda: pt.Body.box(INF, (1, 1, 1)), "mass must be finite, but mass = inf."),
-    "semiaxes": (lambda: pt.Body.ellipsoid(1, (1, NAN, 1)), "semiaxes must be finite, but semiaxes[1] = nan."),
+    "mass": (lambda: pt.Body.from_box(INF, (1, 1, 1)), "mass must be finite, but mass = inf."),
+    "semiaxes": (lambda: pt.Body.from_ellipsoid(1, (1, NAN, 1)), "semiaxes must be finite, but semiaxes[1] = nan."),
     "positions": (
-        lambda: pt.Body.point_masses((1, 1), ((0, 0, 0), (0, -INF, 0))),
+        lambda: pt.Body.from_point_masses((1, 1), ((0, 0, 0), (0, -INF, 0))),
         "positions must be finite, but positions[1, 1] = -inf.",
     ),
     "quaternion": (
@@ -150,8 +150,8 @@ NOT_REAL = {
         lambda: pt.Body("a" * 100),
         "moments must be real numbers, got str 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa....",
     ),
-    "word_for_mass": (lambda: pt.Body.cylinder("1", 1, 1), "mass must be real numbers, got str '1'."),
-    "truth_for_mass": (lambda: pt.Body.cylinder(True, 1, 1), "mass must be real numbers, got bool True."),
+    "word_for_mass": (lambda: pt.Body.from_cylinder("1", 1, 1), "mass must be real numbers, got str '1'."),
+    "truth_for_mass": (lambda: pt.Body.from_cylinder(True, 1, 1), "mass must be real numbers, got bool True."),
     "word_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), "0"), "time must be real numbers, got str '0'."),
     "truth_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), True), "time must be real numbers, got bool True."),
     "word_for_time_in_a_frame": (
@@ -214,14 +214,14 @@ WRONG_SHAPE = {
         "moments must have shape (3,) or (members, 3), got shape (0, 3).",
     ),
     "tensor": (lambda: pt.Body.from_inertia((1, 2, 3)), "tensor must have shape (3, 3), got shape (3,)."),
-    "semiaxes": (lambda: pt.Body.ellipsoid(1, (1, 1)), "semiaxes must have shape (3,), got shape (2,)."),
-    "mass": (lambda: pt.Body.cylinder((1, 2), 1, 1), "mass must have shape (), got shape (2,)."),
+    "semiaxes": (lambda: pt.Body.from_ellipsoid(1, (1, 1)), "semiaxes must have shape (3,), got shape (2,)."),
+    "mass": (lambda: pt.Body.from_cylinder((1, 2), 1, 1), "mass must have shape (), got shape (2,)."),
     "positions": (
-        lambda: pt.Body.point_masses((1, 1), ((1, 0, 0),)),
+        lambda: pt.Body.from_point_masses((1, 1), ((1, 0, 0),)),
         "positions must have shape (2, 3), got shape (1, 3).",
     ),
     "no_masses": (
-        lambda: pt.Body.point_masses((), np.empty((0, 3))),
+        lambda: pt.Body.from_point_masses((), np.empty((0, 3))),
         "masses must not be empty, got shape (0,).",
     ),
     "quaternion": (
@@ -312,17 +312,17 @@ IMPOSSIBLE_BODIES = {
         lambda: pt.Body.from_inertia([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]),
         "tensor must be symmetric, but it differs from its transpose by 0.1.",
     ),
-    "ellipsoid": (lambda: pt.Body.ellipsoid(1, (1, 0, 1)), "semiaxes must be positive, got 0.0."),
-    "mass_of_ellipsoid": (lambda: pt.Body.ellipsoid(-1, (1, 1, 1)), "mass must be positive, got -1.0."),
-    "box": (lambda: pt.Body.box(1, (1, -1, 1)), "sides must be positive, got -1.0."),
-    "radius": (lambda: pt.Body.cylinder(1, 0, 1), "radius must be positive, got 0.0."),
-    "height": (lambda: pt.Body.cylinder(1, 1, -2), "height must be positive, got -2.0."),
-    "mass_of_cylinder": (lambda: pt.Body.cylinder(0, 1, 1), "mass must be positive, got 0.0."),
+    "ellipsoid": (lambda: pt.Body.from_ellipsoid(1, (1, 0, 1)), "semiaxes must be positive, got 0.0."),
+    "mass_of_ellipsoid": (lambda: pt.Body.from_ellipsoid(-1, (1, 1, 1)), "mass must be positive, got -1.0."),
+    "box": (lambda: pt.Body.from_box(1, (1, -1, 1)), "sides must be positive, got -1.0."),
+    "radius": (lambda: pt.Body.from_cylinder(1, 0, 1), "radius must be positive, got 0.0."),
+    "height": (lambda: pt.Body.from_cylinder(1, 1, -2), "height must be positive, got -2.0."),
+    "mass_of_cylinder": (lambda: pt.Body.from_cylinder(0, 1, 1), "mass must be positive, got 0.0."),
     "point_masses": (
-        lambda: pt.Body.point_masses((1, -3), ((1, 0, 0), (0, 1, 0))),
+        lambda: pt.Body.from_point_masses((1, -3), ((1, 0, 0), (0, 1, 0))),
         "masses must be positive, got -3.0.",
     ),
-    "one_point": (lambda: pt.Body.point_masses((1,), ((1, 0, 0),)), "moments must be positive, got 0.0."),
+    "one_point": (lambda: pt.Body.from_point_masses((1,), ((1, 0, 0),)), "moments must be positive, got 0.0."),
 }
 
 

@@ -167,7 +167,7 @@ def wrong_member(together, i, motion, sentence):
         return f"times {together.times[whole]}, alone {motion.times}"
     if not near(rows[whole], np.concatenate([motion.quaternion, motion.conjugate_momenta], axis=-1)):
         return "states"
-    return next(filter(None, map(wrong_event, [found.of(i) for found in together.events], motion.events)), "")
+    return next(filter(None, map(wrong_event, [found.member(i) for found in together.events], motion.events)), "")
 
 
 def wrong_event(ours, theirs):
@@ -248,7 +248,7 @@ def test_a_member_of_an_ensemble_is_its_run_alone(switch, fails):
         assert [e.event.numbers for e in one.events] == [e.event.numbers for e in motion.events]
         assert not any(map(wrong_event, one.events, motion.events))
         assert all(
-            np.array_equal(e.times, whole.of(i).times) for e, whole in zip(one.events, together.events, strict=True)
+            np.array_equal(e.times, whole.member(i).times) for e, whole in zip(one.events, together.events, strict=True)
         )
     again = pt.propagate(one.system, one.initial, one.times, events=[e.event for e in one.events])
     assert same_motion(again, pt.propagate(motion.system, motion.initial, motion.times, events=watched("all", i)))

@@ -96,7 +96,7 @@ def test_an_ellipsoid_has_the_field_of_its_coefficients():
     C[4, 0] = 15 / 7 * (C[2, 0] ** 2 + 2 * C[2, 2] ** 2)
     C[4, 2] = 5 / 7 * C[2, 0] * C[2, 2]
     C[4, 4] = 5 / 28 * C[2, 2] ** 2
-    body, field_of_it = pt.Body.ellipsoid(2.0, (a, b, c)), pt.GravityField(4, 2.0, R, C, S)
+    body, field_of_it = pt.Body.from_ellipsoid(2.0, (a, b, c)), pt.GravityField(4, 2.0, R, C, S)
 
     def rest(distance):
         orbit = pt.orbits.FixedPosition(1.3, position=distance * np.array([0.36, -0.48, 0.8]))
@@ -114,7 +114,7 @@ def test_small_oscillations_are_those_of_the_series():
         (1.0, 0.7, 0.5),
         pt.KeplerOrbit(1.0, semimajor_axis=3.0, eccentricity=0.0, inclination=0.4, node=1.1),
     )
-    body, field_of_it = pt.Body.ellipsoid(2.0, semiaxes), pt.shapes.Ellipsoid(semiaxes, mass=2.0).field(20)
+    body, field_of_it = pt.Body.from_ellipsoid(2.0, semiaxes), pt.shapes.Ellipsoid(semiaxes, mass=2.0).field(20)
     forces = (
         pt.forces.EllipsoidGravity(orbit, 2.0, semiaxes),
         pt.forces.HarmonicGravity(orbit, field_of_it),
@@ -146,7 +146,7 @@ def test_members_with_fields_of_their_own():
 
 def members_of_points():
     """Half turns about principal axes keep the inertia."""
-    body = pt.Body.point_masses(MASSES, PLACES)
+    body = pt.Body.from_point_masses(MASSES, PLACES)
     turns = Rotation.from_rotvec([[0, 0, 0], [np.pi, 0, 0], [0, np.pi, 0]])
     places = [turn.apply(PLACES @ body.principal_axes.as_matrix()) for turn in turns]
     alone = [(pt.Body(body.moments), pt.forces.MasconGravity(ELLIPSE, MASSES, place)) for place in places]
@@ -155,7 +155,7 @@ def members_of_points():
 
 def members_of_ellipsoids():
     semiaxes = np.array([(0.6, 0.5, 0.35), (0.6, 0.6, 0.3), (0.5, 0.4, 0.5)])
-    alone = [(pt.Body.ellipsoid(2.0, each), pt.forces.EllipsoidGravity(ELLIPSE, 2.0, each)) for each in semiaxes]
+    alone = [(pt.Body.from_ellipsoid(2.0, each), pt.forces.EllipsoidGravity(ELLIPSE, 2.0, each)) for each in semiaxes]
     body = pt.Body([each.moments for each, _ in alone])
     return body, pt.forces.EllipsoidGravity(ELLIPSE, 2.0, semiaxes), alone
 
@@ -182,21 +182,23 @@ OTHER_BODIES = {
         "field.",
     ),
     "points of another mass": (
-        lambda: pt.System(pt.Body.point_masses(MASSES, PLACES), pt.forces.MasconGravity(POINT, 2 * MASSES, PLACES)),
+        lambda: pt.System(
+            pt.Body.from_point_masses(MASSES, PLACES), pt.forces.MasconGravity(POINT, 2 * MASSES, PLACES)
+        ),
         "masses and positions must agree with the inertia of the body, but the tensors differ by 0.89 of its largest "
-        "moment. Body.point_masses(masses, positions) has the right one.",
+        "moment. Body.from_point_masses(masses, positions) has the right one.",
     ),
     "points not about their centre": (
-        lambda: pt.System(pt.Body.point_masses(MASSES, OFF), pt.forces.MasconGravity(POINT, MASSES, OFF)),
+        lambda: pt.System(pt.Body.from_point_masses(MASSES, OFF), pt.forces.MasconGravity(POINT, MASSES, OFF)),
         "positions must be from the centre of mass, but it is off the origin by 0.013 of the farthest point. "
         "Subtract it.",
     ),
     "an ellipsoid along other axes": (
         lambda: pt.System(
-            pt.Body.ellipsoid(2.0, (0.6, 0.5, 0.4)), pt.forces.EllipsoidGravity(POINT, 2.0, (0.5, 0.6, 0.4))
+            pt.Body.from_ellipsoid(2.0, (0.6, 0.5, 0.4)), pt.forces.EllipsoidGravity(POINT, 2.0, (0.5, 0.6, 0.4))
         ),
         "mass and semiaxes must agree with the inertia of the body, but the tensors differ by 0.18 of its largest "
-        "moment. Body.ellipsoid(mass, semiaxes) has the right one.",
+        "moment. Body.from_ellipsoid(mass, semiaxes) has the right one.",
     ),
 }
 
@@ -227,7 +229,7 @@ def test_rounding_is_no_other_body(size):
     for turn in random:
         turned = turn.apply(places)
         turned = turned - MASSES @ turned / MASSES.sum()
-        pt.System(pt.Body.point_masses(MASSES, turned), pt.forces.MasconGravity(POINT, MASSES, turned))
+        pt.System(pt.Body.from_point_masses(MASSES, turned), pt.forces.MasconGravity(POINT, MASSES, turned))
 
 
 @pytest.mark.parametrize(
@@ -296,7 +298,7 @@ def test_members_are_counted_together():
 
 def test_an_attractor_inside_an_ellipsoid_is_told_before_and_after():
     semiaxes = (1.4, 1.3, 0.7)
-    body = pt.Body.ellipsoid(2.0, semiaxes)
+    body = pt.Body.from_ellipsoid(2.0, semiaxes)
     sentence = (
         "EllipsoidGravity: the periapsis is 0.4 below the end of the longest semiaxis (distance 1, radius 1.4); inside "
         "the ellipsoid the field outside is continued inwards."

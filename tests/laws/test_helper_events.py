@@ -106,7 +106,7 @@ def test_passages_are_those_of_the_quantity(name, weight, sign):
         matrices = pt.State(together.quaternion[k], together.conjugate_momenta[k], times).attitude.as_matrix()
         values = quantity(matrices, together.omega_body[k], times)
         crossed = (np.sign(values[1:]) != np.sign(values[:-1])) & (np.abs(values[1:] - values[:-1]) < 1)
-        found = together.events[0].of(k)
+        found = together.events[0].member(k)
         assert len(found) == np.sum(crossed)
         late = np.searchsorted(sign * times, sign * found.times)
         assert np.all(crossed[late - 1])

@@ -22,7 +22,7 @@ from unit.files.orbits import test_oem, test_tle
 SECONDS, BYTES = 1.0, 200e6
 """Of this process for each file; readers in processes of their own have limits there."""
 
-BOX = pt.shapes.Mesh.box((1.0, 2.0, 3.0), mass=1.0)
+BOX = pt.shapes.Mesh.from_box((1.0, 2.0, 3.0), mass=1.0)
 DATED = {"calendar": NAMED["calendar"], "reference_frame": NAMED["reference_frame"]}
 EPOCH = "2000-06-27T19:00:00 UTC", "2000-06-27T19:30:00 UTC"
 

@@ -57,7 +57,7 @@ def check(motion, zeros, span, sign, pace):
     found, lost = motion.events[0], 0
     for k, row in enumerate(zeros):
         expected = np.sort(row[row <= span])
-        times = np.sort(sign * (found.of(k).times if len(zeros) > 1 else found.times))
+        times = np.sort(sign * (found.member(k).times if len(zeros) > 1 else found.times))
         lost += times.size != expected.size or np.max(np.abs(times - expected)) > 32 * EPS * max(span, pace)
     return lost
 
@@ -135,12 +135,12 @@ def test_andoyers_angle_is_passed_where_the_variables_say(seed, sign):
     times = sign * np.linspace(0, 20, 4001)
     motion = pt.propagate(system, start, times, events=[pt.events.AndoyerCrossing(angle=0.8)])
     for k in range(3):
-        found = motion.events[0].of(k)
+        found = motion.events[0].member(k)
         one = pt.State(motion.quaternion[k], motion.conjugate_momenta[k], times)
-        off = np.angle(np.exp(1j * (pt.Andoyer.of(one).g - 0.8)))
+        off = np.angle(np.exp(1j * (pt.Andoyer.from_state(one).g - 0.8)))
         passed = (off[1:] * off[:-1] < 0) & (np.abs(off[1:] - off[:-1]) < 1)
         assert len(found) == passed.sum()
-        assert np.max(np.abs(pt.Andoyer.of(found.states).g - 0.8), initial=0) < 1e-11
+        assert np.max(np.abs(pt.Andoyer.from_state(found.states).g - 0.8), initial=0) < 1e-11
         assert np.array_equal(found.directions, sign * np.sign(off[1:] - off[:-1])[passed])
 
 

@@ -87,7 +87,7 @@ RESULTS = {
     "StateTransition": lambda _: transition(),
     "Trajectory": lambda _: motion(),
     "FreeRotation": lambda _: pt.analysis.FreeRotation(BODY, START),
-    "Andoyer": lambda _: pt.Andoyer.of(START),
+    "Andoyer": lambda _: pt.Andoyer.from_state(START),
     "AttitudeTable": lambda _: table(),
     "closed form": lambda _: free(),
     "ensemble": lambda _: pt.propagate(SATELLITE, members(), TIMES),

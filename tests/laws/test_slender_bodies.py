@@ -106,7 +106,7 @@ def many(body, folder):  # noqa: ARG001
 
 def crossed(body, folder):  # noqa: ARG001
     motion = run(along(body), events=[pt.events.AtTime(time) for time in TIMES[TIMES != 0]])
-    found = [each.of(0) for each in motion.events]
+    found = [each.member(0) for each in motion.events]
     return np.insert([rates(body, each.states)[0] for each in found], 1, rates(body, motion.initial), axis=0)
 
 

@@ -130,7 +130,7 @@ def test_andoyers_angle_is_that_of_the_variables():
     system = pt.System(body, pt.UniformGravity(0.3, (0.2, 0.1, 0.5)))
     start = body.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.3, 0.9, 0.8))
     found = pt.propagate(system, start, [60.0], events=[pt.events.AndoyerCrossing(angle=0.4)]).events[0]
-    g = pt.Andoyer.of(found.states).g
+    g = pt.Andoyer.from_state(found.states).g
     assert len(found) > 5
     assert np.max(np.abs(g - 0.4)) < 1e-13
 

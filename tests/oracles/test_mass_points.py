@@ -66,7 +66,7 @@ def test_the_tides_of_the_oracle_are_the_slopes_of_its_attraction():
 @pytest.mark.parametrize(("mirrored", "rate"), [(False, 2), (True, 4)], ids=["any cloud", "mirrored cloud"])
 def test_torque_is_the_limit_of_small_bodies(mirrored, rate):
     masses, points = cloud(mirrored)
-    derived = torque(pt.Body.point_masses(masses, points), FORCE)
+    derived = torque(pt.Body.from_point_masses(masses, points), FORCE)
 
     def error(size):
         pulled = oracle.torque_of(ATTRACTOR, POSITION, masses, size * TURN.apply(points))
@@ -82,7 +82,7 @@ def test_torque_is_the_limit_of_small_bodies(mirrored, rate):
 def test_energy_is_the_limit_of_small_bodies():
     """The difference between two attitudes."""
     masses, points = cloud(mirrored=True)
-    body = pt.Body.point_masses(masses, points)
+    body = pt.Body.from_point_masses(masses, points)
     derived = energy(body, FORCE, TURN) - energy(body, FORCE, OTHER)
 
     def error(size):
@@ -100,7 +100,7 @@ def test_energy_is_the_limit_of_small_bodies():
 @pytest.mark.parametrize("turn", list(Rotation.random(5, np.random.default_rng(8))))
 def test_torque_of_the_inertia_alone(turn):
     masses, points = cloud(mirrored=False)
-    derived = torque(pt.Body.point_masses(masses, points), FORCE, turn)
+    derived = torque(pt.Body.from_point_masses(masses, points), FORCE, turn)
     inertia = oracle.inertia_of(masses, turn.apply(points))
     assert relative(turn.apply(derived), oracle.torque_of_tides(ATTRACTOR, POSITION, inertia)) < 3e-14
 
@@ -108,7 +108,7 @@ def test_torque_of_the_inertia_alone(turn):
 def test_a_small_ring_is_an_oblate_attractor():
     """The ring's own J4 and more leave a difference with the fourth power of its radius."""
     masses, points = cloud(mirrored=True)
-    body, size, fraction = pt.Body.point_masses(masses, points), 1e-5, 0.5
+    body, size, fraction = pt.Body.from_point_masses(masses, points), 1e-5, 0.5
 
     def error(radius):
         pulled = oracle.torque_of(
@@ -125,7 +125,7 @@ def test_a_small_ring_is_an_oblate_attractor():
 
 def test_a_second_flattening_turns_the_body_elsewhere():
     """What the tests above would miss: without j2, or about another pole, the torque is another one."""
-    body = pt.Body.point_masses(*cloud(mirrored=False))
+    body = pt.Body.from_point_masses(*cloud(mirrored=False))
     point = pt.orbits.FixedPosition(MU, position=POSITION)
     for other in ((pt.GravityGradient(point),), oblate(point, J2, RADIUS, (0, 0, 1))):
         assert relative(torque(body, other), torque(body, FORCE)) > 0.05
@@ -170,7 +170,7 @@ def test_motion_about_two_oblate_attractors_is_that_of_euler_and_newton(seed, fo
 
 def test_three_attractors_are_the_sum_of_their_points():
     masses, points = cloud(mirrored=True)
-    body, size = pt.Body.point_masses(masses, points), 1e-4
+    body, size = pt.Body.from_point_masses(masses, points), 1e-4
     places, mus = np.array([[3.0, 1, 0], [-2, 2, 1], [0.5, -3, 2]]), np.array([2.0, 0.7, 1.1])
     # The attractors stand around the body, which is at the origin.
     attractors = [
@@ -197,7 +197,7 @@ def test_body_from_the_stokes_coefficients_of_points(seed):
         **coefficients, polar_moment_factor=inertia[2, 2] / (mass * radius**2), mass=mass, radius=radius
     )
     assert np.max(np.abs(body.inertia - inertia)) < 1e-14 * np.trace(inertia)
-    assert np.max(np.abs(body.inertia - pt.Body.point_masses(masses, points).inertia)) < 1e-14 * np.trace(inertia)
+    assert np.max(np.abs(body.inertia - pt.Body.from_point_masses(masses, points).inertia)) < 1e-14 * np.trace(inertia)
 
 
 def test_the_coefficients_are_those_of_the_potential_outside():

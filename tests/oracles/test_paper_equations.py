@@ -703,7 +703,7 @@ def test_equation_19_differs_from_the_shipped_energy_by_what_the_attitude_does_n
 def test_equation_19_is_the_limit_of_point_masses_far_away():
     # Eight masses at the corners of a box: the next term is (size / distance)^2 smaller.
     corners = np.array([(i, 2 * j, 3 * k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
-    body = pt.Body.point_masses(np.ones(8), corners)
+    body = pt.Body.from_point_masses(np.ones(8), corners)
     place = (2e5, 3e5, 6e5)
     gradient_of_gravity = pt.System(body, pt.GravityGradient(pt.orbits.FixedPosition(1.0, position=place)))
     quaternions = [Vector(mpmath.mpf(k) / 7 for k in whole) for whole in ((2, 3, 6, 0), (0, -2, 3, 6))]

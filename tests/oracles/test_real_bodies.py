@@ -20,7 +20,7 @@ MASSES = RANDOM.uniform(1, 2, 8)
 POINTS = RANDOM.normal(size=(8, 3)) * [1.0, 0.7, 0.4]
 POINTS -= MASSES @ POINTS / np.sum(MASSES)
 POINTS /= np.max(np.linalg.norm(POINTS, axis=-1))
-CLOUD = pt.Body.point_masses(MASSES, POINTS)
+CLOUD = pt.Body.from_point_masses(MASSES, POINTS)
 ATTRACTOR = mass_points.PointAttractor(np.array([MU]), np.zeros((1, 3)))
 
 
@@ -151,7 +151,7 @@ def test_motion_is_that_of_euler_and_newton(name, exact):
         return A.T @ mass_points.torque_of(ATTRACTOR, positions[0], MASSES, 4 * POINTS @ A.T)
 
     judged = euler_newton.integrate(inertia, TURN.as_matrix(), omega, start, times, [pull], [path])
-    body = pt.Body.point_masses(MASSES, 4 * POINTS)
+    body = pt.Body.from_point_masses(MASSES, 4 * POINTS)
     force = (
         pt.forces.MasconGravity(orbit, MASSES, 4 * POINTS)
         if exact
@@ -173,7 +173,7 @@ def test_motion_is_that_of_euler_and_newton(name, exact):
 def test_points_of_mass_lose_no_digits(distance):
     """Also within them; mirrored, so that their centre is at the origin to the last digit."""
     masses, points = np.tile(MASSES, 2), np.concatenate([POINTS, -POINTS])
-    body, position = pt.Body.point_masses(masses, points), distance * DIRECTION
+    body, position = pt.Body.from_point_masses(masses, points), distance * DIRECTION
     derived = torque(body, pt.forces.MasconGravity(pt.orbits.FixedPosition(MU, position=position), masses, points))
     assert relative(derived, pulled(position, masses, points)) < 1e-14
 
@@ -221,7 +221,7 @@ def directions(count):
 
 
 def worst_torque(shape, distance, count=4):
-    body, judge = pt.Body.ellipsoid(2.0, shape), oracle.Ellipsoid(2.0, shape)
+    body, judge = pt.Body.from_ellipsoid(2.0, shape), oracle.Ellipsoid(2.0, shape)
     worst = 0.0
     for place in distance * directions(count):
         derived = torque(
@@ -261,7 +261,7 @@ def test_a_flat_ellipsoid_at_its_edge_is_beyond_the_formula():
 @pytest.mark.parametrize("shape", SHAPES[:6], ids=str)
 def test_the_energy_of_an_ellipsoid(shape):
     """From the same distance in two directions."""
-    judge, body = oracle.Ellipsoid(2.0, shape), pt.Body.ellipsoid(2.0, shape)
+    judge, body = oracle.Ellipsoid(2.0, shape), pt.Body.from_ellipsoid(2.0, shape)
     for distance in (1.2, 3.0):
         places = distance * directions(1)
         with mpmath.workdps(40):
@@ -276,7 +276,7 @@ def test_the_energy_of_an_ellipsoid(shape):
 
 def test_a_homogeneous_sphere_feels_nothing():
     force = pt.forces.EllipsoidGravity(pt.orbits.FixedPosition(MU, position=2 * DIRECTION), 2.0, (0.7, 0.7, 0.7))
-    body = pt.Body.ellipsoid(2.0, (0.7, 0.7, 0.7))
+    body = pt.Body.from_ellipsoid(2.0, (0.7, 0.7, 0.7))
     assert energy(body, force) == 0
     assert np.all(torque(body, force) == 0)
     motion = pt.propagate(pt.System(body, force), body.state(TURN, omega_body=(0.1, 0.2, -0.3)), [0.0, 10.0])
@@ -289,7 +289,7 @@ BOX = (1.1, 0.8, 0.5)
 FORCES = {
     "field": lambda orbit: (CLOUD, pt.forces.HarmonicGravity(orbit, field(4))),
     "mascons": lambda orbit: (CLOUD, pt.forces.MasconGravity(orbit, MASSES, POINTS)),
-    "ellipsoid": lambda orbit: (pt.Body.ellipsoid(2.0, BOX), pt.forces.EllipsoidGravity(orbit, 2.0, BOX)),
+    "ellipsoid": lambda orbit: (pt.Body.from_ellipsoid(2.0, BOX), pt.forces.EllipsoidGravity(orbit, 2.0, BOX)),
 }
 
 

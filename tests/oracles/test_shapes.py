@@ -137,7 +137,7 @@ def cuboid_potential(sides, point):
 @pytest.mark.parametrize("point", [(0.7, 0.9, 1.6), (0.1, -0.2, 0.3), (-2.0, 3.0, 4.0), (0.45, 0.95, -1.4)])
 def test_a_box_pulls_as_its_closed_form(point):
     sides = np.array((1.0, 2.0, 3.0))
-    box = pt.shapes.Mesh.box(sides, density=1.0)
+    box = pt.shapes.Mesh.from_box(sides, density=1.0)
     assert box.potential(point) == pytest.approx(cuboid_potential(sides, point), rel=2e-14)
     step = 1e-3
     slopes = [  # fourth order

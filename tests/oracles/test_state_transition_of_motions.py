@@ -47,7 +47,7 @@ def oblique():
 
 def mascons():
     masses, places = (1.0, 0.5, 0.5), ((0.2, 0.1, 0.0), (-0.3, 0.2, 0.4), (-0.1, -0.4, -0.4))
-    return pt.System(pt.Body.point_masses(masses, places), pt.forces.MasconGravity(kepler(), masses, places))
+    return pt.System(pt.Body.from_point_masses(masses, places), pt.forces.MasconGravity(kepler(), masses, places))
 
 
 def table():

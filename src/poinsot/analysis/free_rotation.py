@@ -149,7 +149,7 @@ class FreeRotation(ShownInNotebooks):
     @property
     def andoyer(self) -> Andoyer:
         """Andoyer's variables of the state, with respect to the body axes as they were given."""
-        return Andoyer.of(self.state)
+        return Andoyer.from_state(self.state)
 
     @functools.cached_property
     def actions(self) -> tuple[Any, Any, Any]:
@@ -182,7 +182,7 @@ class FreeRotation(ShownInNotebooks):
         e = self._elements
         if np.all(e.scale == 0):
             raise ValueError("state must have an angular momentum for angles, but the body is at rest.")
-        about_axis = Andoyer.of(_with_axes(self.state, e))
+        about_axis = Andoyer.from_state(_with_axes(self.state, e))
         rotation, periodic = _mean_angles(e)
         l = np.pi / 2 - e.sense * rotation
         g = about_axis.l + about_axis.g - periodic - l

@@ -211,13 +211,13 @@ def andoyer_section(system: System, state: State, time: Time, *, angle: Angle = 
     def coordinates(points: EventRecord) -> tuple[Array, Array]:
         if not len(points):
             return np.empty(0), np.empty(0)
-        variables = Andoyer.of(points.states)
+        variables = Andoyer.from_state(points.states)
         return variables.l, variables.L / variables.G
 
     event = AndoyerCrossing(angle=angle, direction=1)
     motion = propagate(system, state, [time], events=[event], **options)
     found = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
-    return _with_starts(found, Andoyer.of(state), event.angle)
+    return _with_starts(found, Andoyer.from_state(state), event.angle)
 
 
 def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:

@@ -102,7 +102,7 @@ class EllipsoidGravity(Potential):
         square = np.asarray(self.semiaxes) ** 2
         moments = np.asarray(self.mass)[..., None] / 5 * (np.sum(square, axis=-1, keepdims=True) - square)
         own = moments[..., None] * np.eye(3)
-        hint = "Body.ellipsoid(mass, semiaxes) has the right one."
+        hint = "Body.from_ellipsoid(mass, semiaxes) has the right one."
         refuse_other_inertia("mass and semiaxes", own, body.inertia, body, hint)
 
     @override

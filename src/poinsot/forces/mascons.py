@@ -92,7 +92,7 @@ class MasconGravity(Potential):
             )
         products = np.swapaxes(m * x, -1, -2) @ x
         own = np.trace(products, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - products
-        hint = "Body.point_masses(masses, positions) has the right one."
+        hint = "Body.from_point_masses(masses, positions) has the right one."
         refuse_other_inertia("masses and positions", own, body.inertia, body, hint)
 
 

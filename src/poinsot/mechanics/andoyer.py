@@ -69,7 +69,7 @@ class Andoyer:
 
     @classmethod
     @checked
-    def of(cls, state: State) -> Andoyer:
+    def from_state(cls, state: State) -> Andoyer:
         """Return the variables of a state; angles in (-pi, pi]."""
         if not isinstance(state, State):
             raise TypeError(f"state must be a State, got {described(state)}.")

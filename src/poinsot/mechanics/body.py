@@ -237,26 +237,26 @@ class Body(Parametric):
         return Body(shape / shape[2] * _positive("polar_moment", polar_moment))
 
     @staticmethod
-    def ellipsoid(mass: float, semiaxes: ArrayLike) -> Body:
+    def from_ellipsoid(mass: float, semiaxes: ArrayLike) -> Body:
         """Return the homogeneous ellipsoid with semiaxes (a, b, c) along the body axes."""
         a, b, c = _positive("semiaxes", semiaxes, (3,)) ** 2
         return Body(_positive("mass", mass) / 5 * np.array([b + c, a + c, a + b]))
 
     @staticmethod
-    def box(mass: float, sides: ArrayLike) -> Body:
+    def from_box(mass: float, sides: ArrayLike) -> Body:
         """Return the homogeneous box with full side lengths (a, b, c) along the body axes."""
         a, b, c = _positive("sides", sides, (3,)) ** 2
         return Body(_positive("mass", mass) / 12 * np.array([b + c, a + c, a + b]))
 
     @staticmethod
-    def cylinder(mass: float, radius: float, height: float) -> Body:
+    def from_cylinder(mass: float, radius: float, height: float) -> Body:
         """Return the homogeneous circular cylinder, its axis the third body axis."""
         across, along = _positive("radius", radius) ** 2, _positive("height", height) ** 2
         side = across / 4 + along / 12
         return Body(_positive("mass", mass) * np.array([side, side, across / 2]))
 
     @staticmethod
-    def point_masses(masses: ArrayLike, positions: Points) -> Body:
+    def from_point_masses(masses: ArrayLike, positions: Points) -> Body:
         """Return the body of point masses, shapes (n,) and (n, 3), about their centre of mass."""
         m = _positive("masses", masses, (None,))
         if not m.size:

@@ -2,7 +2,7 @@
 
 from .ephemeris import Ephemeris
 from .escape import EscapeOrbit
-from .fixed import FixedPosition
+from .fixed import FixedPosition, components
 from .kepler import KeplerOrbit
 from .lagrange import LagrangePointPath, RotatingPosition
 from .planets import planet_orbit
@@ -20,6 +20,7 @@ __all__ = [
     "PrecessingOrbit",
     "RotatingPosition",
     "ThreeBodyPath",
+    "components",
     "orbit_sum",
     "planet_orbit",
     "two_body_orbit",

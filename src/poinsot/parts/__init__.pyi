@@ -1,4 +1,4 @@
-"""Parts: what moves inside a body or on it, by the module of each; imported when they are used first."""
+"""The public names of poinsot.parts, by the module of each, as `make face` writes them."""
 
 from .dampers import KaneDamper
 from .rotors import Gyrostat, ReactionWheel

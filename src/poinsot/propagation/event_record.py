@@ -60,7 +60,7 @@ class EventRecord(ShownInNotebooks):
         return f"EventRecord of {self.event!r}: {len(self)}{span}" + (f" {unit}" if span and unit != "1" else "")
 
     @checked
-    def of(self, member: int) -> EventRecord:
+    def member(self, member: int) -> EventRecord:
         """Return those of one member."""
         chosen = self.members == member
         states = state_of(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])

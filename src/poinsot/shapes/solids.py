@@ -104,7 +104,7 @@ class Ellipsoid(Solid):
         return float(self.semiaxes.max())
 
     def _own_body(self) -> Body:
-        return Body.ellipsoid(self.mass, self.semiaxes)
+        return Body.from_ellipsoid(self.mass, self.semiaxes)
 
     def _own_rule(self, degree: int) -> tuple[Array, Array]:
         weights, points = cubature.ball(degree)
@@ -195,7 +195,7 @@ class Cylinder(Solid):
         return float(np.hypot(self.radius, self.height / 2))
 
     def _own_body(self) -> Body:
-        return Body.cylinder(self.mass, self.radius, self.height)
+        return Body.from_cylinder(self.mass, self.radius, self.height)
 
     def _own_rule(self, degree: int) -> tuple[Array, Array]:
         weights, points = cubature.cylinder(degree)

@@ -510,7 +510,7 @@ CANONICAL = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.eye(3), np.zeros((3, 3
 def test_angles_and_actions_are_canonical(order, g):
     """The 15 brackets of angles and actions, by differences with respect to Andoyer's variables."""
     body, momentum = pt.Body(np.array([1.25, 1.0, 0.75])[list(order)]), np.array(g)[list(order)]
-    variables = pt.Andoyer.of(body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=momentum))
+    variables = pt.Andoyer.from_state(body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=momentum))
     place = np.array([getattr(variables, name) for name in ("l", "g", "h", "L", "G", "H")])
     middle = pt.analysis.FreeRotation(body, pt.Andoyer(*place).state()).angles
 
@@ -526,7 +526,9 @@ def test_angles_and_actions_are_canonical(order, g):
 def about(state, axes):
     """Andoyer's variables with respect to other axes, columns of a rotation matrix."""
     attitude = state.attitude * Rotation.from_matrix(axes)
-    return pt.Andoyer.of(pt.Body((1, 1, 1)).state(attitude, angular_momentum_body=state.angular_momentum_body @ axes))
+    return pt.Andoyer.from_state(
+        pt.Body((1, 1, 1)).state(attitude, angular_momentum_body=state.angular_momentum_body @ axes)
+    )
 
 
 def cyclic(axis, up):
@@ -564,7 +566,7 @@ def test_angles_are_those_of_andoyer_where_the_momentum_passes_a_plane(order, ax
 
 def test_andoyer_variables_are_those_of_the_body_axes():
     rotation = rotation_of("short")
-    assert rotation.andoyer == pt.Andoyer.of(rotation.state)
+    assert rotation.andoyer == pt.Andoyer.from_state(rotation.state)
     assert np.max(np.abs(rotation.andoyer.L - 0.2)) < 2 * EPS
 
 

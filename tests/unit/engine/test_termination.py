@@ -96,7 +96,7 @@ def test_an_action_that_fails_stops_its_member_alone(why):
     for i in np.delete(np.arange(RATES.size), BAD):
         alone = pt.propagate(FREE, spinning(RATES[i]), TIMES, events=[event(empty_tank)])
         assert np.allclose(motion.omega_body[i], alone.omega_body, rtol=0, atol=1e-14)
-        assert np.allclose(motion.events[0].of(i).times, alone.events[0].times, rtol=0, atol=1e-14)
+        assert np.allclose(motion.events[0].member(i).times, alone.events[0].times, rtol=0, atol=1e-14)
 
 
 def test_an_action_at_the_last_time_may_fail_too():

@@ -73,9 +73,9 @@ MOTIONS = {
         ),
     ),
     "own gravity": lambda: run(
-        pt.Body.ellipsoid(2.0, (1, 2, 3)),
+        pt.Body.from_ellipsoid(2.0, (1, 2, 3)),
         pt.forces.EllipsoidGravity(KEPLER, 2.0, (1, 2, 3)),
-        state=start(pt.Body.ellipsoid(2.0, (1, 2, 3))),
+        state=start(pt.Body.from_ellipsoid(2.0, (1, 2, 3))),
     ),
 }
 

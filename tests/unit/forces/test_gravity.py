@@ -90,7 +90,7 @@ def test_gravity_gradient_is_the_attraction_of_far_point_masses():
     """The difference between two attitudes of -mu sum m / |R + A x|, up to (x / R)^2."""
     points = np.array([[1.0, 0.2, 0], [0, 0.8, -0.3], [0.1, 0, 0.4]])
     points, masses = np.concatenate([points, -points]), np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
-    body = pt.Body.point_masses(masses, points)
+    body = pt.Body.from_point_masses(masses, points)
     R = 100 * np.array([0.6, 0.0, 0.8])
 
     def attraction(turn):

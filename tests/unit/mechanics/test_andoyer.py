@@ -72,7 +72,7 @@ def test_variables_of_a_state_are_read_off_its_momentum(rng):
     for n in range(20):
         state = states(rng, 20)
         body, space = state.angular_momentum_body[n], state.angular_momentum_space[n]
-        one = pt.Andoyer.of(pt.State(state.quaternion[n], state.conjugate_momenta[n]))
+        one = pt.Andoyer.from_state(pt.State(state.quaternion[n], state.conjugate_momenta[n]))
         assert np.max(np.abs(values(one)[3:] - [body[2], np.linalg.norm(body), space[2]])) < 4 * EPS
         # The line of nodes of a plane is its normal turned by a right angle: (-y, x) for a normal (x, y, z).
         nodes = np.array([-space[1], space[0], 0])
@@ -83,7 +83,7 @@ def test_variables_of_a_state_are_read_off_its_momentum(rng):
 
 def test_g_is_the_angle_between_the_two_lines_of_nodes(rng):
     state = states(rng, 20)
-    variables, G = pt.Andoyer.of(state), state.angular_momentum_space
+    variables, G = pt.Andoyer.from_state(state), state.angular_momentum_space
     third = state.attitude.as_matrix()[..., 2]
     in_space, in_body = np.cross([0, 0, 1], G), np.cross(G, third)
     angle = np.arctan2(
@@ -107,7 +107,7 @@ def test_state_to_variables_and_back(rng, J, I):
     l, g, h = rng.uniform(-np.pi, np.pi, 3)
     momentum = 1.7 * np.array([np.sin(J) * np.sin(l), np.sin(J) * np.cos(l), np.cos(J)])
     state = BODY.state(composed(attitude(l, g, h, J, I)), angular_momentum_body=momentum)
-    back = pt.Andoyer.of(state).state()
+    back = pt.Andoyer.from_state(state).state()
     allowed = 4 * EPS * (2 + loss(J) + loss(I))
     assert (state.attitude.inv() * back.attitude).magnitude() < allowed
     assert np.max(np.abs(back.angular_momentum_body - state.angular_momentum_body)) < allowed
@@ -116,7 +116,7 @@ def test_state_to_variables_and_back(rng, J, I):
 
 def test_random_states_to_variables_and_back(rng):
     state = states(rng, 1000)
-    variables = pt.Andoyer.of(state)
+    variables = pt.Andoyer.from_state(state)
     back = variables.state()
     sines = [np.sqrt(1 - (x / variables.G) ** 2) for x in (variables.L, variables.H)]
     allowed = 4 * EPS * (2 + 1 / sines[0] + 1 / sines[1])
@@ -130,7 +130,7 @@ def test_random_states_to_variables_and_back(rng):
 def test_variables_to_state_and_back(rng, J, I):
     for l, g, h in rng.uniform(-np.pi, np.pi, (10, 3)):
         variables = pt.Andoyer(l, g, h, 1.7 * np.cos(J), 1.7, 1.7 * np.cos(I))
-        back = pt.Andoyer.of(variables.state())
+        back = pt.Andoyer.from_state(variables.state())
         allowed = 4 * EPS * (2 + loss(J) + loss(I))
         assert apart([back.l, back.g, back.h], [l, g, h]) < allowed
         assert np.max(np.abs(values(back)[3:] - values(variables)[3:])) < 8 * EPS
@@ -153,7 +153,7 @@ TURN = 2 * np.arctan2(0.8, 0.6)
 )
 def test_outer_angles_are_zero_where_only_a_sum_is_determined(q, up, g, L, H):
     state = BODY.state(q, angular_momentum_body=(0, 0, up))
-    variables = pt.Andoyer.of(state)
+    variables = pt.Andoyer.from_state(state)
     assert (variables.l, variables.h) == (0, 0)
     assert apart(variables.g, g) < 4 * EPS
     assert np.max(np.abs(values(variables)[3:] - [L, 1, H])) < 4 * EPS
@@ -162,11 +162,11 @@ def test_outer_angles_are_zero_where_only_a_sum_is_determined(q, up, g, L, H):
 
 def test_members_are_as_one_by_one(rng):
     many = states(rng, 10)
-    variables = pt.Andoyer.of(many)
+    variables = pt.Andoyer.from_state(many)
     back = variables.state(time=np.arange(10.0))
     assert back.time.tolist() == list(range(10))
     for n in range(10):
-        one = pt.Andoyer.of(pt.State(many.quaternion[n], many.conjugate_momenta[n]))
+        one = pt.Andoyer.from_state(pt.State(many.quaternion[n], many.conjugate_momenta[n]))
         assert np.max(np.abs(values(one) - values(variables)[n])) < 4 * EPS
         assert np.max(np.abs(one.state().quaternion - back.quaternion[n])) < 4 * EPS
 
@@ -219,15 +219,17 @@ def test_free_motion_obeys_hamiltons_equations(rng, moments):
     start = body.state(q / np.linalg.norm(q), angular_momentum_body=g)
     motion = pt.propagate(pt.System(body), start, [0, 20], dense=True)
     middle = np.linspace(0.1, 19.9, 50)
-    neighbours = values(pt.Andoyer.of(motion((middle + step * np.array([[-3], [-2], [-1], [1], [2], [3]])).ravel())))
+    neighbours = values(
+        pt.Andoyer.from_state(motion((middle + step * np.array([[-3], [-2], [-1], [1], [2], [3]])).ravel()))
+    )
     neighbours = neighbours.reshape(6, 50, 6)
     neighbours[..., :3] = np.unwrap(neighbours[..., :3], axis=0)
     rates = np.einsum("k,kni->ni", np.array([-1, 9, -45, 45, -9, 1]) / (60 * step), neighbours)
-    variables = pt.Andoyer.of(motion(middle))
+    variables = pt.Andoyer.from_state(motion(middle))
     assert np.max(np.abs(rates - hamiltonian_rates(variables, moments))) < 1e-9
     # What is kept, is kept to rounding.
     kept = values(variables)[:, [2, 4, 5]]
-    assert np.max(np.abs(kept - values(pt.Andoyer.of(start))[[2, 4, 5]])) < 2e-14
+    assert np.max(np.abs(kept - values(pt.Andoyer.from_state(start))[[2, 4, 5]])) < 2e-14
 
 
 # ---------------------------------------------------------------------- bad input
@@ -250,9 +252,9 @@ BAD = {
         ValueError,
         "G must be positive, got -1.5. A body at rest has no such variables.",
     ),
-    "kind": (lambda: pt.Andoyer.of((1, 0, 0, 0)), TypeError, "state must be a State, got tuple."),
+    "kind": (lambda: pt.Andoyer.from_state((1, 0, 0, 0)), TypeError, "state must be a State, got tuple."),
     "rest": (
-        lambda: pt.Andoyer.of(pt.State((1, 0, 0, 0), (0, 0, 0, 0))),
+        lambda: pt.Andoyer.from_state(pt.State((1, 0, 0, 0), (0, 0, 0, 0))),
         ValueError,
         "G must be positive, got 0.0. A body at rest has no such variables.",
     ),

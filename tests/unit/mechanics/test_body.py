@@ -44,7 +44,7 @@ def test_ellipsoid_against_an_integral_over_its_volume():
     across = r * np.sqrt(1 - u * u)
     weights = r**2 * wr[:, None, None] * wu[None, :, None]
     expected = integrated_moments(mass, a * across * np.cos(phi), b * across * np.sin(phi), c * r * u, weights)
-    assert np.allclose(pt.Body.ellipsoid(mass, (a, b, c)).moments, expected, rtol=1e-14)
+    assert np.allclose(pt.Body.from_ellipsoid(mass, (a, b, c)).moments, expected, rtol=1e-14)
 
 
 def test_box_against_an_integral_over_its_volume():
@@ -52,7 +52,7 @@ def test_box_against_an_integral_over_its_volume():
     nodes, weights = zip(*(gauss(-s / 2, s / 2) for s in sides), strict=True)
     x, y, z = np.meshgrid(*nodes, indexing="ij")
     expected = integrated_moments(mass, x, y, z, np.einsum("i,j,k->ijk", *weights))
-    assert np.allclose(pt.Body.box(mass, sides).moments, expected, rtol=1e-14)
+    assert np.allclose(pt.Body.from_box(mass, sides).moments, expected, rtol=1e-14)
 
 
 def test_cylinder_against_an_integral_over_its_volume():
@@ -62,7 +62,7 @@ def test_cylinder_against_an_integral_over_its_volume():
     r, z, phi = np.meshgrid(r, z, phi, indexing="ij")
     weights = r * wr[:, None, None] * wz[None, :, None]
     expected = integrated_moments(mass, r * np.cos(phi), r * np.sin(phi), z, weights)
-    assert np.allclose(pt.Body.cylinder(mass, radius, height).moments, expected, rtol=1e-14)
+    assert np.allclose(pt.Body.from_cylinder(mass, radius, height).moments, expected, rtol=1e-14)
 
 
 def test_point_masses_about_their_centre_of_mass():
@@ -72,13 +72,13 @@ def test_point_masses_about_their_centre_of_mass():
         m * ((x - centre) @ (x - centre) * np.eye(3) - np.outer(x - centre, x - centre))
         for m, x in zip(masses, positions, strict=True)
     )
-    body = pt.Body.point_masses(masses, positions)
+    body = pt.Body.from_point_masses(masses, positions)
     assert np.allclose(body.inertia, expected, rtol=0, atol=1e-14 * np.max(expected))
 
 
 def test_point_masses_do_not_depend_on_the_origin(rng):
     masses, positions = rng.uniform(1, 2, 5), rng.normal(size=(5, 3))
-    here, there = (pt.Body.point_masses(masses, positions + shift) for shift in (0, np.array([5.0, -3.0, 1.0])))
+    here, there = (pt.Body.from_point_masses(masses, positions + shift) for shift in (0, np.array([5.0, -3.0, 1.0])))
     assert np.allclose(here.inertia, there.inertia, rtol=0, atol=1e-13)
 
 
@@ -111,7 +111,7 @@ def test_from_stokes_of_a_homogeneous_ellipsoid():
         mass=mass,
         radius=radius,
     )
-    assert body.moments == pytest.approx(pt.Body.ellipsoid(mass, (a, b, c)).moments, rel=1e-14)
+    assert body.moments == pytest.approx(pt.Body.from_ellipsoid(mass, (a, b, c)).moments, rel=1e-14)
     assert np.all(np.diff(body.moments) > 0)
 
 

@@ -207,7 +207,7 @@ def test_a_shape_stands_in_space_as_the_attitude_says(browser, tmp_path):
     parts: list[Any] = [
         pt.shapes.Cylinder(0.3, 2.0, mass=3.0).moved((0.5, 1.0, -2.0), turn),
         pt.shapes.Ellipsoid((0.5, 1.0, 0.7), mass=4.0).moved((-1.0, 0.0, 2.0), turn.inv()),
-        pt.shapes.Mesh.box((0.2, 0.4, 0.6), mass=1.0).moved((0.0, -2.0, 0.0), turn),
+        pt.shapes.Mesh.from_box((0.2, 0.4, 0.6), mass=1.0).moved((0.0, -2.0, 0.0), turn),
         pt.shapes.Mascons((1.0, 2.0), ((0.0, 0.0, 0.0), (3.0, 0.0, 0.0))),
     ]
     reaches = [

@@ -70,10 +70,10 @@ def test_units_label_what_is_shown():
 
 @pytest.mark.parametrize("sides", [(1.0, 2.0, 3.0), (3.0, 0.5, 1.0)])
 def test_the_solids_have_the_moments_of_the_body(sides):
-    body = pt.Body.box(2.0, sides)
+    body = pt.Body.from_box(2.0, sides)
     extent = np.array(content(free(body))["solids"]["extent"])
     np.testing.assert_allclose(extent, np.array(sides) / max(sides), rtol=1e-12)
-    for moments in (pt.Body.box(1.0, 2 * extent).moments, pt.Body.ellipsoid(1.0, extent).moments):
+    for moments in (pt.Body.from_box(1.0, 2 * extent).moments, pt.Body.from_ellipsoid(1.0, extent).moments):
         np.testing.assert_allclose(moments / np.sum(moments), body.moments / np.sum(body.moments), rtol=1e-12)
 
 
@@ -124,7 +124,7 @@ def test_a_turn_too_large_between_stored_times_is_said(steps, noted):
 
 
 def test_a_mesh_is_drawn_from_its_centre_of_mass():
-    mesh = pt.shapes.Mesh.box((1.0, 2.0, 3.0), density=1.5).moved(position=(7.0, -3.0, 2.0))
+    mesh = pt.shapes.Mesh.from_box((1.0, 2.0, 3.0), density=1.5).moved(position=(7.0, -3.0, 2.0))
     (part,) = content(free(pt.Body.from_shape(mesh)))["solids"]["shape"]
     corners = decoded(part["triangles"], 3)
     assert corners.shape == (36, 3)

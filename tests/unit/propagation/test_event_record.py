@@ -122,8 +122,8 @@ def test_members_have_their_own_events():
     assert np.all(np.diff(found.members) >= 0)
     for k in (0, 20, 36):
         expected = np.sort([*(-quarters(rates[k], 20)), *quarters(rates[k], 50)])
-        assert np.allclose(found.of(k).times, expected, rtol=0, atol=7e-14)
-        assert np.allclose(found.of(k).omega_body[:, 2], rates[k], rtol=1e-15)
+        assert np.allclose(found.member(k).times, expected, rtol=0, atol=7e-14)
+        assert np.allclose(found.member(k).omega_body[:, 2], rates[k], rtol=1e-15)
     assert len(found) == sum(quarters(r, 20).size + quarters(r, 50).size for r in rates)
 
 
@@ -166,7 +166,7 @@ def test_a_terminal_event_ends_the_motion_without_a_failure(members):
         inside = np.abs(times) < np.pi / 2 / rate
         inside |= (times < 0) & (times > -np.pi / 2 / rate)
         assert np.array_equal(np.isfinite(motion.quaternion[k, :, 0]), inside)
-        ends = motion.events[0].of(k).times
+        ends = motion.events[0].member(k).times
         assert np.allclose(np.abs(ends), np.pi / 2 / rate, rtol=1e-15)
 
 
@@ -211,7 +211,7 @@ def test_impulses_of_members_in_batches_are_those_of_each_alone():
         alone = pt.propagate(system, start, times, events=[Kick(impulses[k]), pt.events.Apsis(orbit)])
         assert np.max(np.abs(together.quaternion[k] - alone.quaternion)) < 2e-13
         for a, b in zip(together.events, alone.events, strict=True):
-            assert np.allclose(a.of(k).times, b.times, rtol=0, atol=2e-13)
+            assert np.allclose(a.member(k).times, b.times, rtol=0, atol=2e-13)
 
 
 def test_moments_of_members_reach_the_action():
@@ -232,7 +232,7 @@ def test_what_bounces_back_faster_and_faster_stops_with_a_sentence(members):
         motion = pt.propagate(system, start, [9.0, 20.0], events=[Bounce(0.5)])
         assert all("an event acts again and again without end" in why for why in motion.failures.values())
         assert len(motion.failures) == 2
-        bounces = motion.events[0].of(1)
+        bounces = motion.events[0].member(1)
     else:
         with pytest.raises(pt.PropagationError, match="an event acts again and again without end") as stop:
             pt.propagate(system, start, [9.0, 20.0], events=[Bounce(0.5)])
@@ -248,7 +248,7 @@ def test_a_zero_at_the_start_is_none_and_at_the_end_is_one():
         found = pt.propagate(FREE, spinning(1.0), [end], events=[sine]).events[0]
         assert np.allclose(np.sort(np.abs(found.times)), np.pi * np.arange(1, 5), rtol=1e-15)
     members = pt.propagate(FREE, spinning([1.0, 0.5, 2.0]), [4 * np.pi], events=[sine]).events[0]
-    assert [len(members.of(k)) for k in range(3)] == [4, 2, 8]
+    assert [len(members.member(k)) for k in range(3)] == [4, 2, 8]
     motion = pt.propagate(
         FREE, spinning(1.0), [1.0, 2.0], events=[pt.events.AtTime(0.0, terminal=True), pt.events.AtTime(2.0)]
     )
@@ -423,7 +423,7 @@ def test_events_where_tables_change_their_polynomials():
     events = [pt.events.Apsis(table, direction=1), *(pt.events.AtTime(knot) for knot in knots)]
     for rate in (0.5, [0.5, 0.6]):
         apsis, *at_knots = pt.propagate(system, spinning(rate), [0.0, 13.0], events=events).events
-        assert np.allclose(apsis.of(0).times, 2 * np.pi * np.arange(1, 3), rtol=1e-12)
+        assert np.allclose(apsis.member(0).times, 2 * np.pi * np.arange(1, 3), rtol=1e-12)
         assert [len(found) for found in at_knots] == [np.size(rate)] * knots.size
 
 

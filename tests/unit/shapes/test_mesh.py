@@ -6,7 +6,7 @@ import pytest
 import poinsot as pt
 from poinsot.shapes.winding import repaired
 
-BOX = pt.shapes.Mesh.box((1, 2, 3), mass=6.0)
+BOX = pt.shapes.Mesh.from_box((1, 2, 3), mass=6.0)
 
 
 def joined(*meshes):
@@ -19,7 +19,7 @@ def joined(*meshes):
 
 def test_a_box_is_the_box_of_the_body():
     assert BOX.volume == 6
-    np.testing.assert_allclose(BOX.inertia, pt.Body.box(6.0, (1, 2, 3)).inertia, rtol=1e-15)
+    np.testing.assert_allclose(BOX.inertia, pt.Body.from_box(6.0, (1, 2, 3)).inertia, rtol=1e-15)
     np.testing.assert_array_equal(BOX.center_of_mass, 0)
     assert BOX.circumscribing_radius == pytest.approx(np.sqrt(14) / 2, rel=1e-15)
     assert type(pt.Body.from_shape(BOX)) is pt.Body
@@ -52,7 +52,7 @@ def test_two_closed_surfaces_are_one_body_and_one_wound_inwards_is_a_hollow():
     apart = pt.shapes.Mesh(*joined(BOX, BOX.moved((0, 0, 4))), mass=12.0)
     pair = pt.shapes.Assembly([BOX, BOX.moved((0, 0, 4))])
     np.testing.assert_allclose(apart.inertia, pair.inertia, rtol=1e-14, atol=1e-13)
-    cavity = pt.shapes.Mesh.box((0.5, 0.5, 0.5), density=1.0)
+    cavity = pt.shapes.Mesh.from_box((0.5, 0.5, 0.5), density=1.0)
     vertices, faces = joined(BOX, cavity)
     faces[12:] = faces[12:, ::-1]
     hollow = pt.shapes.Mesh(vertices, faces, density=1.0)
@@ -137,7 +137,7 @@ def test_bad_arrays_are_refused():
     with pytest.raises(ValueError, match="density must be positive"):
         pt.shapes.Mesh(vertices, faces, density=-1)
     with pytest.raises(ValueError, match="sides must be positive"):
-        pt.shapes.Mesh.box((1, 2, 0), mass=1)
+        pt.shapes.Mesh.from_box((1, 2, 0), mass=1)
 
 
 def test_a_surface_with_one_side_is_refused():
@@ -148,7 +148,7 @@ def test_a_surface_with_one_side_is_refused():
 
 
 def test_repair_turns_faces_and_drops_doubles_and_leaves_hollows(rng):
-    vertices, faces = joined(BOX, pt.shapes.Mesh.box((0.5, 0.5, 0.5), mass=1.0), BOX.moved((5, 0, 0)))
+    vertices, faces = joined(BOX, pt.shapes.Mesh.from_box((0.5, 0.5, 0.5), mass=1.0), BOX.moved((5, 0, 0)))
     faces[12:24] = faces[12:24, ::-1]
     right = pt.shapes.Mesh(vertices, faces, mass=1.0)
     whole = pt.shapes.Mesh(vertices, faces[:, ::-1], mass=1.0, repair=True)
@@ -167,8 +167,8 @@ def test_repair_turns_faces_and_drops_doubles_and_leaves_hollows(rng):
         pt.shapes.Mesh(vertices, [(0, 0, 1)], mass=1.0, repair=True)
 
 
-SMALL = pt.shapes.Mesh.box((0.5, 0.5, 0.5), density=1.0)
-TINY = pt.shapes.Mesh.box((0.1, 0.1, 0.1), density=1.0)
+SMALL = pt.shapes.Mesh.from_box((0.5, 0.5, 0.5), density=1.0)
+TINY = pt.shapes.Mesh.from_box((0.1, 0.1, 0.1), density=1.0)
 
 
 def nested(*parts):

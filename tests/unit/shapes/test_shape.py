@@ -22,7 +22,7 @@ def make(kind, scale=1.0):
     if kind == "mascons":
         return pt.shapes.Mascons([0.5, 1.25, 0.25], scale * np.array([(0.0, 0, 0), (0.5, 0, 1), (1.0, 2.0, 0)]))
     parts = [
-        pt.shapes.Mesh.box(scale * np.array((1, 2, 0.5)), mass=1.0),
+        pt.shapes.Mesh.from_box(scale * np.array((1, 2, 0.5)), mass=1.0),
         pt.shapes.Ellipsoid(scale * np.array((0.3, 0.2, 0.4)), mass=0.6).moved(
             scale * np.array((0, 0, 1.0)), (0.5, 0.5, 0.5, 0.5)
         ),
@@ -169,7 +169,7 @@ def test_a_body_takes_the_tensor_and_keeps_the_shape(kind):
 
 def test_a_shape_is_neither_structure_nor_a_number_of_its_body():
     shape = make("ellipsoid")
-    body, plain = pt.Body.from_shape(shape), pt.Body.ellipsoid(2.0, (0.5, 1.0, 0.75))
+    body, plain = pt.Body.from_shape(shape), pt.Body.from_ellipsoid(2.0, (0.5, 1.0, 0.75))
     assert body.structure == plain.structure
     np.testing.assert_array_equal(body.numbers, plain.numbers)
     other = pt.Body.from_shape(make("cylinder"))

@@ -10,8 +10,8 @@ def test_solids_have_the_moments_that_bodies_of_that_name_have():
     ellipsoid, cylinder = pt.shapes.Ellipsoid((1, 2, 3), density=2.0), pt.shapes.Cylinder(1.5, 4.0, mass=3.0)
     assert ellipsoid.mass == pytest.approx(16 * np.pi, rel=1e-15)
     assert cylinder.volume == pytest.approx(9 * np.pi, rel=1e-15)
-    np.testing.assert_array_equal(ellipsoid.inertia, pt.Body.ellipsoid(ellipsoid.mass, (1, 2, 3)).inertia)
-    np.testing.assert_array_equal(cylinder.inertia, pt.Body.cylinder(3.0, 1.5, 4.0).inertia)
+    np.testing.assert_array_equal(ellipsoid.inertia, pt.Body.from_ellipsoid(ellipsoid.mass, (1, 2, 3)).inertia)
+    np.testing.assert_array_equal(cylinder.inertia, pt.Body.from_cylinder(3.0, 1.5, 4.0).inertia)
     assert ellipsoid.circumscribing_radius == 3
     assert cylinder.circumscribing_radius == 2.5
     assert repr(ellipsoid) == "Ellipsoid([1.0, 2.0, 3.0], mass=50.2655)"
@@ -21,7 +21,9 @@ def test_solids_have_the_moments_that_bodies_of_that_name_have():
 def test_mass_points_are_those_of_the_body():
     masses, positions = [1.0, 2.0, 3.0], [(0, 0, 1), (1, 2, 0), (-1, 0, 0.5)]
     points = pt.shapes.Mascons(masses, positions)
-    np.testing.assert_allclose(points.inertia, pt.Body.point_masses(masses, positions).inertia, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(
+        points.inertia, pt.Body.from_point_masses(masses, positions).inertia, rtol=1e-14, atol=1e-15
+    )
     assert points.mass == 6
     assert repr(points) == "Mascons(3 points, mass=6)"
     assert pt.shapes.Mascons([2.0], [(1, 1, 1)]).inertia.tolist() == np.zeros((3, 3)).tolist()
@@ -30,9 +32,9 @@ def test_mass_points_are_those_of_the_body():
 
 
 def test_two_half_boxes_are_a_box():
-    half = pt.shapes.Mesh.box((1, 2, 1.5), mass=3.0)
+    half = pt.shapes.Mesh.from_box((1, 2, 1.5), mass=3.0)
     parts = pt.shapes.Assembly([half.moved((0, 0, 0.75)), half.moved((0, 0, -0.75))])
-    whole = pt.shapes.Mesh.box((1, 2, 3), mass=6.0)
+    whole = pt.shapes.Mesh.from_box((1, 2, 3), mass=6.0)
     np.testing.assert_allclose(parts.inertia, whole.inertia, rtol=1e-15)
     np.testing.assert_allclose(parts.field(8, 1.0).normalized, whole.field(8, 1.0).normalized, atol=1e-15)
     points = np.array([(0.7, 0.3, 0.2), (2, 2, 2.0)])

@@ -13,7 +13,7 @@ inertia = "kg m2"
 
 [body]                         # principal moments of inertia
 moments = [500, 600, 400]
-# type = "Body.box"            # other ways: Body.from_inertia, Body.ellipsoid, Body.cylinder, Body.from_ratios, ...
+# type = "Body.from_box"       # or Body.from_inertia, Body.from_ellipsoid, Body.from_cylinder, Body.from_ratios, ...
 # mass = 100
 # sides = [1.0, 1.5, 2.0]
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import poinsot as pt
 from poinsot.files.bodies import meshes
 
-BOX = pt.shapes.Mesh.box((1, 2, 3), mass=6.0)  # halves: no rounding in float32
+BOX = pt.shapes.Mesh.from_box((1, 2, 3), mass=6.0)  # halves: no rounding in float32
 TRIANGLES = BOX.vertices[BOX.faces]
 
 

@@ -100,7 +100,7 @@ def assert_kept(scenario, folder, tmp_path):
 @pytest.mark.parametrize(
     ("text", "shape"),
     [
-        ('type = "Mesh.box"\nsides = [1, 2, 3]\nmass = 4', pt.shapes.Mesh.box((1, 2, 3), mass=4)),
+        ('type = "Mesh.from_box"\nsides = [1, 2, 3]\nmass = 4', pt.shapes.Mesh.from_box((1, 2, 3), mass=4)),
         (
             'type = "Cylinder"\nradius = 1\nheight = 2\ndensity = 3\n'
             "position = [0, 0, 1]\nquaternion = [0.8, 0.6, 0, 0]",
@@ -120,10 +120,10 @@ def assert_kept(scenario, folder, tmp_path):
             pt.shapes.Mesh(np.vstack([np.zeros(3), np.eye(3)]), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], mass=2),
         ),
         (
-            'type = "Assembly"\n[[body.shape.parts]]\ntype = "Mesh.box"\nsides = [1, 1, 1]\nmass = 4\n'
+            'type = "Assembly"\n[[body.shape.parts]]\ntype = "Mesh.from_box"\nsides = [1, 1, 1]\nmass = 4\n'
             '[[body.shape.parts]]\ntype = "Cylinder"\nradius = 0.1\nheight = 3\nmass = 1\nposition = [2, 0, 0]',
             pt.shapes.Assembly(
-                [pt.shapes.Mesh.box((1, 1, 1), mass=4), pt.shapes.Cylinder(0.1, 3, mass=1).moved((2, 0, 0))],
+                [pt.shapes.Mesh.from_box((1, 1, 1), mass=4), pt.shapes.Cylinder(0.1, 3, mass=1).moved((2, 0, 0))],
             ),
         ),
     ],
@@ -144,7 +144,7 @@ def test_shapes_of_python_are_kept_to_the_bit(tmp_path):
     turned = {"attitude": (0.1, 0.5, 0.5, 0.7), "position": (0.3, -0.2, 5)}
     unit = turned | {"attitude": np.array(turned["attitude"]) / np.linalg.norm(turned["attitude"])}
     parts = [
-        pt.shapes.Mesh.box((1, 2, 3), mass=5),
+        pt.shapes.Mesh.from_box((1, 2, 3), mass=5),
         pt.shapes.Ellipsoid((1, 2, 3), mass=1 / 3),
         pt.shapes.Cylinder(0.1, 4, density=0.7),
     ]
@@ -324,9 +324,8 @@ def test_wrong_files_are_told_with_their_key(folder):
         read(folder, MESH.format(path="t.obj").replace("mass", "mas"))
     with pytest.raises(ValueError, match=r"body\.shape\.type must name one that there is, .* Did you mean Ellipsoid\?"):
         read(folder, MESH.format(path="t.obj").replace("read_mesh", "Elipsoid"))
-    parts = (
-        '[body]\ntype = "Body.from_shape"\n[body.shape]\ntype = "Assembly"\n[[body.shape.parts]]\ntype = "Mesh.box"\n'
-    )
+    parts = '[body]\ntype = "Body.from_shape"\n[body.shape]\ntype = "Assembly"\n[[body.shape.parts]]\n'
+    parts += 'type = "Mesh.from_box"\n'
     with pytest.raises(ValueError, match=r"body\.shape\.parts\[0\]\.side must be a key .* Did you mean sides\?"):
         read(folder, parts + "mass = 1\nside = [1, 1, 1]")
 

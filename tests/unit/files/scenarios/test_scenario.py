@@ -266,14 +266,14 @@ def test_every_form_of_a_body():
             -0.01, 0.002, 0.4, mass=2
         ),
         'type = "Body.from_ratios"\nbeta = 0.47\ngamma = 0.26': pt.Body.from_ratios(beta=0.47, gamma=0.26),
-        'type = "Body.ellipsoid"\nmass = 5\nsemiaxes = [1, 2, 3]': pt.Body.ellipsoid(5, (1, 2, 3)),
-        'type = "Body.box"\nmass = 5\nsides = [1, 2, 3]': pt.Body.box(5, (1, 2, 3)),
-        'type = "Body.cylinder"\nmass = 5\nradius = 1\nheight = 3': pt.Body.cylinder(5, 1, 3),
-        f'type = "Body.point_masses"\n{point}': pt.Body.point_masses(
+        'type = "Body.from_ellipsoid"\nmass = 5\nsemiaxes = [1, 2, 3]': pt.Body.from_ellipsoid(5, (1, 2, 3)),
+        'type = "Body.from_box"\nmass = 5\nsides = [1, 2, 3]': pt.Body.from_box(5, (1, 2, 3)),
+        'type = "Body.from_cylinder"\nmass = 5\nradius = 1\nheight = 3': pt.Body.from_cylinder(5, 1, 3),
+        f'type = "Body.from_point_masses"\n{point}': pt.Body.from_point_masses(
             [1, 1, 1, 1, 2], [[1, 0, 0], [-1, 0, 0], [0, 2, 0], [0, -2, 0], [0, 0, 0.5]]
         ),
-        'type = "Body.from_shape"\nshape = {type = "Ellipsoid", mass = 5, semiaxes = [1, 2, 3]}': pt.Body.ellipsoid(
-            5, (1, 2, 3)
+        'type = "Body.from_shape"\nshape = {type = "Ellipsoid", mass = 5, semiaxes = [1, 2, 3]}': (
+            pt.Body.from_ellipsoid(5, (1, 2, 3))
         ),
     }
     assert len(bodies) == sum(name.startswith("Body.") for name in makers("body"))
