@@ -50,6 +50,12 @@ class EscapeOrbit(ConicOrbit):
     ------
     ValueError
         If `mu` or the distance is not positive, the eccentricity is below 1, or the radius is negative.
+
+    Examples
+    --------
+    >>> flyby = pt.orbits.EscapeOrbit(398600.4418, periapsis_distance=7000.0, eccentricity=1.2)  # km, s
+    >>> round(float(flyby.excess_speed), 3)
+    3.375
     """
 
     mu: float

@@ -32,6 +32,11 @@ class FixedPosition(Orbit):
     ------
     ValueError
         If the body is at the attractor.
+
+    Examples
+    --------
+    >>> pt.orbits.FixedPosition(4902.8, position=(-384400.0, 0, 0))  # km, s
+    FixedPosition(mu=4902.8, position=[-384400.0, 0.0, 0.0])
     """
 
     mu: float

@@ -51,6 +51,12 @@ class KeplerOrbit(ConicOrbit):
     ------
     ValueError
         If `mu` or the semimajor axis is not positive, the eccentricity is outside [0, 1), or the radius is negative.
+
+    Examples
+    --------
+    >>> low = pt.orbits.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.01)  # km, s
+    >>> round(float(low.period), 3)
+    5828.517
     """
 
     mu: float

@@ -42,6 +42,12 @@ def two_body_orbit(
     ------
     ValueError
         If `mu` is not positive, the position is zero, the two vectors are parallel or the radius is negative.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.two_body_orbit(1.0, position=(1, 0, 0), velocity=(0, 1.5, 0))
+    >>> type(orbit).__name__, float(orbit.eccentricity)
+    ('EscapeOrbit', 1.25)
     """
     kind = KeplerOrbit if passage(mu, position, velocity).energy < 0 else EscapeOrbit
     return kind.from_vectors(mu, position=position, velocity=velocity, epoch=epoch, radius=radius)
