@@ -55,7 +55,8 @@ def face() -> dict[Path, str]:
 def public_names(space: str) -> dict[str, str]:
     """Return the module of each public name of a namespace, relative to it."""
     package = importlib.import_module(f"poinsot.{space}")
-    patterns, found = SHARED[space].split(), {}
+    patterns = SHARED[space].split()
+    found: dict[str, str] = {}
     for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
         inside = module.name.removeprefix(f"{package.__name__}.")
         if not module.ispkg and not any(fnmatch.fnmatchcase(f"{inside}.?", pattern) for pattern in patterns):
