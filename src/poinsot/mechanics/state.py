@@ -83,7 +83,14 @@ class State:
 
     @classmethod
     @checked
-    def from_euler(cls, angles: Angles, momenta: ArrayLike, sequence: str = "313", time: Times = 0.0) -> State:
+    def from_euler(
+        cls,
+        angles: Angles,
+        momenta: ArrayLike,
+        sequence: str = "313",
+        time: Times = 0.0,
+        own: Mapping[str, ArrayLike] | None = None,
+    ) -> State:
         """Return the state with Euler angles (radians) and their canonical momenta; shapes (3,) or (n, 3).
 
         Any angles are accepted off the singularity; q changes its sign when the first grows by 2 pi.
@@ -94,7 +101,7 @@ class State:
         euler.refuse_singular_angles(angles, sequence)
         q = euler.quaternion_from_angles(angles, sequence)
         g = euler.angular_momentum_from_momenta(angles, momenta, sequence)
-        return state_with(q, g, time)
+        return state_with(q, g, time, own)
 
     @checked
     def euler(self, sequence: str = "313") -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -223,7 +223,7 @@ class System(Collection):
             "angular_momentum_space": angular_momentum_space,
         }
         q, name, along = started(attitude, given, time, frame)
-        values = self._given_parts(own)
+        values = self.given_parts(**own)
         counts = [array.shape[:-1] for array in values.values()]
         shape = np.broadcast_shapes(along.shape[:-1], np.shape(time), self.members, *counts)
         if not name.startswith("omega"):
@@ -240,8 +240,8 @@ class System(Collection):
         body = twin.body_at({name: _scalars(array) for name, array in values.items()}, time)
         return state_with(q, _stacked(body.angular_momentum(rate), shape), time, values)
 
-    def _given_parts(self, own: Mapping[str, ArrayLike]) -> Phase:
-        """Return the variables of parts that are given at the start."""
+    def given_parts(self, **own: ArrayLike) -> Phase:
+        """Return the variables of parts that are given at the start, as arrays."""
         sizes = {part.name: part.size for part in self.moving_parts if part.size}
         if unknown := [name for name in own if name not in sizes]:
             known = ", ".join(sizes) or "none"

@@ -21,7 +21,6 @@ from poinsot.files.scenarios.registry import DEFAULTS, Key, makers
 from poinsot.files.scenarios.schema import STATE, converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
-from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.frame import Frame, from_roll_pitch_yaw
@@ -178,6 +177,8 @@ class Parts:
         if node[parts[-1]].dtype.kind != "f":
             raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is a date.")
         *outer, last = parts
+        if outer == ["state", "own"]:
+            return node, last, "number"
         keys = STATE if outer == ["state"] else maker_at(self.values, tuple(outer)).keys
         return node, last, next(key.kind for key in keys if key.name == last)
 
@@ -262,26 +263,33 @@ class Parts:
 
     # ------------------------------------------------------------------ the state
 
-    def state(self, body: Body) -> State:
+    def state(self, system: System) -> State:
         """Return the state from which the motion starts."""
+        state, place = self._state(system), ("state",)
+        self._errors.called(place, system.at, state)
+        return state
+
+    def _state(self, system: System) -> State:
         table, place = self.values["state"], ("state",)
         time = self._time(table.get("time", 0.0), ("state", "time"))
+        own = self._errors.called((*place, "own"), system.given_parts, **table.get("own", {}))
         if "conjugate_momenta" in table:
             self._only(table, ("quaternion", "conjugate_momenta"))
             given = {name: table.get(name) for name in ("quaternion", "conjugate_momenta")}
             self._refuse_turn()
-            pair: State = self._errors.called(place, State, **given, time=time)
+            pair: State = self._errors.called(place, State, **given, time=time, own=own)
             return pair
         if "euler_momenta" in table:
             self._only(table, ("euler_angles", "euler_momenta", "sequence"))
             self._refuse_turn()
             angles, momenta = self._needed("euler_angles"), table["euler_momenta"]
             sequence = table.get("sequence", "313")
-            canonical: State = self._errors.called(place, State.from_euler, angles, momenta, sequence, time)
+            canonical: State = self._errors.called(place, State.from_euler, angles, momenta, sequence, time, own)
             return canonical
         rates = {name: table[name] for name in RATES if name in table}
         frame = self._frame(table["frame"]) if "frame" in table else None
-        state: State = self._errors.called(place, body.state, self._attitude(table), **rates, time=time, frame=frame)
+        options = {**rates, "time": time, "frame": frame, **own}
+        state: State = self._errors.called(place, system.state, self._attitude(table), **options)
         return state
 
     def _refuse_turn(self) -> None:
@@ -293,7 +301,7 @@ class Parts:
         """Refuse what does not go with momenta, and miss what they need."""
         self._needed(names[0])
         for name in table:
-            if name not in (*names, "time"):
+            if name not in (*names, "time", "own"):
                 raise self._errors.at(("state", name), f"must not be beside {names[1]}, but it is.")
 
     def _needed(self, name: str) -> Any:

@@ -66,7 +66,8 @@ class Errors:
         if kind == "missing":
             return self.at((*place, str(first["loc"][-1])), MISSING)
         if kind == "value_error":
-            return self.prefixed(place, str(first["ctx"]["error"]))
+            named = re.sub(r"^\w+", lambda _: str(place[-1]), str(first["ctx"]["error"]))  # of a table in a key too
+            return self.prefixed(place, named)
         if kind == "union_tag_not_found" and isinstance(given, dict):
             return self.at((*place, "type"), f"{MISSING}{_types_of(first)}")
         if kind == "union_tag_invalid":

@@ -63,7 +63,7 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-        "orbits", "field", "shape" or "shapes".
+        "orbits", "field", "shape", "shapes" or "named": numbers by name.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     """

@@ -112,7 +112,7 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
     files = Folder(folder)
     parts = Parts(text, name, folder=files)
     system = parts.system()
-    state = parts.state(system.body)
+    state = parts.state(system)
     values = parts.values
     spread = values.get("ensemble") or {}
     provenance = {

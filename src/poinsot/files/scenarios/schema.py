@@ -56,6 +56,7 @@ STATE = (
     Key("angular_momentum_space", "number", 1, False, help="Angular momentum along the space axes."),
     Key("frame", "text", 0, False, help="An orbit (radial, transverse, normal), or a table under frames."),
     Key("time", "time", 0, False, 0.0, help="The time of the state."),
+    Key("own", "named", 1, False, help="Variables of parts, by the name of the part; default: at rest in the body."),
 )
 
 TIMES = (
@@ -225,6 +226,7 @@ def _field(key: Key, inner: str) -> Any:
         "shapes": lambda: _several(_union("part", "")),
         "orbit": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": ORBIT_NAME})],
         "orbits": lambda: list[StrictStr],
+        "named": lambda: _named(_number("number", key.rank)),
         "field": lambda: _union(inner, inner),
     }
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank)

@@ -18,6 +18,7 @@ from poinsot.files.scenarios.quantities import quantity
 from poinsot.files.scenarios.registry import makers
 from poinsot.files.scenarios.scenario import parsed_scenario, rebuilt_system
 from poinsot.files.scenarios.schema import schema
+from poinsot.parts import KaneDamper, ReactionWheel
 
 ROOT = Path(__file__).parents[4]
 
@@ -626,3 +627,89 @@ def test_system_alone_needs_neither_state_nor_times():
     assert len(rebuilt_system(text, "it").forces) == 1
     with pytest.raises(ValueError, match="state must be there"):
         parsed_scenario(text, "it")
+
+
+# ------------------------------------------------------------------ parts of a body
+
+WHEELED = """\
+[body]
+moments = [6, 8, 10]
+[state]
+quaternion = [1, 0, 0, 0]
+omega_body = [0.8, 0.02, 0.05]
+[state.own]
+reaction_wheel = [2.005]
+[[forces]]
+type = "ReactionWheel"
+axis = [0, 0, 1]
+moment = 0.1
+friction = 1e-4
+[[forces]]
+type = "KaneDamper"
+moment = 0.4
+coefficient = 0.3
+[times]
+stop = 1
+count = 3
+"""
+
+WHEEL, DAMPER = ReactionWheel((0, 0, 1), 0.1, friction=1e-4), KaneDamper(0.4, 0.3)
+
+
+def test_a_body_with_parts_starts_at_the_rate_that_is_given():
+    """K^-1 omega + h by hand: of the wheel its momentum along the axis, of the damper its moment times the rate."""
+    omega, locked = np.array([0.8, 0.02, 0.05]), np.array([6.0, 8.0, 10.0])
+    made = scenario(WHEELED)
+    momentum = (locked - 0.4) * omega + 0.4 * omega + np.array([0, 0, 2.005 - 0.1 * 0.05])
+    np.testing.assert_allclose(made.state.angular_momentum_body, momentum, rtol=1e-15)
+    np.testing.assert_allclose(made.system.omega_body(made.state), omega, rtol=1e-14)
+    np.testing.assert_array_equal(made.state.own["reaction_wheel"], [2.005])
+    np.testing.assert_allclose(made.state.own["kane_damper"], 0.4 * omega, rtol=1e-15)
+
+
+def test_a_motion_with_parts_is_that_of_the_same_system_in_python():
+    system = pt.System(pt.Body((6, 8, 10)), WHEEL, DAMPER)
+    start = system.state((1, 0, 0, 0), omega_body=(0.8, 0.02, 0.05), reaction_wheel=[2.005])
+    known, motion = pt.propagate(system, start, np.linspace(0, 1, 3)), scenario(WHEELED).propagate()
+    for name, values in known.phase.items():
+        np.testing.assert_array_equal(motion.phase[name], values, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("pair", "g"),
+    [
+        ("quaternion = [1, 0, 0, 0]\nconjugate_momenta = [0, 2, 4, 6]", (1, 2, 3)),
+        ("euler_angles = [0.1, 1.2, 0.3]\neuler_momenta = [0.5, 0.6, 0.4]", None),
+    ],
+)
+def test_a_canonical_pair_goes_with_the_variables_of_all_parts(pair, g):
+    begin, end = WHEELED.index("quaternion"), WHEELED.index("[state.own]")
+    text = WHEELED[:begin] + pair + "\n" + WHEELED[end:]
+    state = scenario(text, ("[2.005]", "[2.005]\nkane_damper = [1, 2, 3]")).state
+    np.testing.assert_array_equal(state.own["kane_damper"], [1, 2, 3])
+    if g:
+        np.testing.assert_array_equal(state.angular_momentum_body, g)
+    with pytest.raises(ValueError, match=r"state must have the 3 variables of the part 'kane_damper', got 0"):
+        scenario(text)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("reaction_wheel = [1, 2]", r"line 7: state.own.reaction_wheel must have shape \(1,\)"),
+        ("wheel = [1]", r"line 6: own must name parts with variables, reaction_wheel, kane_damper, got 'wheel'"),
+        ("reaction_wheel = '1'", r"line 7: state.own.reaction_wheel must be a number in your own units, got '1'"),
+        ("reaction_wheel = [nan]", r"line 7: state.own.reaction_wheel must"),
+    ],
+)
+def test_wrong_variables_of_parts_are_told_with_their_place(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        scenario(WHEELED, ("reaction_wheel = [2.005]", wrong))
+
+
+def test_an_ensemble_varies_the_variables_of_parts():
+    spread = "[ensemble]\nmembers = 3\nseed = 1\n[[ensemble.spread]]\nof = 'state.own.reaction_wheel'\nsize = 0.1\n"
+    made = scenario(WHEELED + spread)
+    drawn = 2.005 + 0.1 * np.random.default_rng(1).standard_normal((3, 1))
+    np.testing.assert_array_equal(made.state.own["reaction_wheel"], drawn)
+    np.testing.assert_allclose(made.system.omega_body(made.state), [[0.8, 0.02, 0.05]] * 3, rtol=1e-14)
