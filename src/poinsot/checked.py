@@ -68,10 +68,15 @@ def checked(function: Function) -> Function:
 
 def checked_fields(record: Any) -> None:
     """Refuse fields of a dataclass of another kind than their annotations say."""
-    space = vars(sys.modules[type(record).__module__])
+    space = names_beside(type(record))
     for name, annotation in type(record).__annotations__.items():
         if rule := _rule(hint_of(annotation, space)):
             _check(name, getattr(record, name), rule, "")
+
+
+def names_beside(cls: type) -> dict[str, Any]:
+    """Return the names that the annotations of a class can mean: those of its module, if that is still there."""
+    return getattr(sys.modules.get(cls.__module__), "__dict__", {})
 
 
 def hint_of(annotation: Any, space: dict[str, Any]) -> Any:

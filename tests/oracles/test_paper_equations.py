@@ -81,7 +81,7 @@ FREE = pt.System(pt.Body((1, 1, 1))).with_numbers(iter(MOMENTS))
 TOP = pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))).with_numbers(iter((*MOMENTS, weight, *centre)))
 SATELLITE = pt.System(
     pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))
-).with_numbers(iter((*MOMENTS, *x, mu)))
+).with_numbers(iter((*MOMENTS, mu, *x)))
 BODY = FREE.body
 SYSTEMS = pytest.mark.parametrize("system", [FREE, TOP, SATELLITE], ids=["free", "top", "satellite"])
 

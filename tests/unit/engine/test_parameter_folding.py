@@ -11,6 +11,7 @@ from poinsot import functions as fn
 from poinsot import paper
 from poinsot.engine import kernels
 from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.problem import Problem
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 START = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
@@ -70,8 +71,8 @@ def test_multiples_are_the_same_numbers(name):
 )
 def test_a_kernel_has_the_products_of_series_that_a_person_would_write(system, products, squares):
     state = paper.PRINTED_PAIR
-    variables = kernels.coordinates(system, state, "lie_poisson", "double")
-    with kernels.integrator(system, variables, "double", 0.0) as borrowed:
+    variables = kernels.coordinates(Problem(system), state, "lie_poisson", "double")
+    with kernels.integrator(Problem(system), variables, "double", 0.0) as borrowed:
         entries = [str(entry) for entry, _ in borrowed.engine.decomposition]
     assert sum(bool(re.fullmatch(r"\(u_\d+ \* u_\d+\)", entry)) for entry in entries) == products
     assert sum(entry.count("**2") for entry in entries) == squares  # half the work of a product

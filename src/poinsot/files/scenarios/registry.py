@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import poinsot
-from poinsot.checked import hint_of
+from poinsot.checked import hint_of, names_beside
 from poinsot.errors import real_array
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -199,7 +199,7 @@ def _hints(call: Any) -> dict[str, Any]:
         return {name: hint_of(said, space) for name, said in inspect.get_annotations(function).items()}
     fields = [field.name for field in dataclasses.fields(call)]
     said = {name: (base, says) for base in call.__mro__[::-1] for name, says in inspect.get_annotations(base).items()}
-    return {name: hint_of(said[name][1], vars(sys.modules[said[name][0].__module__])) for name in fields}
+    return {name: hint_of(said[name][1], names_beside(said[name][0])) for name in fields}
 
 
 def _ways(hint: Any) -> tuple[Any, ...]:
