@@ -248,10 +248,17 @@ def test_events_that_act_refuse_parts():
         pt.propagate(system, started(system), TIMES, events=[Kick()])
 
 
-def test_datasets_and_equilibria_refuse_parts():
-    system = pt.System(BODY, PARTS[0])
+@each_part
+def test_files_bring_back_the_motion_of_every_part(part, tmp_path):
+    system = pt.System(BODY, part)
     motion = pt.propagate(system, started(system), TIMES)
-    with pytest.raises(ValueError, match="a dataset must be of a body without parts, got Gyrostat"):
-        _ = motion.dataset
+    read = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    assert isinstance(read.system, pt.System) is (type(part).__module__.partition(".")[0] == "poinsot")
+    for name in motion.dataset.variables:
+        np.testing.assert_array_equal(read.dataset[name].values, motion.dataset[name].values, err_msg=name)
+
+
+def test_equilibria_refuse_parts():
+    system = pt.System(BODY, PARTS[0])
     with pytest.raises(ValueError, match="system must be without parts, got Gyrostat"):
         pt.analysis.equilibria(system)

@@ -27,7 +27,14 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.stored_trajectory import Record, StoredEnvironment, StoredSystem, StoredTrajectory
+from poinsot.propagation.dataset import read_parts, told_parts
+from poinsot.propagation.stored_trajectory import (
+    Record,
+    StoredEnvironment,
+    StoredPart,
+    StoredSystem,
+    StoredTrajectory,
+)
 from poinsot.propagation.trajectory import Method, Run, Trajectory
 
 if TYPE_CHECKING:
@@ -49,10 +56,12 @@ BODY = ("moments", "principal_axes")
 RECORDED = ("potential_energy",)
 NAMED = ("system_", "shape_")
 """Beginnings of the names of arrays that a text names."""
+OF_PARTS = ("omega_body", "kinetic_energy")
+"""What needs the formulas of parts to follow from the state; a file of a body with parts has it as recorded_... too."""
 
 OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"initial_{each}")}
 NAMES = (*NEEDED, *sorted(OF_STATES), *BODY, *RECORDED, "carried")
-BEGINNINGS = ("integral_", "drift_", *NAMED)
+BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", *NAMED)
 """Of all variables that are read."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
@@ -153,7 +162,10 @@ def _with_texts(motion: Trajectory) -> xarray.Dataset:
     Arrays that the text names are variables, and so are those of the body's shape, whose text is `shape`.
     """
     texts, arrays = _texts_of(motion)
-    return motion.dataset.assign({name: _named(name, values) for name, values in arrays.items()}).assign_attrs(texts)
+    data = motion.dataset
+    kept = {f"recorded_{name}": data[name] for name in OF_PARTS} if motion.system.moving_parts else {}
+    named = {name: _named(name, values) for name, values in arrays.items()}
+    return data.assign({**kept, **named}).assign_attrs(texts)
 
 
 def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -251,23 +263,38 @@ class _Reading:
     def __init__(self, data: xarray.Dataset, name: str) -> None:
         self.data, self.name = data, name
         said = data.attrs.get("state_variables")
-        self.sizes = next((sizes for sizes in PHASES if " ".join(sizes) == said), PHASES[0])
+        self.parts = self._parts()
+        self.own = {part.name: part.size for part in self.parts if part.size}
+        self.sizes = next((sizes for sizes in PHASES if " ".join((*sizes, *self.own)) == said), PHASES[0])
         self.initial = next((s for s in PHASES if all(f"initial_{each}" in data.variables for each in s)), PHASES[0])
-        for needed in (*NEEDED, *self.sizes, *(f"initial_{each}" for each in self.initial), *BODY):
+        own = [f"{kind}_{name}" for kind in ("own", "initial_own") for name in self.own]
+        for needed in (*NEEDED, *self.sizes, *(f"initial_{each}" for each in self.initial), *own, *BODY):
             if needed not in data.variables:
                 raise ValueError(f"{name} must have the variable {needed}, but it has not.")
         for key in (*RUN, "units_time", "units_inertia", "state_variables"):
             if key not in data.attrs:
                 raise ValueError(f"{name} must have the attribute {key}, but it has not.")
-        if said != " ".join(self.sizes):
+        if said != " ".join((*self.sizes, *self.own)):
             raise ValueError(f"{name} must have state_variables that are q and momenta, got {described(said)}.")
         self._check_shapes()
+
+    def _parts(self) -> tuple[StoredPart, ...]:
+        """Return what the file says of parts."""
+        said = self.data.attrs.get("parts", "{}")
+        try:
+            return read_parts(said)
+        except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
+            raise ValueError(
+                f"{self.name} must have parts by name with their variables, got {described(said)}."
+            ) from None
 
     def _check_shapes(self) -> None:
         shape = self.data["quaternion"].shape
         count, members = self.data["time"].size, shape[:-2]
         allowed = {name: [(*members, count, size)] for name, size in self.sizes.items()}
         allowed |= {f"initial_{name}": [(size,), (*members, size)] for name, size in self.initial.items()}
+        allowed |= {f"own_{name}": [(*members, count, size)] for name, size in self.own.items()}
+        allowed |= {f"initial_own_{name}": [(size,), (*members, size)] for name, size in self.own.items()}
         allowed |= {"initial_time": [(), members], "moments": [(3,), (*members, 3)], "time": [(count,)]}
         allowed |= {"principal_axes": [(3, 3), (*members, 3, 3)]}
         for name, shapes in allowed.items():
@@ -341,6 +368,7 @@ class _Reading:
         data = self._named_arrays("system_")
         system = rebuilt_system(str(text), f"the scenario in {self.name}", data=data)
         same = np.array_equal(system.body.moments, self._array("moments"))
+        same = same and told_parts(system.moving_parts) == told_parts(self.parts)
         if not same or dict(system.units) != self._units():
             raise ValueError(f"the scenario in {self.name} must be that of the body, but it has another one.")
         return system
@@ -350,6 +378,10 @@ class _Reading:
         data = self.data
         names = [str(name).removeprefix("integral_") for name in data.variables if str(name).startswith("integral_")]
         kept = {f"{kind}_{name}" for name in names for kind in ("integral", "drift")} | {"potential_energy"}
+        recorded = {name: f"recorded_{name}" for name in OF_PARTS if self.parts}
+        if not set(recorded.values()) & set(data.variables):  # a dataset that no file had
+            recorded = {name: name for name in recorded}
+        kept |= set(recorded.values())
         missing = kept - {str(name) for name in data.variables}
         if missing:
             raise ValueError(f"{self.name} must have the variable {min(missing)}, but it has not.")
@@ -357,13 +389,16 @@ class _Reading:
         body = Body(moments) if np.array_equal(axes, np.eye(3)) else ObliqueBody(moments, axes)
         object.__setattr__(body, "shape", self._shape())
         integrals = tuple(_said(name, data[f"integral_{name}"].attrs) for name in names)
-        system = StoredSystem(body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals)
+        system = StoredSystem(
+            body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals, self.parts
+        )
         summary = {key: value for key, value in data.attrs.items() if key in SUMMARY or str(key).startswith("drift_")}
         record = Record(
             self._array("potential_energy"),
             {name: self._array(f"integral_{name}") for name in names},
             {name: self._array(f"drift_{name}") for name in names},
             {str(key): value for key, value in summary.items()},
+            **{name: self._array(stored) for name, stored in recorded.items()},
         )
         times = self._array("time")
         environment = StoredEnvironment(times, self._array("carried")) if "carried" in data.variables else None
@@ -377,10 +412,12 @@ class _Reading:
 
     def _initial(self) -> State:
         phase = {name: self._array(f"initial_{name}") for name in self.initial}
+        phase |= {name: self._array(f"initial_own_{name}") for name in self.own}
         return state_of(phase, self._array("initial_time"))
 
     def _phase(self) -> Phase:
-        return {name: self._array(name) for name in self.sizes}
+        own = {name: self._array(f"own_{name}") for name in self.own}
+        return {name: self._array(name) for name in self.sizes} | own
 
     def _run(self) -> Run:
         said = self.data.attrs

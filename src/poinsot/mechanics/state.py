@@ -132,6 +132,11 @@ class State:
         return own_of(self.phase)
 
     @property
+    def rigid(self) -> Phase:
+        """What the state is made of without the variables of parts."""
+        return {name: values for name, values in self.phase.items() if name in RIGID}
+
+    @property
     def attitude(self) -> Rotation:
         """The attitude as a scipy rotation, body -> space."""
         return rotation(self.quaternion)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,13 +11,16 @@ import numpy as np
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.shared_orbits import orbits_of
+from poinsot.mechanics.state import RIGID
+from poinsot.propagation.stored_trajectory import StoredPart
 
 if TYPE_CHECKING:
     import xarray
 
+    from poinsot.mechanics.part import Part
     from poinsot.propagation.trajectory import Trajectory
 
-__all__ = ["calendar_of", "dataset_of", "space_axes_of"]
+__all__ = ["calendar_of", "components", "dataset_of", "read_parts", "space_axes_of", "told_parts"]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
@@ -27,17 +31,16 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
     It has what a trajectory is made of, bit for bit, and nothing of the machine that computed it; of its system no
     more than its `repr`, to which `save` adds what makes it again.
     """
-    if motion.system.moving_parts:
-        part = type(motion.system.moving_parts[0]).__name__
-        raise ValueError(f"a dataset must be of a body without parts, got {part}. Save motion.phase by numpy.")
     import xarray
 
+    parts = motion.system.moving_parts
     return xarray.Dataset(
         {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()},
         coords={
             "time": ("time", motion.times, {"units": motion.system.units["time"], **_said_of_time(motion)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
+            **{f"component_{part.name}": components(part) for part in parts if part.size},
         },
         attrs={
             "Conventions": "CF-1.11",
@@ -46,6 +49,7 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
             "system": repr(motion.system),
             "initial_state": repr(motion.initial),
             "state_variables": " ".join(motion.phase),
+            **({"parts": told_parts(parts)} if parts else {}),
             **{key: value for key, value in motion.summary.items() if key != "wall_time"},
             **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
             **{f"version_{name}": version for name, version in motion.run.versions.items()},
@@ -55,6 +59,29 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
             "units_inertia": motion.system.units["inertia"],
         },
     )
+
+
+def told_parts(parts: Iterable[Part | StoredPart]) -> str:
+    """Return what a file says of parts: the variables of each, and which of them are angular momenta."""
+    said = {part.name: {"variables": dict(part.variables), "momenta": sorted(part.momenta)} for part in parts}
+    return json.dumps(said)
+
+
+def read_parts(said: str) -> tuple[StoredPart, ...]:
+    """Return the parts of which a file says so, by what `told_parts` has written."""
+    told = json.loads(said).items()
+    parts = tuple(StoredPart(name, each["variables"], frozenset(each["momenta"])) for name, each in told)
+    for part in parts:
+        counts = part.variables.values()
+        if not part.name.isidentifier() or part.name in RIGID or any(type(n) is not int or n < 1 for n in counts):
+            raise ValueError(f"parts must have names and numbers of scalars, got {part.name!r}.")
+    return parts
+
+
+def components(part: Part | StoredPart) -> list[str]:
+    """Return the names of the scalars of a part."""
+    counts = part.variables.items()
+    return [name if count == 1 else f"{name}_{i + 1}" for name, count in counts for i in range(count)]
 
 
 def calendar_of(motion: Trajectory) -> Calendar | None:
@@ -98,6 +125,7 @@ class _Variables:
             "conjugate_momenta": (momentum, "momenta Q conjugate to q", "parameter", {}),
             "angular_momentum_body": (momentum, "angular momentum", "axis", {"frame": "body"}),
         }
+        self.parts = {part.name: part for part in motion.system.moving_parts if part.size}
 
     def all(self) -> list[tuple[str, tuple[str, ...], Any, dict[str, str]]]:
         self._motion()
@@ -107,12 +135,14 @@ class _Variables:
 
     def _put(self, name: str, values: Any, unit: str, meaning: str, axis: str | None = None, **attributes: str) -> None:
         dims = self.leading if axis is None else (*self.leading, axis)
-        self.found.append((name, dims, values, {"units": unit, "long_name": meaning, **attributes}))
+        self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
 
     def _motion(self) -> None:
         motion, units, put = self.motion, self.units, self._put
         for name, (unit, meaning, axis, said) in self._of_states.items():
             put(name, getattr(motion, name), unit, meaning, axis, **said)
+        for name, part in self.parts.items():
+            put(f"own_{name}", motion.own[name], *self._said_of_part(part))
         momentum = motion.angular_momentum_space
         put("angular_momentum_space", momentum, units.momentum, "angular momentum", "axis", frame="space")
         for frame in ("body", "space"):
@@ -136,9 +166,12 @@ class _Variables:
         """Add what the motion started from, and what was integrated along with it."""
         motion, units = self.motion, self.units
         state, body = motion.initial, motion.system.body
-        for name, values in state.phase.items():
+        for name, values in state.rigid.items():
             unit, meaning, axis, said = self._of_states[name]
             self._fixed(f"initial_{name}", values, unit, f"{meaning}, at the start", axis, **said)
+        for name, part in self.parts.items():
+            unit, meaning, axis = self._said_of_part(part)
+            self._fixed(f"initial_own_{name}", state.own[name], unit, f"{meaning}, at the start", axis)
         self._fixed("initial_time", state.time, units.time, "time of the start")
         self._fixed("moments", body.moments, units.inertia, "principal moments of inertia", "axis")
         matrix = body.principal_matrix
@@ -148,10 +181,19 @@ class _Variables:
         if comoving is not None:
             self._put("carried", comoving, "1", "variables of the orbits that were integrated along", "variable")
 
+    def _said_of_part(self, part: Part | StoredPart) -> tuple[str, str, str]:
+        """Return unit, meaning and axis of the variables of a part; other kinds have no unit in common."""
+        unit = self.units.momentum if set(part.momenta) == set(part.variables) else ""
+        return unit, f"variables of the part {part.name}", f"component_{part.name}"
+
     def _fixed(self, name: str, values: Any, unit: str, meaning: str, *axes: str, **attributes: str) -> None:
         values = np.asarray(values)
         dims = axes if values.ndim == len(axes) else ("member", *axes)
-        self.found.append((name, dims, values, {"units": unit, "long_name": meaning, **attributes}))
+        self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
+
+
+def _named(unit: str, meaning: str) -> dict[str, str]:
+    return {**({"units": unit} if unit else {}), "long_name": meaning}
 
 
 class _Units:

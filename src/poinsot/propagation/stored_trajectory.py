@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from poinsot.mechanics.system import System
 from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
 from poinsot.propagation.trajectory import Rows, Run, Trajectory
 
-__all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory"]
+__all__ = ["Record", "StoredEnvironment", "StoredPart", "StoredSystem", "StoredTrajectory"]
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,22 @@ class Record:
     integrals: Mapping[str, Array]
     drift: Mapping[str, Array]
     summary: Mapping[str, Any] = field(default_factory=dict)
+    omega_body: Array | None = None
+    kinetic_energy: Array | None = None
+    """Of a body with parts: without their formulas they do not follow from the state."""
+
+
+class StoredPart(NamedTuple):
+    """What a file says of a part: its variables, with the number of scalars of each."""
+
+    name: str
+    variables: Mapping[str, int]
+    momenta: frozenset[str]
+
+    @property
+    def size(self) -> int:
+        """The number of its scalars."""
+        return sum(self.variables.values())
 
 
 class StoredSystem:
@@ -44,6 +60,7 @@ class StoredSystem:
         Why, in a sentence.
     integrals : tuple of Integral
         Those of the motion by name; their values are in the motion.
+    moving_parts : tuple of StoredPart
     """
 
     forces = ()
@@ -52,8 +69,15 @@ class StoredSystem:
     calendar = None
 
     def __init__(
-        self, body: Body, units: Mapping[str, str], written: str, reason: str, integrals: tuple[Integral, ...]
+        self,
+        body: Body,
+        units: Mapping[str, str],
+        written: str,
+        reason: str,
+        integrals: tuple[Integral, ...],
+        moving_parts: tuple[StoredPart, ...] = (),
     ) -> None:
+        self.moving_parts = moving_parts
         self.body, self.integrals, self.not_rerunnable, self._written = body, integrals, reason, written
         self._free = System(body, units=units)
         self.units = self._free.units
@@ -63,13 +87,12 @@ class StoredSystem:
 
     def of_members(self, members: Chosen) -> StoredSystem:
         """Return the body of some members."""
-        body = self._free.body
-        return StoredSystem(
-            numbers_of_members(body, members), self.units, self._written, self.not_rerunnable, self.integrals
-        )
+        body = numbers_of_members(self._free.body, members)
+        return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, self.moving_parts)
 
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
+        self._refuse_parts("omega_body")
         return self._free.omega_body(state)
 
     def validity(self, *_: Any) -> dict[str, Any]:
@@ -78,7 +101,14 @@ class StoredSystem:
 
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state; shape (...)."""
+        self._refuse_parts("kinetic_energy")
         return self._free.kinetic_energy(state)
+
+    def _refuse_parts(self, name: str) -> None:
+        if self.moving_parts:
+            raise ValueError(
+                f"{name} must have the parts of the body to be computed, got a file without. The motion has its values."
+            )
 
 
 class StoredEnvironment(Environment):
@@ -121,10 +151,27 @@ class StoredTrajectory(Trajectory):
         integrals, drift = (
             {name: part(values) for name, values in each.items()} for each in (known.integrals, known.drift)
         )
-        record = Record(part(known.potential_energy), integrals, drift)
+        omega, kinetic = known.omega_body, known.kinetic_energy
+        record = Record(
+            part(known.potential_energy),
+            integrals,
+            drift,
+            omega_body=None if omega is None else rows(omega),
+            kinetic_energy=None if kinetic is None else part(kinetic),
+        )
         comoving = getattr(self.environment, "comoving", None)
         environment = None if comoving is None else StoredEnvironment(times, rows(comoving))
         return StoredTrajectory(system, initial, times, phase, self.run, record, environment)
+
+    @property
+    @override
+    def omega_body(self) -> Array:
+        return super().omega_body if self._record.omega_body is None else self._record.omega_body
+
+    @property
+    @override
+    def kinetic_energy(self) -> Array:
+        return super().kinetic_energy if self._record.kinetic_energy is None else self._record.kinetic_energy
 
     @property
     @override

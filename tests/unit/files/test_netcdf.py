@@ -15,6 +15,7 @@ from in_order import in_order
 from poinsot import functions as fn
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
 from poinsot.files.scenarios.writer import text_of
+from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
 
 BODY = pt.Body((400.0, 500.0, 600.0))
 OBLIQUE = pt.Body.from_inertia([[3, 0.1, 0], [0.1, 4, 0.2], [0, 0.2, 5]])
@@ -38,6 +39,48 @@ class Magnet(pt.Potential):
         return -fn.dot(self.moment_body, instant.attitude.to_body((0, 0, 1.0)))
 
 
+class Gimbal(pt.Part):
+    """A part from outside the package: a rotor whose axis a spring holds in the body."""
+
+    spin: float
+    variables = {"angle": 1, "momentum": 1}  # noqa: RUF012
+    momenta = frozenset({"momentum"})
+
+    def momentum(self, own, time):  # noqa: ARG002
+        return fn.Vector((self.spin * fn.cos(own[0]), self.spin * fn.sin(own[0]), own[1]))
+
+    def spinning_inertia(self, own):  # noqa: ARG002
+        return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.3))
+
+    def internal_energy(self, own, time):  # noqa: ARG002
+        return own[1] * own[1] / 0.6 + own[0] * own[0]
+
+    def rates(self, instant, pull):  # noqa: ARG002
+        angle, p = instant.own(self)
+        w1, w2, w3 = instant.omega_body
+        return fn.Vector((p / 0.3 - w3, self.spin * (w2 * fn.cos(angle) - w1 * fn.sin(angle)) - 2 * angle))
+
+
+class Relaxed(pt.Event):
+    """A user's own event on the variables of a part."""
+
+    name = "relaxed"
+
+    def value(self, instant):
+        return instant.own(SPRING)[0]
+
+
+WHEEL = ReactionWheel((0.6, 0, 0.8), 10.0, 1e-4, 1e-4)
+OTHER = ReactionWheel((0, 1.0, 0), 20.0, name="other")
+DAMPER, SPRING = KaneDamper(30.0, 0.01), SpringMass(1, 10, (0.3, 0.2, 1), (0.6, 0, 0.8), 2.0, 0.003)
+
+
+def with_parts(*forces, body=BODY, omega=(0.001, 0.002, 0.003), times=TIMES / 10, time=0.0, own=None, **options):
+    system = pt.System(body, *forces, units={"time": "s", "inertia": "kg m2"})
+    state = system.state((0.5, 0.5, -0.5, 0.5), omega_body=omega, time=time, **(own or {}))
+    return pt.propagate(system, state, times, progress=False, **options)
+
+
 def start(body=BODY, omega=(0.001, 0.002, 0.003), **options):
     return body.state((0.5, 0.5, -0.5, 0.5), omega_body=omega, **options)
 
@@ -46,7 +89,19 @@ def run(body, *forces, times=TIMES, state=None, units=None, **options):
     return pt.propagate(pt.System(body, *forces, units=units), state or start(body), times, progress=False, **options)
 
 
-MOTIONS = {
+OF_PARTS = {
+    "wheels and a damper": lambda: with_parts(
+        WHEEL, OTHER, DAMPER, pt.GravityGradient(KEPLER), time=5.5, own={"other": [0.3]}
+    ),
+    "part without variables": lambda: with_parts(Gyrostat((0.3, -0.2, 0.5)), body=OBLIQUE, omega=(0.1, 0.2, 0.3)),
+    "mass on a spring": lambda: with_parts(SPRING, pt.GravityGradient(KEPLER), own={"spring_mass": (0.1, 0.0)}),
+    "parts, orbit integrated along": lambda: with_parts(WHEEL, *BOTH, times=TIMES, formulation="canonical"),
+    "parts of members": lambda: with_parts(
+        WHEEL, DAMPER, own={"reaction_wheel": [[0.1], [0.2], [0.3]], "kane_damper": MANY}, omega=MANY
+    ),
+    "wheels of members": lambda: with_parts(ReactionWheel((0, 0, 1), np.array([10.0, 20.0, 30.0]))),
+}
+MOTIONS = OF_PARTS | {
     "in orbit": lambda: run(BODY, pt.GravityGradient(KEPLER), units={"time": "s", "inertia": "kg m2"}),
     "backwards, from within": lambda: run(
         BODY, pt.GravityGradient(KEPLER), times=TIMES[::-1], state=start(time=100.5), formulation="canonical"
@@ -123,6 +178,105 @@ def test_again_to_the_bit(motions, name, tmp_path):
     again = repetition(read, "it")
     assert again.run.get("dense", False) is (name == "dense")
     assert_same(motions[name], again.propagate(progress=False))
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+@pytest.mark.parametrize("name", OF_PARTS)
+def test_the_variables_of_parts_are_in_the_file(motions, name, suffix, tmp_path):
+    motion = motions[name]
+    read = pt.load(pt.save(motion, tmp_path / f"it{suffix}"))
+    assert list(read.own) == list(motion.own) == [part.name for part in motion.system.moving_parts if part.size]
+    for part, values in motion.own.items():
+        np.testing.assert_array_equal(read.own[part], values, err_msg=part)
+        np.testing.assert_array_equal(read.initial.own[part], motion.initial.own[part], err_msg=part)
+        np.testing.assert_array_equal(motion.dataset[f"own_{part}"], values)
+    for measured in ("omega_body", "kinetic_energy", "potential_energy"):
+        np.testing.assert_array_equal(getattr(read, measured), getattr(motion, measured), err_msg=measured)
+
+
+def test_a_motion_with_an_event_of_a_part_comes_back(tmp_path):
+    motion = with_parts(SPRING, times=np.linspace(0, 10, 5), own={"spring_mass": (0.1, 0.0)}, events=[Relaxed()])
+    assert len(motion.events[0].times) > 1
+    assert_same(motion, pt.load(pt.save(motion, tmp_path / "it.nc")))
+
+
+def test_the_variables_of_parts_say_what_they_are(motions):
+    data = motions["mass on a spring"].dataset
+    assert data["own_spring_mass"].dims == ("time", "component_spring_mass")
+    assert list(data["component_spring_mass"].values) == list(SPRING.variables)
+    assert "units" not in data["own_spring_mass"].attrs  # a length and a momentum
+    data = motions["wheels and a damper"].dataset
+    assert data["own_kane_damper"].attrs["units"] == "kg m2 s-1"
+    assert list(data["component_kane_damper"].values) == ["momentum_1", "momentum_2", "momentum_3"]
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+@pytest.mark.parametrize("many", [False, True])
+def test_parts_of_others_are_named_and_not_run(many, suffix, tmp_path):
+    own = {"gimbal": [(0.1, 0.2), (0.3, 0.1)] if many else (0.1, 0.2)}
+    motion = with_parts(Gimbal(0.7), WHEEL, times=np.linspace(0, 5, 6), own=own)
+    read = pt.load(pt.save(motion, tmp_path / f"it{suffix}"))
+    assert why_not(read) == "the classes of a scenario must be the package's own, got Gimbal."
+    assert_same(motion, read)
+    assert_same(motion, pt.load(pt.save(read, tmp_path / f"again{suffix}")))
+    some, known = (read[1], motion[1]) if many else (read.isel(time=[1, 3]), motion.isel(time=[1, 3]))
+    for name in ("omega_body", "omega_space", "kinetic_energy", "energy"):
+        np.testing.assert_array_equal(getattr(some, name), getattr(known, name), err_msg=name)
+    with pytest.raises(ValueError, match="omega_body must have the parts of the body to be computed"):
+        read.system.omega_body(read.initial)
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["[]", "{", '{"gimbal": {}}', '{"gimbal": {"variables": {"angle": -1}, "momenta": []}}'],
+)
+def test_parts_that_a_dataset_does_not_say_are_refused(motions, said):
+    data = motions["parts of members"].dataset.assign_attrs(parts=said)
+    with pytest.raises(ValueError, match="the dataset must have parts by name with their variables, got"):
+        pt.load(data)
+
+
+def test_a_text_of_other_parts_is_refused(motions, tmp_path):
+    motion = motions["wheels and a damper"]
+    with xarray.open_dataset(pt.save(motion, tmp_path / "it.nc"), decode_cf=False) as data:
+        text = data.attrs["scenario"].replace('"other"', '"another"')
+        assert text != data.attrs["scenario"]
+        read = pt.load(data.assign_attrs(scenario=text))
+    assert "must be that of the body, but it has another one" in why_not(read)
+
+
+def test_a_scenario_with_parts_is_run_again_from_its_result(tmp_path):
+    text = """
+[body]
+moments = [6, 8, 10]
+[state]
+quaternion = [1, 0, 0, 0]
+omega_body = [0.8, 0.02, 0.05]
+[state.own]
+reaction_wheel = [2.005]
+[[forces]]
+type = "ReactionWheel"
+axis = [0, 0, 1]
+moment = 0.1
+[[forces]]
+type = "KaneDamper"
+moment = 0.4
+coefficient = 0.3
+[times]
+stop = 10
+count = 3
+[ensemble]
+members = 3
+seed = 1
+[[ensemble.spread]]
+of = "state.own.reaction_wheel"
+size = 0.1
+"""
+    motion = parsed_scenario(text, "it.toml").propagate(progress=False)
+    read = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    assert read.provenance["scenario"] == text
+    assert_same(motion, read)
+    assert_same(motion, repetition(read, "it").propagate(progress=False))
 
 
 def test_datasets_that_xarray_opens_are_read_too(motions, tmp_path):
@@ -260,15 +414,18 @@ def test_files_say_units_frames_and_versions(motions, tmp_path):
     assert "wall_time" not in said
 
 
-@pytest.mark.parametrize("name", ["in orbit", "ensemble of bodies", "orbit integrated along"])
+@pytest.mark.parametrize("name", ["in orbit", "ensemble of bodies", "orbit integrated along", "mass on a spring"])
 def test_stores_are_what_zarr_reads(motions, name, tmp_path):
     """The package zarr, and xarray upon it, find all that is in a store."""
     pytest.importorskip("zarr")
     motion = motions[name]
     with xarray.open_zarr(pt.save(motion, tmp_path / "it.zarr"), decode_cf=False, consolidated=False) as data:
         expected = motion.dataset
-        assert set(data.variables) == set(expected.variables)
-        for key, variable in data.variables.items():
+        recorded = {name for name in data.variables if str(name).startswith("recorded_")}  # of parts, for `load`
+        assert set(data.variables) - recorded == set(expected.variables)
+        assert bool(recorded) is (name in OF_PARTS)
+        for key in set(data.variables) - recorded:
+            variable = data.variables[key]
             assert np.array_equal(variable.values, expected[key].values)
             assert (variable.dims, variable.attrs) == (expected[key].dims, expected[key].attrs)
         assert set(data.attrs) == set(expected.attrs) | {"digest", "scenario", "scenario_of"}
