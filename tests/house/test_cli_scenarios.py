@@ -117,6 +117,15 @@ def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch
     assert pt.load(tmp_path / "top.partial-again.nc").times.size == 101
 
 
+def test_result_of_a_body_with_parts_is_repeated_too(tmp_path):
+    wheel, damper = pt.parts.ReactionWheel((0, 0, 1), 0.1, 1e-4, 2e-3), pt.parts.KaneDamper(0.4, 0.3)
+    system = pt.System(pt.Body((6, 8, 10)), wheel, damper)
+    state = system.state((1, 0, 0, 0), omega_body=(0.8, 0.02, 0.05), reaction_wheel=[2.0])
+    pt.save(pt.propagate(system, state, [0, 1, 2.5]), tmp_path / "it.nc")
+    assert "The same to the bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
+    assert "ReactionWheel" in call("info", tmp_path / "it.nc").stdout
+
+
 def test_result_of_python_is_repeated_too(tmp_path):
     body = pt.Body((1.25, 1.0, 0.75))
     state = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2))

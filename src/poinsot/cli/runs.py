@@ -202,7 +202,8 @@ def _compare(original: Any, motion: Any) -> bool:
         answer(f"It has other times: {original.times.size} before, {motion.times.size} now.")
         return False
     known = np.isfinite(original.quaternion[..., 0])
-    pairs = [(values[known], getattr(motion, name)[..., shared, :][known]) for name, values in original.phase.items()]
+    again = {name: motion.own[name] if name in motion.own else getattr(motion, name) for name in original.phase}
+    pairs = [(values[known], again[name][..., shared, :][known]) for name, values in original.phase.items()]
     if all(before.tobytes() == now.tobytes() for before, now in pairs):
         whole = motion.times.size == original.times.size and np.array_equal(
             known, np.isfinite(motion.quaternion[..., 0])
