@@ -55,6 +55,7 @@ INTERNAL = {
     *(
         "potential_at",
         "at",
+        "given_parts",
         "with_parts",
         "position",
         "velocity",
