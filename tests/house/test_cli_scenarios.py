@@ -81,7 +81,7 @@ def test_examples_are_what_others_published():
 def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
     call("run", top)
     done = python("run", tmp_path / "top.nc", "--out", tmp_path / "again", check=True)
-    assert done.stdout.splitlines() == [str(tmp_path / "again" / "top.nc"), "The same to the bit."]
+    assert done.stdout.splitlines() == [str(tmp_path / "again" / "top.nc"), "The same bit for bit."]
     assert done.stderr == ""
     assert (
         pt.load(tmp_path / "again" / "top.nc").quaternion.tobytes() == pt.load(tmp_path / "top.nc").quaternion.tobytes()
@@ -90,8 +90,8 @@ def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
 
 def test_result_is_repeated_beside_itself(top, tmp_path):
     call("run", top)
-    assert call("run", tmp_path / "top.nc").stdout == f"{tmp_path}/top-again.nc\nThe same to the bit.\n"
-    assert "top-again.nc must be a new file" in call("run", tmp_path / "top.nc", code=2).stderr
+    assert call("run", tmp_path / "top.nc").stdout == f"{tmp_path}/top-again.nc\nThe same bit for bit.\n"
+    assert "top-again.nc already exists" in call("run", tmp_path / "top.nc", code=2).stderr
     assert pt.load(tmp_path / "top-again.nc").quaternion.tobytes() == pt.load(tmp_path / "top.nc").quaternion.tobytes()
 
 
@@ -113,7 +113,7 @@ def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch
     call("run", top, code=3)
     monkeypatch.undo()
     result = call("run", tmp_path / "top.partial.nc")
-    assert result.stdout.splitlines()[1] == "The same to the bit, as far as the original goes."
+    assert result.stdout.splitlines()[1] == "The same bit for bit, as far as the original goes."
     assert pt.load(tmp_path / "top.partial-again.nc").times.size == 101
 
 
@@ -130,7 +130,7 @@ def test_result_of_python_is_repeated_too(tmp_path):
     body = pt.Body((1.25, 1.0, 0.75))
     state = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2))
     pt.save(pt.propagate(pt.System(body), state, [0, 1, 2.5]), tmp_path / "it.nc")
-    assert "The same to the bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
+    assert "The same bit for bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
     assert call("info", tmp_path / "it.nc", "--scenario").stdout.startswith("# Written for a system made in Python.")
 
 
@@ -160,7 +160,7 @@ def test_nothing_is_replaced_without_being_told(top, tmp_path, there):
     top.write_text(TOP + '[outputs]\nplot = "p.png"\n')
     (tmp_path / there).write_text("mine")
     result = call("run", top, code=2)
-    assert f"{there} must be a new file, but it exists. --overwrite replaces it, --out leads away." in result.stderr
+    assert f"{there} already exists; use --overwrite or --out DIR." in result.stderr
     assert (tmp_path / there).read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 2
     call("run", top, "--overwrite")
@@ -248,7 +248,7 @@ def test_new_scenario_runs_as_it_is_and_with_everything_that_it_offers(tmp_path)
     path = tmp_path / "mine.toml"
     assert call("new", path).stdout == f"{path}\n"
     call("run", path)
-    assert "--overwrite replaces it" in call("new", path, code=2).stderr
+    assert "already exists; use --overwrite." in call("new", path, code=2).stderr
     offered = re.sub(r"(?m)^# (?=\w+ = |\[)", "", path.read_text())
     without = re.sub(r"(?m)^(moments|quaternion) = .*\n", "", offered)  # of which another form is offered
     (tmp_path / "all.toml").write_text(without)
@@ -372,7 +372,7 @@ def test_help_teaches_and_has_the_exit_codes():
         told = " ".join(call(command, "--help").stdout.split())
         assert f"For example: • poinsot {command}" in told
         assert "Exit status: 0 done;" in told
-        assert "130 Ctrl-C; 143 SIGTERM," in told
+        assert "130 Ctrl-C; 143 SIGTERM." in told
         assert call(command, "-h").stdout == call(command, "--help").stdout
     assert "1 a repeated result differs from the original" in " ".join(call("run", "-h").stdout.split())
 

@@ -25,7 +25,7 @@ def test_paper_command_replaces_nothing_without_being_told(tmp_path, monkeypatch
     (tmp_path / "fig3-kepler.pdf").write_text("mine")
     result = CliRunner().invoke(app, ["paper", "--out", str(tmp_path)], env={"COLUMNS": "400"})
     assert result.exit_code == 2
-    assert "fig3-kepler.pdf must be a new file, but it exists. --overwrite replaces it." in result.stderr
+    assert "fig3-kepler.pdf already exists; use --overwrite." in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["fig3-kepler.pdf"]
     monkeypatch.setattr(paper, "PROBLEMS", paper.PROBLEMS[-1:])
     assert CliRunner().invoke(app, ["paper", "--out", str(tmp_path), "--overwrite"]).exit_code == 0

@@ -18,7 +18,7 @@ __all__ = ["app"]
 app = Commands(
     epilog=exit_statuses(
         _1="a comparison of `verify`, or of a repeated result with the original, fails",
-        _3="a propagation, or a member's, stopped before its last time",
+        _3="a propagation, or that of a member, stopped before its last time",
     ),
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -57,7 +57,7 @@ def main(
 
 for panel, commands in {
     "Scenarios and results": (new, run, info, plot, view, convert),
-    "Is it right?": (verify, paper),
+    "Verification": (verify, paper),
 }.items():
     for command in commands:
         own = {

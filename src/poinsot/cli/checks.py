@@ -1,4 +1,4 @@
-"""How right it is: `poinsot paper`, `poinsot verify`."""
+"""Verification against published motions: `poinsot paper`, `poinsot verify`."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def paper(
     ),
     overwrite: Overwrite = False,
 ) -> None:
-    """Integrate the three problems of Arribas, Elipe and Palacios (2006) and show how exact the result is.
+    """Integrate the three problems of Arribas, Elipe and Palacios (2006) and print the errors.
 
     Writes Figs. 1-3 (PNG, PDF), one NetCDF file for each case, and table.md. Takes half a minute the first time;
-    Ctrl-C leaves the cases that are done.
+    Ctrl-C keeps the finished cases.
 
     For example:
 
@@ -56,10 +56,10 @@ def paper(
 
 
 def verify() -> None:
-    """Check this installation against motions that others published.
+    """Compare this installation with published motions.
 
-    Ten seconds, the first time half a minute. `expected` is the most that a difference may be. Ctrl-C shows the
-    comparisons that are done.
+    Ten seconds, the first time half a minute. `expected` is the tolerance of each difference. Ctrl-C prints the
+    finished comparisons.
 
     For example:
 

@@ -1,4 +1,4 @@
-"""What files have in them, and other formats: `poinsot info`, `poinsot convert`."""
+"""Contents and conversion of files: `poinsot info`, `poinsot convert`."""
 
 from __future__ import annotations
 
@@ -32,14 +32,12 @@ Lines = list[str]
 
 def info(
     file: Annotated[Path, typer.Argument(help="A result, a scenario, or another file that the package can read.")],
-    scenario: Annotated[
-        bool, typer.Option("--scenario", help="Print the text of the scenario in it, no more.")
-    ] = False,
+    scenario: Annotated[bool, typer.Option("--scenario", help="Print only the text of the scenario in it.")] = False,
 ) -> None:
-    """Tell what a file has: body and forces, times, how it was computed, its drift, and whether it can be run again.
+    """Summarise a file: body and forces, times, method, drift of the integrals, and whether it can be run again.
 
     Also of files of attitudes ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plates) and gravity fields
-    (ICGEM, SHADR): what is in them, and which function of the package reads them.
+    (ICGEM, SHADR): their contents, and which function of the package reads them.
 
     For example:
 
@@ -60,7 +58,7 @@ def info(
 
 def convert(
     source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or attitudes.")],
-    target: Annotated[Path, typer.Argument(help="The file to write; its end says the format.")],
+    target: Annotated[Path, typer.Argument(help="The file to write; its suffix selects the format.")],
     scenario: Annotated[
         Path | None, typer.Option(help="From attitudes to a result: a scenario with body and forces.")
     ] = None,
@@ -72,8 +70,8 @@ def convert(
 ) -> None:
     """Convert between results and files of attitudes.
 
-    The formats of attitudes are {attitudes}. They have dates, and the name of the space axes: say them where the result
-    has none. The times of a result are those of its scenario, or from --zero, or else from the first row.
+    The formats of attitudes are {attitudes}. They need dates and the name of the space axes: pass them if the result
+    has none. The times of a result count from the calendar of its scenario, from --zero, or else from the first row.
 
     For example:
 

@@ -1,4 +1,4 @@
-"""What is looked at: `poinsot plot`, `poinsot view`."""
+"""Plots and the 3D view: `poinsot plot`, `poinsot view`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KINDS = (
     "quaternions",
     "roll_pitch_yaw",
 )
-"""What can be drawn of a result: the functions of `poinsot.plot` that need no more than a motion."""
+"""The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
 OPTIONS = {
     "other": "--with",
@@ -37,9 +37,9 @@ OPTIONS = {
     "rate_unit": "--rate-unit",
     "time_unit": "--time-unit",
 }
-"""Of the command, by the arguments that they are."""
+"""The options of the command, by argument."""
 
-Member = Annotated[int | None, typer.Option(min=0, help="Which member of an ensemble, from 0; default: all.")]
+Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0; default: all.")]
 
 PICTURES = (".png", ".pdf", ".svg")
 
@@ -55,22 +55,27 @@ def plot(
     picture: Annotated[
         Path | None, typer.Argument(help="Ends in .png, .pdf or .svg; default: FILE-KIND.png beside the result.")
     ] = None,
-    kind: Annotated[str, typer.Option(callback=_known, help=f"What to draw: {', '.join(KINDS)}.")] = "quaternions",
+    kind: Annotated[str, typer.Option(callback=_known, help=f"The plot: {', '.join(KINDS)}.")] = "quaternions",
     other: Annotated[
         Path | None, typer.Option("--with", help="Another result, at the same times, for --kind difference.")
     ] = None,
     orbit: Annotated[
-        int | None, typer.Option(min=1, help="Which orbit, for --kind roll_pitch_yaw, if there are several: 1, 2, ...")
+        int | None,
+        typer.Option(min=1, help="Number of the orbit, for --kind roll_pitch_yaw with several orbits: 1, 2, ..."),
     ] = None,
-    angle_unit: Annotated[str | None, typer.Option(help="Of angles: deg (default), rad, mrad, arcmin, arcsec.")] = None,
+    angle_unit: Annotated[
+        str | None, typer.Option(help="Unit of angles: deg (default), rad, mrad, arcmin, arcsec.")
+    ] = None,
     rate_unit: Annotated[
-        str | None, typer.Option(help="Of angular velocities, such as deg/s, mrad/h, rpm; default: rad.")
+        str | None, typer.Option(help="Unit of angular velocities, such as deg/s, mrad/h, rpm; default: rad.")
     ] = None,
-    time_unit: Annotated[str | None, typer.Option(help="Of times: s, min, h, d, yr; default: the result's.")] = None,
+    time_unit: Annotated[
+        str | None, typer.Option(help="Unit of times: s, min, h, d, yr; default: the result's.")
+    ] = None,
     member: Member = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw a result, as the functions of `poinsot.plot` do.
+    """Plot a result with a function of `poinsot.plot`.
 
     For example:
 
@@ -96,7 +101,7 @@ def view(
     member: Member = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a page that plays a result in three dimensions, in any browser, without a network.
+    """Write an interactive 3D view of a result as one web page, for any browser, without a network.
 
     For example:
 

@@ -29,7 +29,7 @@ from poinsot.cli.terminal import (
 __all__ = ["new", "run"]
 
 BYTES = 150
-"""The least that a result has for each time and member."""
+"""The minimum size of a result, for each time and member."""
 
 MOST_TOLD = 10
 """Members whose failures are told one by one."""
@@ -69,18 +69,18 @@ def new(
 def run(
     file: Annotated[Path, typer.Argument(help="A scenario (.toml), or a result (.nc, .zarr) to repeat.")],
     out: Annotated[
-        Path | None, typer.Option(help="Folder for what is written; default: that of the file.", file_okay=False)
+        Path | None, typer.Option(help="Folder for the outputs; default: that of the file.", file_okay=False)
     ] = None,
     overwrite: Overwrite = False,
     threads: Annotated[int | None, typer.Option(min=1, help="For an ensemble; default: all cores.")] = None,
 ) -> None:
-    """Compute the motion that a scenario describes, and write it with all that is needed to compute it again.
+    """Propagate a scenario, and write the result with all that is needed to repeat it.
 
     The result is NetCDF-4, named like the scenario, or as the scenario says under outputs (also a plot, a view).
-    Ctrl-C ends a run, and what was computed is in NAME.partial.nc; so it is of a run that stops.
+    After Ctrl-C, or if the propagation stops, NAME.partial.nc has the output times reached so far.
 
-    A result is repeated from what it has in itself, as NAME-again.nc, and compared: on the same versions it is the
-    same to the bit.
+    A result is repeated from its own content, as NAME-again.nc, and compared: with the same versions it is the same
+    bit for bit.
 
     For example:
 
@@ -137,9 +137,7 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for path in names.values():
         if path.exists() and not overwrite:
-            raise FileExistsError(
-                f"{path} must be a new file, but it exists. --overwrite replaces it, --out leads away."
-            )
+            raise FileExistsError(f"{path} already exists; use --overwrite or --out DIR.")
         check_new(path, overwrite)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder} must be a folder that can be written, but it is not.")
@@ -194,7 +192,7 @@ def _tell_failures(motion: Any) -> None:
 
 
 def _compare(original: Any, motion: Any) -> bool:
-    """Say how a repeated motion differs from the original; return whether it is the same to the bit."""
+    """Say how a repeated motion differs from the original; return whether it is the same bit for bit."""
     import numpy as np
 
     shared = np.isin(motion.times, original.times)
@@ -208,7 +206,7 @@ def _compare(original: Any, motion: Any) -> bool:
         whole = motion.times.size == original.times.size and np.array_equal(
             known, np.isfinite(motion.quaternion[..., 0])
         )
-        answer("The same to the bit." if whole else "The same to the bit, as far as the original goes.")
+        answer("The same bit for bit." if whole else "The same bit for bit, as far as the original goes.")
         return True
     largest = max(float(np.nanmax(np.abs(now - before), initial=0.0)) for before, now in pairs)
     answer(f"It differs by up to {largest:.2g} in q and the momenta.")

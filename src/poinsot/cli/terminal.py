@@ -1,4 +1,4 @@
-"""What the commands share: exit statuses, errors as sentences, and what a terminal shows while something lasts."""
+"""Shared by the commands: exit statuses, error messages, and progress on a terminal."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
 
 STATUSES = {
     0: "done",
-    WRONG: "the command line, a file or a value is not right",
+    WRONG: "invalid option, file or value",
     INTERRUPTED: "Ctrl-C",
-    TERMINATED: "SIGTERM, which does as Ctrl-C does",
+    TERMINATED: "SIGTERM",
 }
 
 PATIENCE = 0.5
-"""Seconds before something that lasts is shown."""
+"""Seconds before progress is shown."""
 
 SMALLEST = 65536
 """Bytes of a result; a disk with less is full."""
@@ -213,17 +213,17 @@ def _said(error: OSError) -> str:
 def check_there(path: Path) -> None:
     """Refuse a name under which there is nothing."""
     if not path.exists():
-        raise FileNotFoundError(f"{path} must be a file that exists, but there is none.")
+        raise FileNotFoundError(f"No such file: {path}")
 
 
 def check_new(path: Path, overwrite: bool) -> None:
     """Refuse a file that exists, or a folder for it that does not, before anything is computed."""
     if path.is_dir() and path.suffix != ".zarr":
-        raise IsADirectoryError(f"{path} must be the name of a file, but it is a folder.")
+        raise IsADirectoryError(f"{path} must be the name of a file, got a folder.")
     if path.exists() and not overwrite:
-        raise FileExistsError(f"{path} must be a new file, but it exists. --overwrite replaces it.")
+        raise FileExistsError(f"{path} already exists; use --overwrite.")
     if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path} must be in a folder that exists, but there is no {path.parent}.")
+        raise FileNotFoundError(f"No such folder: {path.parent}")
 
 
 @contextlib.contextmanager
