@@ -1,7 +1,7 @@
-"""What happens to stability between two neighbouring periodic motions of a branch.
+"""Bifurcations between two consecutive periodic motions of a branch.
 
 Multipliers outside the unit circle are counted at both ends: real ones above 1, real ones below -1, complex pairs.
-Where one event explains how the counts change, the root of what vanishes there is found; elsewhere the segment is
+Where one bifurcation explains how the counts change, the root of its test function is found; elsewhere the segment is
 halved.
 """
 

@@ -1,7 +1,7 @@
 """Indicators of chaos from the growth of tangent vectors.
 
-The length of a tangent vector is |u|, u = (rotation vector, change of angular momentum / unit), body axes. Another unit
-changes what is found at finite times, not the limits.
+The length of a tangent vector is |u|, u = (rotation vector, change of angular momentum / unit), body axes. The unit
+affects the indicators at finite times, not their limits.
 """
 
 from __future__ import annotations

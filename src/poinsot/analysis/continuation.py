@@ -1,4 +1,4 @@
-"""Periodic motions followed while a parameter changes, round folds too, with what happens to their stability.
+"""Continuation of periodic motions in a parameter, also round folds, with their stability and bifurcations.
 
 From each point a step along the tangent of the curve of motions predicts the next one, and Newton's method, at right
 angles to the tangent, corrects it: pseudo-arclength continuation (Doedel, Keller and Kernevez 1991, Int. J. Bifurc.

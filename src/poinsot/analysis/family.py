@@ -1,4 +1,4 @@
-"""Periodic motions of a family of systems: the place on their curve near a point.
+"""Periodic motions of a family of systems: the corrector of pseudo-arclength continuation.
 
 Displacements x of a point and the parameter u obey x(period) - x = 0: a curve in seven dimensions. Its tangent is in
 the null space of (matrix - 1, derivative by u), from the state-transition matrix and the sensitivity of the motion.

@@ -1,4 +1,4 @@
-"""What people read off a torque-free rotation: its mode, periods, amplitudes, actions and angles."""
+"""Mode, periods, amplitudes, actions and angles of a torque-free rotation."""
 
 from __future__ import annotations
 

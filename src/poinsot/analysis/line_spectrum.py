@@ -1,9 +1,9 @@
 """The frequencies of a motion: its decomposition into lines, and their drift.
 
 An evenly sampled signal is taken apart into lines a exp(i nu t) as by Laskar (1990, Icarus 88, 266; 1993, Physica D
-67, 257): the highest maximum of the windowed spectrum of what is left gives the next line. His frequency of a single
+67, 257): the highest maximum of the windowed spectrum of the residual gives the next line. His frequency of a single
 line, the maximum itself, is that of the least squares of the difference in the windowed inner product. Here all
-lines found so far are fitted together in that sense, by Gauss and Newton's method, so that neighbours do not shift
+lines found so far are fitted together in that sense, by Gauss and Newton's method, so that close lines do not bias
 each other.
 """
 
@@ -32,7 +32,7 @@ APART = 0.5
 WORSE = 2
 """A line that makes the frequencies of others less certain by more than this is noise beside them."""
 CLUSTER = 16
-"""Lines with gaps below this, in bins, are stepped together; others see each other in what is left."""
+"""Lines with gaps below this, in bins, are stepped together; others interact through the residual."""
 NOTCH = 2
 """Bins about a line that the fit has emptied."""
 NEIGHBOURS = 16
@@ -47,7 +47,7 @@ FOLLOWED = 1 / 3
 IN_A_HALF = 8
 """Lines that are fitted in each half."""
 EVEN = 1e-9
-"""How far times may be from even ones, in steps, besides their rounding."""
+"""Tolerance for uneven times, in steps, besides their rounding."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -63,10 +63,10 @@ class LineSpectrum(ShownInNotebooks):
     amplitudes : complex array (lines,)
         In the unit of the signal; the phase is that at t = 0.
     errors : array (lines,)
-        The standard error of each frequency, from what is left of the signal in the bins about the line, be it noise
+        The standard error of each frequency, from the residual of the signal in the bins about the line, be it noise
         or lines that were left out. Zero for the mean of a real signal.
     residual : float
-        The root mean square of what is left, weighted by the window.
+        The RMS residual, weighted by the window.
     """
 
     frequencies: Array
@@ -89,7 +89,7 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
     times : array (n,) or float
         Evenly spaced, or the step between them, the first sample then being at t = 0.
     count : int
-        The most lines. There are fewer where what is left looks like white noise or like rounding.
+        The most lines. There are fewer if the residual is white noise or rounding.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
 class _Fit:
     """The lines of one signal, on centred samples: turns per sample and complex amplitudes at the centre.
 
-    The turns are kept as multiples of 2^-26 and the rest, or their rounding would be seen in what is left.
+    The turns are kept as multiples of 2^-26 and the rest, or their rounding would be seen in the residual.
     """
 
     def __init__(self, signal: Array) -> None:
@@ -166,7 +166,7 @@ class _Fit:
         return self.coarse + self.fine
 
     def waves(self, lines: Array) -> Array:
-        """Return exp(2 pi i turns samples) of some lines, shape (lines, n), right to rounding after any turns."""
+        """Return exp(2 pi i turns samples) of some lines, shape (lines, n), to machine precision for any turns."""
         block = math.isqrt(self.n)
         starts = np.arange(0, self.n, block) - (self.n - 1) / 2
         coarse, fine = self.coarse[lines, None], self.fine[lines, None]
@@ -200,7 +200,7 @@ class _Fit:
 
     @property
     def residual(self) -> float:
-        """The root mean square of what is left."""
+        """The RMS residual."""
         return float(np.sqrt(np.average(np.abs(self.rest) ** 2, weights=self.window)))
 
     def add(self, turns: float) -> None:
@@ -228,7 +228,7 @@ class _Fit:
         return float(np.max(moved))
 
     def strongest(self, barred: Array) -> tuple[float, bool]:
-        """Return the highest maximum of the spectrum of what is left, in turns, and whether it is a line."""
+        """Return the highest maximum of the spectrum of the residual, in turns, and whether it is a line."""
         height = np.abs(np.fft.fft(self.window * self.rest))
         open_bins = np.flatnonzero(~barred)
         if open_bins.size == 0:

@@ -1,4 +1,4 @@
-"""Floquet's multipliers of a period map, sharp where they meet.
+"""Floquet's multipliers of a period map, accurate where they coincide.
 
 A symplectic matrix has its multipliers in pairs m, 1/m. Where two of them meet, at 1 or at -1, rounding e moves each by
 sqrt(e), but their sum m + 1/m by e only: the three sums are the roots of a cubic whose coefficients are smooth

@@ -1,4 +1,4 @@
-"""What a period does to rotations seen from a frame, and its derivatives."""
+"""The period map of a rotation relative to a frame, and its derivatives."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Periodic motions: what repeats itself in a moving frame after one period, its small oscillations and stability.
+"""Periodic motions in a moving frame, their small oscillations and stability.
 
 x = (rotation vector, change of angular momentum), both along the body axes, becomes matrix x a period later, to first
-order. Newton's method finds where nothing is left over; the eigenvalues of the matrix are Floquet's multipliers.
-Under a force with that period it is the forced motion, with all free oscillations removed: the libration of a moon on
-an ellipse, or, seen from axes that turn with the node of the orbit, its rotation in a Cassini state.
+order. Newton's method finds the zero of the displacement over a period; the eigenvalues of the matrix are Floquet's
+multipliers. Under a force with that period it is the forced motion, with all free oscillations removed: the libration
+of a moon on an ellipse, or, seen from axes that turn with the node of the orbit, its rotation in a Cassini state.
 """
 
 from __future__ import annotations

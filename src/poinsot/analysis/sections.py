@@ -1,6 +1,6 @@
-"""Poincare sections: where motions stand at the passages of an event, or once in a period.
+"""Poincare sections: the states of motions at the crossings of an event, or once in a period.
 
-A regular motion of two degrees of freedom leaves points on a curve, a chaotic one fills an area.
+The points of a regular motion with two degrees of freedom lie on a curve, those of a chaotic one fill an area.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The state-transition matrix of a motion, its derivatives by parameters, and what it does to a covariance.
+"""The state-transition matrix of a motion, parameter sensitivities, and covariance propagation.
 
 xi = (rotation vector, change of angular momentum), along the body axes, changes (q, g) to
 (q exp(theta / 2), g + gamma).

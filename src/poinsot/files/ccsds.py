@@ -1,4 +1,4 @@
-"""What the messages of CCSDS have in common: KEY = VALUE lines, frames, time systems, epochs, headers."""
+"""Shared by the CCSDS messages: KEY = VALUE lines, frames, time systems, epochs, headers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is in a NetCDF-4 file, read in a process of its own: its library follows the pointers of strangers."""
+"""Reading of a NetCDF-4 file in a separate process: the library does not validate pointers in the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Readers in C of files of strangers, each file in a process of its own: one that breaks them ends in a sentence.
+"""Readers in C of untrusted files, each file in a separate process: a crash becomes an error message.
 
 A clean process imports a reader once, and is forked for each file; it has one thread, and so no lock that another one
 holds. The fork has limits of processor time, memory and open files. Both sides send messages: the length of a text in

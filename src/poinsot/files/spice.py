@@ -1,4 +1,4 @@
-"""SPICE kernels: what they may be, and the process that reads them."""
+"""SPICE kernels: the accepted types, and the process that reads them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What SPICE is asked, in a process of its own: its kernels are pointers that it follows unseen."""
+"""Calls of SPICE, in a separate process: it does not validate the pointers in its kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading what others wrote: bounded, decoded, and XML without entities."""
+"""Bounded reading of untrusted files: text, and XML without entities."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Datasets as Zarr stores of format 2 without codecs: each array is one file of its numbers as they are.
+"""Datasets as Zarr stores of format 2 without codecs: each array is one uncompressed file.
 
-So written, a store needs no library to be read, and nothing in it can name code that decodes it.
+Such a store is read without a library, and cannot name a codec to execute.
 """
 
 from __future__ import annotations

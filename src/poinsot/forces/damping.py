@@ -1,4 +1,4 @@
-"""Dissipation."""
+"""Dissipative torques."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from poinsot.mechanics.periapsis_warning import warn_below
 __all__ = ["EllipsoidGravity"]
 
 LAGUERRE_STEPS = 3
-"""From 1 to the root of the cubic: to rounding where the attractor is at 1.2 times the longest semiaxis or beyond."""
+"""From 1 to the root of the cubic: to machine precision for an attractor beyond 1.2 times the longest semiaxis."""
 
 NODES = (
     (0.028493679839790433, 0.00019919367776667182),
@@ -46,7 +46,7 @@ class EllipsoidGravity(Potential):
     U = -3/4 mu M int_L^inf (1 - sum_i x_i^2 / (T + e_i)) dT / sqrt(prod_i (T + e_i)) + mu M / r, with x the place of
     the attractor along the body axes, e_i = a_i^2 less their mean, and L the largest T at which the bracket vanishes
     (Kellogg 1929, Foundations of Potential Theory, Ch. VII); that is why a small change of L alone changes nothing. The
-    integral is Gauss's with 12 nodes in L / T: torques are right to 1e-14 of themselves from 1.2 times the longest
+    integral is Gauss's with 12 nodes in L / T: the relative error of torques is below 1e-14 from 1.2 times the longest
     semiaxis on, for every ellipsoid; nearer, the flatter it is, the more digits are lost.
 
     Parameters

@@ -22,7 +22,7 @@ from poinsot.mechanics.instant import Instant
 __all__ = ["MasconGravity"]
 
 CENTRED = 1e-12
-"""How far the centre of mass may be from the origin, in the distance of the farthest point: rounding, and no more."""
+"""Tolerance of the centre of mass, relative to the distance of the farthest point: rounding only."""
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Whether the body that a force knows is the body that turns."""
+"""Check that the inertia of a force agrees with that of the body."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from poinsot.mechanics.body import Body
 __all__ = ["deviator", "refuse_other_inertia"]
 
 SAME_INERTIA = 1e-9
-"""How far tensors of one body may be apart, in its largest moment: far more than rounding, far less than a mistake."""
+"""Tolerance between the inertia tensors of body and force, relative to the largest moment: far above rounding."""
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Orbits: where the body is relative to what attracts it.
+"""Orbits: the position of the body relative to the attractor.
 
 The names are in `__init__.pyi`; each is imported when it is used first.
 """

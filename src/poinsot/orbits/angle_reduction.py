@@ -1,4 +1,4 @@
-"""Angles that grow in proportion to time, of which no digit is lost after many revolutions."""
+"""Reduction of angles linear in time, without loss of digits after many revolutions."""
 
 from __future__ import annotations
 

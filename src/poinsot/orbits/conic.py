@@ -1,4 +1,4 @@
-"""What the two-body orbits of every kind have in common: a plane, a conic in it, and comoving axes."""
+"""Shared by the two-body orbits of every kind: a plane, a conic in it, and comoving axes."""
 
 from __future__ import annotations
 

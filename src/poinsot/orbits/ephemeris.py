@@ -1,4 +1,4 @@
-"""Orbits known by numbers: a polynomial between each two knots, and a kernel that stops at every knot."""
+"""Tabulated orbits: piecewise polynomials, and a kernel that stops at every knot."""
 
 from __future__ import annotations
 

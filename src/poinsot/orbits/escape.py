@@ -1,4 +1,4 @@
-"""The two-body orbits that come from infinity and go there: parabola and hyperbola."""
+"""Unbound two-body orbits: parabola and hyperbola."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class EscapeOrbit(ConicOrbit):
     epoch : float
         Time.
     radius : float
-        That of the attractor's surface, in the unit of length: a warning says how far the periapsis is below it.
+        That of the attractor's surface, in the unit of length: a periapsis below it gives a warning with the depth.
         0: a point, never warned about.
 
     Raises
@@ -126,8 +126,8 @@ class EscapeOrbit(ConicOrbit):
     ) -> EscapeOrbit:
         """Return the orbit through a position with a velocity, space axes, shape (3,), at the epoch.
 
-        The position comes back to rounding. The velocity is off by up to r/q roundings, for that is what one
-        rounding of the eccentricity makes at the distance r.
+        The position is reproduced to machine precision. The velocity is off by up to r/q roundings: the
+        effect of one rounding of the eccentricity at the distance r.
 
         Raises
         ------
@@ -178,7 +178,7 @@ class EscapeOrbit(ConicOrbit):
 
     @property
     def excess_speed(self) -> Any:
-        """The speed that is left at infinity, sqrt(mu (e - 1)/q)."""
+        """The hyperbolic excess speed, sqrt(mu (e - 1)/q)."""
         return functions.sqrt(self.mu * (self.eccentricity - 1) / self.periapsis_distance)
 
     @property

@@ -1,4 +1,4 @@
-"""A body that stays where it is with respect to what attracts it."""
+"""Positions fixed relative to the attractor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The moving axes of an orbit."""
+"""The comoving axes of an orbit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plane and the shape of the two-body orbit through a position with a velocity."""
+"""Plane and shape of a two-body orbit from position and velocity."""
 
 from __future__ import annotations
 

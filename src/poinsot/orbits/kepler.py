@@ -44,7 +44,7 @@ class KeplerOrbit(ConicOrbit):
     epoch : float
         The time at which the body is at `true_anomaly`.
     radius : float
-        That of the attractor's surface, in the unit of length: a warning says how far the periapsis is below it.
+        That of the attractor's surface, in the unit of length: a periapsis below it gives a warning with the depth.
         0: a point, never warned about.
 
     Raises
@@ -129,8 +129,8 @@ class KeplerOrbit(ConicOrbit):
     ) -> KeplerOrbit:
         """Return the ellipse through a position with a velocity, space axes, shape (3,), at the epoch.
 
-        The position comes back to rounding, at any eccentricity and inclination. Angles that the orbit leaves
-        open are zero: the node of an equatorial orbit, the argument of periapsis of a circular one.
+        The position is reproduced to machine precision, at any eccentricity and inclination. Undefined angles
+        are zero: the node of an equatorial orbit, the argument of periapsis of a circular one.
 
         Raises
         ------

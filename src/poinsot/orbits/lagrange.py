@@ -1,4 +1,4 @@
-"""The points at which a body keeps its place beside two attractors that circle each other."""
+"""The Lagrange points of the circular restricted three-body problem."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Piecewise polynomials of vectors: made of functions and tables, and evaluated.
+"""Piecewise Chebyshev polynomials of vectors: fit to functions and tables, and evaluation.
 
 A piece is a row of Chebyshev coefficients, shape (3, terms), of s in [-1, 1].
 """

@@ -1,4 +1,4 @@
-"""Where Sun, Moon and planets are, from the theories VSOP2013 and ELP2000."""
+"""Positions of Sun, Moon and planets from the theories VSOP2013 and ELP2000."""
 
 from __future__ import annotations
 

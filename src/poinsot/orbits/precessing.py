@@ -1,4 +1,4 @@
-"""The ellipse whose node and periapsis advance steadily, as those of moons and of satellites do."""
+"""Ellipses with uniform precession of node and periapsis."""
 
 from __future__ import annotations
 

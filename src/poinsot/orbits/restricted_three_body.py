@@ -1,4 +1,4 @@
-"""The orbit of a small body beside two attractors that circle each other: the restricted three-body problem."""
+"""Orbits of the circular restricted three-body problem."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What orbits need beyond closed forms: integrated paths and the theories of the planets, handed down by the engine."""
+"""Orbits without a closed form: integrated paths and planetary theories, provided by the engine."""
 
 from __future__ import annotations
 

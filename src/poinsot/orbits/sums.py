@@ -1,4 +1,4 @@
-"""The orbit about a far attractor of a body whose orbit about a near one is known."""
+"""The orbit about a distant attractor, as the sum of two orbits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The two-body orbit of any kind through a position with a velocity."""
+"""The two-body orbit of any kind from position and velocity."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def two_body_orbit(
     epoch : float
         The time at which it is there.
     radius : float
-        That of the attractor's surface, in the unit of length: a warning says how far the periapsis is below it.
+        That of the attractor's surface, in the unit of length: a periapsis below it gives a warning with the depth.
         0: a point, never warned about.
 
     Returns

@@ -1,6 +1,6 @@
-"""Pictures of motions and of what analyses return: `poinsot.plot.quaternions(motion)`, ...
+"""Plots of motions and of the results of analyses: `poinsot.plot.quaternions(motion)`, ...
 
-The names are in `__init__.pyi`; each is imported when it is used first, and matplotlib when a picture is drawn.
+The names are in `__init__.pyi`; each is imported when it is used first, and matplotlib at the first plot.
 """
 
 import lazy_loader

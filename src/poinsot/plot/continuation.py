@@ -1,4 +1,4 @@
-"""Branches of periodic motions as pictures: stable parts solid, unstable ones dashed, bifurcations marked."""
+"""Plots of branches of periodic motions: stable parts solid, unstable ones dashed, bifurcations marked."""
 
 from __future__ import annotations
 

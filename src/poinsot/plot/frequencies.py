@@ -93,7 +93,7 @@ def spectrum(
 
 
 def _written(value: float, error: float) -> str:
-    """Return a number to the first digit of its error, that in brackets: 0.47139(2)."""
+    """Return a number to the first digit of its standard error, which is in brackets: 0.47139(2)."""
     smallest = abs(value) / 10.0 ** (DIGITS - 1)
     if error < smallest or value == 0:
         return f"{value:.{DIGITS}g}"

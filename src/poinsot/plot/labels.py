@@ -1,4 +1,4 @@
-"""What the pictures share: colours, units on labels, and the check of what is drawn."""
+"""Shared by the plots: colours, units on labels, and the check of the arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Indicators of chaos drawn: over a grid as a map, and against time."""
+"""Plots of chaos indicators: over a grid as a map, and against time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where pictures are drawn: axes of the user, or those of a new figure."""
+"""The axes of a plot: those of the user, or of a new figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poincare sections as pictures: one colour for the points of each motion."""
+"""Plots of Poincare sections: one colour for the points of each motion."""
 
 from __future__ import annotations
 

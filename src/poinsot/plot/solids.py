@@ -1,4 +1,4 @@
-"""Ellipsoids and what lies on them, drawn as solid bodies: the far side is faded.
+"""Ellipsoids and curves on them, drawn as solid bodies: the far side is faded.
 
 The pictures are in parallel projection from one direction, `eye`. matplotlib sorts whole artists by depth,
 not their parts, so every curve is cut here into its near and its far parts, and the order of painting is set.

@@ -1,4 +1,4 @@
-"""What is read from a motion, against time; of an ensemble the median, and bands that hold most of the members."""
+"""Time series of a motion; of an ensemble the median, and bands that hold most of the members."""
 
 from __future__ import annotations
 
@@ -296,7 +296,7 @@ def angular_momentum(
 
 @checked
 def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
-    """Draw how far the conserved quantities are from where they started, on a log axis.
+    """Plot the drift of the integrals of motion, on a log axis.
 
     They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named.
 

@@ -1,4 +1,4 @@
-"""A motion in three dimensions, as one web page that needs nothing else."""
+"""An interactive 3D view of a motion, as one self-contained web page."""
 
 from __future__ import annotations
 

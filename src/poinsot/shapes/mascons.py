@@ -1,4 +1,4 @@
-"""Mass points."""
+"""Mass points (mascons)."""
 
 from __future__ import annotations
 

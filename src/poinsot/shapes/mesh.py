@@ -1,4 +1,4 @@
-"""A homogeneous body between triangles."""
+"""A homogeneous polyhedron with triangular faces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every shape has: mass, centre, inertia, gravity field, and the exact pull at a point."""
+"""The interface of every shape: mass, centre of mass, inertia, gravity field, potential and attraction at a point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether triangles close surfaces that are wound outwards but for hollows; and turning those that are not."""
+"""Check of closed surfaces and of the orientation of their triangles, and its repair."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the columns of CCSDS Attitude Data Messages mean (504.0-B-2, annex F), for AEM and APM alike.
+"""The columns of CCSDS Attitude Data Messages (504.0-B-2, annex F), for AEM and APM.
 
 The quaternion from A to B turns the axes of A into those of B, so that x_A = q x_B q~; Euler angles turn A into B by
 three successive rotations, each about an axis that the ones before have turned: q = r_i(a1) r_j(a2) r_k(a3). The
@@ -21,7 +21,7 @@ __all__ = ["COLUMNS", "QUATERNION", "attitude_of", "checked_period", "kvn_column
 Array = NDArray[np.float64]
 
 UNIT_SLACK = 1e-3
-"""How far |q| may be from 1 in a file of few digits."""
+"""Tolerance of |q| - 1 in a file of few digits."""
 
 SHORTEST_PERIOD = 1e-9
 """Seconds."""

@@ -1,4 +1,4 @@
-"""Formats of attitude files: each is one object in the module of its reader and its writer, a user's own too."""
+"""Formats of attitude files: each is one object in the module of its reader and writer, also user-defined ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Attitudes that others computed or measured, as a table in time."""
+"""Attitudes computed or measured elsewhere, as a table in time."""
 
 from __future__ import annotations
 
