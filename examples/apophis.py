@@ -1,8 +1,8 @@
-"""Apophis passes the Earth at 38,000 km on 13 April 2029, which leaves it another rotation: which one?
+"""Apophis passes the Earth at 38,000 km on 13 April 2029, which changes its rotation: the distribution afterwards.
 
-(99942) Apophis tumbles about its short axis (Pravec et al. 2014, Icarus 233, 48). How the Earth's tide changes that
-depends on how the body lies when it passes. Here nothing is taken to be known of it: the angular momentum points
-anywhere, and the phases are any. Where each number is from, and what others found, is in docs/worlds.md.
+(99942) Apophis tumbles about its short axis (Pravec et al. 2014, Icarus 233, 48). The effect of the Earth's gravity
+gradient depends on the attitude during the flyby. Here nothing is assumed of it: 4000 Monte Carlo samples have
+isotropic angular momentum and uniform phases. Sources and published results are in docs/worlds.md.
 """
 
 import matplotlib.pyplot as plt
@@ -93,7 +93,7 @@ shorter = apophis.state(freely.quaternion[:, 0], angular_momentum_body=freely.an
 ends = [rotations(run) for run in (longer, pt.propagate(system, shorter, [far]))]
 rates = [end.energy / end.angular_momentum for end in ends]
 error = np.max(np.abs(rates[0] / rates[1] - 1))
-print(f"from 10 days before to 10 after instead of 5 and 5: effective rates change by {error:.1e} at most")
+print(f"from 10 days before to 10 after instead of 5 and 5: effective angular velocities change by {error:.1e} at most")
 assert error < 1e-4
 
 # One member again: by Runge and Kutta, with Newton's orbit and Euler's equations; and what the tide's power adds up to.

@@ -1,7 +1,7 @@
-"""How well is an attitude known after an orbit? The covariance of a satellite, by its state-transition matrix.
+"""Covariance propagation of an attitude over an orbit by the state-transition matrix, and Monte Carlo samples.
 
 A satellite in the gravity gradient is known at the start to 0.1 degrees and 0.0005 degrees per second, its moments of
-inertia to half a percent. The state-transition matrix carries this on; four thousand satellites drawn at random agree.
+inertia to half a percent. The state-transition matrix propagates the covariance; 4000 Monte Carlo samples agree.
 """
 
 import numpy as np
@@ -42,12 +42,12 @@ measured = np.stack([np.std(turn.as_rotvec(), axis=0) for turn in turns]), np.st
 ratio = np.hstack(measured) / predicted[every]
 
 print(f"standard deviations after an orbit: {np.degrees(predicted[-1, :3]).round(3)} deg")
-print(f"{members} satellites over the matrix: {ratio.min():.3f} ... {ratio.max():.3f}")
+print(f"{members} Monte Carlo samples over the matrix: {ratio.min():.3f} ... {ratio.max():.3f}")
 assert np.sum(np.abs(ratio - 1) > 0.06) == 1  # the first momentum where it is best known: the second order shows
 
 axes = pt.plot.uncertainty(transition, initial, of_moments)
 for ax, drawn_ones in zip(axes, measured, strict=True):
     dots = ax.plot(times[every], drawn_ones, ".", color="#8C8C8C")
-    dots[0].set_label(f"{members} drawn")
+    dots[0].set_label(f"{members} Monte Carlo samples")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
 axes[0].figure.savefig("attitude_covariance.png", dpi=150)

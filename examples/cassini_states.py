@@ -1,9 +1,9 @@
-"""The Moon in Cassini state 2 and Mercury in state 1 of its 3:2 resonance, by one function; and where the states are.
+"""The Cassini states of the Moon (2) and of Mercury (1, 3:2 resonance), and obliquities against the nodal period.
 
-Seen from the node of the orbit the rotation repeats itself: that of the Moon after one revolution, that of Mercury
-after two, in which it turns three times. `cassini_state` finds the obliquity and the three free librations. The
-picture shows the obliquity of the Moon's states if its node took another time to go round: the Moon is beyond the
-point at which state 1 and the unstable state 4 meet and vanish. Numbers and sources are in docs/worlds.md.
+In the frame of the node the rotation is periodic: that of the Moon with one revolution, that of Mercury with two, in
+which it turns three times. `cassini_state` finds the obliquity and the three free librations. The
+figure shows the obliquity of the Moon's states for other nodal periods: the Moon is beyond the fold of state 1 and the
+unstable state 4. Numbers and sources are in docs/worlds.md.
 """
 
 import matplotlib.pyplot as plt

@@ -1,10 +1,9 @@
-"""Three moons in their Cassini states: the free librations of Europa, Io and Titan, and what Europa's ellipse forces.
+"""Three moons in their Cassini states: the free librations of Europa, Io and Titan, and Europa's forced libration.
 
-A moon keeps one face to its planet on an ellipse whose plane precesses, and its axis precesses with the plane: seen
-from the node of the orbit the rotation repeats itself after each revolution. `cassini_state` finds it and what is free
-about it: the libration in longitude, the precession of the axis, the wobble of the axis in the body. The numbers, the
-linear theory and what others found (Henrard 2005, CMDA 91, 131; Noyelles, Lemaitre and Vienne 2008, A&A 478, 959) are
-in docs/worlds.md.
+The spin axis of a synchronous moon on an ellipse with a precessing plane precesses with the plane: in the frame of the
+node the rotation is periodic with one revolution. `cassini_state` finds it and its free librations: the libration in
+longitude, the precession of the axis, the wobble of the axis in the body. The numbers, the linear theory and published
+values (Henrard 2005, CMDA 91, 131; Noyelles, Lemaitre and Vienne 2008, A&A 478, 959) are in docs/worlds.md.
 """
 
 import matplotlib.pyplot as plt

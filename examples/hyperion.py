@@ -1,9 +1,10 @@
 """Hyperion cannot rotate regularly: chaos in the plane of its orbit, and tumbling out of it.
 
-With the spin axis kept normal to the orbit the rotation is chaotic: neighbouring motions part by a factor of e in
-little more than an orbit. And the axis is not kept there: started a tenth of a degree off the normal it leaves it
-(Wisdom, Peale and Mignard 1984, Icarus 58, 137). The picture shows motions in the plane at every periapsis passage,
-regular ones as curves and chaos as a cloud, and how far the short axis of the body gets from the normal.
+With the spin axis kept normal to the orbit the rotation is chaotic: nearby trajectories diverge by a factor of e in
+little more than an orbit. And it is unstable out of the plane: an axis started a tenth of a degree off the normal
+leaves it (Wisdom, Peale and Mignard 1984, Icarus 58, 137). The picture shows motions in the plane at every periapsis
+passage, regular ones as curves and chaotic ones as a cloud, and the angle between the short axis of the body and the
+normal.
 """
 
 import matplotlib.pyplot as plt
@@ -34,7 +35,7 @@ def reduced(angle):
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-# The growth of tiny differences between 60 pairs of neighbours, set back after each orbit.
+# The divergence of 60 pairs of nearby trajectories, rescaled after each orbit.
 orbits, pairs, tiny = 100, 60, 1e-8
 motions = np.array([0.01 + np.linspace(-5e-4, 5e-4, pairs), np.ones(pairs)])
 apart = np.array([np.full(pairs, tiny), np.zeros(pairs)])
@@ -47,7 +48,7 @@ for _ in range(orbits):
     growth += np.log(np.linalg.norm(apart, axis=0) / tiny)
     apart *= tiny / np.linalg.norm(apart, axis=0)
 exponent = np.mean(growth) / orbits
-print(f"in the plane neighbours part by exp({exponent:.2f}) in an orbit; others found 0.75 to 0.95")
+print(f"planar Lyapunov exponent: {exponent:.2f} per orbit; published 0.75 to 0.95")
 assert 0.75 < exponent < 0.95
 
 # The same start with the short axis a little off the normal.

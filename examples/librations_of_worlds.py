@@ -1,9 +1,9 @@
-"""The free librations of worlds, read off their motions and compared with the linear theory of small ones.
+"""Frequencies of the free librations of satellites, planets and spacecraft, compared with linear theory.
 
-Each world starts 1e-4 rad beside its Cassini state, its rest or its forced libration, and again twice as far;
-Mercury 3e-4 rad, since rounding adds up in its long run. What is left of the rotation without the forced part is
-taken apart by `frequencies`. Frequencies change with the square of the amplitude, so the two starts together give
-those of a vanishing one. Linear values are those of the matrices of `cassini_state`, `equilibria` and
+Each body starts 1e-4 rad from its Cassini state, equilibrium or forced libration, and again at twice the distance;
+Mercury 3e-4 rad, because rounding errors accumulate in its long run. `frequencies` decomposes the rotation without the
+forced part. Frequencies depend on the square of the amplitude, so the two starts are extrapolated to zero amplitude.
+Linear values are from the matrices of `cassini_state`, `equilibria` and
 `periodic_motion`. Hyperion is in the plane of its orbit, on the islands of regular motion that its chaotic sea leaves.
 A halo orbit is not among them: it leaves within a few revolutions.
 """
@@ -16,7 +16,7 @@ import poinsot as pt
 
 SIZES = np.array([1.0, 2.0])
 degree, year, day = np.pi / 180, 365.25, 86400.0
-rows = []  # world, mode, linear over the mean motion; relative: what is left, its error, effect of the first amplitude
+rows = []  # body, mode, linear over the mean motion; relative: difference, standard error, amplitude-dependent shift
 
 
 def starts(rest, body, turn, push, size=1e-4):
@@ -113,7 +113,7 @@ for island, (angle, rate, revolutions) in islands.items():
     nearest = branches.flat[np.argmin(abs(branches - strongest))]
     compare(f"Hyperion {island}", ["in the plane"], np.array([nearest]), turned, times, 1.0)
 
-print(f"{'':26s} {'linear/n':>13s} {'measured/n':>13s} {'difference':>11s} {'error':>8s} {'of the start':>12s}")
+print(f"{'':26s} {'linear/n':>13s} {'measured/n':>13s} {'difference':>11s} {'error':>8s} {'shift':>12s}")
 for world, mode, linear, difference, error, shift in rows:
     measured = linear * (1 + difference)
     print(f"{world:13s} {mode:12s} {linear:13.10f} {measured:13.10f} {difference:11.1e} {error:8.1e} {shift:12.1e}")

@@ -1,8 +1,8 @@
 """The satellite of Arribas, Elipe and Palacios (2006), Sec. 6.2: ten revolutions in the gravity gradient of the Earth.
 
-The moments of inertia, the elements and the pair (q, Q) are the printed ones, in kg m^2, km and s. The end is judged
-by the same motion in 42 digits, made by Taylor series in multiple precision. The perigee lies below the ground (erratum
-E11 in docs/paper.md), which the motion does not mind; an orbit that is given the radius of the Earth says so.
+The moments of inertia, the elements and the pair (q, Q) are the printed ones, in kg m^2, km and s. The end is compared
+with the same motion in 42 digits, by Taylor series in multiple precision. The perigee lies below the ground (erratum
+E11 in docs/paper.md), which does not affect the motion; an orbit with the radius of the Earth gives a warning.
 """
 
 import warnings

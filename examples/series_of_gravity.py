@@ -1,4 +1,4 @@
-"""How fast the series of a gravity field converges: the torque on a contact binary, to degree N against all degrees.
+"""Convergence of the series of a gravity field: the torque on a contact binary, to degree N against all degrees.
 
 Two balls that touch, of unequal size, as points of mass on a lattice. An attractor at the distance r from the centre of
 mass sees the exact torque of `MasconGravity`; that of `HarmonicGravity` to degree N misses a part that falls with the
@@ -50,7 +50,7 @@ for distance in DISTANCES:
     ]
     errors[distance] = np.array([np.linalg.norm(found - exact) / np.linalg.norm(exact) for found in series])
 
-print("| r/R | " + " | ".join(f"N = {n}" for n in DEGREES[::2]) + " | a degree |")
+print("| r/R | " + " | ".join(f"N = {n}" for n in DEGREES[::2]) + " | per degree |")
 print("|---" * (len(DEGREES[::2]) + 2) + "|")
 for distance, found in errors.items():
     reached = found > 1e-13

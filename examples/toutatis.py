@@ -1,9 +1,8 @@
-"""Toutatis tumbles, and each return to Sun and Earth changes how: 4179 Toutatis from November 1992 to 2010.
+"""The tumbling of 4179 Toutatis from November 1992 to 2010, under the gravity-gradient torques of Sun and Earth.
 
 The spin state is that of Takahashi, Busch and Scheeres (2013, Astron. J. 146, 95), with attitudes in the axes of the
 ecliptic of J2000. The orbit is integrated from osculating elements, with the Earth of VSOP2013 and other planets on
-ellipses, and passes the Earth when and where it was seen to. Where each number is from, and what comes of it, is in
-docs/worlds.md.
+ellipses, and passes the Earth at the published dates and distances. Sources and results are in docs/worlds.md.
 """
 
 import matplotlib.pyplot as plt
@@ -43,7 +42,7 @@ assert 7.37 < free.precession_period / day < 7.43  # 7.40 +- 0.03
 assert abs(longitude - 180.2) < 1.5  # Zhao et al. 2015 have this pole 20 years later
 assert abs(latitude + 54.75) < 1.5
 
-# The sky: Earth and Moon from their theories; other planets on ellipses of 2000 (Standish, for 1800 to 2050):
+# The ephemerides: Earth and Moon from their theories; other planets on ellipses of 2000 (Standish, for 1800 to 2050):
 # Sun over planet, a [au], e, i, mean longitude, longitude of perihelion, node [deg], degrees per century.
 ELLIPSES = (
     (408523.7, 0.72333566, 0.00677672, 3.39467605, 181.97909950, 131.60246718, 76.67984255, 58517.81538729),
