@@ -65,7 +65,7 @@ for name, (body, orbit) in moons.items():
     assert np.all(abs(frequencies(states[name]) / linear - 1) < allowed)
     assert abs(states[name].obliquity / lean - 1) < allowed
 
-# What others found for rigid moons. Titan's precession is theirs in space, where the node's own motion adds to it.
+# Published values for rigid moons. Titan's precession is theirs in space, where the node's own motion adds to it.
 europa, io, titan = states.values()
 in_space = titan.precession - moons["Titan"][1].node_rate
 published = {
@@ -95,7 +95,7 @@ changes = (whole_laps + np.sign(own - whole_laps) * whole.frequencies[nearest]) 
 print("with a periapsis that moves the frequencies change by", ", ".join(f"{x:.1e}" for x in changes))
 assert np.all(abs(changes) < 3e-4)
 
-# The libration that the ellipse forces, against the direction that turns evenly; linear theory in docs/worlds.md.
+# The forced libration, relative to the uniformly rotating direction; linear theory in docs/worlds.md.
 system, start = pt.System(body, pt.GravityGradient(orbit)), europa.motion.state
 times = start.time + np.linspace(0, 2, 401) * orbit.period
 along = pt.propagate(system, start, times).relative_to(europa.motion.frame).attitude

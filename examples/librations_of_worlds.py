@@ -126,7 +126,7 @@ place = np.arange(len(rows))
 looks = (
     ("s", "#0072B2", "measured - linear"),
     (".", "#000000", "estimated uncertainty"),
-    ("o", "#D55E00", "effect of the amplitude"),
+    ("o", "#D55E00", "amplitude-dependent shift"),
 )
 for size, (marker, color, label) in zip(sizes, looks, strict=True):
     axes.semilogx(np.abs(size), place, marker, color=color, label=label, markersize=5)

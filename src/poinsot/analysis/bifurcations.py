@@ -81,7 +81,7 @@ class Bifurcation(ShownInNotebooks):
 
 
 def bifurcations(family: Family, a: Place, b: Place, after: int) -> Iterator[Bifurcation]:
-    """Yield what is between two neighbouring places, in its order."""
+    """Yield the bifurcations between two consecutive points, in order."""
     segment = _Segment(family, a, b, after)
     yield from segment.explained(0.0, segment.length)
 

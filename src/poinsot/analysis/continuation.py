@@ -41,7 +41,7 @@ EASY, HARD = 3, 5
 FARTHEST = 0.5
 """Of a step, how far the corrector may go: farther is another branch."""
 STRAIGHT = 0.98
-"""The cosine of the angle between the tangents at two neighbouring points."""
+"""The cosine of the angle between the tangents at two consecutive points."""
 MOST = 2000
 """Points."""
 CROSSING = 10.0
