@@ -11,6 +11,7 @@ from benchmarks.measure import Contender, interleaved, pin
 from benchmarks.problems import ENSEMBLE_END, P3
 from poinsot.engine import kernels
 from poinsot.engine.driver import Driver, Memory
+from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.propagation.arguments import broadcast_members
@@ -146,7 +147,7 @@ def _rate(members, count, repeats):
     pin(1)
     states, times = broadcast_members(members.first(count), (count,)), np.array([0.0, ENSEMBLE_END])
     problem = Problem(P3.system)
-    variables = kernels.coordinates(problem, states, "lie_poisson", "double")
+    variables = kernels.coordinates(problem, states, FORMULATIONS["lie_poisson"], "double")
     with kernels.integrator(problem, variables, "double", 0.0, kernels.LANES) as borrowed:
         work = flops_per_step(borrowed.engine)
         one_batch = _batch(borrowed, variables, states)

@@ -9,8 +9,8 @@ from benchmarks import peers, problems
 from benchmarks.measure import Contender, interleaved
 from benchmarks.peers import heyoka_by_hand
 from benchmarks.problems import P2, P3, PERIOD, PROBLEMS, Problem
+from poinsot.engine.formulations import FORMULATIONS
 from poinsot.mechanics.attitude import rotation_angle
-from poinsot.mechanics.formulations import FORMULATIONS
 
 POINSOT, BY_HAND = "poinsot_taylor", "heyoka_by_hand"
 STARTS_IN_A_PROCESS = 3

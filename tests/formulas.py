@@ -1,6 +1,7 @@
 """Energies, torques and rates of a system on scalars of any kind, for tests on symbols and long numbers."""
 
 import poinsot as pt
+from poinsot.engine.formulations import FORMULATIONS
 from poinsot.functions import Vector
 
 
@@ -17,3 +18,12 @@ def potential(system, q, time=0):
 def torque(system, q, omega, time=0):
     """Return the torque along the body axes at a quaternion and a rate."""
     return system.torque_at(instant(system, q, time, omega))
+
+
+def rates(system, formulation, variables, time=0):
+    """Return the time derivatives of the variables of a formulation."""
+    chart = FORMULATIONS[formulation]
+    attitude, g = chart.physical(variables)
+    here = pt.Instant(system.body, attitude, pt.Environment(time), angular_momentum_body=g)
+    load = system.torque_at(here)
+    return chart.rates(variables, here.omega_body, system.momentum_rate(here, load), load)

@@ -50,12 +50,13 @@ INTERNAL = {
     *("unchecked", "with_numbers", "number_names", "between_knots", "check", "validity"),  # the records' own business
     *("energy", "torque", "value", "condition", "act"),  # formulas
     *("to_body", "to_space", "in_space", "from_quaternion"),
-    *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "derivatives", "torque_at"),
+    *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "torque_at"),
     "variables_at",
     *(
         "potential_at",
         "at",
         "given_parts",
+        "rates",
         "with_parts",
         "position",
         "velocity",

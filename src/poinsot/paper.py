@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from poinsot.atomic_write import new_file
 from poinsot.engine import kernels
+from poinsot.engine.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.errors import PropagationError
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit

@@ -6,6 +6,7 @@ import pytest
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.engine import kernels
+from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.axes import SPACE_AXES
 
@@ -68,7 +69,7 @@ class Drag(pt.Torque):
 
 
 def comoving(system):
-    return kernels.coordinates(Problem(system), START, "lie_poisson", "double").axes is not SPACE_AXES
+    return kernels.coordinates(Problem(system), START, FORMULATIONS["lie_poisson"], "double").axes is not SPACE_AXES
 
 
 CASES = {

@@ -311,7 +311,7 @@ def test_inverse_of_the_conjugate_momentum():
     momenta = 2 * quat.product(q, quat.pure(g))
     turning = quat.product(quat.conjugate(q), momenta)
     paper = quat.product(q, quat.component_product(Vector(1 / m for m in FOUR_MOMENTS), turning)) / 4
-    assert_equal(FREE.derivatives("canonical", [*q, *momenta], 0)[:4], paper, UNIT_Q)
+    assert_equal(formulas.rates(FREE, "canonical", [*q, *momenta], 0)[:4], paper, UNIT_Q)
     assert_equal(attitude.omega_body(q, paper), BODY.omega(g), UNIT_Q)
 
 
@@ -347,14 +347,14 @@ def test_equation_7_is_hamiltonian_in_the_shipped_kinetic_energy():
     kinetic_energy = BODY.kinetic_energy(shipped("angular_momentum_body", q, Q))
     hamiltonian = [*gradient(kinetic_energy, Q), *(-gradient(kinetic_energy, q))]
     assert_equal(hamiltonian, equation_7(Vector((0, 0, 0, 0))))
-    assert_equal(hamiltonian, FREE.derivatives("canonical", [*q, *Q], 0))
+    assert_equal(hamiltonian, formulas.rates(FREE, "canonical", [*q, *Q], 0))
 
 
 @SYSTEMS
 def test_equation_7_with_the_tangent_part_of_the_force_is_canonical(system):
     slope = gradient(formulas.potential(system, q, 0), q)
     tangent_force = quat.dot(q, slope) * q - slope
-    assert_equal(system.derivatives("canonical", [*q, *Q], 0), equation_7(tangent_force), UNIT_Q)
+    assert_equal(formulas.rates(system, "canonical", [*q, *Q], 0), equation_7(tangent_force), UNIT_Q)
 
 
 @SYSTEMS
@@ -363,7 +363,7 @@ def test_equation_7_in_angular_momentum_is_lie_poisson(system):
     torque = -quat.imaginary(quat.product(quat.conjugate(q), slope)) / 2
     momentum_rate = cross(g, g / MOMENTS) + torque
     attitude_rate = quat.product(q, quat.pure(g / MOMENTS)) / 2
-    assert_equal(system.derivatives("lie_poisson", [*q, *g], 0), [*attitude_rate, *momentum_rate], UNIT_Q)
+    assert_equal(formulas.rates(system, "lie_poisson", [*q, *g], 0), [*attitude_rate, *momentum_rate], UNIT_Q)
 
 
 # ---------------------------------------------------------------------- Sec. 4: Euler's angles
@@ -463,14 +463,14 @@ def test_equation_10_is_equation_9_in_the_momenta():
 
 def test_equation_10_has_the_shipped_equations_of_motion():
     paper = [*gradient(equation_10(), MOMENTA), *(-gradient(equation_10(), ANGLES))]
-    assert_trigonometric(FREE.derivatives("euler_angles", [*ANGLES, *MOMENTA], 0), paper)
+    assert_trigonometric(formulas.rates(FREE, "euler_angles", [*ANGLES, *MOMENTA], 0), paper)
 
 
 @pytest.mark.parametrize("system", [TOP, SATELLITE], ids=["top", "satellite"])
 def test_potential_of_equation_10_adds_its_gradient_to_the_shipped_equations(system):
     orientation = pt.Attitude(euler.rotation_matrix_from_angles(ANGLES))
     potential = system.potential_at(pt.Instant(system.body, orientation, pt.Environment(0)))
-    rates, free = (s.derivatives("euler_angles", [*ANGLES, *MOMENTA], 0) for s in (system, FREE))
+    rates, free = (formulas.rates(s, "euler_angles", [*ANGLES, *MOMENTA], 0) for s in (system, FREE))
     assert_trigonometric([a - b for a, b in zip(rates, free, strict=True)], [0, 0, 0, *(-gradient(potential, ANGLES))])
 
 

@@ -8,7 +8,7 @@ step begins with the other formula.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 
 from poinsot.engine.parameter_folding import Constants
 from poinsot.engine.problem import Problem
-
-if TYPE_CHECKING:
-    from poinsot.engine.event_detection import Watch
 
 __all__ = ["AT_ONCE", "LARGE", "SMALL", "Pieces", "Switches", "event_class", "lane_of", "time_scale", "with_rates"]
 
@@ -99,8 +96,9 @@ class Switches:
 
     Attributes
     ----------
-    watch : Watch or None
-        The user's events, which may be due where something changes.
+    look : callable
+        Of engine and lane: lets the user's events happen that are due where something changes; whether the motion
+        goes on.
     scales : Scales
         Those of the momenta, the borrower's.
     spans : array (lanes,)
@@ -116,7 +114,7 @@ class Switches:
         lanes: int,
         kind: Any,
     ) -> None:
-        self.watch: Watch | None = None
+        self.look: Callable[[Any, int], bool] = lambda _engine, _lane: True
         self.scales: Any = None
         self._forwards = True
         self._pieces: Any = None
@@ -172,7 +170,7 @@ class Switches:
                 self.settle(engine, lane)
             else:
                 self._enter(engine, lane, self._piece[lane] + self._sign)
-            return self._watched(engine, lane)
+            return self.look(engine, lane)
 
         return entered
 
@@ -180,7 +178,7 @@ class Switches:
         def crossed(engine: Any, slope: int, lane: int = 0) -> bool:
             self.settle(engine, lane)
             before = np.array(lane_of(engine.state, lane))
-            if not self._watched(engine, lane):
+            if not self.look(engine, lane):
                 return False
             if not slope or np.any(lane_of(engine.state, lane) != before):
                 return True
@@ -220,9 +218,6 @@ class Switches:
             return True
 
         return grown
-
-    def _watched(self, engine: Any, lane: int) -> bool:
-        return self.watch is None or self.watch.look(engine, lane)
 
     def _enter(self, engine: Any, lane: int, piece: int) -> None:
         """Let a lane go on in a piece; beyond the last one, in that."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.event_detection import Recorded
+from poinsot.engine.formulations import Formulation
 from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, Polynomials, ScalarStepper, Stepper
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
@@ -24,7 +25,6 @@ from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
-from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.state import Phase, State, changed, state_of
 
 __all__ = [

@@ -33,7 +33,7 @@ from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import Coordinates
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, changed, state_of
 
@@ -366,23 +366,17 @@ class Watch:
 
 
 def event_functions(
-    problem: Problem, formulation: Formulation, variables: list[Any], axes: Any, scale: Any, constants: Constants
+    events: Sequence[Event], instant: Instant, formulation: str, constants: Constants
 ) -> tuple[list[Any], list[Any]]:
-    """Return values and conditions of a system's events as expressions of the variables of a kernel and the time."""
-    if not problem.events:
-        return [], []
-    system = problem.system
-    if system.moving_parts and any(event.acts for event in problem.events):
-        raise ValueError("an event that acts must be for a body without parts, got a system with parts.")
-    instant = system.instant_of(formulation, variables, constants.variable(hy.time), scale, axes)
-    values = [event.value(instant) for event in problem.events]
-    for event, value in zip(problem.events, values, strict=True):
+    """Return values and conditions of events as expressions of the variables of a kernel and the time."""
+    values = [event.value(instant) for event in events]
+    for event, value in zip(events, values, strict=True):
         if isinstance(value, Constant | int | float):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
-                f"of {formulation.name!r}."
+                f"of {formulation!r}."
             )
-    conditions = [event.condition(instant) for event in problem.events]
+    conditions = [event.condition(instant) for event in events]
     return [constants.expression(value) for value in values], [
         hy.expression(0.0) + constants.expression(x) for x in conditions
     ]

@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.engine.discontinuities import Pieces, Switches, event_class, lane_of
 from poinsot.engine.event_detection import Watch, event_functions
+from poinsot.engine.formulations import Formulation
+from poinsot.engine.own_variables import formulation_with_parts
 from poinsot.engine.parameter_folding import Constants
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
@@ -29,11 +31,12 @@ from poinsot.engine.state_vector import SMALL, Coordinates
 from poinsot.engine.termination import LONGEST
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import STEPS_AT_A_TIME, ZERO, VariationalEquations, Variations
-from poinsot.mechanics.axes import Axes, TrackingAxes
-from poinsot.mechanics.euler import SINGULAR_SINE
+from poinsot.functions import Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.axes import TrackingAxes
+from poinsot.mechanics.environment import Axes
 from poinsot.mechanics.formula_errors import use_functions
-from poinsot.mechanics.formulations import FORMULATIONS, EulerAngles, Formulation
-from poinsot.mechanics.own_variables import formulation_with_parts
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State
 
@@ -77,7 +80,7 @@ class Kernel:
     """What an integrator is built for: hashable, without any real number of the system but the tolerance."""
 
     structure: tuple[Any, ...]
-    formulation: str
+    formulation: Formulation
     precision: str
     tolerance: float
     lanes: int
@@ -133,16 +136,16 @@ class _Pool:
 _pool = _Pool()
 
 
-def coordinates(problem: Problem, state: State, formulation: str, precision: str) -> Coordinates:
+def coordinates(problem: Problem, state: State, formulation: Formulation, precision: str) -> Coordinates:
     """Return the variables in which a system is integrated: carried by its orbit where all its forces allow.
 
     Wide precision stays in the space axes, so that it judges the carried ones.
     """
-    rigid, smooth = FORMULATIONS[formulation], problem.between_knots()
-    rigid.check(problem.system, state)
-    chosen = formulation_with_parts(rigid, problem.system, state)
+    smooth = problem.between_knots()
+    formulation.check(problem.system, state)
+    chosen = formulation_with_parts(formulation, problem.system, state)
     axes: Axes = smooth.space_axes
-    comoving = None if isinstance(chosen, EulerAngles) or precision != "double" else smooth.common_axes
+    comoving = smooth.common_axes if formulation.turns and precision == "double" else None
     if comoving is not None and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, chosen, comoving)):
         axes = comoving
     # A power of two scales without rounding.
@@ -351,7 +354,7 @@ def integrator(
     """Lend an integrator for a system and events."""
     smooth = problem.between_knots()
     structure = (*smooth.structure, smooth is not problem, *variables.structure)
-    kernel = Kernel(structure, variables.formulation.name, precision, tolerance, lanes)
+    kernel = Kernel(structure, variables.formulation, precision, tolerance, lanes)
     built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not problem)
     yield Borrowed(built, problem, variables, precision, lanes)
     _pool.give(kernel, built)
@@ -378,22 +381,42 @@ def _equations(
     if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
         axes = axes.along(list(orbits_of(twin)))
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
-    motion, variational = own[: variables.variational.start], symbols[variables.variational]
+    chart, system = variables.formulation, twin.system
+    motion, comoving = own[: chart.size], own[variables.comoving]
+    environment, turning = axes.environment(time, comoving), axes.omega(time, comoving)
     try:
-        rates = twin.system.derivatives(variables.formulation, motion, time, scale=scale, axes=axes)
+        attitude, g = chart.physical(motion)
+        attitude = Attitude(attitude.matrix, comoving=turning is not None)
+        body = system.body_at(chart.own(motion, scale), time)
+        instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
+        torque = system.torque_at(instant)
+        omega = 2.0 * Vector(instant.kinetics.half_omega(g))  # a chart halves it: two folds away, half of a sum not
+        rates = [
+            *chart.rates(motion, omega, system.momentum_rate(instant, torque), torque, turning),
+            *chart.own_rates(system.own_rates(instant), scale),
+            *axes.rates(time, comoving),
+        ]
         equations = [ZERO + constants.expression(rate) for rate in rates]
-        values = event_functions(twin, variables.formulation, motion, axes, scale, constants)
+        _refuse_with_parts(problem, variations)
+        values = event_functions(twin.events, instant, chart.name, constants)
         if variations is None:
             return equations, values
-        if twin.system.moving_parts:
-            raise ValueError("variational equations must be those of a body without parts, got a system with parts.")
-        comoving = motion[variables.comoving]
-        environment, turns = axes.environment(time, comoving), axes.omega(time, comoving) is not None
-        linear = VariationalEquations(twin.system, variables.formulation, motion, environment, scale, turns, constants)
-        _refuse_discontinuities(constants, symbols[: variables.formulation.size], variations)
-        return [*equations, *(ZERO + rate for rate in variations.rates(variational, linear))], values
+        linear = VariationalEquations(system, chart, motion, environment, scale, turning is not None, constants)
+        _refuse_discontinuities(constants, symbols[: chart.size], variations)
+        variational = variations.rates(symbols[variables.variational], linear)
+        return [*equations, *(ZERO + rate for rate in variational)], values
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
+
+
+def _refuse_with_parts(problem: Problem, variations: Variations | None) -> None:
+    """Refuse what is for a body without parts alone."""
+    if not problem.system.moving_parts:
+        return
+    if any(event.acts for event in problem.events):
+        raise ValueError("an event that acts must be for a body without parts, got a system with parts.")
+    if variations is not None:
+        raise ValueError("variational equations must be those of a body without parts, got a system with parts.")
 
 
 def _refuse_discontinuities(constants: Constants, symbols: list[Any], variations: Variations) -> None:
@@ -435,9 +458,9 @@ def _build(problem: Problem, variables: Coordinates, kernel: Kernel, with_knots:
         watch = Watch(problem.events, values, conditions, symbols, equations, first, attitude, kernel.lanes, kind)
         stops = {"t_events": [*stops.get("t_events", []), *watch.stops], "nt_events": watch.passed}
         if switches:
-            switches.watch, watch.settle = watch, switches.settle
-    if kernel.formulation == "euler_angles":
-        nearness = hy.sin(symbols[1]) ** 2 - SINGULAR_SINE**2
+            switches.look, watch.settle = watch.look, switches.settle
+    nearness = variables.formulation.nearness(symbols)
+    if nearness is not None:
         stops["t_events"] = [*stops.get("t_events", []), event_class(kernel.lanes, kind)(nearness)]
     roots = Roots(constants, symbols, variables.formulation.momenta, kind)
     build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from poinsot.engine.kernels import PRECISIONS, available
 from poinsot.engine.parameter_folding import Constants
-from poinsot.mechanics.axes import Axes
+from poinsot.mechanics.environment import Axes
 
 __all__ = ["moon_theory", "path", "planet_theory"]
 

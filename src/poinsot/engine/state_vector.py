@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
-from poinsot.mechanics.axes import Axes, SpaceAxes, TrackingEnvironment
-from poinsot.mechanics.environment import Environment, Orbit
-from poinsot.mechanics.formulations import Formulation
+from poinsot.mechanics.axes import SpaceAxes, TrackingEnvironment
+from poinsot.mechanics.environment import Axes, Environment, Orbit
 from poinsot.mechanics.shared_orbits import same, tracked_orbits
 from poinsot.mechanics.state import Phase, State
 
@@ -59,9 +59,9 @@ class Coordinates:
 
     @property
     def structure(self) -> tuple[Any, ...]:
-        """What selects the equations of formulation, axes and variational equations."""
+        """What selects the equations of axes and variational equations."""
         variations = self.variations and replace(self.variations, initial=None)
-        return (*self.formulation.structure, *self.axes.structure, variations)
+        return (*self.axes.structure, variations)
 
     @functools.cached_property
     def _momenta(self) -> list[int]:

@@ -26,11 +26,11 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.engine.formulations import Formulation
 from poinsot.engine.parameter_folding import Constants, Multiple
-from poinsot.functions import Vector, cross
+from poinsot.functions import cross
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.environment import Environment
-from poinsot.mechanics.formulations import Formulation
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.system import System
 
@@ -90,19 +90,17 @@ class VariationalEquations:
         constants: Constants,
     ) -> None:
         self.tangent, self._constants = formulation.tangent, constants
-        q, g = formulation.split(formulation.active(own[: formulation.size]))
-        self._matrix, attitude = self._with_matrix_of_symbols(q, comoving)
-        kinetics = system.body.kinetics(scale)
-        omega = kinetics.omega(g)
-        rates = kinetics.gyration(g) + system.torque_at(Instant(system.body, attitude, environment, omega), scale)
-        self._omega, self._rates = ([ZERO + constants.expression(x) for x in vector] for vector in (omega, rates))
+        attitude, g = formulation.physical(own[: formulation.size])
+        self._matrix, attitude = self._with_matrix_of_symbols(attitude.matrix, comoving)
+        instant = Instant(system.body, attitude, environment, angular_momentum_body=g, scale=scale)
+        rates = instant.omega_body, system.momentum_rate(instant, system.torque_at(instant))
+        self._omega, self._rates = ([ZERO + constants.expression(x) for x in vector] for vector in rates)
         self._derivatives: dict[Any, Any] = {}
         self._symbols = {place: _entry(*place) for place in self._matrix}
         self._symbols |= {k: constants.expression(x) for k, x in enumerate(g) if isinstance(x, Multiple)}
 
-    def _with_matrix_of_symbols(self, q: Vector, comoving: bool) -> tuple[dict[Any, Any], Attitude]:
+    def _with_matrix_of_symbols(self, matrix: Any, comoving: bool) -> tuple[dict[Any, Any], Attitude]:
         """Return the entries of the rotation matrix that change, and an attitude in which they are variables."""
-        matrix = Attitude.from_quaternion(q).matrix
         known = {(i, j): matrix[i, j] for i in range(3) for j in range(3) if isinstance(matrix[i, j], Multiple)}
         rows = [
             [self._constants.variable(_entry(i, j)) if (i, j) in known else matrix[i, j] for j in range(3)]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from poinsot.atomic_write import new_file, new_folder
 from poinsot.checked import checked
 from poinsot.engine import kernels
+from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
@@ -351,7 +352,7 @@ class _Reading:
         environment = None
         if "carried" in self.data.variables:
             problem = Problem(system)
-            variables = kernels.coordinates(problem, initial, run.formulation, run.precision)
+            variables = kernels.coordinates(problem, initial, formulation_of(run.formulation), run.precision)
             environment = partial(variables.environment, problem, times, self._array("carried"))
         return Trajectory(system, initial, times, lambda: phase, run, environment=environment)
 

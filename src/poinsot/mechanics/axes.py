@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,42 +10,11 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.environment import Environment, Orbit
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.environment import Axes, Environment, Orbit
 
-__all__ = ["SPACE_AXES", "Axes", "SpaceAxes", "TrackingAxes", "TrackingEnvironment"]
+__all__ = ["SPACE_AXES", "SpaceAxes", "TrackingAxes", "TrackingEnvironment"]
 
 Array = NDArray[np.float64]
-
-
-class Axes(Parametric, ABC):
-    """Axes with `size` variables of their own, which are integrated along with the body."""
-
-    size = 0
-
-    @abstractmethod
-    def start(self, time: Array) -> Array:
-        """Return the variables at a time; shape (..., size)."""
-
-    @abstractmethod
-    def environment(self, time: Scalar, variables: Any) -> Environment:
-        """Return the world at an instant, its vectors along these axes."""
-
-    @abstractmethod
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
-        """Return the time derivatives of the variables."""
-
-    @abstractmethod
-    def omega(self, time: Scalar, variables: Any) -> Vector | None:
-        """Return the angular velocity of the axes, along themselves; None if they are at rest."""
-
-    @abstractmethod
-    def quaternion(self, time: Array, variables: Array) -> Array:
-        """Return the unit quaternions axes -> space; shape (..., 4)."""
-
-    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment | None:  # noqa: ARG002
-        """Return the world along the space axes for an orbit that these axes follow; None if they follow none."""
-        return None
 
 
 class SpaceAxes(Axes):

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, frames_of
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Axes, frames_of
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 from poinsot.mechanics.shared_orbits import common_axes, orbits_of, space_axes, span
 

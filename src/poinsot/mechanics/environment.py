@@ -16,10 +16,9 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.parameters import Parametric
 
 if TYPE_CHECKING:
-    from poinsot.mechanics.axes import Axes
     from poinsot.mechanics.frame import Frame
 
-__all__ = ["SPACE_AXES_UNNAMED", "Environment", "Orbit", "frames_of"]
+__all__ = ["SPACE_AXES_UNNAMED", "Axes", "Environment", "Orbit", "frames_of"]
 
 SPACE_AXES_UNNAMED = "space axes"
 """The reference frame of an orbit whose axes have no other name than the user's."""
@@ -166,3 +165,33 @@ class Environment:
         """Return the unit vector from the attractor of that orbit to the body, space axes."""
         inverse = self.inverse_distance(orbit)
         return Vector(x * inverse for x in self.position(orbit))
+
+
+class Axes(Parametric, ABC):
+    """Axes with `size` variables of their own, which are integrated along with the body."""
+
+    size = 0
+
+    @abstractmethod
+    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the variables at a time; shape (..., size)."""
+
+    @abstractmethod
+    def environment(self, time: Scalar, variables: Any) -> Environment:
+        """Return the world at an instant, its vectors along these axes."""
+
+    @abstractmethod
+    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
+        """Return the time derivatives of the variables."""
+
+    @abstractmethod
+    def omega(self, time: Scalar, variables: Any) -> Vector | None:
+        """Return the angular velocity of the axes, along themselves; None if they are at rest."""
+
+    @abstractmethod
+    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the unit quaternions axes -> space; shape (..., 4)."""
+
+    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment | None:  # noqa: ARG002
+        """Return the world along the space axes for an orbit that these axes follow; None if they follow none."""
+        return None

@@ -102,6 +102,15 @@ def angular_momentum_from_momenta(angles: ArrayLike, momenta: ArrayLike, sequenc
     )
 
 
+def angle_rates(angles: ArrayLike, omega_body: ArrayLike, sequence: str = "313") -> list[Scalar]:
+    """Return the rates a' of the angles from the angular velocity in body axes, omega = sum a_i' e_i."""
+    _, nodes, third = rotation_axes(angles, sequence)
+    cosine, sine = outer_cosine_and_sine(components(angles)[1], sequence)
+    across = functions.cross(components(third), components(nodes))
+    first = functions.dot(across, components(omega_body)) / sine
+    return [first, quat.dot(nodes, omega_body), quat.dot(third, omega_body) - cosine * first]
+
+
 def momenta_from_angular_momentum(angles: ArrayLike, g_body: ArrayLike, sequence: str = "313") -> Array:
     """Return the projections of g on the three axes; for "313" the exact lift of (15) (erratum E6)."""
     axes = rotation_axes(angles, sequence)

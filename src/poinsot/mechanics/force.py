@@ -68,15 +68,15 @@ class _Recorder(Attitude):
 UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
-def derived_torque(potential: Potential, instant: Instant, scale: Scalar = 1) -> Vector:
+def derived_torque(potential: Potential, instant: Instant) -> Vector:
     """Return the torque of a potential along the body axes: the sum over u of u_body x dV/du_body.
 
     A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega. The torque is multiplied
-    by `scale`.
+    by the scale of the instant.
     """
     recorder = _Recorder(instant.attitude)
     energy = potential.energy(Instant(instant.body, recorder, instant.environment))
     total = Vector((0.0, 0.0, 0.0))
     for k, seen in enumerate(recorder.seen):
-        total = total + functions.cross(seen, [scale * partial(energy, k, i) for i in range(3)])
+        total = total + functions.cross(seen, [instant.scale * partial(energy, k, i) for i in range(3)])
     return total

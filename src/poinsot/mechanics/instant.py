@@ -29,6 +29,8 @@ class Instant:
     omega_body, angular_momentum_body : vector, optional
         The inertial angular velocity, radians per unit of time, and the angular momentum, along the body axes. One
         of them gives the other; without both formulas may depend on time, attitude and orbits alone, as energies do.
+    scale : scalar
+        What momenta in the vector field of a system are multiplied by, and the angular momentum that is given.
     """
 
     def __init__(
@@ -38,9 +40,10 @@ class Instant:
         environment: Environment,
         omega_body: Any = None,
         angular_momentum_body: Any = None,
+        scale: Scalar = 1,
     ) -> None:
-        self.body, self.attitude, self.environment = body, attitude, environment
-        self._omega_body, self._angular_momentum_body = omega_body, angular_momentum_body
+        self.body, self.attitude, self.environment, self.scale = body, attitude, environment, scale
+        self._omega_body, self._momentum = omega_body, angular_momentum_body
 
     @property
     def time(self) -> Scalar:
@@ -52,15 +55,27 @@ class Instant:
         """The inertial angular velocity along the body axes."""
         if self._omega_body is not None:
             return Vector(self._omega_body)
-        if self._angular_momentum_body is None:
+        if self._momentum is None:
             raise RateUnknownError("an energy must depend on time, attitude and orbits alone, got one of the rates.")
-        return Vector(self.body.omega(self._angular_momentum_body))
+        return Vector(self.kinetics.omega(self._momentum))
 
     @functools.cached_property
     def angular_momentum_body(self) -> Vector:
         """The angular momentum along the body axes."""
-        given = self._angular_momentum_body
-        return Vector(self.body.angular_momentum(self.omega_body) if given is None else given)
+        if self._momentum is None:
+            return Vector(self.body.angular_momentum(self.omega_body))
+        momentum: Vector = Vector(self._momentum) / self.scale
+        return momentum
+
+    @functools.cached_property
+    def kinetics(self) -> Any:
+        """What turns the angular momentum times the scale into the angular velocity."""
+        return self.body.kinetics(self.scale)
+
+    @property
+    def scaled_momentum(self) -> Vector:
+        """The angular momentum times the scale."""
+        return Vector(self._momentum) if self._momentum is not None else Vector(self.angular_momentum_body * self.scale)
 
     @functools.cached_property
     def inertia(self) -> Array:

@@ -21,6 +21,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.dual import Dual, partial, seeded
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
+from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
@@ -30,7 +31,6 @@ from poinsot.mechanics.shared_orbits import orbits_of
 if TYPE_CHECKING:
     from poinsot.mechanics.part import Part
     from poinsot.mechanics.state import State
-    from poinsot.mechanics.system import System
 
 __all__ = ["Integral", "integrals_of"]
 
@@ -69,7 +69,7 @@ class Integral:
     is_energy: bool = False
 
 
-def integrals_of(system: System) -> tuple[Integral, ...]:
+def integrals_of(system: Dynamics) -> tuple[Integral, ...]:
     """Return the integrals of a system."""
     rates = _Rates(system)
     components = tuple(_space_components(system, rates))
@@ -77,7 +77,7 @@ def integrals_of(system: System) -> tuple[Integral, ...]:
     return (*_energies(system, rates), *components, *sizes, *_body_components(system, rates))
 
 
-def _energies(system: System, rates: _Rates) -> Iterator[Integral]:
+def _energies(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
     if not rates.vanish(rates.power, rates.power_noise):
         return
     if rates.vanish(rates.of_energy, rates.energy_noise) and rates.vanish(rates.between_times, rates.rounding):
@@ -94,7 +94,7 @@ def _energies(system: System, rates: _Rates) -> Iterator[Integral]:
             return
 
 
-def _space_components(system: System, rates: _Rates) -> Iterator[Integral]:
+def _space_components(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _space_axes(system):
         if rates.vanish(rates.along_space(axis), rates.torque_noise):
             value = functools.partial(_component, "space", axis)
@@ -113,7 +113,7 @@ def _sizes(rates: _Rates) -> Iterator[Integral]:
         yield Integral("angular_momentum_size_with_rotor", "|g+h|", meaning, value)
 
 
-def _body_components(system: System, rates: _Rates) -> Iterator[Integral]:
+def _body_components(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _body_axes(system):
         symmetric = system.moving_parts or _symmetric(system, axis)
         if symmetric and rates.vanish(rates.along_body(axis), rates.gyration_noise):
@@ -121,7 +121,7 @@ def _body_components(system: System, rates: _Rates) -> Iterator[Integral]:
             yield Integral(f"angular_momentum_body_{name}", f"g{name}", "g along the body's symmetry axis", value)
 
 
-def _jacobi(system: System, rate: Array, state: State) -> Any:
+def _jacobi(system: Dynamics, rate: Array, state: State) -> Any:
     return system.energy(state) - state.angular_momentum_space @ rate
 
 
@@ -137,7 +137,7 @@ def _component(axes: str, axis: Array, state: State) -> Any:
 class _Rates:
     """The rates of change of energy and angular momentum at sample states, members first."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Dynamics) -> None:
         parts = [_at_samples(system, samples(system), Environment, lambda t: Environment(np.roll(t, 1)))]
         skies: list[ExploredEnvironment] = []
 
@@ -187,7 +187,7 @@ def _largest(values: Any) -> Any:
 
 
 def _at_samples(
-    system: System,
+    system: Dynamics,
     sampled: tuple[Array, Array, Array],
     environment: Callable[[Any], Environment],
     another: Callable[[Array], Environment],
@@ -199,7 +199,7 @@ def _at_samples(
 
 
 def _rates_at(
-    system: System,
+    system: Dynamics,
     sampled: Sequence[Array],
     environment: Callable[[Any], Environment],
     another: Callable[[Array], Environment],
@@ -235,7 +235,7 @@ def _rates_at(
     return [omega.T, *(np.broadcast_to(np.asarray(row, dtype=float), (*system.members, t.size)) for row in rows)]
 
 
-def _gyration(system: System, g: Any, omega: functions.Vector) -> functions.Vector:
+def _gyration(system: Dynamics, g: Any, omega: functions.Vector) -> functions.Vector:
     """Return g x omega of a body with parts; zeros without, whose symmetry is a matter of the tensor."""
     return functions.cross(g, omega) if system.moving_parts else functions.Vector((0.0, 0.0, 0.0))
 
@@ -246,7 +246,7 @@ def _own_samples(part: Part, time: Any, omega: functions.Vector) -> functions.Ve
     return functions.Vector(x + x * random.normal() + 0.1 * random.normal() for x in part.start(time, omega))
 
 
-def _change_of_energy(system: System, instant: Instant, environment: Callable[[Any], Environment]) -> Any:
+def _change_of_energy(system: Dynamics, instant: Instant, environment: Callable[[Any], Environment]) -> Any:
     """Return the rate of T + U along the equations of motion, those of the parts included."""
     rates = system.rates(instant)
 
@@ -261,7 +261,7 @@ def _change_of_energy(system: System, instant: Instant, environment: Callable[[A
     return opened(partial(kinetic + potential, "time", 0))
 
 
-def _symmetric(system: System, axis: Array) -> bool:
+def _symmetric(system: Dynamics, axis: Array) -> bool:
     """Whether the inertia tensor is a multiple of one across an axis."""
     inertia = system.body.inertia
     across = np.eye(3) - np.outer(axis, axis)
@@ -271,7 +271,7 @@ def _symmetric(system: System, axis: Array) -> bool:
     return np.allclose(alike, inertia, rtol=0, atol=4e-15 * float(np.max(inertia)))
 
 
-def _space_axes(system: System) -> Iterator[tuple[str, Array]]:
+def _space_axes(system: Dynamics) -> Iterator[tuple[str, Array]]:
     """Yield the coordinate axes, and the directions that the orbits at hand single out."""
     axes = [(str(i + 1), np.eye(3)[i]) for i in range(3)]
     for orbit in orbits_of(system):
@@ -284,7 +284,7 @@ def _space_axes(system: System) -> Iterator[tuple[str, Array]]:
     yield from axes
 
 
-def _body_axes(system: System) -> Iterator[tuple[str, Array]]:
+def _body_axes(system: Dynamics) -> Iterator[tuple[str, Array]]:
     """Yield the given axes, or the principal axes of a body for which those are others."""
     principal = system.body.principal_axes.as_matrix()
     if principal.ndim > 2:  # each member has its own

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.mechanics.axes import SPACE_AXES, Axes, SpaceAxes, TrackingAxes
-from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.axes import SPACE_AXES, SpaceAxes, TrackingAxes
+from poinsot.mechanics.environment import Axes, Orbit
 from poinsot.mechanics.parameters import Parametric
 
 __all__ = ["common_axes", "orbits_of", "same", "sample_time", "space_axes", "span", "tracked_orbits"]

@@ -13,8 +13,7 @@ from poinsot import functions
 from poinsot.algebra.quaternion import assemble
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
-from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Axes, Environment, Orbit
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 

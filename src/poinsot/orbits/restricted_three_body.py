@@ -16,8 +16,7 @@ from poinsot import functions
 from poinsot.algebra.quaternion import assemble
 from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
-from poinsot.mechanics.axes import Axes
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Axes, Environment, Orbit
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Parametric, Vector
 from poinsot.orbits import solutions

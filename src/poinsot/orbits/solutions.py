@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from poinsot.mechanics.axes import Axes
+    from poinsot.mechanics.environment import Axes
 
 __all__ = ["Solutions", "engine"]
 

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.driver import allowed_threads
+from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.formulations import DEFAULT_FORMULATION, FORMULATIONS
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
@@ -104,12 +104,14 @@ def checked_threads(threads: int | None) -> int:
     return threads
 
 
-def checked_formulation(name: str | None) -> str:
-    """Return the name of a formulation."""
-    name = DEFAULT_FORMULATION if name is None else name
+def checked_formulation(formulation: str | Formulation | None) -> Formulation:
+    """Return a formulation by its name, or the user's own."""
+    if isinstance(formulation, Formulation):
+        return formulation
+    name = DEFAULT_FORMULATION if formulation is None else formulation
     if not isinstance(name, str) or name not in FORMULATIONS:
         raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, got {name!r}.")
-    return name
+    return FORMULATIONS[name]
 
 
 def checked_tolerance(tolerance: float | None, precision: str) -> float:

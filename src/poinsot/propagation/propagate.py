@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.engine.driver import Driver, Memory, OneMotion
+from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.shared_orbits import tracked_orbits
@@ -38,7 +39,7 @@ def propagate(
     times: Times,
     *,
     events: Sequence[Event] = (),
-    formulation: str | None = None,
+    formulation: str | Formulation | None = None,
     tolerance: float | None = None,
     dense: bool = False,
     precision: str = "double",
@@ -61,7 +62,7 @@ def propagate(
         Strictly monotonic, up or down; the results are in this order. Dates where an orbit has a calendar.
     events : list of Event
         What to watch for: `motion.events` has the times and the states of each.
-    formulation : {"lie_poisson", "canonical", "euler_angles"}, optional
+    formulation : {"lie_poisson", "canonical", "euler_angles"} or Formulation, optional
         The variables integrated; results look the same. Default: the fastest, "lie_poisson", (q, g). The others
         have g from their own: the rate about an axis of small moment loses I_max / I_min roundings of theirs.
     tolerance : float, optional
@@ -105,7 +106,7 @@ def propagate(
         state,
         kept.times,
         lambda: kept.phase,
-        Run.of(report, method, chosen, precision),
+        Run.of(report, method, chosen.name, precision),
         (report.dense, *report.dense.ends) if report.dense else None,
         report.failures if members else {},
         functools.partial(variables.environment, problem, kept.times, kept.rows["comoving"]) if tracked else None,

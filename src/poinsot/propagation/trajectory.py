@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.engine import kernels
+from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.errors import real_numbers
 from poinsot.html_text import ShownInNotebooks
@@ -348,7 +349,7 @@ class Trajectory(ShownInNotebooks):
             if comoving is None:
                 return Environment(times)
             problem = Problem(system, [found.event for found in events])
-            variables = kernels.coordinates(problem, initial, self.run.formulation, self.run.precision)
+            variables = kernels.coordinates(problem, initial, formulation_of(self.run.formulation), self.run.precision)
             return variables.environment(problem, times, rows(comoving))
 
         motion = Trajectory(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)

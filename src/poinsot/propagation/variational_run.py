@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.driver import BOTH_WAYS, Driver, Report, Sink
+from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import SMALL
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import Variations
-from poinsot.mechanics.formulations import FORMULATIONS
 from poinsot.mechanics.shared_orbits import space_axes
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -77,12 +77,11 @@ class VariationalRun:
         self._order = order
         self.times = checked_times(times, system)
         check_span(system, state, self.times)
-        chosen = checked_formulation(formulation)
-        self.formulation = FORMULATIONS[chosen]
+        chosen = self.formulation = checked_formulation(formulation)
         self.tangent = self.formulation.tangent
         if not self.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
-            raise ValueError(f"formulation must be one of {able} for variational equations, got {chosen!r}.")
+            raise ValueError(f"formulation must be one of {able} for variational equations, got {chosen.name!r}.")
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
         self.system, self.problem, self.members = system, Problem(system), members_of(system, state)

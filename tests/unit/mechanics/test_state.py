@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.mechanics.formulations import FORMULATIONS
+from poinsot.engine.formulations import FORMULATIONS
 
 EPS = np.finfo(float).eps
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]

@@ -22,11 +22,11 @@ from pydantic import (
     create_model,
 )
 
+from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.kernels import PRECISIONS
 from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
 from poinsot.files.scenarios.registry import DEFAULTS, Key, Maker, known_classes, makers
-from poinsot.mechanics.formulations import FORMULATIONS
 
 __all__ = ["converted", "scenario_model", "schema", "short"]
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot.engine.formulations import Formulation
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.formulations import Formulation, TorqueOf
+from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
@@ -31,7 +32,7 @@ class WithParts(Formulation):
     """
 
     def __init__(self, rigid: Formulation, parts: list[Part], sizes: Mapping[str, NDArray[np.float64]]) -> None:
-        self.rigid, self.name = rigid, rigid.name
+        self.rigid, self.name, self.turns = rigid, rigid.name, rigid.turns
         flags = [(part.name, i, i in _momenta(part)) for part in parts for i in range(part.size)]
         flags.sort(key=lambda flag: not flag[2])
         places = {(name, i): rigid.size + place for place, (name, i, _) in enumerate(flags)}
@@ -44,10 +45,15 @@ class WithParts(Formulation):
         }
         self.blocks = {**rigid.blocks, **{name: len(own) for name, own in self._places.items()}}
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, WithParts) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
     @property
-    @override
-    def structure(self) -> tuple[Any, ...]:
-        return tuple((name, *factors) for name, factors in self._factors.items())
+    def _key(self) -> tuple[Any, ...]:
+        return self.rigid, *((name, *factors) for name, factors in self._factors.items())
 
     @property
     @override
@@ -82,8 +88,18 @@ class WithParts(Formulation):
         ]
 
     @override
-    def derivatives(self, variables: Any, kinetics: Any, torque_of: TorqueOf, turning: Any = None) -> list[Scalar]:
-        return self.rigid.derivatives(variables[: self.rigid.size], kinetics, torque_of, turning)
+    def nearness(self, variables: Any) -> Scalar | None:
+        return self.rigid.nearness(variables)
+
+    @override
+    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+        return self.rigid.physical(variables[: self.rigid.size])
+
+    @override
+    def rates(
+        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+    ) -> list[Scalar]:
+        return self.rigid.rates(variables[: self.rigid.size], omega, g_rate, torque, turning)
 
     @override
     def from_state(self, state: State) -> NDArray[np.float64]:

@@ -1,40 +1,43 @@
-"""Sets of variables for one flow, each with its equations of motion.
+"""Charts of attitude and angular momentum: the variables in which one flow is integrated.
 
 `lie_poisson` (q, g), `canonical` (q, Q) and `euler_angles` (angles and momenta of the sequence 3-1-3); `planar` is
-`lie_poisson` about one axis.
+`lie_poisson` about one axis. A chart is kinematics alone: it knows neither moments of inertia nor forces.
 The equations run on scalars of any kind; a state vector is a flat sequence in the order of `blocks`.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.dual import partial, seeded
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.kinetics import Kinetics
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import Phase, State, computed_state
 
-__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation"]
-
-TorqueOf = Callable[[Attitude, Any], Vector]
-"""Attitude and omega_body -> torque along the body axes."""
+__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation", "formulation_of"]
 
 FLAT = 1e-9
 """What a planar motion may have of other components, relative."""
 
 
 class Formulation(ABC):
-    """A set of variables and its equations of motion."""
+    """A chart of attitude and angular momentum, the package's or the user's own.
+
+    Attributes
+    ----------
+    name : str
+    blocks : mapping
+        How many variables each block has, in their order: first the attitude's, last the momenta.
+    """
 
     name: str
     blocks: Mapping[str, int]
@@ -46,11 +49,6 @@ class Formulation(ABC):
 
     def check_variables(self, variables: NDArray[np.float64]) -> None:  # noqa: B027
         """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
-
-    @property
-    def structure(self) -> tuple[Any, ...]:
-        """What selects the equations besides the name."""
-        return ()
 
     def own(self, variables: Any, scale: Scalar) -> dict[str, Vector]:  # noqa: ARG002
         """Return the variables of parts among those of the formulation, in physical units."""
@@ -85,13 +83,26 @@ class Formulation(ABC):
         ends = np.cumsum(list(self.blocks.values()))
         return [functions.Vector(variables[end - n : end]) for end, n in zip(ends, self.blocks.values(), strict=True)]
 
+    turns = True
+    """Whether its attitude may refer to turning axes."""
+
+    def nearness(self, variables: Any) -> Scalar | None:  # noqa: ARG002
+        """Return what falls to zero where the variables become singular; None if they never do."""
+        return None
+
     @abstractmethod
-    def derivatives(
-        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+        """Return the attitude and the angular momentum along the body axes."""
+
+    @abstractmethod
+    def rates(
+        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         """Return the time derivatives of the variables.
 
-        `turning` is the angular velocity, along themselves, of the axes that the attitude refers to.
+        `omega` is the angular velocity, `g_rate` the derivative g' of the angular momentum and `torque` its part
+        g' - g x omega, all along the body axes; `turning` is the angular velocity, along themselves, of the axes that
+        the attitude refers to.
         """
 
     @abstractmethod
@@ -110,16 +121,23 @@ class LiePoisson(Formulation):
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 3}
     tangent: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
 
-    def derivatives(
-        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
-    ) -> list[Scalar]:
+    @override
+    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
         q, g = self.split(variables)
-        torque = torque_of(Attitude.from_quaternion(q, comoving=turning is not None), kinetics.omega(g))
-        return [*_turned(q, kinetics.half_omega(g), turning), *(kinetics.gyration(g) + torque)]
+        return Attitude.from_quaternion(q), g
 
+    @override
+    def rates(
+        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+    ) -> list[Scalar]:
+        q, _ = self.split(variables)
+        return [*_turned(q, omega, turning), *g_rate]
+
+    @override
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate([state.quaternion, state.angular_momentum_body], axis=-1)
 
+    @override
     def to_phase(self, variables: NDArray[np.float64]) -> Phase:
         return {"quaternion": variables[..., :4], "angular_momentum_body": variables[..., 4:]}
 
@@ -133,6 +151,7 @@ class Planar(LiePoisson):
     name = "planar"
     tangent = (2, 5)
 
+    @override
     def check(self, system: Any, state: State) -> None:
         if system.moving_parts:
             raise ValueError(
@@ -147,6 +166,7 @@ class Planar(LiePoisson):
                     f"{name} has components along the others, up to {aside:.2g}. Use the default formulation."
                 )
 
+    @override
     def check_variables(self, variables: NDArray[np.float64]) -> None:
         tilt = float(np.max(np.linalg.norm(variables[..., 1:3], axis=-1)))
         if tilt > FLAT:
@@ -155,14 +175,20 @@ class Planar(LiePoisson):
                 f"the space axes, but it is {2 * tilt:.2g} rad off. Turn those, or use the default formulation."
             )
 
+    @override
     def active(self, variables: Any) -> Any:
         q0, _, _, q3, _, _, g3 = variables
         return q0, 0.0, 0.0, q3, 0.0, 0.0, g3
 
-    def derivatives(
-        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    @override
+    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+        return super().physical(self.active(variables))
+
+    @override
+    def rates(
+        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
-        return list(self.active(super().derivatives(self.active(variables), kinetics, torque_of, turning)))
+        return list(self.active(super().rates(self.active(variables), omega, g_rate, torque, turning)))
 
 
 def _about_third_axis(system: Any, state: State) -> dict[str, NDArray[np.float64]]:
@@ -189,21 +215,24 @@ class Canonical(Formulation):
     name = "canonical"
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 4}
 
-    def derivatives(
-        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
+    @override
+    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+        q, Q = self.split(variables)
+        return Attitude.from_quaternion(q), Vector(0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q)))
+
+    @override
+    def rates(
+        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         q, Q = self.split(variables)
-        g = 0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q))
-        half_omega = kinetics.half_omega(g)
-        push = quat.product(
-            q,
-            quat.pure(2 * torque_of(Attitude.from_quaternion(q, comoving=turning is not None), kinetics.omega(g))),
-        )
-        return [*_turned(q, half_omega, turning), *(_turned(Q, half_omega, turning) + push)]
+        push = quat.product(q, quat.pure(2 * torque))
+        return [*_turned(q, omega, turning), *(_turned(Q, omega, turning) + push)]
 
+    @override
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate([state.quaternion, state.conjugate_momenta], axis=-1)
 
+    @override
     def to_phase(self, variables: NDArray[np.float64]) -> Phase:
         return {"quaternion": variables[..., :4], "conjugate_momenta": variables[..., 4:]}
 
@@ -211,34 +240,44 @@ class Canonical(Formulation):
 class EulerAngles(Formulation):
     """Hamilton's equations of (10), corrected (erratum E4), for the sequence 3-1-3; singular at sin a2 = 0.
 
-    a' = dT/dP, P' = -dT/da + (the torque along each rotation axis), T(a, P) the kinetic energy of eq. (8).
+    With e_i the rotation axes: omega = sum a_i' e_i, and P_i = e_i . g has the derivative
+    P_i' = e_i . (torque + g x u_i), u_i the angular velocity of the first i rotations.
     """
 
     name = "euler_angles"
     blocks: Mapping[str, int] = {"angles": 3, "momenta": 3}
     sequence = "313"
 
-    def derivatives(
-        self, variables: Any, kinetics: Kinetics, torque_of: TorqueOf, turning: Vector | None = None
-    ) -> list[Scalar]:
-        if turning is not None:
-            raise ValueError("axes must be the space axes for Euler angles, got turning axes.")
-        angles, momenta = self.split(variables)
-        attitude = Attitude(euler.rotation_matrix_from_angles(angles, self.sequence))
-        axes = euler.rotation_axes(angles, self.sequence)
-        g = euler.angular_momentum_from_momenta(angles, momenta, self.sequence)
-        torque = torque_of(attitude, kinetics.omega(g))
-        energy = kinetics.kinetic_energy(
-            euler.angular_momentum_from_momenta(seeded(angles, "a"), seeded(momenta, "P"), self.sequence)
-        )
-        return [
-            *(partial(energy, "P", i) for i in range(3)),
-            *(quat.dot(axis, torque) - partial(energy, "a", i) for i, axis in enumerate(axes)),
-        ]
+    turns = False
 
+    @override
+    def nearness(self, variables: Any) -> Scalar | None:
+        return functions.sin(variables[1]) ** 2 - euler.SINGULAR_SINE**2
+
+    @override
+    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+        angles, momenta = self.split(variables)
+        g = Vector(euler.angular_momentum_from_momenta(angles, momenta, self.sequence))
+        return Attitude(euler.rotation_matrix_from_angles(angles, self.sequence)), g
+
+    @override
+    def rates(
+        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+    ) -> list[Scalar]:
+        angles, _ = self.split(variables)
+        _, g = self.physical(variables)
+        first, nodes, third = euler.rotation_axes(angles, self.sequence)
+        rates = euler.angle_rates(angles, omega, self.sequence)
+        along = [functions.dot(axis, torque) for axis in (first, nodes, third)]
+        nodes_turned = rates[0] * functions.dot(g, functions.cross(first, nodes))
+        third_turned = functions.dot(third, functions.cross(g, omega))
+        return [*rates, along[0], along[1] + nodes_turned, along[2] + third_turned]
+
+    @override
     def from_state(self, state: State) -> NDArray[np.float64]:
         return np.concatenate(state.euler(self.sequence), axis=-1)
 
+    @override
     def to_phase(self, variables: NDArray[np.float64]) -> Phase:
         angles, momenta = variables[..., :3], variables[..., 3:]
         return {
@@ -247,15 +286,21 @@ class EulerAngles(Formulation):
         }
 
 
-def _turned(x: Any, half_omega: Any, turning: Vector | None) -> Any:
+def _turned(x: Any, omega: Vector, turning: Vector | None) -> Any:
     """Return x (0, omega/2), less (0, turning) x / 2 if x refers to turning axes: rates are added before products."""
+    half_omega = 0.5 * omega
     if turning is None:
         return quat.product(x, quat.pure(half_omega))
     real, *vector = x
-    relative, total = Vector(half_omega) - 0.5 * turning, Vector(half_omega) + 0.5 * turning
+    relative, total = half_omega - 0.5 * turning, half_omega + 0.5 * turning
     return Vector((-functions.dot(vector, relative), *(real * relative + functions.cross(vector, total))))
 
 
 GENERAL: Mapping[str, Formulation] = {f.name: f for f in (LiePoisson(), Canonical(), EulerAngles())}
 FORMULATIONS: Mapping[str, Formulation] = {**GENERAL, "planar": Planar()}
 DEFAULT_FORMULATION = "lie_poisson"
+
+
+def formulation_of(name: str) -> Formulation:
+    """Return the formulation of a run; for one that is not the package's the default, along the same axes."""
+    return FORMULATIONS.get(name, FORMULATIONS[DEFAULT_FORMULATION])

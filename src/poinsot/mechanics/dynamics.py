@@ -1,0 +1,171 @@
+"""Energy, torque and vector field of a body under forces, in physical units and on scalars of any kind."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable, Mapping
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.dual import partial, seeded
+from poinsot.checked import checked
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.collection import Collection
+from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.part import CompositeBody, Part
+from poinsot.mechanics.state import State
+
+__all__ = ["Dynamics", "scalars"]
+
+
+class Dynamics(Collection):
+    """The mechanics of a body and the forces on it, which `System` describes and checks."""
+
+    body: Body
+    forces: tuple[Force, ...]
+    units: dict[str, str]
+
+    @functools.cached_property
+    def moving_parts(self) -> tuple[Part, ...]:
+        """What moves inside the body or on it, among the forces."""
+        return tuple(force for force in self.forces if isinstance(force, Part))
+
+    # ------------------------------------------------------------------ energy
+
+    @checked
+    def kinetic_energy(self, state: State) -> Any:
+        """Return the kinetic energy of a state, eq. (9); shape (...)."""
+        instant = self.beside(state.quaternion.shape[:-1]).at(state)
+        return instant.body.kinetic_energy(instant.angular_momentum_body)
+
+    @checked
+    def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
+        """Return the sum of the energies of the potentials at a state, in the world at its time; shape (...)."""
+        shape = state.quaternion.shape[:-1]
+        twin = self.beside(shape)
+        return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
+
+    def validity(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
+        """Return, by name, whether a formula is used at a state where it need not hold; each of shape (...)."""
+        shape = state.quaternion.shape[:-1]
+        twin = self.beside(shape)
+        instant = twin.at(state, environment)
+        found = [force.validity(instant) for force in twin.forces]
+        out: dict[str, NDArray[np.bool_]] = {}
+        for name, condition in (item for each in found for item in each.items()):
+            out[name] = np.broadcast_to(condition, shape) | out.get(name, False)
+        return out
+
+    @checked
+    def omega_body(self, state: State) -> Any:
+        """Return the inertial angular velocity along the body axes; shape (..., 3)."""
+        return np.stack(list(self.beside(state.quaternion.shape[:-1]).at(state).omega_body), axis=-1)
+
+    @checked
+    def energy(self, state: State) -> Any:
+        """Return kinetic plus potential energy, the Hamiltonian where there is one; shape (...)."""
+        return self.kinetic_energy(state) + self.potential_energy(state)
+
+    # ------------------------------------------------------------------ equations of motion
+
+    @checked
+    def torque_body(self, state: State, environment: Environment | None = None) -> Any:
+        """Return the sum of all torques at a state along the body axes, in the world at its time; shape (..., 3)."""
+        shape = state.quaternion.shape[:-1]
+        twin = self.beside(shape)
+        torque = twin.torque_at(twin.at(state, environment))
+        return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
+
+    def at(self, state: State, environment: Environment | None = None) -> Instant:
+        """Return the instant of a state, for formulas."""
+        attitude, g = Attitude.from_quaternion(scalars(state.quaternion)), scalars(state.angular_momentum_body)
+        body = self.body_at({name: scalars(values) for name, values in state.own.items()}, state.time)
+        return Instant(body, attitude, environment or Environment(state.time), angular_momentum_body=g)
+
+    def body_at(self, own: Mapping[str, Vector], time: Scalar) -> Body:
+        """Return the body with its parts, whose variables have values by the name of the part, at a time."""
+        if not self.moving_parts:
+            return self.body
+        values = {part.name: own.get(part.name, Vector(())) for part in self.moving_parts}
+        for part in self.moving_parts:
+            if len(values[part.name]) != part.size:
+                raise ValueError(
+                    f"state must have the {part.size} variables of the part {part.name!r}, got "
+                    f"{len(values[part.name])}. Make it by system.state(...)."
+                )
+        return CompositeBody.of(self.body, self.moving_parts, values, time)
+
+    def rates(self, instant: Instant) -> dict[str, Vector]:
+        """Return the time derivatives of quaternion, angular momentum and variables of parts, in physical units.
+
+        q' = q (0, omega)/2, g' = g x omega + tau along the body axes, and own' under the name of each part.
+        """
+        omega, q = instant.omega_body, instant.attitude.quaternion
+        return {
+            "quaternion": Vector(0.5 * x for x in quat.product(q, quat.pure(omega))),
+            "angular_momentum_body": self.momentum_rate(instant, self.torque_at(instant)),
+            **self.own_rates(instant),
+        }
+
+    def momentum_rate(self, instant: Instant, torque: Vector) -> Vector:
+        """Return g' = g x omega + torque along the body axes, all times the scale of the instant."""
+        return Vector(instant.kinetics.gyration(instant.scaled_momentum)) + torque
+
+    def own_rates(self, instant: Instant) -> dict[str, Vector]:
+        """Return the time derivatives of the variables of the parts, by the name of the part."""
+        moving = [part for part in self.moving_parts if part.size]
+        if not moving:
+            return {}
+        pulls = self._pulls(instant, moving)
+        return {part.name: Vector(part.rates(instant, pulls[part.name])) for part in moving}
+
+    def _pulls(self, instant: Instant, moving: list[Part]) -> dict[str, Vector]:
+        """Return minus the derivatives of the sum of the potentials by the variables of parts."""
+        own = {part.name: seeded(instant.own(part), part.name) for part in moving}
+        body = self.body_at(own, instant.time)
+        energy = self.potential_at(Instant(body, instant.attitude, instant.environment))
+        return {part.name: Vector(-partial(energy, part.name, i) for i in range(part.size)) for part in moving}
+
+    def torque_at(self, instant: Instant) -> Vector:
+        """Return the sum of all torques along the body axes, those of potentials derived, times the scale."""
+        total = functions.Vector((0.0, 0.0, 0.0))
+        for force in self.forces:
+            if isinstance(force, Potential):
+                total = total + derived_torque(force, instant)
+            elif isinstance(force, Torque):
+                torque = force.torque(instant)
+                total = total + Vector(instant.scale * component for component in torque)
+        return total
+
+    def potential_at(self, instant: Instant) -> Scalar:
+        """Return the sum of the energies of the potentials."""
+        return sum(force.energy(instant) for force in self.forces if isinstance(force, Potential))
+
+    # ------------------------------------------------------------------ parameters
+
+    @property
+    @override
+    def parts(self) -> tuple[Parametric, ...]:
+        return (self.body, *self.forces)
+
+    @override
+    def with_parts(self, parts: Iterable[Any]) -> Self:
+        twin = object.__new__(type(self))
+        twin.body, *forces = parts
+        twin.forces, twin.units = tuple(forces), self.units
+        return twin
+
+
+def scalars(array: ArrayLike) -> Vector:
+    """Return the last axis of an array as the scalars of a formula."""
+    return functions.Vector(np.moveaxis(np.asarray(array), -1, 0))
