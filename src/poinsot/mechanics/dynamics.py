@@ -108,7 +108,8 @@ class Dynamics(Collection):
     def rates(self, instant: Instant) -> dict[str, Vector]:
         """Return the time derivatives of quaternion, angular momentum and variables of parts, in physical units.
 
-        q' = q (0, omega)/2, g' = g x omega + tau along the body axes, and own' under the name of each part.
+        q' = q (0, omega)/2, g' = g x omega + tau along the body axes, times the scale of the instant, and own'
+        under the name of each part.
         """
         omega, q = instant.omega_body, instant.attitude.quaternion
         return {
