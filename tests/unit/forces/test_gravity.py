@@ -131,7 +131,7 @@ def test_energy_of_an_oblate_attractor_is_that_of_its_second_derivatives():
     W = -mu / distance * (1 - j2 * (radius / distance) ** 2 * (3 * s**2 - 1) / 2)
     expected = -(sympy.hessian(W, list(x)) * sympy.diag(*moments)).trace() / 2
     system = pt.System(BODY, pt.GravityGradient(POINT), oblate())
-    system = system.with_numbers(iter((*moments, *x, mu, *x, mu, j2, radius, *k)))
+    system = system.with_numbers(iter((*moments, mu, *x, mu, *x, j2, radius, *k)))
     shipped = sympy.nsimplify(formulas.potential(system, functions.Vector((1, 0, 0, 0)), 0), rational=True)
     f, height = j2 * radius**2 / r**2, x.dot(k) / r
     no_attitude = -mu / (2 * r**3) * sum(moments) * (1 + f * (3 - 15 * height**2) / 2)

@@ -95,7 +95,7 @@ def test_times_states_and_directions_are_recorded_in_the_order_of_the_times(time
     assert len(found) == expected.size
     assert (
         repr(found) == "EventRecord of AxisCrossing(axis=[1.0, 0.0, 0.0], target=[1.0, 0.0, 0.0], angle=1.57079632"
-        f"67948966): {expected.size}"
+        f"67948966): {expected.size}, from 2.24399 to 47.1239"
     )
 
 
@@ -449,7 +449,7 @@ def test_wrong_events_are_refused_in_a_sentence():
 
     with pytest.raises(TypeError, match=r"events must be a list, each an Event, got AxisCrossing\."):
         pt.propagate(FREE, spinning(), [1.0], events=ACROSS)
-    with pytest.raises(TypeError, match=r"events must be a list of Event, but events\[1\] is int\."):
+    with pytest.raises(TypeError, match=r"events must be a list, each an Event, got list of AxisCrossing, int\."):
         run(ACROSS, 3)
     with pytest.raises(ValueError, match=r"direction must be -1, 0 or 1, got 2\."):
         pt.events.AtTime(1.0, direction=2)

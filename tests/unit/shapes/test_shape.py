@@ -190,7 +190,7 @@ def test_bad_arguments_are_refused_in_one_sentence(kind):
         shape.field(81)
     with pytest.raises(ValueError, match="degree must be from 2 to 80, got 1"):
         shape.field(1)
-    with pytest.raises(ValueError, match="radius must be positive, but -1"):
+    with pytest.raises(ValueError, match="radius must be positive, got -1"):
         shape.field(2, radius=-1)
     with pytest.raises(ValueError, match=r"points must have shape \(\.\.\., 3\), got shape \(2,\)"):
         shape.potential((1, 2))
