@@ -56,6 +56,13 @@ INTERNAL = {
         "potential_at",
         "at",
         "given_parts",
+        "attracted_moment",
+        "body_at_rest",
+        "inertia",
+        "internal_energy",
+        "momentum",
+        "own",
+        "spinning_inertia",
         "rates",
         "with_parts",
         "position",
@@ -70,7 +77,7 @@ INTERNAL = {
 """Methods that formulas call, on scalars of any kind, and not a user on numbers."""
 
 NOT_CALLED = {
-    *("Event", "Frame", "Orbit", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
+    *("Event", "Frame", "Orbit", "Part", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
     *("AttitudeFormat", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
@@ -284,6 +291,10 @@ def public_calls(folder):
         "Body.from_point_masses": (
             pt.Body.from_point_masses,
             {"masses": (1.0, 1.0, 1.0), "positions": ((1.0, 0, 0), (0, 1, 0), (0, 0, 1))},
+        ),
+        "System.state": (
+            SATELLITE.state,
+            {"attitude": (1.0, 0, 0, 0), "omega_body": (0.1, 0.2, 0.3), "time": 1.0, "frame": ELLIPSE.frame},
         ),
         "Body.state": (
             BODY.state,

@@ -122,7 +122,7 @@ def test_result_of_a_body_with_parts_is_repeated_too(tmp_path):
     system = pt.System(pt.Body((6, 8, 10)), wheel, damper)
     state = system.state((1, 0, 0, 0), omega_body=(0.8, 0.02, 0.05), reaction_wheel=[2.0])
     pt.save(pt.propagate(system, state, [0, 1, 2.5]), tmp_path / "it.nc")
-    assert "The same to the bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
+    assert "The same bit for bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
     assert "ReactionWheel" in call("info", tmp_path / "it.nc").stdout
 
 

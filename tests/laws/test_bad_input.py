@@ -612,7 +612,10 @@ KINDS = {
         "a force must be a Potential, a Torque or a Part, got KeplerOrbit.",
     ),
     "sequence_as_a_number": (lambda: STATE.euler(313), "sequence must be a text, got int 313."),
-    "formulation_as_a_list": (lambda: run(formulation=["canonical"]), "formulation must be a text, got list."),
+    "formulation_as_a_list": (
+        lambda: run(formulation=["canonical"]),
+        "formulation must be a text or a Formulation, got list.",
+    ),
     "precision_as_a_list": (lambda: run(precision=["double"]), "precision must be a text, got list."),
     "number_for_orbit": (lambda: pt.GravityGradient(3), "orbit must be an Orbit, got int."),
     "class_for_orbit": (

@@ -2,7 +2,7 @@
 
 from .ephemeris import Ephemeris
 from .escape import EscapeOrbit
-from .fixed import FixedPosition, components
+from .fixed import FixedPosition
 from .kepler import KeplerOrbit
 from .lagrange import LagrangePointPath, RotatingPosition
 from .planets import planet_orbit
@@ -20,7 +20,6 @@ __all__ = [
     "PrecessingOrbit",
     "RotatingPosition",
     "ThreeBodyPath",
-    "components",
     "orbit_sum",
     "planet_orbit",
     "two_body_orbit",

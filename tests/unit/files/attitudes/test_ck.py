@@ -145,9 +145,7 @@ def test_bad_arguments(tmp_path, change, sentence):
 
 def test_existing_files_stay(tmp_path):
     (tmp_path / "m.tf").write_text("precious")
-    with pytest.raises(
-        FileExistsError, match=r"m\.tf must be a new file, but it exists\. overwrite=True"
-    ):
+    with pytest.raises(FileExistsError, match=r"m\.tf must be a new file, but it exists\. overwrite=True"):
         pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
     assert [path.name for path in tmp_path.iterdir()] == ["m.tf"]
     pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED, overwrite=True)
