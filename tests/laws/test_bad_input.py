@@ -791,7 +791,9 @@ def test_an_energy_does_not_depend_on_the_rates():
         def energy(self, instant):
             return instant.omega_body[0]
 
-    with pytest.raises(TypeError, match=r"^an energy must depend on time, attitude and orbits alone, got .* Torque\.$"):
+    with pytest.raises(
+        TypeError, match=r"^an energy must depend on time, attitude, orbits and parts alone, got .* Torque\.$"
+    ):
         pt.System(BODY, Formula())
 
 

@@ -20,7 +20,7 @@ from poinsot.checked import checked
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.functions import Vector
 from poinsot.html_text import ShownInNotebooks
-from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_angle, rotation_matrix, unit_quaternion
+from poinsot.mechanics.attitude import Attitude, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.branch_exploration import Nested, opened
 from poinsot.mechanics.environment import Environment
@@ -53,8 +53,7 @@ LARGEST_STEP = 0.5
 """Of Newton's method, radians."""
 OFF_COURSE = np.array([0.07, -0.11, 0.05])
 """A turn that leaves the symmetric attitudes from which the shortest way to another one does not begin."""
-SKEW = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(0, 2, 1)
-"""SKEW[k] @ x = e_k x x."""
+HALF_TURNS = np.eye(4)[1:] / 2
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -164,13 +163,10 @@ class _Balance:
 
     def flow(self, p: Array) -> tuple[Array, Array]:
         """Return the rates (n, 6) of rotation vector and momentum, and their derivatives by both, (n, 6, 6)."""
-        matrix = rotation_matrix(quat.product(self.to_space, p))
-        turns = [matrix @ skew for skew in SKEW]
-        attitude = Attitude(
-            matrix_of(
-                [Nested(Dual(matrix[:, i, j], {("turn", k): turns[k][:, i, j] for k in range(3)})) for j in range(3)]
-                for i in range(3)
-            )
+        q = quat.product(self.to_space, p)
+        turns = [quat.product(q, half_turn) for half_turn in HALF_TURNS]
+        attitude = Attitude.from_quaternion(
+            Nested(Dual(q[:, i], {("turn", k): turns[k][:, i] for k in range(3)})) for i in range(4)
         )
         comoving = attitude.to_body(self.omega_space)
         body, kinetics = self.system.body, self.system.body.kinetics()

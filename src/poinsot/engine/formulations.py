@@ -258,7 +258,8 @@ class EulerAngles(Formulation):
     def physical(self, variables: Any) -> tuple[Attitude, Vector]:
         angles, momenta = self.split(variables)
         g = Vector(euler.angular_momentum_from_momenta(angles, momenta, self.sequence))
-        return Attitude(euler.rotation_matrix_from_angles(angles, self.sequence)), g
+        q = euler.quaternion_from_angles(angles, self.sequence)
+        return Attitude(euler.rotation_matrix_from_angles(angles, self.sequence), quaternion=q), g
 
     @override
     def rates(

@@ -32,7 +32,6 @@ from poinsot.engine.termination import LONGEST
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import STEPS_AT_A_TIME, ZERO, VariationalEquations, Variations
 from poinsot.functions import Vector
-from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.axes import TrackingAxes
 from poinsot.mechanics.environment import Axes
 from poinsot.mechanics.formula_errors import use_functions
@@ -386,7 +385,7 @@ def _equations(
     environment, turning = axes.environment(time, comoving), axes.omega(time, comoving)
     try:
         attitude, g = chart.physical(motion)
-        attitude = Attitude(attitude.matrix, comoving=turning is not None)
+        attitude.comoving = turning is not None
         body = system.body_at(chart.own(motion, scale), time)
         instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
         torque = system.torque_at(instant)

@@ -141,16 +141,34 @@ class Attitude:
     ----------
     matrix : array (3, 3) of scalars
         The active matrix, x_space = A x_body.
-    carried : bool
-        Whether "space" stands for moving axes, in which formulas only see vectors that come from the sky.
+    comoving : bool
+        Whether it refers to moving axes, along which formulas see the vectors of the environment alone.
+    quaternion : four scalars, optional
+        The same attitude.
     """
 
-    quaternion: Any = None
-    """The quaternion of which the matrix was made, four scalars; None of Euler angles."""
+    def __init__(self, matrix: Array, comoving: bool = False, quaternion: Any = None) -> None:
+        self._matrix, self.comoving, self._quaternion = matrix, comoving, quaternion
 
-    def __init__(self, matrix: Array, comoving: bool = False) -> None:
-        self.matrix = matrix
-        self.comoving = comoving
+    @property
+    def matrix(self) -> Array:
+        """The active matrix along the space axes, x_space = A x_body, (3, 3) scalars."""
+        matrix: Array = self._along_space(self._matrix)
+        return matrix
+
+    @property
+    def quaternion(self) -> Any:
+        """The unit quaternion body -> space, four scalars, scalar first."""
+        if self._quaternion is None:
+            raise ValueError(
+                "formulas must read attitude.matrix or attitude.to_body in variational equations, got the quaternion."
+            )
+        return self._along_space(self._quaternion)
+
+    def _along_space(self, components: Any) -> Any:
+        if self.comoving:
+            raise functions.NotComoving
+        return components
 
     @classmethod
     def from_quaternion(cls, q: Iterable[Scalar], comoving: bool = False) -> Attitude:
@@ -160,23 +178,21 @@ class Attitude:
         rounding has moved q off the unit sphere, and a kernel keeps the energy.
         """
         q = functions.Vector(q)
-        attitude = cls(rotation_matrix(q), comoving)
-        attitude.quaternion = q
-        return attitude
+        return cls(rotation_matrix(q), comoving, q)
 
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components along the body axes of a vector given in space."""
         if self.comoving and not isinstance(vector, functions.ComovingVector):
             raise functions.NotComoving
         x = vector.components if isinstance(vector, functions.ComovingVector) else functions.Vector(vector)
-        return functions.Vector(functions.dot(self.matrix[:, i], x) for i in range(3))
+        return functions.Vector(functions.dot(self._matrix[:, i], x) for i in range(3))
 
     def to_space(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components in space of a vector given along the body axes."""
         x = functions.Vector(vector)
-        return self.in_space(functions.dot(self.matrix[i], x) for i in range(3))
+        return self._in_space(functions.dot(self._matrix[i], x) for i in range(3))
 
-    def in_space(self, scalars: Iterable[Scalar]) -> Vector:
+    def _in_space(self, scalars: Iterable[Scalar]) -> Vector:
         """Return three scalars as a vector in space."""
         return functions.ComovingVector(scalars) if self.comoving else functions.Vector(scalars)
 

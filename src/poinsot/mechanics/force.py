@@ -6,14 +6,19 @@ its physics. It is frozen and becomes a dataclass by itself.
 
 from __future__ import annotations
 
+import functools
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
+from typing_extensions import override
+
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
 from poinsot.algebra.dual import partial, seeded
+from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
@@ -49,20 +54,35 @@ class Torque(Force):
 
 
 class _Recorder(Attitude):
-    """An attitude that makes every vector it turns into body axes an independent variable."""
+    """An attitude of which all that a formula reads is an independent variable."""
 
     def __init__(self, attitude: Attitude) -> None:
-        super().__init__(attitude.matrix, attitude.comoving)
+        self._attitude, self.comoving = attitude, attitude.comoving
         self.seen: list[Vector] = []
 
-    def to_body(self, vector: Any) -> Vector:
-        turned = seeded(super().to_body(vector), len(self.seen))
-        self.seen.append(Vector(component.value for component in turned))
-        return turned
+    @functools.cached_property
+    @override
+    def matrix(self) -> Array:
+        return matrix_of(map(self.to_body, UNITS))
 
-    def to_space(self, vector: Any) -> Vector:
+    @functools.cached_property
+    @override
+    def quaternion(self) -> Vector:
+        return self._seeded(self._attitude.quaternion)
+
+    @override
+    def to_body(self, vector: Iterable[Scalar]) -> Vector:
+        return self._seeded(self._attitude.to_body(vector))
+
+    @override
+    def to_space(self, vector: Iterable[Scalar]) -> Vector:
         x = Vector(vector)
-        return self.in_space(functions.dot(self.to_body(self.in_space(unit)), x) for unit in UNITS)
+        return self._in_space(functions.dot(self.to_body(self._in_space(unit)), x) for unit in UNITS)
+
+    def _seeded(self, scalars: Vector) -> Vector:
+        variables = seeded(scalars, len(self.seen))
+        self.seen.append(Vector(variable.value for variable in variables))
+        return variables
 
 
 UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -71,12 +91,17 @@ UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 def derived_torque(potential: Potential, instant: Instant) -> Vector:
     """Return the torque of a potential along the body axes: the sum over u of u_body x dV/du_body.
 
-    A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega. The torque is multiplied
-    by the scale of the instant.
+    A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega; the quaternion turns as
+    q' = q (0, omega)/2, and gives -vec(q~ dV/dq)/2. The torque is multiplied by the scale of the instant.
     """
     recorder = _Recorder(instant.attitude)
     energy = potential.energy(Instant(instant.body, recorder, instant.environment))
     total = Vector((0.0, 0.0, 0.0))
     for k, seen in enumerate(recorder.seen):
-        total = total + functions.cross(seen, [instant.scale * partial(energy, k, i) for i in range(3)])
+        slope = [instant.scale * partial(energy, k, i) for i in range(len(seen))]
+        total = total + (functions.cross(seen, slope) if len(seen) == 3 else _turning(seen, slope))
     return total
+
+
+def _turning(quaternion: Vector, slope: list[Scalar]) -> Vector:
+    return Vector(-0.5 * x for x in quat.imaginary(quat.product(quat.conjugate(quaternion), Vector(slope))))

@@ -56,7 +56,9 @@ class Instant:
         if self._omega_body is not None:
             return Vector(self._omega_body)
         if self._momentum is None:
-            raise RateUnknownError("an energy must depend on time, attitude and orbits alone, got one of the rates.")
+            raise RateUnknownError(
+                "an energy must depend on time, attitude, orbits and parts alone, got an angular velocity or momentum."
+            )
         return Vector(self.kinetics.omega(self._momentum))
 
     @functools.cached_property
