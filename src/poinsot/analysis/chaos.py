@@ -23,10 +23,10 @@ from poinsot.errors import PropagationError, PropagationInterrupted, real_array,
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.shared_orbits import orbits_of
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run
-from poinsot.propagation.variational_run import VariationalRun, units
+from poinsot.propagation.variational_run import VariationalRun
 from poinsot.quantities import Times
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
@@ -51,9 +51,11 @@ class ChaosIndicators(ShownInNotebooks):
     start : float or array (members,)
         The time of the state.
     momentum_unit : float
-        Of the distance |u|, u = (rotation vector, change of angular momentum / momentum_unit), body axes.
+    units : array (k,)
+        Of the distance |u|, u = (rotation vector, change of angular momentum, body axes, variables of parts) / units:
+        1 for angles, `momentum_unit` for momenta, for other variables of parts about ten times their size.
     vectors : array (count, k)
-        The tangent vectors u at the start; k = 6, or 2 of planar motion, where u is along the third axis.
+        The tangent vectors u at the start; k = 6 without parts, or 2 of planar motion, where u is along the third axis.
     growth : array
         ln |u(t)| / |u(0)| of the first vector.
     fli : array
@@ -74,6 +76,7 @@ class ChaosIndicators(ShownInNotebooks):
     times: Array
     start: Any
     momentum_unit: float
+    units: Array
     vectors: Array
     growth: Array
     fli: Array
@@ -138,21 +141,23 @@ def chaos_indicators(
     """
     call = "chaos_indicators(system, state, times)"
     job = VariationalRun(call, system, state, times, formulation, tolerance, threads, progress)
-    _check_count(vectors, len(job.tangent))
+    _check_count(vectors, len(job.units))
     rising = np.sort(job.times)
     _check_one_way(rising, job.state.time)
     rate = _fastest(system, job.state)
     unit = _momentum_unit(system, rate) if momentum_unit is None else _checked_unit(momentum_unit)
     fine = _refined(rising, job.state.time, 2 * np.pi / (SAMPLES * rate))
-    weights = units(job.tangent, job.scale * unit)
+    weights = job.weights(unit)
     out = _Indicators(job.state.time, fine, rising, weights)
-    start = _directions(vectors, len(job.tangent))
+    start = _directions(vectors, len(weights))
     report = job.integrate(start * weights, fine, out, ways=out.ways)
     order = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
     found = {name: part[:, order] if job.members else part[0, order] for name, part in out.parts.items()}
     since = job.state.time if job.members else float(job.state.time[0])
-    failures = report.failures if job.members else {}
-    result = ChaosIndicators(system, job.times, since, unit, start, **found, failures=failures, run=job.run(report))
+    units, failed = weights / job.units, report.failures if job.members else {}
+    result = ChaosIndicators(
+        system, job.times, since, unit, units, start, **found, failures=failed, run=job.run(report)
+    )
     job.check(report, result)
     if report.stops and not job.members:
         raise PropagationError(report.failures[0], out.reached, result)
@@ -271,8 +276,9 @@ def lyapunov_spectrum(
     call = "lyapunov_spectrum(system, state, times)"
     job = VariationalRun(call, system, state, times, formulation, tolerance, threads, False)
     start = _common_start(job)
-    k, rate = len(job.tangent), _fastest(system, job.state)
-    weights = units(job.tangent, job.scale * _momentum_unit(system, rate))
+    k, rate = len(job.units), _fastest(system, job.state)
+    weights = job.weights(_momentum_unit(system, rate))
+    at_start = job.formulation.to_phase(job.formulation.from_state(job.state))
     vectors = np.broadcast_to(_directions(k, k), (len(job.state.time), k, k))
     now, total = job.state, Report(np.zeros(len(vectors), dtype=int))
     growth, kept = np.zeros((len(vectors), k)), np.empty((len(vectors), 0, k))
@@ -294,7 +300,7 @@ def lyapunov_spectrum(
                     raise KeyboardInterrupt
                 if report.stops and not job.members:
                     raise PropagationError(report.failures[0], float(now.time[0]), result())
-                _restart(end, list(total.stops), job.state, vectors * weights)
+                _restart(end, list(total.stops), at_start, vectors * weights)
                 vectors, sizes = _orthogonal(end.rows["vectors"][:, 0] / weights)
                 growth = growth + np.log(sizes) + end.rows["exponents"][:, 0] * np.log(2)
                 told(float(stop - now.time[0]))
@@ -308,10 +314,10 @@ def lyapunov_spectrum(
     return result()
 
 
-def _restart(end: Memory, members: list[int], state: State, vectors: Array) -> None:
+def _restart(end: Memory, members: list[int], start: Phase, vectors: Array) -> None:
     """Put something finite where members have stopped: they go on beside the others; their growth stays NaN."""
     for name, values in end.phase.items():
-        values[members, 0] = getattr(state, name)[members]
+        values[members, 0] = start[name][members]
     end.rows["vectors"][members, 0] = vectors[members]
 
 

@@ -21,7 +21,7 @@ from poinsot.mechanics.parameter_names import resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.variational_run import VariationalRun, units
+from poinsot.propagation.variational_run import VariationalRun
 from poinsot.quantities import Times
 
 __all__ = ["StateTransition", "state_transition"]
@@ -135,7 +135,7 @@ def state_transition(
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     job = VariationalRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
-    k = len(job.tangent)
+    k = len(job.units)
     out = _Columns(job, k, k + len(inputs), order)
     report = job.integrate(np.eye(k), job.times, out)
     kept = slice(None) if job.members else 0
@@ -163,7 +163,7 @@ class _Columns(Memory):
         self.second = (
             np.full((members, times, k, *(columns,) * 2), np.nan) if order == 2 else np.empty((members, times))
         )
-        self._unit = units(job.tangent, job.scale)
+        self._unit = job.units
 
     @override
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:

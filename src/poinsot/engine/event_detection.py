@@ -308,19 +308,23 @@ class Watch:
             self._fit(engine, lane)
 
     def _acted(self, own: NDArray[Any], lane: int, number: int, time: float) -> NDArray[Any]:
-        """Return the variables of body and attitude of the state that an event returns."""
+        """Return the variables of the state that an event returns; those of parts that it leaves out stay."""
         member = int(self._members[lane])
         variables = self._variables.of_members(np.array([member]))
         rows = self.scales.outward(np.asarray(own, dtype=float), lane)[None]
         batched = np.ndim(variables.scale) > 0 or any(np.ndim(number) for number in variables.axes.numbers)
         phase = variables.to_phase(np.array([time]), rows[None] if batched else rows)
-        state = state_of(changed(phase, np.ravel), np.array(time))
-        event, body = (_of_member(part, member) for part in (self._problem.events[number], self._problem.system.body))
+        state, system = state_of(changed(phase, np.ravel), np.array(time)), self._problem.system
+        event, *own_parts = (_of_member(part, member) for part in (self._problem.events[number], *system.parts))
+        body = system.with_parts(own_parts).at(state).body
         after = event.act(body, state)
         if not isinstance(after, State) or after.quaternion.shape != (4,):
             what = described(after) if not isinstance(after, State) else "one of several members"
             raise TypeError(f"an action must return a State of one body, got {what}.")
-        largest = np.max(np.abs(after.conjugate_momenta))
+        if other := sorted(set(after.own) - set(state.own)):
+            raise ValueError(f"an action must return variables of parts of the system, got some of {other[0]!r}.")
+        after = state_of({**state.own, **after.phase}, after.time)
+        largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
         if largest > LARGEST:
             raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
         new = _rewritten(variables, after, time, own)
@@ -402,7 +406,7 @@ def _told(event: Event, error: Exception) -> str:
 
 
 def _rewritten(variables: Coordinates, state: State, time: float, own: NDArray[Any]) -> NDArray[Any]:
-    """Return the variables of body and attitude of a state, along the axes as they are."""
+    """Return the variables of body, attitude and parts of a state, along the axes as they are."""
     formulation, axes = variables.formulation, variables.axes
     new = np.array(formulation.from_state(state))
     new[formulation.momenta] *= np.ravel(variables.scale)[0]

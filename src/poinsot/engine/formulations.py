@@ -42,7 +42,9 @@ class Formulation(ABC):
     name: str
     blocks: Mapping[str, int]
     tangent: tuple[int, ...] = ()
-    """Which of the six tangent coordinates it has: rotation vector, change of angular momentum, body axes."""
+    """Which tangent coordinates it has: rotation vector, change of angular momentum, body axes; variables of parts."""
+    own_places: tuple[int, ...] = ()
+    """Where the variables of parts are, in the order of the parts."""
 
     def check(self, system: Any, state: State) -> None:  # noqa: B027
         """Raise a ValueError if the variables cannot hold the motion of a system from a state."""
@@ -57,6 +59,11 @@ class Formulation(ABC):
     def own_rates(self, rates: Mapping[str, Vector], scale: Scalar) -> list[Scalar]:  # noqa: ARG002
         """Return the rates of the variables of parts as those of the formulation."""
         return []
+
+    @property
+    def tangent_factors(self) -> tuple[float | None, ...]:
+        """What the variables multiply each tangent coordinate by; None: the scale of the momenta."""
+        return tuple(1.0 if place < 3 else None for place in self.tangent)
 
     @property
     def momenta(self) -> slice:

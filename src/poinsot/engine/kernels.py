@@ -396,7 +396,6 @@ def _equations(
             *axes.rates(time, comoving),
         ]
         equations = [ZERO + constants.expression(rate) for rate in rates]
-        _refuse_with_parts(problem, variations)
         values = event_functions(twin.events, instant, chart.name, constants)
         if variations is None:
             return equations, values
@@ -406,16 +405,6 @@ def _equations(
         return [*equations, *(ZERO + rate for rate in variational)], values
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
-
-
-def _refuse_with_parts(problem: Problem, variations: Variations | None) -> None:
-    """Refuse what is for a body without parts alone."""
-    if not problem.system.moving_parts:
-        return
-    if any(event.acts for event in problem.events):
-        raise ValueError("an event that acts must be for a body without parts, got a system with parts.")
-    if variations is not None:
-        raise ValueError("variational equations must be those of a body without parts, got a system with parts.")
 
 
 def _refuse_discontinuities(constants: Constants, symbols: list[Any], variations: Variations) -> None:

@@ -37,6 +37,8 @@ class WithParts(Formulation):
         flags.sort(key=lambda flag: not flag[2])
         places = {(name, i): rigid.size + place for place, (name, i, _) in enumerate(flags)}
         self._places = {part.name: [places[part.name, i] for i in range(part.size)] for part in parts}
+        self.own_places = tuple(place for own in self._places.values() for place in own)
+        self.tangent = (*rigid.tangent, *range(6, 6 + len(flags))) if rigid.tangent else ()
         self._momenta = sum(flag for _, _, flag in flags)
         self._order = [(name, i) for name, i, _ in flags]
         self._factors = {
@@ -54,6 +56,11 @@ class WithParts(Formulation):
     @property
     def _key(self) -> tuple[Any, ...]:
         return self.rigid, *((name, *factors) for name, factors in self._factors.items())
+
+    @property
+    @override
+    def tangent_factors(self) -> tuple[float | None, ...]:
+        return *self.rigid.tangent_factors, *(factor for own in self._factors.values() for factor in own)
 
     @property
     @override

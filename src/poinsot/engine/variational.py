@@ -1,7 +1,8 @@
 """Variational equations of a motion: tangent vectors and derivatives by parameters, integrated along with it.
 
 A tangent vector has six coordinates, body axes: xi = (theta, gamma) changes (q, g) to (q exp(theta / 2), g + gamma).
-With m the rotation matrix, d m_i = m_i x theta for each of its rows, and g' = F(m, g), to first order
+Behind them are the changes of the variables of parts; below, g and gamma stand for these as well. With m the rotation
+matrix, d m_i = m_i x theta for each of its rows, and g' = F(m, g), to first order
 
     theta' = d omega - omega x theta,    gamma' = dF.
 
@@ -41,7 +42,7 @@ Array = NDArray[np.float64]
 ZERO = hy.expression(0.0)
 
 Differentials = Mapping[Any, Any]
-"""Those of entries of the matrix (i, j), components of g (k) and parameters ("p", n), and theta itself."""
+"""Of entries of the matrix (i, j), g and variables of parts (k), omega ("w", i), parameters ("p", n); theta itself."""
 
 INITIAL_EXPONENT = -10
 """Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
@@ -70,7 +71,7 @@ class VariationalEquations:
     formulation : Formulation
         One with tangent coordinates.
     own : sequence
-        The variables of the motion, as multiples; the first are those of the formulation.
+        Those of the formulation, as multiples.
     environment : Environment
     scale : scalar
         Of the momenta.
@@ -90,14 +91,23 @@ class VariationalEquations:
         constants: Constants,
     ) -> None:
         self.tangent, self._constants = formulation.tangent, constants
-        attitude, g = formulation.physical(own[: formulation.size])
+        attitude, g = formulation.physical(own)
         self._matrix, attitude = self._with_matrix_of_symbols(attitude.matrix, comoving)
-        instant = Instant(system.body, attitude, environment, angular_momentum_body=g, scale=scale)
-        rates = instant.omega_body, system.momentum_rate(instant, system.torque_at(instant))
-        self._omega, self._rates = ([ZERO + constants.expression(x) for x in vector] for vector in rates)
+        body = system.body_at(formulation.own(own, scale), environment.time)
+        instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
+        omega, spins = instant.omega_body, dict[Any, Any]()
+        if system.moving_parts:  # their rates are far shorter on omega as three variables
+            spins = {("w", i): hy.expression(f"w{i}") for i in range(3)}
+            constants.stand_ins |= {spins["w", i]: ZERO + constants.expression(x) for i, x in enumerate(omega)}
+            instant = Instant(body, attitude, environment, [*map(constants.variable, spins.values())], g, scale)
+        rates = [*system.momentum_rate(instant, system.torque_at(instant))]
+        of_parts = formulation.own_rates(system.own_rates(instant), scale)
+        rates += [of_parts[place - len(own)] for place in formulation.own_places]
+        self._omega, self._rates = ([ZERO + constants.expression(x) for x in each] for each in (omega, rates))
         self._derivatives: dict[Any, Any] = {}
-        self._symbols = {place: _entry(*place) for place in self._matrix}
-        self._symbols |= {k: constants.expression(x) for k, x in enumerate(g) if isinstance(x, Multiple)}
+        self._symbols = {place: _entry(*place) for place in self._matrix} | spins
+        changing = enumerate([*g, *(own[place] for place in formulation.own_places)])
+        self._symbols |= {k: constants.expression(x) for k, x in changing if isinstance(x, Multiple)}
 
     def _with_matrix_of_symbols(self, matrix: Any, comoving: bool) -> tuple[dict[Any, Any], Attitude]:
         """Return the entries of the rotation matrix that change, and an attitude in which they are variables."""
@@ -116,12 +126,13 @@ class VariationalEquations:
         """Return the differentials for tangent coordinates, and for a unit of some inputs of the kernel together."""
         theta, gamma = self._full(xi)
         by_inputs = self._constants.derivatives(inputs) if inputs else {}
-        return {
+        out: dict[Any, Any] = {
             **{(i, j): x for i in range(3) for j, x in enumerate(cross(self._row(i), theta))},
             **dict(enumerate(gamma)),
             **{("p", n): unit * self._constants.expression(x) for n, x in by_inputs.items()},
             "theta": theta,
         }
+        return out | {("w", i): self._differential(f, out) for i, f in enumerate(self._omega)}
 
     def second_differentials(
         self,
@@ -138,10 +149,13 @@ class VariationalEquations:
             out |= {(i, j): out[i, j] + 0.5 * (twice[0][j] + twice[1][j]) for j in range(3)}
         by_inputs = self._constants.second_derivatives(*inputs) if all(inputs) else {}
         product = units[0] * units[1]
-        return out | {("p", n): product * self._constants.expression(x) for n, x in by_inputs.items()}
+        out |= {("p", n): product * self._constants.expression(x) for n, x in by_inputs.items()}
+        return out | {
+            ("w", i): self._differential(f, out) + self._second_differential(f, a, b) for i, f in enumerate(self._omega)
+        }
 
     def _full(self, xi: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-        full = [ZERO] * 6
+        full = [ZERO] * (3 + len(self._rates))
         for place, x in zip(self.tangent, xi, strict=True):
             full[place] = x
         return full[:3], full[3:]
@@ -153,21 +167,17 @@ class VariationalEquations:
 
     def rates(self, d: Differentials) -> list[Any]:
         """Return the time derivatives of tangent coordinates."""
-        d_omega, d_rates = ([self._differential(f, d) for f in each] for each in (self._omega, self._rates))
-        return self._chosen([*self._theta_rates(d_omega, d), *d_rates])
+        return self._chosen([*self._theta_rates(d), *(self._differential(f, d) for f in self._rates)])
 
     def second_rates(self, d: Differentials, a: Differentials, b: Differentials) -> list[Any]:
         """Return those of second derivatives in two vectors."""
-        d_omega, d_rates = (
-            [self._differential(f, d) + self._second_differential(f, a, b) for f in each]
-            for each in (self._omega, self._rates)
-        )
-        mixed = [cross(x["theta"], [self._differential(f, y) for f in self._omega]) for x, y in ((a, b), (b, a))]
+        mixed = [cross(x["theta"], _omega_of(y)) for x, y in ((a, b), (b, a))]
         half = [0.5 * (x + y) for x, y in zip(*mixed, strict=True)]
-        return self._chosen([*map(sum, zip(self._theta_rates(d_omega, d), half, strict=True)), *d_rates])
+        rates = [self._differential(f, d) + self._second_differential(f, a, b) for f in self._rates]
+        return self._chosen([*map(sum, zip(self._theta_rates(d), half, strict=True)), *rates])
 
-    def _theta_rates(self, d_omega: list[Any], d: Differentials) -> list[Any]:
-        return [a - b for a, b in zip(d_omega, cross(self._omega, d["theta"]), strict=True)]
+    def _theta_rates(self, d: Differentials) -> list[Any]:
+        return [a - b for a, b in zip(_omega_of(d), cross(self._omega, d["theta"]), strict=True)]
 
     def _differential(self, f: Any, d: Differentials) -> Any:
         return hy.sum([self._derivative(f, name) * x for name, x in self._nonzero(d)])
@@ -198,6 +208,10 @@ def _entry(i: int, j: int) -> Any:
     return hy.expression(f"m{i}{j}")
 
 
+def _omega_of(d: Differentials) -> list[Any]:
+    return [d["w", i] for i in range(3)]
+
+
 def _is_nonzero(expression: Any) -> bool:
     return bool(expression != ZERO)
 
@@ -208,8 +222,8 @@ class Variations:
 
     Parameters
     ----------
-    tangent : tuple of int
-        The tangent coordinates that the formulation has, k of them.
+    scaled : tuple of bool
+        Of the k tangent coordinates, which scale as momenta do.
     count : int
         How many are tangent vectors.
     inputs : tuple of tuples of int
@@ -220,7 +234,7 @@ class Variations:
         The tangent vectors at the start, of size one, with members first.
     """
 
-    tangent: tuple[int, ...]
+    scaled: tuple[bool, ...]
     count: int
     inputs: tuple[tuple[int, ...], ...] = ()
     order: int = 1
@@ -229,7 +243,7 @@ class Variations:
     @property
     def size(self) -> int:
         """How many variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
-        return (self.total + len(self.pairs)) * len(self.tangent) + self.total + len(self.inputs)
+        return (self.total + len(self.pairs)) * len(self.scaled) + self.total + len(self.inputs)
 
     @property
     def total(self) -> int:
@@ -243,13 +257,12 @@ class Variations:
 
     @property
     def momenta(self) -> list[int]:
-        """Which of the variables are components gamma."""
-        k, vectors = len(self.tangent), self.total + len(self.pairs)
-        return [i * k + j for i in range(vectors) for j, place in enumerate(self.tangent) if place >= 3]
+        """Which of the variables scale as momenta do."""
+        return [place for place, scales in enumerate(self.scaled * (self.total + len(self.pairs))) if scales]
 
     def _split(self, rows: Any) -> tuple[Any, Any, Any, Any]:
         """Return views of u (..., vectors, k), of pairs (..., pairs, k), of n and of units in rows of variables."""
-        k, first, second = len(self.tangent), self.total * len(self.tangent), len(self.pairs) * len(self.tangent)
+        k, first, second = len(self.scaled), self.total * len(self.scaled), len(self.pairs) * len(self.scaled)
         u, pairs, n, units = np.split(rows, [first, first + second, first + second + self.total], axis=-1)
         return u.reshape(*u.shape[:-1], -1, k), pairs.reshape(*pairs.shape[:-1], len(self.pairs), k), n, units
 
@@ -257,7 +270,7 @@ class Variations:
         """Return the variables at the start; shape (..., size)."""
         vectors = np.ldexp(np.asarray(self.initial, dtype=float), INITIAL_EXPONENT)
         rows = np.zeros((*vectors.shape[:-2], self.size))
-        rows[..., : self.count * len(self.tangent)] = vectors.reshape(*vectors.shape[:-2], -1)
+        rows[..., : self.count * len(self.scaled)] = vectors.reshape(*vectors.shape[:-2], -1)
         rows[..., self.size - len(self.inputs) :] = 2.0**INITIAL_EXPONENT
         return rows
 
@@ -281,7 +294,7 @@ class Variations:
         if not np.any(bits):
             return
         of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
-        k, own = len(self.tangent), self.total * len(self.tangent)
+        k, own = len(self.scaled), self.total * len(self.scaled)
         rows[..., :own] = np.ldexp(rows[..., :own], -np.repeat(bits, k, axis=-1))
         for i, both in enumerate(of_pairs):
             pair = slice(own + i * k, own + (i + 1) * k)

@@ -120,7 +120,9 @@ class Dynamics(Collection):
 
     def momentum_rate(self, instant: Instant, torque: Vector) -> Vector:
         """Return g' = g x omega + torque along the body axes, all times the scale of the instant."""
-        return Vector(instant.kinetics.gyration(instant.scaled_momentum)) + torque
+        g = instant.scaled_momentum
+        gyration = functions.cross(g, instant.omega_body) if self.moving_parts else instant.kinetics.gyration(g)
+        return Vector(gyration) + torque
 
     def own_rates(self, instant: Instant) -> dict[str, Vector]:
         """Return the time derivatives of the variables of the parts, by the name of the part."""

@@ -110,10 +110,6 @@ class CompositeKinetics:
         """Return omega / 2, which turns a quaternion: q' = q (0, omega/2); shape (..., 3)."""
         return assemble([0.5 * component for component in components(self.omega(g))], g)
 
-    def gyration(self, g: ArrayLike) -> Array:
-        """Return g x omega, the change of g seen from the turning body; shape (..., 3)."""
-        return assemble(functions.cross(components(g), components(self.omega(g))), g)
-
     def kinetic_energy(self, g: ArrayLike) -> Scalar:
         """Return (g - h) . omega / 2, without the internal energies of the parts; shape (...)."""
         return 0.5 * functions.dot(functions.Vector(components(g)) - self.momentum, components(self.omega(g)))

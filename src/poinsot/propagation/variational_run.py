@@ -30,7 +30,7 @@ from poinsot.propagation.arguments import (
 )
 from poinsot.propagation.trajectory import Method, Run
 
-__all__ = ["VariationalRun", "units"]
+__all__ = ["VariationalRun"]
 
 Array = NDArray[np.float64]
 
@@ -53,11 +53,12 @@ class VariationalRun:
     ----------
     members : tuple
         () for one body.
-    tangent : tuple of int
-        Which of the six tangent coordinates there are.
     formulation : Formulation
+        With the variables of parts.
     scale : float
         The momenta of the variables over those of the user, the same for all members.
+    units : array (k,)
+        What the variables multiply each tangent coordinate by.
     """
 
     def __init__(
@@ -77,9 +78,8 @@ class VariationalRun:
         self._order = order
         self.times = checked_times(times, system)
         check_span(system, state, self.times)
-        chosen = self.formulation = checked_formulation(formulation)
-        self.tangent = self.formulation.tangent
-        if not self.tangent:
+        chosen = checked_formulation(formulation)
+        if not chosen.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
             raise ValueError(f"formulation must be one of {able} for variational equations, got {chosen.name!r}.")
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
@@ -90,7 +90,11 @@ class VariationalRun:
         if inputs:  # axes that an orbit carries along would change with it
             axes = space_axes(system.between_knots(), closed_forms=True)
             variables = dataclasses.replace(variables, axes=axes)
+        self.formulation = variables.formulation
         self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(momentum_scale(system, self.state))))))
+        factors = self.formulation.tangent_factors
+        self._scaled = tuple(factor is None for factor in factors)
+        self.units = np.array([self.scale if factor is None else factor for factor in factors])
         self._variables = dataclasses.replace(variables, scale=np.full(len(self.state.time), self.scale))
         first = 1 + len(variables.axes.numbers)
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
@@ -107,10 +111,17 @@ class VariationalRun:
 
         The state is by default that of the run.
         """
-        variations = Variations(self.tangent, vectors.shape[-2], self._inputs, self._order, vectors)
+        variations = Variations(self._scaled, vectors.shape[-2], self._inputs, self._order, vectors)
         variables = dataclasses.replace(self._variables, variations=variations)
         driver = Driver(self.problem, variables, self._tolerance, threads=self._threads, progress=self._progress)
         return driver.run(self.state if state is None else state, times, sink, ways)
+
+    def weights(self, momentum_unit: float) -> Array:
+        """Return by what the variables multiply tangent coordinates of size one.
+
+        Angles are in radians, momenta in a unit, other variables of parts in a power of two about ten times their size.
+        """
+        return np.where(self._scaled, self.scale * momentum_unit, 1.0)
 
     def run(self, report: Report) -> Run:
         """Return how it was computed."""
@@ -119,8 +130,3 @@ class VariationalRun:
     def check(self, report: Report, result: object) -> None:
         """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
         report.check("the integration", float(self.times[-1]), result)
-
-
-def units(tangent: tuple[int, ...], scale: float) -> Array:
-    """Return what the tangent coordinates of a kernel are divided by: 1 for angles, the scale for momenta."""
-    return np.array([1.0 if place < 3 else scale for place in tangent])
