@@ -24,11 +24,13 @@ from .propagation.event_record import EventRecord
 from .propagation.free_motion.motion import free_motion
 from .propagation.propagate import propagate
 from .propagation.trajectory import Trajectory
+from .quantities import BodyVector, SpaceVector
 
 __all__ = [
     "Andoyer",
     "Attitude",
     "Body",
+    "BodyVector",
     "Calendar",
     "Environment",
     "Event",
@@ -44,6 +46,7 @@ __all__ = [
     "PropagationError",
     "PropagationInterrupted",
     "RotatingFrame",
+    "SpaceVector",
     "State",
     "System",
     "Torque",

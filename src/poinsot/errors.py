@@ -61,12 +61,12 @@ def real_array(
     return array
 
 
-def member_array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def member_array(name: str, value: Any, shape: tuple[int, ...], axes: str = "") -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape, or with one leading member axis more."""
     array = real_numbers(name, value)
     if array.shape[max(array.ndim - len(shape), 0) :] != shape or array.ndim > len(shape) + 1 or 0 in array.shape:
-        members = _written(("members", *shape))
-        raise ValueError(f"{name} must have shape {_written(shape)} or {members}, got shape {array.shape}.")
+        members, along = _written(("members", *shape)), f" along the {axes}" if axes else ""
+        raise ValueError(f"{name} must have shape {_written(shape)} or {members}{along}, got shape {array.shape}.")
     return array
 
 

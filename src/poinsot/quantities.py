@@ -1,7 +1,8 @@
-"""What numbers measure, said by their annotations; those that carry a unit or a mask, converted or refused.
+"""Units of numbers and axes of vectors, said by annotations; numbers with a unit or a mask, converted or refused.
 
 `inclination: Angle` declares a parameter of a record or a function: scenario files may then say "45 deg", and a
-quantity of astropy becomes radians. A number without a quantity is in units of the user's own.
+quantity of astropy becomes radians. A number without a quantity is in units of the user's own. `axis: BodyVector`
+declares three components along the body axes.
 """
 
 from __future__ import annotations
@@ -14,21 +15,26 @@ from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "ANGLE_UNITS",
     "NAMED_RATES",
+    "Along",
     "Angle",
     "Angles",
     "AngularVelocities",
     "AngularVelocity",
+    "BodyVector",
     "Date",
     "Duration",
     "Inclination",
     "Quantity",
+    "Real",
+    "SpaceVector",
     "Time",
     "Times",
+    "axes_of",
     "extras_of",
     "plain",
     "quantities_of",
@@ -86,19 +92,31 @@ class Quantity:
             raise ValueError(f"{name} must be within 2 pi, in radians, got {wrong[0]}. {hint}")
 
 
+@dataclasses.dataclass(frozen=True)
+class Along:
+    """The axes along which the components of a vector are, by their name."""
+
+    axes: str
+
+
 _ANGLE, _RATE, _TIME = Quantity("angle"), Quantity("rate"), Quantity("time")
 
-Angle = Annotated[float, _ANGLE]
+Real = Annotated[float | NDArray[Any], ()]
+"""A number, or an array of one for each member."""
+BodyVector = Annotated[Any, (3,), Along("body axes")]
+SpaceVector = Annotated[Any, (3,), Along("space axes")]
+"""Three components, or rows of three for each member."""
+Angle = Annotated[float | NDArray[Any], _ANGLE]
 Angles = Annotated[ArrayLike, _ANGLE]
-Inclination = Annotated[float, Quantity("angle", 2 * math.pi)]
+Inclination = Annotated[float | NDArray[Any], Quantity("angle", 2 * math.pi)]
 """An angle between two planes."""
-AngularVelocity = Annotated[float, _RATE]
+AngularVelocity = Annotated[float | NDArray[Any], _RATE]
 AngularVelocities = Annotated[ArrayLike, _RATE]
-Time = Annotated[float, _TIME]
+Time = Annotated[float | NDArray[Any], _TIME]
 Times = Annotated[ArrayLike, _TIME]
 Date = Annotated[Any, _TIME]
 """A time, or what a calendar makes one."""
-Duration = Annotated[float, Quantity("duration")]
+Duration = Annotated[float | NDArray[Any], Quantity("duration")]
 
 
 def extras_of(hint: Any) -> tuple[Any, ...]:
@@ -114,15 +132,21 @@ def quantity_of(hint: Any) -> Quantity | None:
     return next((extra for extra in extras_of(hint) if isinstance(extra, Quantity)), None)
 
 
-def quantities_of(cls: Any) -> dict[str, Quantity]:
+def quantities_of(cls: type) -> dict[str, Quantity]:
     """Return what the fields of a record measure, by name, of those whose annotations say it."""
-    return _quantities(cls)
+    return _said_of(cls)[0]
+
+
+def axes_of(cls: type) -> dict[str, str]:
+    """Return the axes of the vectors among the fields of a record, by name, of those whose annotations say them."""
+    return _said_of(cls)[1]
 
 
 @functools.cache
-def _quantities(cls: type) -> dict[str, Quantity]:
-    hints = get_type_hints(cls, include_extras=True)
-    return {name: quantity for name, hint in hints.items() if (quantity := quantity_of(hint))}
+def _said_of(cls: type) -> tuple[dict[str, Quantity], dict[str, str]]:
+    said = [(name, x) for name, hint in get_type_hints(cls, include_extras=True).items() for x in extras_of(hint)]
+    axes = {name: extra.axes for name, extra in said if isinstance(extra, Along)}
+    return {name: extra for name, extra in said if isinstance(extra, Quantity)}, axes
 
 
 def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any:

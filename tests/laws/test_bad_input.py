@@ -262,7 +262,7 @@ WRONG_SHAPE = {
     ),
     "swapped_parameters": (
         lambda: pt.UniformGravity((1, 0, 0), 0.5),
-        "center_of_mass must have shape (3,) or (members, 3), got shape ().",
+        "center_of_mass must have shape (3,) or (members, 3) along the body axes, got shape ().",
     ),
     "position_of_from_vectors": (
         lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 0), velocity=(0, 1, 0)),
@@ -573,7 +573,9 @@ class Degree(pt.Potential):
         return 0.0 * instant.attitude.to_body((0, 0, 1))[0]
 
 
-DECLARED = "must be declared as float, Vector, Annotated[Any, shape], int, bool, str or Orbit, but its annotation is"
+DECLARED = (
+    "must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], int, bool, str or Orbit, got"
+)
 KINDS = {
     "state_before_system": (
         lambda: pt.propagate(STATE, SYSTEM, (0, 1)),

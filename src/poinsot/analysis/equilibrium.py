@@ -360,7 +360,7 @@ def _other_times(balance: _Balance) -> list[float]:
     """Return times a fraction of a turn away, and several turns."""
     rate = np.linalg.norm(balance.omega_space)
     unit = 1 / rate if rate > 0 else time_scale(balance.system)
-    return [balance.time + float(unit) * step for step in (0.7, 2.3, -37.0)]
+    return [float(balance.time) + float(unit) * step for step in (0.7, 2.3, -37.0)]
 
 
 # ---------------------------------------------------------------------- attitudes

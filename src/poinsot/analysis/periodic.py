@@ -196,7 +196,7 @@ def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliqui
     system = System(body, GravityGradient(orbit))
     _refuse_members("body and orbit", system.members)
     time = float(orbit.epoch - orbit.phase_at(orbit.epoch) / orbit.mean_motion)
-    node = RotatingFrame((1, 0, 0, 0), (0, 0, orbit.node_rate), time)
+    node = RotatingFrame((1, 0, 0, 0), np.array((0, 0, orbit.node_rate)), time)
     rate = (0, 0, spin * orbit.mean_motion)
     guess = body.state(_tilted(orbit, time, obliquity), omega_body=rate, time=time, frame=node)
     motion = periodic_motion(system, guess, orbit.period if spin % 1 == 0 else 2 * orbit.period, node)

@@ -215,7 +215,8 @@ def andoyer_section(system: System, state: State, time: Time, *, angle: Angle = 
         return variables.l, variables.L / variables.G
 
     event = AndoyerCrossing(angle=angle, direction=1)
-    motion = propagate(system, state, [time], events=[event], **options)
+    times: Any = [time]
+    motion = propagate(system, state, times, events=[event], **options)
     found = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
     return _with_starts(found, Andoyer.from_state(state), event.angle)
 

@@ -12,8 +12,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Vector
-from poinsot.quantities import Angle, AngularVelocity, Time
+from poinsot.quantities import Angle, AngularVelocity, BodyVector, SpaceVector, Time
 
 __all__ = ["AndoyerCrossing", "Apsis", "AtTime", "AttractorCrossing", "AxisCrossing", "RateCrossing", "SpinFlip"]
 
@@ -23,10 +22,10 @@ class AxisCrossing(Event):
 
     Parameters
     ----------
-    axis : array (3,)
-        Along body axes, any length but zero.
-    target : array (3,)
-        Along space axes, any length but zero.
+    axis : array (3,), body axes
+        Any length but zero.
+    target : array (3,), space axes
+        Any length but zero.
     angle : float
         Half the opening of the cone, radians, in (0, pi). Default: the plane. The value rises where axis and
         target close up.
@@ -37,8 +36,8 @@ class AxisCrossing(Event):
         If a vector is zero or the angle is not in (0, pi).
     """
 
-    axis: Vector
-    target: Vector
+    axis: BodyVector
+    target: SpaceVector
     angle: Angle = field(default=np.pi / 2, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -59,8 +58,8 @@ class AttractorCrossing(Event):
 
     Parameters
     ----------
-    axis : array (3,)
-        Along body axes, any length but zero.
+    axis : array (3,), body axes
+        Any length but zero.
     orbit : Orbit
     angle : float
         As of `AxisCrossing`.
@@ -71,7 +70,7 @@ class AttractorCrossing(Event):
         If the axis is zero or the angle is not in (0, pi).
     """
 
-    axis: Vector
+    axis: BodyVector
     orbit: Orbit
     angle: Angle = field(default=np.pi / 2, kw_only=True)
 
@@ -91,8 +90,8 @@ class RateCrossing(Event):
 
     Parameters
     ----------
-    axis : array (3,)
-        Along body axes, any length but zero.
+    axis : array (3,), body axes
+        Any length but zero.
     rate : float
         Radians per unit of time.
 
@@ -102,7 +101,7 @@ class RateCrossing(Event):
         If the axis is zero.
     """
 
-    axis: Vector
+    axis: BodyVector
     rate: AngularVelocity = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -120,8 +119,8 @@ class SpinFlip(Event):
 
     Parameters
     ----------
-    axis : array (3,)
-        Along body axes, any length but zero.
+    axis : array (3,), body axes
+        Any length but zero.
 
     Raises
     ------
@@ -129,7 +128,7 @@ class SpinFlip(Event):
         If the axis is zero.
     """
 
-    axis: Vector
+    axis: BodyVector
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -151,8 +150,8 @@ class AndoyerCrossing(Event):
     ----------
     angle : float
         Radians.
-    pole : array (3,)
-        The axis from which the angles g and h are counted, space axes; `Andoyer` has the third one.
+    pole : array (3,), space axes
+        The axis from which the angles g and h are counted; `Andoyer` has the third one.
 
     Raises
     ------
@@ -161,7 +160,7 @@ class AndoyerCrossing(Event):
     """
 
     angle: Angle = field(default=0.0, kw_only=True)
-    pole: Vector = field(default=(0.0, 0.0, 1.0), kw_only=True)
+    pole: SpaceVector = field(default=(0.0, 0.0, 1.0), kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

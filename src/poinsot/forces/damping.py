@@ -8,6 +8,7 @@ from typing_extensions import override
 from poinsot.functions import Vector
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
+from poinsot.quantities import Real
 
 __all__ = ["LinearDamping"]
 
@@ -21,7 +22,7 @@ class LinearDamping(Torque):
         Torque per rate, not negative: the unit of inertia over the unit of time.
     """
 
-    coefficient: float
+    coefficient: Real
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -30,4 +31,4 @@ class LinearDamping(Torque):
 
     @override
     def torque(self, instant: Instant) -> Vector:
-        return -self.coefficient * instant.omega_body
+        return instant.omega_body * -self.coefficient

@@ -15,8 +15,8 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.periapsis_warning import warn_below
+from poinsot.quantities import BodyVector, Real
 
 __all__ = ["EllipsoidGravity"]
 
@@ -56,8 +56,8 @@ class EllipsoidGravity(Potential):
         counts the times at which the attractor was inside, where the formula does not hold.
     mass : float
         In the unit of the moments.
-    semiaxes : array (3,)
-        Along the body axes, in any order, in the unit of the orbit.
+    semiaxes : array (3,), body axes
+        In any order, in the unit of the orbit.
 
     Raises
     ------
@@ -67,8 +67,8 @@ class EllipsoidGravity(Potential):
     """
 
     orbit: Orbit
-    mass: float
-    semiaxes: Vector
+    mass: Real
+    semiaxes: BodyVector
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -17,8 +17,8 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Vector
 from poinsot.mechanics.periapsis_warning import warn_below
+from poinsot.quantities import BodyVector, Real, SpaceVector
 
 __all__ = ["GravityGradient", "HarmonicGravity", "Oblateness", "UniformGravity"]
 
@@ -32,12 +32,12 @@ class UniformGravity(Potential):
     ----------
     weight : float
         M g >= 0.
-    center_of_mass : array (3,)
-        From the fixed point, body axes. The paper's printed sign is a centre of mass at minus this.
+    center_of_mass : array (3,), body axes
+        From the fixed point. The paper's printed sign is a centre of mass at minus this.
     """
 
-    weight: float
-    center_of_mass: Vector
+    weight: Real
+    center_of_mass: BodyVector
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -149,8 +149,8 @@ class Oblateness(Potential):
         -C20 of the attractor, not normalised: -sqrt(5) times the normalised coefficient. Oblate: positive.
     equatorial_radius : float
         The length to which `j2` refers, positive, in the unit of the orbit; a periapsis below it gives a warning.
-    pole : array (3,)
-        Along the axis of the attractor, either way, space axes; any length but zero.
+    pole : array (3,), space axes
+        Along the axis of the attractor, either way; any length but zero.
 
     Raises
     ------
@@ -159,9 +159,9 @@ class Oblateness(Potential):
     """
 
     orbit: Orbit
-    j2: float
-    equatorial_radius: float
-    pole: Vector
+    j2: Real
+    equatorial_radius: Real
+    pole: SpaceVector
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -18,6 +18,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.instant import Instant
+from poinsot.quantities import Along
 
 __all__ = ["MasconGravity"]
 
@@ -40,8 +41,8 @@ class MasconGravity(Potential):
         Where the centre of mass is; `mu` is the orbit's.
     masses : array (n,)
         In the unit of the moments. A hole is a negative mass.
-    positions : array (n, 3)
-        From the centre of mass, along the body axes, in the unit of the orbit.
+    positions : array (n, 3), body axes
+        From the centre of mass, in the unit of the orbit.
 
     Raises
     ------
@@ -52,7 +53,7 @@ class MasconGravity(Potential):
 
     orbit: Orbit
     masses: Annotated[Any, ("count",)]
-    positions: Annotated[Any, ("count", 3)]
+    positions: Annotated[Any, ("count", 3), Along("body axes")]
 
     def __post_init__(self) -> None:
         shape = real_numbers("positions", self.positions).shape

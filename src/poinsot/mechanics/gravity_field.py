@@ -12,6 +12,7 @@ from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Matrix, Parametric
+from poinsot.quantities import Real
 
 __all__ = ["GravityField", "norms", "whole_degree"]
 
@@ -51,11 +52,11 @@ class GravityField(Parametric):
     """
 
     degree: int
-    mass: float
-    radius: float
+    mass: Real
+    radius: Real
     C: Annotated[Any, ("orders", "orders")]
     S: Annotated[Any, ("orders", "orders")]
-    extent: float = 0.0
+    extent: Real = 0.0
 
     def __post_init__(self) -> None:
         if isinstance(self.degree, int) and self.degree < 2:
@@ -85,7 +86,7 @@ class GravityField(Parametric):
         return [(self.C[n, m], self.S[n, m]) for m in range(n + 1)]
 
     @classmethod
-    def from_normalized(cls, mass: float, radius: float, C: Matrix, S: Matrix, extent: float = 0.0) -> GravityField:
+    def from_normalized(cls, mass: Real, radius: Real, C: Matrix, S: Matrix, extent: Real = 0.0) -> GravityField:
         """Return the field of fully normalised coefficients, as most tables have them; every one may have members.
 
         A normalised coefficient is one that is not, over sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!).

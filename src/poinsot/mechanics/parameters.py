@@ -21,13 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.errors import member_array
 from poinsot.functions import Scalar
-from poinsot.quantities import extras_of, quantities_of, quantity_of
+from poinsot.quantities import axes_of, extras_of, quantities_of, quantity_of
 
 __all__ = ["Matrix", "Parametric", "Points", "Table", "Vector", "described", "kinds_of"]
 
 
 Vector = Annotated[Any, (3,)]
-"""Annotation of a parameter with three components; the field's docstring says in which axes."""
+"""Annotation of a parameter of three numbers without axes; `BodyVector` and `SpaceVector` say theirs."""
 
 Points = Annotated[ArrayLike, ("n", 3)]
 Matrix = Annotated[ArrayLike, ("n", "n")]
@@ -61,12 +61,12 @@ class Parametric:
                 not isinstance(value, kind) or (kind is int and isinstance(value, bool))
             ):
                 raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
-        quantities = quantities_of(type(self))
+        quantities, axes = quantities_of(type(self)), axes_of(type(self))
         for name, kind in _fields_of(self).items():
             if isinstance(kind, tuple):
                 value = getattr(self, name)
                 value = quantities[name](name, value) if name in quantities else value
-                object.__setattr__(self, name, member_array(name, value, kind))
+                object.__setattr__(self, name, member_array(name, value, kind, axes.get(name, "")))
 
     def __repr__(self) -> str:
         fields = ", ".join(f"{name}={listed(getattr(self, name))}" for name in _fields_of(self))
@@ -193,8 +193,8 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
     if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric | Table)):
         return hint
     raise TypeError(
-        f"{cls.__name__}.{name} must be declared as float, Vector, Annotated[Any, shape], int, bool, str or Orbit, "
-        f"but its annotation is {hint!r}."
+        f"{cls.__name__}.{name} must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], "
+        f"int, bool, str or Orbit, got {hint!r}."
     )
 
 

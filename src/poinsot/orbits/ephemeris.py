@@ -26,7 +26,7 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.parameters import Points, Table, described, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import check_surface
-from poinsot.quantities import Time, Times
+from poinsot.quantities import Real, Time, Times
 
 __all__ = ["Ephemeris", "EphemerisFrame"]
 
@@ -47,11 +47,11 @@ class PolynomialArc(Orbit):
         Of the powers of s, from the constant on, in the components of the position, space axes.
     """
 
-    mu: float
+    mu: Real
     _: KW_ONLY
     terms: int
-    middle: float
-    half_length: float
+    middle: Real
+    half_length: Real
     coefficients: Annotated[Any, (3, "terms")]
 
     @override
@@ -117,10 +117,10 @@ class Ephemeris(Orbit):
         Of the attractor's surface; 0: a point. An orbit that goes below it warns.
     """
 
-    mu: float
+    mu: Real
     _: KW_ONLY
     pieces: _Pieces
-    radius: float = 0.0
+    radius: Real = 0.0
 
     @classmethod
     @checked

@@ -17,7 +17,7 @@ from poinsot.orbits.angle_reduction import elapsed
 from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
-from poinsot.quantities import Angle, Duration, Inclination, Time
+from poinsot.quantities import Angle, Duration, Inclination, Real, Time
 
 __all__ = ["EscapeAxes", "EscapeOrbit"]
 
@@ -58,16 +58,16 @@ class EscapeOrbit(ConicOrbit):
     3.375
     """
 
-    mu: float
+    mu: Real
     _: KW_ONLY
-    periapsis_distance: float
-    eccentricity: float
+    periapsis_distance: Real
+    eccentricity: Real
     inclination: Inclination = 0.0
     node: Angle = 0.0
     argument_of_periapsis: Angle = 0.0
     time_since_periapsis: Duration = 0.0
     epoch: Time = 0.0
-    radius: float = 0.0
+    radius: Real = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -80,11 +80,11 @@ class EscapeOrbit(ConicOrbit):
     @checked
     def from_elements(
         cls,
-        mu: float,
+        mu: Real,
         *,
-        periapsis_distance: float | None = None,
-        semimajor_axis: float | None = None,
-        eccentricity: float,
+        periapsis_distance: Real | None = None,
+        semimajor_axis: Real | None = None,
+        eccentricity: Real,
         inclination: Inclination = 0.0,
         node: Angle = 0.0,
         argument_of_periapsis: Angle = 0.0,
@@ -92,7 +92,7 @@ class EscapeOrbit(ConicOrbit):
         mean_anomaly: Angle | None = None,
         eccentric_anomaly: Angle | None = None,
         epoch: Time = 0.0,
-        radius: float = 0.0,
+        radius: Real = 0.0,
     ) -> EscapeOrbit:
         """Return the orbit with one of the two lengths and one of the three anomalies at the epoch.
 

@@ -13,7 +13,7 @@ from poinsot import functions
 from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.parameters import Vector
+from poinsot.quantities import Real, SpaceVector
 
 __all__ = ["FixedPosition", "components"]
 
@@ -25,8 +25,8 @@ class FixedPosition(Orbit):
     ----------
     mu : float
         Gravitational parameter of the attractor, length cubed over time squared.
-    position : array (3,)
-        The position of the body from the attractor, space axes.
+    position : array (3,), space axes
+        Of the body from the attractor.
 
     Raises
     ------
@@ -39,9 +39,9 @@ class FixedPosition(Orbit):
     FixedPosition(mu=4902.8, position=[-384400.0, 0.0, 0.0])
     """
 
-    mu: float
+    mu: Real
     _: KW_ONLY
-    position: Vector
+    position: SpaceVector
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -18,7 +18,7 @@ from poinsot.functions import Scalar
 from poinsot.orbits.angle_reduction import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
-from poinsot.quantities import Angle, Inclination, Time
+from poinsot.quantities import Angle, Inclination, Real, Time
 
 __all__ = ["EccentricAxes", "EllipticAxes", "KeplerAxes", "KeplerOrbit", "LongEllipticAxes"]
 
@@ -59,16 +59,16 @@ class KeplerOrbit(ConicOrbit):
     5828.517
     """
 
-    mu: float
+    mu: Real
     _: KW_ONLY
-    semimajor_axis: float
-    eccentricity: float
+    semimajor_axis: Real
+    eccentricity: Real
     inclination: Inclination = 0.0
     node: Angle = 0.0
     argument_of_periapsis: Angle = 0.0
     true_anomaly: Angle = 0.0
     epoch: Time = 0.0
-    radius: float = 0.0
+    radius: Real = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -81,10 +81,10 @@ class KeplerOrbit(ConicOrbit):
     @checked
     def from_elements(
         cls,
-        mu: float,
+        mu: Real,
         *,
         semimajor_axis: float,
-        eccentricity: float,
+        eccentricity: Real,
         inclination: Inclination = 0.0,
         node: Angle = 0.0,
         argument_of_periapsis: Angle = 0.0,
@@ -92,7 +92,7 @@ class KeplerOrbit(ConicOrbit):
         mean_anomaly: Angle | None = None,
         eccentric_anomaly: Angle | None = None,
         epoch: Time = 0.0,
-        radius: float = 0.0,
+        radius: Real = 0.0,
     ) -> KeplerOrbit:
         """Return the ellipse with exactly one of the three anomalies at the epoch, radians.
 

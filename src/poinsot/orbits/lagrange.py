@@ -15,10 +15,9 @@ from poinsot.errors import member_array, real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import RotatingFrame
-from poinsot.mechanics.parameters import Vector
 from poinsot.orbits.fixed import components
 from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
-from poinsot.quantities import AngularVelocity, Time
+from poinsot.quantities import AngularVelocity, Real, SpaceVector, Time
 
 __all__ = ["LagrangePointPath", "RotatingPosition"]
 
@@ -32,8 +31,8 @@ class RotatingPosition(Orbit):
     ----------
     mu : float
         Gravitational parameter of the attractor, length cubed over time squared.
-    position : array (3,)
-        The position of the body from the attractor at the epoch, space axes.
+    position : array (3,), space axes
+        Of the body from the attractor at the epoch.
     rate : float
         Angular velocity about the third space axis, radians per unit of time.
     epoch : float
@@ -45,9 +44,9 @@ class RotatingPosition(Orbit):
         If `mu` is not positive, or the body is at the attractor.
     """
 
-    mu: float
+    mu: Real
     _: KW_ONLY
-    position: Vector
+    position: SpaceVector
     rate: AngularVelocity
     epoch: Time = 0.0
 

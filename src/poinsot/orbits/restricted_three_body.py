@@ -6,7 +6,7 @@ import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,17 @@ from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Axes, Environment, Orbit
 from poinsot.mechanics.frame import RotatingFrame
-from poinsot.mechanics.parameters import Parametric, Vector
+from poinsot.mechanics.parameters import Parametric
 from poinsot.orbits import solutions
 from poinsot.orbits.fixed import components
 from poinsot.orbits.universal import refuse_symbols
-from poinsot.quantities import Time
+from poinsot.quantities import Along, Real, Time
 
 __all__ = ["CirclingPair", "SynodicAxes", "ThreeBodyPath", "ThreeBodyView"]
+
+
+SynodicVector = Annotated[Any, (3,), Along("synodic axes")]
+"""Three components along the axes from the primary to the secondary, along the secondary's velocity, and normal."""
 
 
 class CirclingPair(ABC):
@@ -82,8 +86,8 @@ class ThreeBodyPath(CirclingPair, Parametric):
         Gravitational parameters, length cubed over time squared.
     separation : float
         The distance of the attractors.
-    position, velocity : array (3,)
-        Of the body at the epoch, from the barycentre, along the axes from the primary to the secondary, along the
+    position, velocity : array (3,), synodic axes
+        Of the body at the epoch from the barycentre, along the axes from the primary to the secondary, along the
         secondary's velocity, and normal; the velocity relative to these turning axes.
     epoch : float
 
@@ -97,12 +101,12 @@ class ThreeBodyPath(CirclingPair, Parametric):
     Attractors are points. Szebehely, Theory of Orbits (1967), Sec. 1.5.
     """
 
-    mu_primary: float
-    mu_secondary: float
+    mu_primary: Real
+    mu_secondary: Real
     _: KW_ONLY
-    separation: float
-    position: Vector
-    velocity: Vector
+    separation: Real
+    position: SynodicVector
+    velocity: SynodicVector
     epoch: Time = 0.0
 
     def __post_init__(self) -> None:

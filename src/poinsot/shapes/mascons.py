@@ -8,9 +8,8 @@ from typing_extensions import override
 
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
-from poinsot.mechanics.parameters import Points
 from poinsot.shapes.cubature import gravity_of_points, multipoles
-from poinsot.shapes.shape import Shape
+from poinsot.shapes.shape import Shape, ShapePoints
 
 __all__ = ["Mascons"]
 
@@ -24,8 +23,8 @@ class Mascons(Shape):
     ----------
     masses : array (n,)
         Positive.
-    positions : array (n, 3)
-        Along the axes of the shape, from its origin.
+    positions : array (n, 3), axes of the shape
+        From its origin.
 
     Raises
     ------
@@ -33,7 +32,7 @@ class Mascons(Shape):
         If there are none, or a mass is not positive.
     """
 
-    def __init__(self, masses: ArrayLike, positions: Points) -> None:
+    def __init__(self, masses: ArrayLike, positions: ShapePoints) -> None:
         self.masses = real_array("masses", masses, (None,))
         refuse_nonpositive("masses", self.masses)
         if not self.masses.size:

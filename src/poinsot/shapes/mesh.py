@@ -13,7 +13,7 @@ from poinsot.errors import array_of, real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.mechanics.parameters import Points
 from poinsot.shapes import polyhedron
-from poinsot.shapes.shape import Shape, mass_of
+from poinsot.shapes.shape import Shape, ShapePoints, mass_of
 from poinsot.shapes.winding import FLAT, check_closed, check_outwards, repaired
 
 __all__ = ["Mesh"]
@@ -27,8 +27,8 @@ class Mesh(Shape):
 
     Parameters
     ----------
-    vertices : array (n, 3)
-        Along the axes of the shape, from its origin.
+    vertices : array (n, 3), axes of the shape
+        From its origin.
     faces : array (m, 3) of int
         Three vertices of each triangle, from 0, anticlockwise seen from outside. Several closed surfaces are one
         body; one inside another that is wound inwards is a hollow. Where two of them overlap, both count.
@@ -54,7 +54,7 @@ class Mesh(Shape):
     @checked
     def __init__(
         self,
-        vertices: Points,
+        vertices: ShapePoints,
         faces: Points,
         *,
         mass: float | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
+from poinsot.quantities import Along
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["Shape"]
 
 Array = NDArray[np.float64]
+
+ShapePoints = Annotated[ArrayLike, ("n", 3), Along("axes of the shape")]
+ShapeVector = Annotated[ArrayLike, (3,), Along("axes of the shape")]
 
 HIGHEST_DEGREE = 80
 """Beyond it, coefficients that are not normalised leave the range of doubles."""

@@ -8,13 +8,13 @@ from math import factorial
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.body import Body
 from poinsot.shapes import cubature
-from poinsot.shapes.shape import Shape, mass_of
+from poinsot.shapes.shape import Shape, ShapeVector, mass_of
 
 __all__ = ["Cylinder", "Ellipsoid"]
 
@@ -79,7 +79,7 @@ class Ellipsoid(Solid):
 
     Parameters
     ----------
-    semiaxes : array (3,)
+    semiaxes : array (3,), axes of the shape
         In any order.
     mass, density : float
         Exactly one of them.
@@ -89,7 +89,7 @@ class Ellipsoid(Solid):
     Potential and attraction are Carlson's elliptic integrals (Byrd and Friedman; Carlson 1995), inside and outside.
     """
 
-    def __init__(self, semiaxes: ArrayLike, *, mass: float | None = None, density: float | None = None) -> None:
+    def __init__(self, semiaxes: ShapeVector, *, mass: float | None = None, density: float | None = None) -> None:
         self.semiaxes = real_array("semiaxes", semiaxes, (3,))
         refuse_nonpositive("semiaxes", self.semiaxes)
         self.semiaxes.flags.writeable = False

@@ -203,7 +203,7 @@ WRONG = {
     "mu_secondary must not exceed mu_primary, got 2.0 and 1.0. The primary is the heavier one.": (1, 2, 1, PLACE),
     "separation must be positive, got 0.0.": (1, 0.1, 0, PLACE),
     "mu_primary must be positive, got -1.0.": (-1, -2, 1, PLACE),
-    "position must have shape (3,) or (members, 3), got shape (2,).": (3.1, 0.4, 2.5, (1, 2)),
+    "position must have shape (3,) or (members, 3) along the synodic axes, got shape (2,).": (3.1, 0.4, 2.5, (1, 2)),
 }
 
 

@@ -33,7 +33,7 @@ from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.part import Part
 from poinsot.orbits.restricted_three_body import CirclingPair
-from poinsot.quantities import extras_of, quantity_of
+from poinsot.quantities import Along, extras_of, quantity_of
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 
@@ -185,7 +185,9 @@ def _maker(call: Callable[..., Any], name: str) -> Maker | None:
             kind = f"{kind}s"
         if kind:
             default = parameter.default if isinstance(parameter.default, float | int | str) else None
-            keys.append(Key(parameter.name, kind, rank, required, default, said.get(parameter.name, "")))
+            axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
+            words = " ".join([said.get(parameter.name, ""), *axes]).strip()
+            keys.append(Key(parameter.name, kind, rank, required, default, words))
         elif required:
             return None
     return Maker(name, call, tuple(keys), _first_line(call.__doc__), takes_calendar)
