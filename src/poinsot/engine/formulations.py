@@ -7,8 +7,9 @@ The equations run on scalars of any kind; a state vector is a flat sequence in t
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import Phase, State, computed_state
 
-__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation", "formulation_of"]
+__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation", "formulation_of", "formulations"]
 
 FLAT = 1e-9
 """What a planar motion may have of other components, relative."""
@@ -309,6 +310,23 @@ FORMULATIONS: Mapping[str, Formulation] = {**GENERAL, "planar": Planar()}
 DEFAULT_FORMULATION = "lie_poisson"
 
 
+def formulations() -> dict[str, Formulation]:
+    """Return the formulations by name: the package's, and a user's own of classes that need no arguments."""
+    return {**{cls.name: cls() for cls in _subclasses(Formulation) if _is_plain(cls)}, **FORMULATIONS}
+
+
+def _subclasses(base: Any) -> Iterator[type[Formulation]]:
+    for cls in base.__subclasses__():
+        yield cls
+        yield from _subclasses(cls)
+
+
+def _is_plain(cls: type[Formulation]) -> bool:
+    """Whether a class is a user's own and needs no arguments."""
+    outside = cls.__module__.partition(".")[0] != "poinsot"
+    return outside and not inspect.isabstract(cls) and cls.__init__ is object.__init__
+
+
 def formulation_of(name: str) -> Formulation:
-    """Return the formulation of a run; for one that is not the package's the default, along the same axes."""
-    return FORMULATIONS.get(name, FORMULATIONS[DEFAULT_FORMULATION])
+    """Return the formulation of a run; for one that is not known the default, along the same axes."""
+    return formulations().get(name, FORMULATIONS[DEFAULT_FORMULATION])

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.driver import allowed_threads
-from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation
+from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
@@ -107,11 +107,14 @@ def checked_threads(threads: int | None) -> int:
 def checked_formulation(formulation: str | Formulation | None) -> Formulation:
     """Return a formulation by its name, or the user's own."""
     if isinstance(formulation, Formulation):
+        if FORMULATIONS.get(formulation.name, formulation) is not formulation:
+            kind = type(formulation).__name__
+            raise ValueError(f"formulation must have a name of its own, got {kind} with the name {formulation.name!r}.")
         return formulation
-    name = DEFAULT_FORMULATION if formulation is None else formulation
-    if not isinstance(name, str) or name not in FORMULATIONS:
-        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)}, got {name!r}.")
-    return FORMULATIONS[name]
+    name, known = DEFAULT_FORMULATION if formulation is None else formulation, formulations()
+    if not isinstance(name, str) or name not in known:
+        raise ValueError(f"formulation must be one of {', '.join(known)}, got {name!r}.")
+    return known[name]
 
 
 def checked_tolerance(tolerance: float | None, precision: str) -> float:

@@ -5,7 +5,8 @@ import pytest
 
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
-from poinsot.engine.formulations import FORMULATIONS, Formulation
+from poinsot.engine.formulations import FORMULATIONS, Formulation, LiePoisson
+from poinsot.files.scenarios.scenario import repetition
 from poinsot.functions import Vector
 
 BODY = pt.Body((1.25, 1.0, 0.75))
@@ -104,3 +105,35 @@ def test_rates_are_the_derivative_of_the_variables(name):
 def test_what_is_no_formulation_is_refused():
     with pytest.raises(ValueError, match=r"^formulation must be one of .*, got 'SpaceMomentum'\.$"):
         pt.propagate(SYSTEMS["top"], BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1)), [1.0], formulation="SpaceMomentum")
+
+
+class Unnamed(LiePoisson):
+    """A user's own without a name of its own."""
+
+
+def test_a_formulation_has_a_name_of_its_own():
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    with pytest.raises(ValueError, match="name of its own, got Unnamed with the name 'lie_poisson'"):
+        pt.propagate(SYSTEMS["top"], start, [1.0], formulation=Unnamed())
+
+
+class Scaled(SpaceMomentum):
+    """A user's own with an argument, of which a file knows nothing."""
+
+    def __init__(self, factor):
+        self.name, self.factor = "scaled", factor
+
+
+def test_files_repeat_a_motion_of_a_users_own_formulation(tmp_path):
+    start = BODY.state((0.8, 0.36, -0.48, 0.0), omega_body=(0.3, -0.5, 0.9))
+    motion = pt.propagate(SYSTEMS["top"], start, TIMES, formulation=SpaceMomentum())
+    again = repetition(pt.load(pt.save(motion, tmp_path / "own.nc")), "own.nc")
+    assert again.run["formulation"] == "space momentum"
+    repeated = pt.propagate(again.system, again.state, again.times, formulation=again.run["formulation"])
+    assert np.array_equal(repeated.quaternion, motion.quaternion)
+
+    motion = pt.propagate(SYSTEMS["top"], start, TIMES, formulation=Scaled(2.0))
+    read = pt.load(pt.save(motion, tmp_path / "scaled.nc"))
+    assert np.array_equal(read.quaternion, motion.quaternion)
+    with pytest.raises(ValueError, match="the formulation of a scenario must be one of"):
+        repetition(read, "scaled.nc")

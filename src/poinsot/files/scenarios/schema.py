@@ -22,7 +22,7 @@ from pydantic import (
     create_model,
 )
 
-from poinsot.engine.formulations import FORMULATIONS
+from poinsot.engine.formulations import formulations
 from poinsot.engine.kernels import PRECISIONS
 from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
@@ -78,11 +78,11 @@ def schema() -> dict[str, Any]:
 
 def scenario_model() -> type[BaseModel]:
     """Return the model of a whole file, with what can be named now."""
-    return _scenario_model(known_classes())
+    return _scenario_model(known_classes(), tuple(formulations()))
 
 
 @functools.lru_cache(maxsize=1)
-def _scenario_model(_: tuple[type, ...]) -> type[BaseModel]:
+def _scenario_model(_: tuple[type, ...], charts: tuple[str, ...]) -> type[BaseModel]:
     several, named, frame = _several(_union("force", "field")), _named(_union("orbit", "field")), makers("frame")
     model: type[BaseModel] = _created(
         "Scenario",
@@ -99,7 +99,7 @@ def _scenario_model(_: tuple[type, ...]) -> type[BaseModel]:
             Field({}, description="Axes that turn evenly, by name."),
         ),
         times=(_table("Times", TIMES, "When the motion is wanted."), Field(description="The times of the result.")),
-        run=(_run(), Field(default_factory=dict, description="How to compute.")),
+        run=(_run(charts), Field(default_factory=dict, description="How to compute.")),
         outputs=(_outputs(), Field(default_factory=dict, description="Names of the files to write.")),
         ensemble=(_ensemble() | None, Field(None, description="Many members, spread around this one.")),
     )
@@ -145,11 +145,11 @@ def _calendar() -> Any:
     )
 
 
-def _run() -> Any:
+def _run(charts: tuple[str, ...]) -> Any:
     return _created(
         "Run",
         method=(_one_of(METHOD_NAMES), Field("integration", description="The closed form is for no forces.")),
-        formulation=(_one_of(FORMULATIONS), Field("lie_poisson", description="The variables integrated.")),
+        formulation=(_one_of(charts), Field("lie_poisson", description="The variables integrated.")),
         tolerance=(_number("number"), Field(None, description="Relative error in a step; default: rounding.")),
         precision=(_one_of(PRECISIONS), Field("double", description="Of the arithmetic.")),
         dense=(StrictBool, Field(False, description="Integrate as for dense output; the file has the times alone.")),

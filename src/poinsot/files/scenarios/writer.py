@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.engine.formulations import formulations
 from poinsot.files.scenarios.toml_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Parametric
@@ -119,9 +120,11 @@ def _all(records: Iterable[Parametric]) -> Iterator[Parametric]:
 
 
 def _options(motion: Trajectory) -> dict[str, Any]:
-    run = motion.run
+    run, known = motion.run, formulations()
     if run.method is Method.CLOSED_FORM:
         return {"method": "closed form"}
+    if run.formulation not in known:
+        raise ValueError(f"the formulation of a scenario must be one of {', '.join(known)}, got {run.formulation!r}.")
     options = {"formulation": run.formulation, "tolerance": run.tolerance, "precision": run.precision}
     return options | ({"dense": True} if motion.has_dense_output else {})
 
