@@ -30,7 +30,7 @@ SHARED = {
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* piecewise_chebyshev.* solutions.* "
     "universal.* *.*Axes *.*Frame *.CirclingPair *.ThreeBodyView fixed.components",
     "parts": "",
-    "plot": "figure.* labels.* panels.* solids.* view.* *.different_orbits",
+    "plot": "curves.* figure.* labels.* panels.* solids.* view.* *.different_orbits *.is_constant",
     "shapes": "cubature.* polyhedron.* winding.*",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""

@@ -1,28 +1,48 @@
 """The examples in the docstrings of public names and of their methods run, and say what they print."""
 
 import doctest
+import inspect
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import poinsot as pt
 from public_calls import PUBLIC
 
+UNITS = {"time": "s", "inertia": "kg m2"}
+BODY = pt.Body((1.25, 1.0, 0.75))
+MOTION = pt.propagate(
+    pt.System(BODY, units=UNITS), BODY.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2)), np.linspace(0, 20, 201)
+)
+"""What `motion` stands for in the examples of the plots."""
+
+PLOTS = {f"plot.{name}": getattr(pt.plot, name) for name in pt.plot.__all__}
 FINDER = doctest.DocTestFinder(exclude_empty=True)
 EXAMPLES = {
     test.name: test
-    for name, thing in PUBLIC.items()
-    for test in FINDER.find(thing, name, module=False, globs={"np": np, "pt": pt})
+    for name, thing in {**PUBLIC, **PLOTS, "view": pt.view}.items()
+    for test in FINDER.find(thing, name, module=False, globs={"np": np, "pt": pt, "motion": MOTION})
     if test.examples
 }
 
 
 def test_there_are_examples():
-    assert {"KeplerOrbit", "EscapeOrbit", "FixedPosition", "two_body_orbit"} <= set(EXAMPLES)
+    assert {"KeplerOrbit", "EscapeOrbit", "FixedPosition", "two_body_orbit", "view", *PLOTS} <= set(EXAMPLES)
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_every_argument_of_a_plot_is_documented(name):
+    said, _, _ = PLOTS[name].__doc__.partition("\nReturns\n")
+    listed = [part for line in said.splitlines() if " : " in line for part in line.partition(" : ")[0].split(", ")]
+    assert sorted(listed) == sorted(inspect.signature(PLOTS[name]).parameters)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_prints_what_it_says(name):
+    mpl.use("Agg")
     runner = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)
     said: list[str] = []
     assert runner.run(EXAMPLES[name], out=said.append, clear_globs=False).failed == 0, "".join(said)
+    plt.close("all")

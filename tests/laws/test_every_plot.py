@@ -9,7 +9,7 @@ import pytest
 from matplotlib.axes import Axes
 
 import poinsot as pt
-from public_calls import BODY, START, free, public_calls
+from public_calls import BODY, CIRCLE, START, ensemble, free, public_calls
 
 mpl.use("Agg")
 
@@ -75,6 +75,33 @@ def test_every_plot_draws_where_it_is_told(calls, name):
     assert name == "momentum_sphere" or all(b.get_xlabel() and b.get_ylabel() for _, b in pairs)
     for one, other in zip(lines_of(found), lines_of(fresh), strict=True):
         assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
+
+
+OF_MOTIONS = [name for name in pt.plot.__all__ if "motion" in inspect.signature(getattr(pt.plot, name)).parameters]
+REFUSED = {
+    "parts": {"herpolhode", "poinsot_construction"},
+    "ensemble": {"herpolhode", "momentum_sphere", "poinsot_construction", "polhode"},
+}
+
+
+def with_parts():
+    """A body whose wheel speeds up and whose damper turns it towards its short axis."""
+    wheel, damper = pt.parts.ReactionWheel((0, 0, 1), 0.1, torque=2e-3), pt.parts.KaneDamper(0.1, 0.05)
+    system = pt.System(BODY, wheel, damper, pt.GravityGradient(CIRCLE), units={"time": "s"})
+    return pt.propagate(system, system.state(START.quaternion, omega_body=(0.4, -0.3, 0.6)), TIMES_DRAWN)
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+@pytest.mark.parametrize("name", OF_MOTIONS)
+def test_every_plot_of_a_motion_takes_parts_and_ensembles_or_says_why_not(calls, name, kind):
+    draw, arguments = calls[name]
+    motion = with_parts() if kind == "parts" else ensemble()
+    arguments = {**arguments, "motion": motion, **({"other": motion} if name == "difference" else {})}
+    if name in REFUSED[kind]:
+        with pytest.raises(ValueError, match=r"^motion must be of (a rigid body|one body), got .*\.$"):
+            draw(**arguments)
+    else:
+        assert all(panel.has_data() for panel in np.ravel(draw(**arguments)))
 
 
 @pytest.mark.parametrize("name", pt.plot.__all__)

@@ -9,11 +9,9 @@ import numpy as np
 
 from poinsot.analysis.continuation import Branch
 from poinsot.analysis.periodic import PeriodicMotion
-from poinsot.checked import checked
 from poinsot.errors import real_array
-from poinsot.mechanics.parameters import described
-from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
-from poinsot.plot.panels import one_panel
+from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION
+from poinsot.plot.panels import dress, one_panel, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,14 +26,14 @@ NAMES = {True: "stable", False: "unstable"}
 MARKS = {
     "fold": ("o", BLACK),
     "branching": ("s", GREEN),
-    "doubling": ("D", "#CC79A7"),
+    "doubling": ("D", PURPLE),
     "collision": ("X", BLACK),
     "torus": ("P", GREEN),
     "unresolved": ("$?$", BLACK),
 }
 
 
-@checked
+@plot
 def branch(
     branch: Branch | Sequence[Branch],
     quantity: Callable[[PeriodicMotion], float],
@@ -54,9 +52,7 @@ def branch(
         A number: an angle of the start, the amplitude over the period.
     labels : pair of str
         Of the axes, with units: ("eccentricity", "amplitude [deg]").
-    ax : matplotlib Axes, optional
-        Where to draw; default: a new figure.
-    title : str
+    {options}
 
     Returns
     -------
@@ -66,16 +62,28 @@ def branch(
     Raises
     ------
     TypeError, ValueError
-        If something else comes.
+        If there is no branch, or the quantity is no number.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    >>> body = pt.Body((1.0, 1.3, 1.6))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=orbit.frame)
+    >>> system = pt.System(body, pt.GravityGradient(orbit))
+    >>> at_rest = pt.analysis.periodic_motion(system, start, orbit.period, orbit.frame)
+    >>> found = pt.analysis.continue_motion(at_rest, "moments[0]", 1.01, frame=lambda _: orbit.frame)
+    >>> pt.plot.branch(found, lambda motion: motion.period, ("moments[0]", "period")).get_ylabel()
+    'period'
     """
-    branches = _checked(branch, quantity, labels)
+    if len(labels) != 2:
+        raise ValueError(f"labels must be a pair of them, got {labels!r}.")
+    branches = [branch] if isinstance(branch, Branch) else branch
+    if not branches:
+        raise ValueError("branch must be a Branch or several, got none.")
     axes = one_panel(ax, (8, 4.5), title)
-    named: set[str] = set()
 
     def name(label: str) -> str | None:
-        new = label not in named
-        named.add(label)
-        return label if new else None
+        return None if label in axes.get_legend_handles_labels()[1] else label
 
     for each in branches:
         for stable, points in _parts(each, quantity):
@@ -85,26 +93,8 @@ def branch(
             marker, colour = MARKS[found.kind]
             place = found.value, _value(quantity, found.motion)
             axes.plot(*place, marker, color=colour, markersize=7, label=name(found.kind), zorder=5)
-    axes.set_xlabel(labels[0])
-    axes.set_ylabel(labels[1])
-    axes.grid(alpha=0.25)
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(named), frameon=False)
+    dress(axes, *labels)
     return axes
-
-
-def _checked(branch: Any, quantity: Any, labels: Any) -> list[Branch]:
-    """Return the branches, or refuse what is none."""
-    if not callable(quantity):
-        raise TypeError(f"quantity must be a function of a PeriodicMotion, got {described(quantity)}.")
-    if isinstance(labels, str) or len(labels) != 2:
-        raise ValueError(f"labels must be a pair of them, got {labels!r}.")
-    branches = list(branch) if isinstance(branch, Sequence) else [branch]
-    if not branches:
-        raise ValueError("branch must be a Branch or several, got none.")
-    for each in branches:
-        if not isinstance(each, Branch):
-            raise TypeError(f"branch must be a Branch or several, got {described(each)}.")
-    return branches
 
 
 def _value(quantity: Callable[[PeriodicMotion], float], motion: PeriodicMotion) -> float:

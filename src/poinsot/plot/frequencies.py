@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from poinsot.analysis.line_spectrum import LineSpectrum
-from poinsot.checked import checked
-from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLUE, VERMILION, bracketed, rate_unit_of
-from poinsot.plot.panels import named_above, one_panel
+from poinsot.plot.panels import dress, one_panel, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +22,7 @@ DIGITS = 10
 """Of a frequency, at most."""
 
 
-@checked
+@plot
 def spectrum(
     spectrum: LineSpectrum,
     *,
@@ -43,13 +41,9 @@ def spectrum(
     ----------
     spectrum : LineSpectrum
         Of one signal, from `frequencies`.
-    ax : matplotlib Axes, optional
-        Where to draw; default: a new figure.
     time, unit : str
         CF units of the time and of the signal, such as "s" and "rad", which a spectrum does not know.
-    rate_unit : str, optional
-        Of the frequencies: "deg/s", "rev/d", ...; an angle alone is per unit of time. Default: "rad".
-    title : str
+    {options}
 
     Returns
     -------
@@ -60,15 +54,19 @@ def spectrum(
     ------
     TypeError, ValueError
         If it is no spectrum, or one of several signals.
+
+    Examples
+    --------
+    >>> found = pt.analysis.frequencies(motion.omega_body[:, 0], motion.times, count=4)
+    >>> pt.plot.spectrum(found, time="s", unit="rad s-1", rate_unit="deg/s").get_xlabel()
+    'frequency [deg s⁻¹]'
     """
-    if not isinstance(spectrum, LineSpectrum):
-        raise TypeError(f"spectrum must be a LineSpectrum, got {described(spectrum)}.")
     if spectrum.frequencies.ndim != 1:
         raise ValueError(
             f"spectrum must be of one signal, got frequencies of shape {spectrum.frequencies.shape}. "
             "Take the signal to draw apart alone."
         )
-    axes, rate = one_panel(ax, (8, 4.5)), rate_unit_of({"time": time}, rate_unit)
+    axes, rate = one_panel(ax, (8, 4.5), title), rate_unit_of({"time": time}, rate_unit)
     nu, errors = rate.factor * spectrum.frequencies, rate.factor * spectrum.errors
     size, residual = np.abs(spectrum.amplitudes), float(spectrum.residual)
     heights = np.append(size, residual)
@@ -77,18 +75,13 @@ def spectrum(
     axes.errorbar(nu, size, xerr=errors, fmt="o", color=BLUE, markersize=4, label="lines")
     if residual > 0:
         axes.axhline(residual, color=VERMILION, linestyle="--", label="RMS residual")
-    beside: Any = {"textcoords": "offset points", "ha": "center", "fontsize": "small"}
     for line in range(min(NAMED, nu.size)):
         words = _written(float(nu[line]), float(errors[line]))
-        axes.annotate(words, (nu[line], size[line]), (0, 5), **beside)
+        axes.annotate(words, (nu[line], size[line]), (0, 5), textcoords="offset points", ha="center", fontsize="small")
     axes.set_yscale("log")
     axes.set_ylim(floor, 10 * np.max(size, initial=10 * floor))
     axes.margins(x=0.15)
-    axes.set_xlabel(f"frequency{rate.label}")
-    axes.set_ylabel(f"amplitude{bracketed(unit)}")
-    named_above(axes, title)
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    axes.grid(alpha=0.25)
+    dress(axes, f"frequency{rate.label}", f"amplitude{bracketed(unit)}")
     return axes
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import operator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
-from poinsot.checked import checked
 from poinsot.mechanics.attitude import rotation_matrix
-from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import (
     BLACK,
     BLUE,
@@ -19,12 +17,12 @@ from poinsot.plot.labels import (
     GREY,
     VERMILION,
     Unit,
-    checked_motion,
     instant,
+    one_body,
     rate_unit_of,
     time_unit_of,
 )
-from poinsot.plot.panels import one_panel
+from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solids import (
     Ellipsoid,
     Solid,
@@ -37,8 +35,8 @@ from poinsot.plot.solids import (
     right_and_up,
     solid_axes,
     view_direction,
-    zoom_of,
 )
+from poinsot.propagation.selection import checked_index
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -46,7 +44,7 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
 
 
-__all__ = ["herpolhode", "poinsot_construction", "polhode"]
+__all__ = ["herpolhode", "is_constant", "poinsot_construction", "polhode"]
 
 Array = NDArray[np.float64]
 
@@ -58,7 +56,7 @@ VIEW = (20.0, -60.0)
 YELLOW = "#F0E442"
 
 
-@checked
+@plot
 def poinsot_construction(
     motion: Trajectory,
     time_index: int = -1,
@@ -82,12 +80,7 @@ def poinsot_construction(
         Which of its times; the last by default.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; (20, -60) by default.
-    ax : matplotlib Axes, optional
-        Where to draw, in 3D; default: a new figure.
-    rate_unit : str, optional
-        "deg/s", "rpm", ...; an angle alone is per unit of time of the system. Default: "rad".
-    time_unit : {"s", "min", "h", "d", "yr"}, optional
-        Where the system names its unit of time; default: that one.
+    {options}
 
     Returns
     -------
@@ -96,11 +89,17 @@ def poinsot_construction(
 
     Raises
     ------
-    TypeError, ValueError
-        If it is no trajectory of one body, G is zero or not constant to 1e-6, or there is no such time.
+    IndexError, TypeError, ValueError
+        If it is no trajectory of one body without parts, G is zero or not constant to 1e-6, or there is no such time.
+
+    Examples
+    --------
+    >>> panel = pt.plot.poinsot_construction(motion, 100, view=(30, 0), rate_unit="deg/s")
+    >>> panel.figure.get_suptitle()
+    "Poinsot's construction at time 10 s"
     """
-    motion = _torque_free(motion)
-    index = _checked_index(time_index, motion.times.size)
+    _check_torque_free(motion)
+    index = int(checked_index("time_index", time_index, motion.times.size))
     upright, (moments, axes) = _upright(motion), principal(motion.system.body)
     unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
     omega, g = unit.factor * motion.omega_space @ upright.T, unit.factor * motion.angular_momentum_body[index] @ axes
@@ -109,16 +108,17 @@ def poinsot_construction(
     panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index, time)}", ax)
     semiaxes = unit.factor * np.sqrt(2 * motion.kinetic_energy[index] / moments)
     solid = Solid(panel, Ellipsoid(turned, semiaxes), eye)
-    for pole in np.eye(3):
-        solid.curve(solid.ellipsoid.section(pole), GREY, 0.6)
-    solid.curve(_polhode(moments, g) @ turned.T, BLUE, 1.8, "polhode, on the inertia ellipsoid")
+    solid.family(map(solid.ellipsoid.section, np.eye(3)), GREY, 0.6)
+    G = np.linalg.norm(g)
+    polhode = G * energy_curve(moments, g / G) / moments
+    solid.curve(polhode @ turned.T, BLUE, 1.8, "polhode, on the inertia ellipsoid")
     _draw_invariable_plane(solid, omega, index, herpolhode_radii(moments, g))
     label_axes(panel, _upright_labels(unit))
     legend(panel, ax is None)
     return panel
 
 
-@checked
+@plot
 def polhode(
     motion: Trajectory,
     *,
@@ -130,8 +130,8 @@ def polhode(
     """Draw the path of omega along the body axes, on the ellipsoid omega . I omega = 2T.
 
     Thin lines are other polhodes of the same energy, the black ones the separatrices. Where forces change
-    the kinetic energy by more than 1e-6 there is no such ellipsoid, and the path is drawn alone. Goldstein,
-    Classical Mechanics, Sec. 5.6.
+    the kinetic energy by more than 1e-6 there is no such ellipsoid, and the path is drawn alone; so it is of a body
+    with parts. Goldstein, Classical Mechanics, Sec. 5.6.
 
     Parameters
     ----------
@@ -139,12 +139,7 @@ def polhode(
         The path is the line through its samples, the dot the last of them.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; by default the last sample is in front.
-    ax : matplotlib Axes, optional
-        Where to draw, in 3D; default: a new figure.
-    rate_unit : str, optional
-        "deg/s", "rpm", ...; an angle alone is per unit of time of the system. Default: "rad".
-    time_unit : {"s", "min", "h", "d", "yr"}, optional
-        Where the system names its unit of time; default: that one.
+    {options}
 
     Returns
     -------
@@ -155,17 +150,23 @@ def polhode(
     ------
     TypeError, ValueError
         If it is no trajectory of one body, or has no samples, or is at rest.
+
+    Examples
+    --------
+    >>> pt.plot.polhode(motion, rate_unit="rpm").get_zlabel().endswith("[rpm]")
+    True
     """
-    motion = _turning(motion)
+    _check_turning(motion)
     unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
-    omega, energy = unit.factor * motion.omega_body, unit.factor**2 * motion.kinetic_energy
+    omega = unit.factor * motion.omega_body
     moments, axes = principal(motion.system.body)
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
     panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes", ax)
     path, last = r"path of $\omega$", f"at {instant(motion, -1, time)}"
-    if np.ptp(energy) <= CONSTANT * np.max(energy):
-        solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy[-1] / moments)), eye)
-        _draw_polhodes(solid, moments, energy[-1])
+    if not motion.system.moving_parts and is_constant(motion.kinetic_energy[:, None]):
+        energy = unit.factor**2 * motion.kinetic_energy[-1]
+        solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy / moments)), eye)
+        _draw_polhodes(solid, moments, energy)
         solid.curve(omega, BLUE, 2, path)
         solid.mark(omega[-1], GREEN, last)
         high = np.array([solid.ellipsoid.reach(axis) for axis in np.eye(3)])
@@ -176,13 +177,13 @@ def polhode(
         low, high = np.min(omega, axis=0), np.max(omega, axis=0)
         margin = np.maximum(0.05 * (high - low), 0.1 * np.max(high - low) or 0.1 * np.max(np.abs(omega)))
         low, high = low - margin, high + margin
-    fit(panel, low, high, zoom_of(eye, high - low))
+    fit(panel, low, high, eye)
     label_axes(panel, [rf"$\omega_{i}${unit.label}" for i in (1, 2, 3)])
     legend(panel, ax is None)
     return panel
 
 
-@checked
+@plot
 def herpolhode(
     motion: Trajectory, *, ax: Axes | None = None, rate_unit: str | None = None, time_unit: str | None = None
 ) -> Axes:
@@ -196,12 +197,7 @@ def herpolhode(
     ----------
     motion : Trajectory
         Free of torques. The path is the line through its samples, the dot the last of them.
-    ax : matplotlib Axes, optional
-        Where to draw; default: a new figure.
-    rate_unit : str, optional
-        "deg/s", "rpm", ...; an angle alone is per unit of time of the system. Default: "rad".
-    time_unit : {"s", "min", "h", "d", "yr"}, optional
-        Where the system names its unit of time; default: that one.
+    {options}
 
     Returns
     -------
@@ -211,9 +207,14 @@ def herpolhode(
     Raises
     ------
     TypeError, ValueError
-        If it is no trajectory of one body, or G is zero or not constant to 1e-6.
+        If it is no trajectory of one body without parts, or G is zero or not constant to 1e-6.
+
+    Examples
+    --------
+    >>> pt.plot.herpolhode(motion, rate_unit="deg/s").get_ylabel().endswith("[deg s⁻¹]")
+    True
     """
-    motion = _torque_free(motion)
+    _check_torque_free(motion)
     unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
     omega = unit.factor * motion.omega_space @ _upright(motion).T
     moments, axes = principal(motion.system.body)
@@ -226,11 +227,8 @@ def herpolhode(
     panel.plot(0, 0, "+", color=BLACK, markersize=9, label=r"$\mathbf{G}$, towards the eye")
     room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))
     panel.set(xlim=(-room, room), ylim=(-room, room), aspect="equal")
-    across_x, across_y, _ = _upright_labels(unit)
-    panel.set(xlabel=across_x, ylabel=across_y)
     panel.locator_params(nbins=7)
-    panel.grid(alpha=0.25)
-    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
+    dress(panel, *_upright_labels(unit)[:2])
     return panel
 
 
@@ -260,21 +258,20 @@ def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[
     side = "left" if right_and_up(solid.eye)[0] @ tip >= 0 else "right"
     panel.text(*(0.6 * tip), r" $\omega$ ", color=GREEN, ha=side, va="top", fontsize=15, zorder=9)
     low, high = np.append(-np.maximum(half, reach), -height), np.append(np.maximum(half, reach), 1.5 * height)
-    fit(panel, low, high, zoom_of(solid.eye, high - low))
+    fit(panel, low, high, solid.eye)
 
 
 def _draw_polhodes(solid: Solid, moments: Array, energy: float) -> None:
     """Draw the polhodes of an energy: omega_i = sqrt(2T/D) n_i / I_i along the principal axes."""
+
+    def of(directions: Iterable[Array]) -> Iterator[Array]:
+        for n in directions:
+            omega = np.sqrt(2 * energy / (n**2 @ (1 / moments)))[:, None] * n / moments
+            yield omega @ solid.ellipsoid.axes.T
+
     long, _, short = np.argsort(moments)
-    others = [*energy_curves(moments, short), *energy_curves(moments, long)]
-    for curves, colour, width, name in (
-        (others, GREY, 0.6, "other polhodes"),
-        (separatrices(moments), BLACK, 1.0, "separatrices"),
-    ):
-        for i, n in enumerate(curves):
-            D = n**2 @ (1 / moments)
-            omega = np.sqrt(2 * energy / D)[:, None] * n / moments
-            solid.curve(omega @ solid.ellipsoid.axes.T, colour, width, None if i else name)
+    solid.family(of([*energy_curves(moments, short), *energy_curves(moments, long)]), GREY, 0.6, "other polhodes")
+    solid.family(of(separatrices(moments)), BLACK, 1.0, "separatrices")
 
 
 def _circle(radius: float) -> tuple[Array, Array]:
@@ -301,12 +298,6 @@ def _upright(motion: Trajectory) -> Array:
     return np.asarray(turn.as_matrix())
 
 
-def _polhode(moments: Array, g: Array) -> Array:
-    """Return the polhode omega_i = G n_i / I_i of an angular momentum, along the principal axes; shape (m, 3)."""
-    G = np.linalg.norm(g)
-    return np.asarray(G * energy_curve(moments, g / G) / moments)
-
-
 def _facing(omega: Array, moments: Array) -> Array:
     """Return a direction, along the principal axes, from which the polhode of omega is in front."""
     nearest = np.argmax(np.abs(omega) * np.sqrt(moments))
@@ -318,17 +309,21 @@ def _facing(omega: Array, moments: Array) -> Array:
 # ---------------------------------------------------------------------- checks
 
 
-def _turning(motion: Trajectory) -> Trajectory:
-    motion = checked_motion(motion)
-    if not motion.times.size:
-        raise ValueError("motion must have times to draw, but it has none.")
-    if not np.any(motion.angular_momentum_body):
+def is_constant(values: Array) -> bool:
+    """Return whether vectors (n, k) stay what the first one is."""
+    change = np.max(np.linalg.norm(values - values[0], axis=-1))
+    return bool(change <= CONSTANT * np.max(np.linalg.norm(values, axis=-1)))
+
+
+def _check_turning(motion: Trajectory) -> None:
+    if not np.any(one_body(motion).angular_momentum_body):
         raise ValueError("motion must have an angular momentum, but g = 0. A body at rest has no axis of rotation.")
-    return motion
 
 
-def _torque_free(motion: Trajectory) -> Trajectory:
-    motion = _turning(motion)
+def _check_torque_free(motion: Trajectory) -> None:
+    _check_turning(motion)
+    if parts := motion.system.moving_parts:
+        raise ValueError(f"motion must be of a rigid body, got one with {parts[0].name}. Parts leave no such plane.")
     G, G0 = motion.angular_momentum_space, motion.initial.angular_momentum_space
     change = np.max(np.linalg.norm(G - G0, axis=-1)) / np.max(np.linalg.norm(G, axis=-1))
     if change > CONSTANT:
@@ -336,13 +331,3 @@ def _torque_free(motion: Trajectory) -> Trajectory:
             f"motion must have a constant angular momentum in space, but it changes by {change:.2g} of its size. "
             "Propagate System(body) without forces: only free motion has an invariable plane."
         )
-    return motion
-
-
-def _checked_index(index: Any, count: int) -> int:
-    if isinstance(index, bool) or not hasattr(index, "__index__"):
-        raise TypeError(f"time_index must be an int, got {described(index)}.")
-    i = operator.index(index)
-    if not -count <= i < count:
-        raise ValueError(f"time_index must lie within [{-count}, {count - 1}], got {i}.")
-    return i

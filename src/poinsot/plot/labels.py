@@ -1,14 +1,12 @@
-"""Shared by the plots: colours, units on labels, and the check of the arguments."""
+"""Shared by the plots: colours, units on labels, and the check of one motion."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from poinsot.mechanics.calendar import SECONDS
-from poinsot.mechanics.parameters import described
 from poinsot.propagation.dataset import calendar_of
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
@@ -16,25 +14,26 @@ from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 __all__ = [
     "BLACK",
     "BLUE",
+    "COLOURS",
     "GREEN",
     "GREY",
+    "PURPLE",
     "VERMILION",
     "Unit",
     "angle_unit_of",
     "bracketed",
-    "checked_motion",
     "energy_unit",
     "instant",
     "momentum_unit",
-    "rate_label",
+    "one_body",
     "rate_unit_of",
     "time_label",
     "time_unit_of",
 ]
 
-BLACK, BLUE, VERMILION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
-"""Four colours of Okabe and Ito: told apart by all eyes."""
-
+COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Those of Okabe and Ito, told apart by all eyes."""
+BLACK, BLUE, VERMILION, GREEN, PURPLE = COLOURS[:5]
 GREY = "#8C8C8C"
 
 TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
@@ -43,15 +42,15 @@ TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def checked_motion(motion: Any, name: str = "motion") -> Trajectory:
-    """Return the trajectory of one body; refuse anything else."""
-    if not isinstance(motion, Trajectory):
-        raise TypeError(f"{name} must be a Trajectory, got {described(motion)}.")
+def one_body(motion: Trajectory, name: str = "motion") -> Trajectory:
+    """Return the trajectory of one body; refuse an ensemble, and one without times."""
     if motion.quaternion.ndim != 2:
         raise ValueError(
             f"{name} must be of one body, got an ensemble of {len(motion.quaternion)} members. "
             f"Take one: {name}.member(0)."
         )
+    if not motion.times.size:
+        raise ValueError(f"{name} must have times to draw, but it has none.")
     return motion
 
 
@@ -131,11 +130,6 @@ def time_label(motion: Trajectory, unit: Unit) -> str:
     calendar = calendar_of(motion)
     since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
     return f"time{unit.label}{since}"
-
-
-def rate_label(units: Mapping[str, str]) -> str:
-    """Return the unit of angular velocity in brackets: " [rad s⁻¹]"."""
-    return rate_unit_of(units, None).label
 
 
 def instant(motion: Trajectory, index: int, unit: Unit) -> str:

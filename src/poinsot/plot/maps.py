@@ -9,29 +9,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.chaos import ChaosIndicators
-from poinsot.checked import checked
 from poinsot.errors import array_of, real_array
 from poinsot.mechanics.parameters import described
-from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, time_unit_of
-from poinsot.plot.panels import one_panel, panels
+from poinsot.plot.labels import BLUE, COLOURS, GREY, time_unit_of
+from poinsot.plot.panels import Pair, dress, one_panel, panels, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    Pair = Sequence[Axes] | NDArray[Any] | None
 
 __all__ = ["chaos", "map"]
 
 Array = NDArray[np.float64]
 
-COLOURS = (BLACK, BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
 TWO_SIDED, ONE_SIDED = "PuOr_r", "cividis"
 """Maps of even lightness that all eyes tell apart: white in the middle, and dark to light."""
 REGULAR = 2.0
 """MEGNO of regular motion."""
 
 
-@checked
+@plot
 def map(  # noqa: A001
     x: ArrayLike,
     y: ArrayLike,
@@ -59,25 +55,29 @@ def map(  # noqa: A001
         A value that is drawn white, with purple below and orange above: 2 for MEGNO. Default: dark to light.
     limits : pair of floats, optional
         Values at the ends of the colours. Default: what holds 98 % of the values, and the center.
-    ax : matplotlib Axes, optional
-        Where to draw; default: a new figure.
-    title : str
+    {options}
 
     Returns
     -------
     matplotlib Axes
+
+    Examples
+    --------
+    >>> x, y = np.linspace(0, 2, 5), np.linspace(0, 1, 4)
+    >>> pt.plot.map(x, y, np.hypot(*np.meshgrid(x, y)), "x [m]", "y [m]", "distance [m]", center=1.0).get_xlabel()
+    'x [m]'
     """
     columns, rows = (_monotonic(name, axis) for name, axis in (("x", x), ("y", y)))
     grid = _grid(values, (rows.size, columns.size))
     center = None if center is None else float(real_array("center", center, ()))
     low, high = _limits(grid, center) if limits is None else _checked_limits(limits, center)
-    panel = one_panel(ax, (7, 5))
+    panel = one_panel(ax, (7, 5), title)
     _draw(panel, (columns, rows, grid), (low, high, center), label)
-    panel.set(xlabel=x_label, ylabel=y_label, title=title)
+    panel.set(xlabel=x_label, ylabel=y_label)
     return panel
 
 
-@checked
+@plot
 def chaos(
     found: ChaosIndicators,
     labels: Sequence[str] = (),
@@ -94,35 +94,30 @@ def chaos(
         Of one body or an ensemble at several times; up to seven members have colours of their own.
     labels : sequence of str
         What the members are called.
-    axes : pair of matplotlib Axes, optional
-        Where to draw; default: a new figure.
-    time_unit : {"s", "min", "h", "d", "yr"}, optional
-        Where the system names its unit of time; default: that one.
-    title : str
+    {options}
 
     Returns
     -------
     array (2,) of matplotlib Axes
+
+    Examples
+    --------
+    >>> found = pt.analysis.chaos_indicators(motion.system, motion.initial, motion.times[1:])
+    >>> pt.plot.chaos(found, ["free"], time_unit="min")[0].get_xlabel()
+    'time from the start [min]'
     """
-    if not isinstance(found, ChaosIndicators):
-        raise TypeError(f"found must be ChaosIndicators, got {described(found)}.")
-    curves = [np.atleast_2d(part) for part in (found.mean_megno, found.fli)]
-    if labels and len(labels) != len(curves[0]):
-        raise ValueError(f"labels must name each of {len(curves[0])} members, got {len(labels)}.")
+    megno, fli = np.atleast_2d(found.mean_megno), np.atleast_2d(found.fli)
+    if labels and len(labels) != len(megno):
+        raise ValueError(f"labels must name each of {len(megno)} members, got {len(labels)}.")
     left, right = drawn = panels(axes, 2, (11, 4), title)
     unit = time_unit_of(found.system.units, time_unit)
-    since = unit.factor * np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), curves[0].shape)
-    for panel, values in zip(drawn, curves, strict=True):
+    since = unit.factor * np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), megno.shape)
+    for panel, quantity, values in ((left, "mean MEGNO", megno), (right, "fast Lyapunov indicator", fli)):
         for i, (time, curve) in enumerate(zip(since, values, strict=True)):
             panel.plot(time, curve, **_style(i, len(values)), label=labels[i] if labels else None)
-        panel.set_xlabel(f"time from the start{unit.label}")
-        panel.grid(alpha=0.25)
-        if labels:
-            panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(len(labels), 4), frameon=False)
+        dress(panel, f"time from the start{unit.label}", quantity)
     left.axhline(REGULAR, color=GREY, linestyle="--", linewidth=1.0, zorder=0)
-    left.set_ylabel("mean MEGNO")
     right.set_xscale("log")
-    right.set_ylabel("fast Lyapunov indicator")
     return drawn
 
 

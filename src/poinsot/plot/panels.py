@@ -1,34 +1,63 @@
-"""The axes of a plot: those of the user, or of a new figure."""
+"""What plots share: options, the axes of the user or of a new figure, and legends."""
 
 from __future__ import annotations
 
+import inspect
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.checked import Function, checked
 from poinsot.mechanics.parameters import described
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["named_above", "one_panel", "panels"]
+__all__ = ["Pair", "dress", "one_panel", "panels", "plot"]
+
+Pair = Any
+"""Two axes of matplotlib, as a sequence or an array, or None."""
+
+OPTIONS = {
+    "ax": "ax : matplotlib Axes, optional\n    Where to draw; default: a new figure.",
+    "axes": "axes : pair of matplotlib Axes, optional\n    Where to draw; default: a new figure.",
+    "angle_unit": 'angle_unit : {"deg", "rad", "mrad", "arcmin", "arcsec", "rev"}\n    Of the axis of angles.',
+    "rate_unit": 'rate_unit : str, optional\n    "deg/s", "mrad/h", "rpm", ...; an angle alone is per unit of time. '
+    'Default: "rad".',
+    "time_unit": 'time_unit : {"s", "min", "h", "d", "yr"}, optional\n    Where the system names its unit of time; '
+    "default: that one.",
+    "title": "title : str, optional\n    Above the plot.",
+}
+"""What the docstrings say of the options that plots share."""
 
 PAD = 28
 """Points between axes and their title: room for a legend."""
+MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
+SAMPLE, CHARACTER = 0.4, 0.06
+"""Inches of a legend: of a sample of a line, and of a letter."""
+
+
+def plot(function: Function) -> Function:
+    """Check the arguments of a public plot, and list its shared options in the docstring, at `{options}`."""
+    checking: Any = checked(function)
+    options = [OPTIONS[name] for name in inspect.signature(function).parameters if name in OPTIONS]
+    if "3D" in str(inspect.signature(function).return_annotation):
+        options = [option.replace("draw;", "draw, in 3D;") for option in options]
+    checking.__doc__ = inspect.cleandoc(function.__doc__ or "").replace("{options}", "\n".join(options))
+    return checking  # type: ignore[no-any-return]
 
 
 def one_panel(ax: Axes | None, size: tuple[float, float], title: str = "") -> Axes:
     """Return the axes to draw in, those given or those of a new figure."""
-    if ax is not None:
-        _check(ax, "ax must be an Axes of matplotlib")
-    panel: Axes = panels(None if ax is None else [ax], 1, size, title)[0]
+    panel: Axes = panels(ax, 1, size, title)[0]
     return panel
 
 
 def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -> NDArray[Any]:
-    """Return axes side by side, those given or those of a new figure; shape (count,)."""
+    """Return axes side by side, those given (of one: itself) or those of a new figure; shape (count,)."""
     if given is None:
         import matplotlib.pyplot as plt
 
@@ -39,26 +68,28 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
         if title:
             figure.suptitle(title)
         return np.asarray(axes[0])
-    wanted = f"axes must be {count} Axes of matplotlib"
-    found = list(np.ravel(given)) if isinstance(given, np.ndarray) else given
-    if not isinstance(found, Sequence) or len(found) != count:
-        raise TypeError(f"{wanted}, got {described(given)}.")
-    for each in found:
-        _check(each, wanted)
-    named_above(found[0], title)
+    from matplotlib.axes import Axes
+
+    found = [given] if count == 1 else list(np.ravel(given)) if isinstance(given, Sequence | np.ndarray) else []
+    if len(found) != count or not all(isinstance(each, Axes) for each in found):
+        wanted = "ax must be an Axes" if count == 1 else f"axes must be {count} Axes"
+        raise TypeError(f"{wanted} of matplotlib, got {described(given)}.")
+    if title:
+        found[0].set_title(title, pad=PAD)
     drawn = np.empty(count, dtype=object)
     drawn[:] = found
     return drawn
 
 
-def named_above(panel: Axes, title: str) -> None:
-    """Write a title above axes and their legend."""
-    if title:
-        panel.set_title(title, pad=PAD)
-
-
-def _check(ax: Any, wanted: str) -> None:
-    from matplotlib.axes import Axes
-
-    if not isinstance(ax, Axes):
-        raise TypeError(f"{wanted}, got {described(ax)}.")
+def dress(panel: Axes, x_label: str, y_label: str) -> None:
+    """Label axes, with a grid, and with the legend above them in as many columns as have room."""
+    panel.set(xlabel=x_label, ylabel=y_label)
+    panel.grid(alpha=0.25)
+    names = panel.get_legend_handles_labels()[1]
+    if not names:
+        return
+    figure: Any = panel.get_figure(root=True)
+    width = panel.get_position().width * figure.get_figwidth()
+    lengths = [SAMPLE + CHARACTER * len(MARKUP.sub("", name)) for name in names]
+    columns = len(names) if sum(lengths) <= width else max(1, min(4, int(width / max(lengths))))
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=columns, frameon=False)

@@ -7,23 +7,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from poinsot.analysis.sections import Section
-from poinsot.checked import checked
-from poinsot.mechanics.parameters import described
-from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION
-from poinsot.plot.panels import one_panel
+from poinsot.plot.labels import COLOURS
+from poinsot.plot.panels import dress, one_panel, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["section"]
 
-COLOURS = (BLACK, BLUE, VERMILION, GREEN, "#CC79A7")
-
+NEIGHBOURS = COLOURS[:5]
 INK = 3e4
 """Points of a picture at which they become single dots."""
 
 
-@checked
+@plot
 def section(section: Section, *, ax: Axes | None = None, title: str = "") -> Axes:
     """Draw the points of a section; neighbouring members have different colours.
 
@@ -31,32 +28,26 @@ def section(section: Section, *, ax: Axes | None = None, title: str = "") -> Axe
     ----------
     section : Section
         Labels of the axes are its own.
-    ax : matplotlib Axes, optional
-        Where to draw; default: a new figure.
-    title : str
+    {options}
 
     Returns
     -------
     matplotlib Axes
         Its figure is `axes.figure`, for `savefig`.
 
-    Raises
-    ------
-    TypeError
-        If it is no section.
+    Examples
+    --------
+    >>> found = pt.analysis.section(motion, lambda at: at.omega_body[:, :2].T, labels=("first", "second"))
+    >>> pt.plot.section(found, title="Angular velocity").get_xlabel()
+    'first'
     """
-    if not isinstance(section, Section):
-        raise TypeError(f"section must be a Section, got {described(section)}.")
-    axes = one_panel(ax, (7, 6))
+    axes = one_panel(ax, (7, 6), title)
     points = np.isfinite(section.x)
     size = float(np.clip(INK / max(int(np.count_nonzero(points)), 1), 0.1, 6.0))
-    for k, colour in enumerate(COLOURS):
+    for k, colour in enumerate(NEIGHBOURS):
         mine = points.copy()
-        mine[np.arange(len(mine)) % len(COLOURS) != k] = False
+        mine[np.arange(len(mine)) % len(NEIGHBOURS) != k] = False
         axes.scatter(section.x[mine], section.y[mine], s=size, color=colour, linewidths=0, rasterized=True)
-    axes.set_xlabel(section.labels[0])
-    axes.set_ylabel(section.labels[1])
-    axes.set_title(title)
     axes.margins(0.01)
-    axes.grid(alpha=0.25)
+    dress(axes, *section.labels)
     return axes

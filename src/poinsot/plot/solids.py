@@ -6,7 +6,7 @@ not their parts, so every curve is cut here into its near and its far parts, and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,7 +30,6 @@ __all__ = [
     "right_and_up",
     "solid_axes",
     "view_direction",
-    "zoom_of",
 ]
 
 Array = NDArray[np.float64]
@@ -112,6 +111,11 @@ class Solid:
             part = np.where(_widened(side)[:, None], points, np.nan)
             draw_path(self.axes, part, color=colour, linewidth=width, alpha=opacity, zorder=order, label=name, **style)
 
+    def family(self, curves: Iterable[Array], colour: str, width: float, label: str | None = None) -> None:
+        """Draw curves of one kind, which have one name in the legend."""
+        for i, points in enumerate(curves):
+            self.curve(points, colour, width, None if i else label)
+
     def mark(self, point: Array, colour: str, label: str | None = None) -> None:
         """Draw a point of the surface, shape (3,)."""
         draw_point(self.axes, point, colour, label, opacity=1.0 if self._near(point) else FADED)
@@ -139,46 +143,35 @@ def right_and_up(eye: Array) -> tuple[Array, Array]:
 
 def solid_axes(eye: Array, title: str, ax: Any = None) -> Any:
     """Return 3D axes, a new figure's or those given, seen from a direction; artists are painted as they come."""
-    axes = _new_axes(title) if ax is None else _given_axes(title, ax)
-    axes.view_init(np.degrees(np.arcsin(eye[2])), np.degrees(np.arctan2(eye[1], eye[0])))
-    axes.disable_mouse_rotation()
-    return axes
-
-
-def _new_axes(title: str) -> Any:
     import matplotlib.pyplot as plt
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
     from poinsot.plot.figure import TextFigure
 
-    figure = plt.figure(figsize=(6.4, 6.8), FigureClass=TextFigure)
-    figure.suptitle(title, y=0.98, fontsize=11)
-    return figure.add_axes((0, 0.07, 1, 0.84), projection="3d", computed_zorder=False, proj_type="ortho")
-
-
-def _given_axes(title: str, ax: Any) -> Any:
-    from mpl_toolkits.mplot3d.axes3d import Axes3D
-
-    if not isinstance(ax, Axes3D):
+    if ax is None:
+        figure = plt.figure(figsize=(6.4, 6.8), FigureClass=TextFigure)
+        figure.suptitle(title, y=0.98, fontsize=11)
+        ax = figure.add_axes((0, 0.07, 1, 0.84), projection="3d")
+    elif isinstance(ax, Axes3D):
+        ax.set_title(title, fontsize=11)
+    else:
         raise TypeError(
             f"ax must be 3D axes of matplotlib, got {described(ax)}. They come from plt.subplots(subplot_kw="
             '{"projection": "3d"}).'
         )
     ax.computed_zorder = False
     ax.set_proj_type("ortho")
-    ax.set_title(title, fontsize=11)
+    ax.view_init(np.degrees(np.arcsin(eye[2])), np.degrees(np.arctan2(eye[1], eye[0])))
+    ax.disable_mouse_rotation()
     return ax
 
 
-def fit(axes: Any, low: Array, high: Array, zoom: float) -> None:
-    """Set the limits, one unit as long on all three axes."""
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=zoom)
-
-
-def zoom_of(eye: Array, sides: Array) -> float:
-    """Return the zoom with which a box of given sides, seen from a direction, leaves room for labels around it."""
+def fit(axes: Any, low: Array, high: Array, eye: Array) -> None:
+    """Set the limits, one unit as long on all three axes, with room for labels as seen from a direction."""
+    sides = high - low
     width, height = (np.abs(across) @ sides for across in right_and_up(eye))
-    return float(np.linalg.norm(sides) * min(0.76 / width, 0.82 / height))
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(sides, zoom=float(np.linalg.norm(sides) * min(0.76 / width, 0.82 / height)))
 
 
 def label_axes(axes: Any, labels: Sequence[str]) -> None:

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, principal, separatrices, spherical
-from poinsot.checked import checked
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State
-from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, checked_motion, instant, time_unit_of
-from poinsot.plot.solids import Ellipsoid, Solid, fit, legend, solid_axes, view_direction
+from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, instant, one_body, time_unit_of
+from poinsot.plot.panels import plot
+from poinsot.plot.solids import Ellipsoid, Solid, legend, solid_axes, view_direction
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ Array = NDArray[np.float64]
 UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
 
 
-@checked
+@plot
 def momentum_sphere(
     motion: Trajectory | Body,
     state: State | None = None,
@@ -44,16 +43,13 @@ def momentum_sphere(
     Parameters
     ----------
     motion : Trajectory or Body
-        A trajectory is drawn by its path and its last sample on the sphere of its body; with forces the path crosses
-        the curves. The sphere is in the principal axes, numbered as the moments are.
+        A trajectory is drawn by its path and its last sample on the sphere of its body; with forces or parts the path
+        crosses the curves. The sphere is in the principal axes, numbered as the moments are.
     state : State, optional
         It is marked with its curve, and so is each of an array of states.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; by default towards the separatrices, the state in front.
-    ax : matplotlib Axes, optional
-        Where to draw, in 3D; default: a new figure.
-    time_unit : {"s", "min", "h", "d", "yr"}, optional
-        Where the system names its unit of time; default: that one.
+    {options}
 
     Returns
     -------
@@ -64,9 +60,19 @@ def momentum_sphere(
     ------
     TypeError, ValueError
         If an argument is not of its kind, is an ensemble, or is at rest.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> ax = pt.plot.momentum_sphere(body, body.state((1, 0, 0, 0), angular_momentum_body=(0, 1, 0.1)))
+    >>> [text.get_text() for text in ax.figure.legends[0].get_texts()]
+    ['short-axis mode', 'long-axis mode', 'separatrices', 'state']
     """
-    path = checked_motion(motion) if isinstance(motion, Trajectory) else None
-    moments, axes = principal(_one_body(motion if path is None else path.system.body))
+    path = one_body(motion) if isinstance(motion, Trajectory) else None
+    body = motion if isinstance(motion, Body) else motion.system.body
+    if body.moments.ndim != 1:
+        raise ValueError(f"motion must be of one body, got an ensemble of {len(body.moments)} members.")
+    moments, axes = principal(body)
     n, marked = _directions("motion", path) @ axes, _directions("state", state) @ axes
     shown = np.concatenate([marked, n])
     eye = _facing(moments, shown[-1] if len(shown) else np.ones(3)) if view is None else view_direction(view)
@@ -78,7 +84,8 @@ def momentum_sphere(
         solid.curve(n, GREEN, 2.2, "motion")
         solid.mark(n[-1], GREEN, f"at {instant(path, -1, time_unit_of(path.system.units, time_unit))}")
     _draw_axes(panel, moments, eye)
-    fit(panel, np.full(3, -1.0), np.full(3, 1.0), zoom=1.2)
+    panel.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
+    panel.set_box_aspect((1, 1, 1), zoom=1.2)
     panel.set_axis_off()
     legend(panel, ax is None)
     return panel
@@ -90,13 +97,9 @@ def momentum_sphere(
 def _draw_modes(solid: Solid, moments: Array) -> None:
     """Draw the curves of both modes, and what lies between them."""
     long, middle, short = np.argsort(moments)
-    for curves, colour, width, name in (
-        (energy_curves(moments, short), BLUE, 1.0, "short-axis mode"),
-        (energy_curves(moments, long), VERMILION, 1.0, "long-axis mode"),
-        (separatrices(moments), BLACK, 1.8, "separatrices"),
-    ):
-        for i, n in enumerate(curves):
-            solid.curve(n, colour, width, None if i else name)
+    solid.family(energy_curves(moments, short), BLUE, 1.0, "short-axis mode")
+    solid.family(energy_curves(moments, long), VERMILION, 1.0, "long-axis mode")
+    solid.family(separatrices(moments), BLACK, 1.8, "separatrices")
     if (moments[long] == moments[middle]) != (moments[middle] == moments[short]):
         symmetry = np.eye(3)[short if moments[long] == moments[middle] else long]
         solid.curve(UNIT_SPHERE.section(symmetry), BLACK, 1.4, "fixed directions", linestyle=":")
@@ -132,8 +135,6 @@ def _directions(name: str, state: State | Trajectory | None) -> Array:
     if state is None:
         return np.empty((0, 3))
     g = np.atleast_2d(state.angular_momentum_body)
-    if not g.size:
-        raise ValueError(f"{name} must have times to draw, but it has none.")
     G = np.linalg.norm(g, axis=-1, keepdims=True)
     if not np.all(G):
         raise ValueError(f"{name} must have an angular momentum, but g = 0. A body at rest has no direction to draw.")
@@ -145,17 +146,6 @@ def _facing(moments: Array, n: Array) -> Array:
     eye = np.empty(3)
     eye[np.argsort(moments)] = 0.43, 0.75, 0.5
     return np.asarray(np.where(n >= 0, eye, -eye) / np.linalg.norm(eye))
-
-
-# ---------------------------------------------------------------------- checks
-
-
-def _one_body(body: Any) -> Body:
-    if not isinstance(body, Body):
-        raise TypeError(f"motion must be a Trajectory or a Body, got {described(body)}.")
-    if np.ndim(body.moments) != 1:
-        raise ValueError(f"motion must be of one body, got an ensemble of {len(body.moments)} members.")
-    return body
 
 
 # ---------------------------------------------------------------------- words

@@ -21,17 +21,18 @@ from poinsot.analysis.polhodes import principal
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.mechanics.attitude import quaternion_from_matrix
-from poinsot.plot.geometry import CONSTANT
+from poinsot.plot.geometry import is_constant
 from poinsot.plot.labels import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
+    PURPLE,
     VERMILION,
     bracketed,
-    checked_motion,
     momentum_unit,
-    rate_label,
+    one_body,
+    rate_unit_of,
 )
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.shapes.assembly import Assembly
@@ -43,8 +44,6 @@ from poinsot.shapes.solids import Cylinder, Ellipsoid
 __all__ = ["View", "view"]
 
 Array = NDArray[np.float64]
-
-PURPLE = "#CC79A7"
 
 COLOURS = {
     "space_axes": GREY,
@@ -128,8 +127,15 @@ def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool 
     Notes
     -----
     A body made of a shape is drawn as that, mass points as spheres. Ellipsoid and box are the homogeneous ones with
-    the moments of the body; the inertia ellipsoid omega . I omega = 2T, on which the polhode lies, is there if T is
-    constant to 1e-6, and the invariable plane if the angular momentum in space is, too.
+    the moments of the body. Of a body without parts the inertia ellipsoid omega . I omega = 2T, on which the polhode
+    lies, is there if T is constant to 1e-6, and the invariable plane if the angular momentum in space is, too.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2))
+    >>> pt.view(pt.free_motion(body, start, np.linspace(0, 20, 201)))
+    View(0.7 MB of HTML)
     """
     if path is None:
         return View(_page(motion))
@@ -170,8 +176,7 @@ def _hash(text: str) -> str:
 
 def _content(motion: Trajectory) -> dict[str, Any]:
     """Return what the page shows, as JSON takes it."""
-    motion = checked_motion(motion)
-    if motion.times.size < 2:
+    if one_body(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     forwards = slice(None, None, 1 if motion.times[1] > motion.times[0] else -1)
     times = motion.times[forwards]
@@ -214,7 +219,7 @@ def _labels(units: Mapping[str, str]) -> dict[str, str]:
         "quaternion": "Euler parameters q",
         "momenta": f"conjugate momenta Q{bracketed(momentum_unit(units))}",
         "angular_momentum_space": bracketed(momentum_unit(units)),
-        "omega_body": rate_label(units),
+        "omega_body": rate_unit_of(units, None).label,
         "time": f"time{bracketed(units['time'])}",
         "t": "t",
         "unit": "" if units["time"] == "1" else f" {units['time']}",
@@ -236,13 +241,11 @@ def _solids(motion: Trajectory) -> dict[str, Any]:
     """Return the shapes as which the body is drawn, along its principal axes, and the attitude of these in it."""
     moments, axes = principal(motion.system.body)
     extent = np.sqrt(np.maximum(np.sum(moments) - 2 * moments, 0))
-    energy = motion.kinetic_energy
-    rolls = energy[0] > 0 and _constant(energy[:, None])
     return {
         "shape": _shape(motion.system.body.shape),
         "principal": quaternion_from_matrix(axes).tolist(),
         "extent": np.maximum(extent / np.max(extent), THINNEST).tolist(),
-        "inertia_ellipsoid": np.sqrt(2 * energy[0] / moments).tolist() if rolls else None,
+        "inertia_ellipsoid": np.sqrt(2 * motion.kinetic_energy[0] / moments).tolist() if _rolls(motion) else None,
     }
 
 
@@ -281,19 +284,21 @@ def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:
 
 def _invariable_plane(motion: Trajectory) -> dict[str, Any] | None:
     """Return the plane omega . G = 2T and the radius of a disc that holds the herpolhode; None without one."""
-    G, energy, omega = motion.angular_momentum_space, motion.kinetic_energy, motion.omega_space
-    if not (energy[0] > 0 and _constant(energy[:, None]) and _constant(G)):
+    G, omega = motion.angular_momentum_space, motion.omega_space
+    if not (_rolls(motion) and is_constant(G)):
         return None
     size = float(np.linalg.norm(G[0]))
-    normal, height = G[0] / size, 2 * float(energy[0]) / size
+    normal, height = G[0] / size, 2 * float(motion.kinetic_energy[0]) / size
     reach = float(np.max(np.linalg.norm(omega - np.outer(omega @ normal, normal), axis=-1)))
     return {"normal": normal.tolist(), "height": height, "radius": max(1.15 * reach, 0.5 * height)}
 
 
-def _constant(values: Array) -> bool:
-    """Return whether vectors (n, k) stay what the first one is."""
-    change = np.max(np.linalg.norm(values - values[0], axis=-1))
-    return bool(change <= CONSTANT * np.max(np.linalg.norm(values, axis=-1)))
+def _rolls(motion: Trajectory) -> bool:
+    """Return whether the polhode lies on an inertia ellipsoid."""
+    if motion.system.moving_parts:
+        return False
+    energy = motion.kinetic_energy
+    return bool(energy[0] > 0 and is_constant(energy[:, None]))
 
 
 def _packed(values: Array) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def test_stems_residual_and_units():
     assert axes.get_yscale() == "log"
     assert axes.get_xlabel() == "frequency [rad s⁻¹]"
     assert axes.get_ylabel() == "amplitude [kg m² s⁻¹]"
-    assert axes.get_title() == "momentum"
+    assert axes.figure.get_suptitle() == "momentum"
     assert [text.get_text() for text in axes.texts] == ["1.2000(1)", "-0.50(2)"]
 
 

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.analysis import polhodes
+from poinsot.plot import view
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION
 from poinsot.plot.solids import Ellipsoid, Solid, right_and_up, solid_axes, view_direction
 
@@ -474,7 +475,7 @@ EMPTY = pt.Trajectory(FREE, START, np.empty(0), lambda: NOTHING, free().run)
 REFUSED = {
     "index_beyond": (
         lambda: pt.plot.poinsot_construction(free(), 2),
-        ValueError,
+        IndexError,
         "time_index must lie within [-2, 1], got 2.",
     ),
     "index_float": (
@@ -552,6 +553,16 @@ def test_the_construction_refuses_torques(plot, state):
     )
     with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
         plot(motion)
+
+
+def test_with_parts_no_curve_of_a_rigid_body_is_drawn():
+    """A rotor keeps the kinetic energy of a free body, whose polhode is then not along the curves of equal energy."""
+    system = pt.System(BODY, pt.parts.Gyrostat((0.3, 0.2, 0.1)))
+    motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.4, -0.3, 0.6)), np.linspace(0, 9, 91))
+    assert len(pt.plot.polhode(motion).lines) == 2
+    content = view._content(motion)
+    assert content["plane"] is None
+    assert content["solids"]["inertia_ellipsoid"] is None
 
 
 def test_a_force_without_strength_is_no_obstacle():

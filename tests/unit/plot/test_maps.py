@@ -34,7 +34,7 @@ def test_a_map_has_the_values_where_they_belong(values):
     np.testing.assert_array_equal(shown, VALUES)
     assert panel.get_xlim() == (-0.5, 2.5)
     assert panel.get_ylim() == (5.0, 25.0)
-    assert (panel.get_xlabel(), panel.get_ylabel(), panel.get_title()) == ("angle [deg]", "rate", "A moon")
+    assert (panel.get_xlabel(), panel.get_ylabel(), panel.figure.get_suptitle()) == ("angle [deg]", "rate", "A moon")
     assert bar(panel).get_ylabel() == "MEGNO"
     assert 2 in bar(panel).get_yticks()
     middle = np.array(mesh.cmap(mesh.norm(2.0))[:3])
