@@ -147,7 +147,7 @@ def _rate(members, count, repeats):
     pin(1)
     states, times = broadcast_members(members.first(count), (count,)), np.array([0.0, ENSEMBLE_END])
     problem = Problem(P3.system)
-    variables = kernels.coordinates(problem, states, FORMULATIONS["lie_poisson"], "double")
+    variables = kernels.state_vector(problem, states, FORMULATIONS["lie_poisson"], "double")
     with kernels.integrator(problem, variables, "double", 0.0, kernels.LANES) as borrowed:
         work = flops_per_step(borrowed.engine)
         one_batch = _batch(borrowed, variables, states)
@@ -155,7 +155,7 @@ def _rate(members, count, repeats):
         for _ in range(repeats):
             peaks.append(peak())
             began = time.perf_counter()
-            done = Driver(problem, variables, 0.0).run(states, times, Memory(variables.formulation, count, times))
+            done = Driver(problem, variables, 0.0).run(states, times, Memory(variables, count, times))
             all_members.append(done.steps.sum() * work["flops"] / (time.perf_counter() - began))
             kernel.append(one_batch() * work["flops"])
     order = np.argsort(-np.linalg.norm(P3.system.omega_body(states), axis=-1), kind="stable")

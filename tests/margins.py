@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from poinsot.engine import kernels
-from poinsot.engine import state_vector as coordinates
+from poinsot.engine import kernels, state_vector
 
 NUMBER = r"(?:np\.(?:float64|longdouble)\(')?([-+]?\d[\d_.]*(?:e[-+]?\d+)?)'?\)?"
 BELOW = re.compile(rf"(?<![\w.]){NUMBER} <=? {NUMBER}(?![\w.])")
@@ -41,7 +40,7 @@ def pytest_configure(config):
 
 def _shake(seed):
     """Change each variable of a start by -1, 0 or 1 roundings; equal starts equally."""
-    plain = coordinates.Coordinates._from_state
+    plain = state_vector.StateVector._from_state
 
     def shaken(self, state):
         own = plain(self, state)
@@ -50,7 +49,7 @@ def _shake(seed):
             row *= 1 + np.finfo(float).eps * random.integers(-1, 2, row.shape)
         return own
 
-    coordinates.Coordinates._from_state = shaken
+    state_vector.StateVector._from_state = shaken
 
 
 class Margins:

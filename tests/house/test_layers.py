@@ -91,7 +91,7 @@ PROPERTY = [f"poinsot.propagation.{name}" for name in ("dataset", "stored_trajec
 """`motion.dataset` is a property of what its modules read."""
 
 
-BLOCKS = ["poinsot.mechanics.block", "poinsot.mechanics.body", "poinsot.mechanics.instant"]
+BLOCKS = [f"poinsot.mechanics.{name}" for name in ("block", "body", "environment", "instant")]
 """In types alone: the formula of a block sees the instant, which finds the block's variables."""
 
 

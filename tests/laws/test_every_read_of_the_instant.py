@@ -101,11 +101,13 @@ def test_comoving_axes_give_the_same_or_refuse(name):
     system = system_of(Read(name))
     state = started(system)
     here, time = system.at(state), float(state.time)
-    axes = ORBIT.axes
-    variables = axes.start(np.array(time))
-    to_axes = quat.conjugate(axes.quaternion(np.array(time), variables))
+    block = ORBIT.block
+    own = block.start_at(np.array(time))
+    to_axes = quat.conjugate(block.quaternion(np.array(time), own))
     attitude = pt.Attitude.from_quaternion(fn.Vector(quat.product(to_axes, state.quaternion)), comoving=True)
-    there = pt.Instant(here.body, attitude, axes.environment(time, variables), here.omega_body)
+    there = pt.Instant(
+        here.body, attitude, pt.Environment(time, [(block, fn.Vector(own))], comoving=True), here.omega_body
+    )
     if name.startswith("attitude") or name in ("own", "time", "inverse_distance"):
         with pytest.raises(fn.NotComoving):
             system.potential_at(there)

@@ -278,7 +278,7 @@ def lyapunov_spectrum(
     start = _common_start(job)
     k, rate = len(job.units), _fastest(system, job.state)
     weights = job.weights(_momentum_unit(system, rate))
-    at_start = job.formulation.to_phase(job.formulation.from_state(job.state))
+    at_start = job.formulation.to_phase(job.formulation.from_state(job.state)) | job.state.own
     vectors = np.broadcast_to(_directions(k, k), (len(job.state.time), k, k))
     now, total = job.state, Report(np.zeros(len(vectors), dtype=int))
     growth, kept = np.zeros((len(vectors), k)), np.empty((len(vectors), 0, k))
@@ -293,7 +293,7 @@ def lyapunov_spectrum(
     try:
         with bar("time", float(stops[-1]) - start, wanted) as told:
             for stop in stops:
-                end = Memory(job.formulation, len(vectors), np.array([stop]), vectors=(k, k), exponents=(k,))
+                end = Memory(job.variables, len(vectors), np.array([stop]), vectors=(k, k), exponents=(k,))
                 report = job.integrate(vectors * weights, end.times, end, now)
                 total.add(report)
                 if report.interrupted:

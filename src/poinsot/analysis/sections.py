@@ -18,8 +18,8 @@ from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.parameters import described
-from poinsot.mechanics.shared_orbits import orbits_of, same
+from poinsot.mechanics.parameters import described, same
+from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit

@@ -157,7 +157,7 @@ class _Columns(Memory):
 
     def __init__(self, job: VariationalRun, k: int, columns: int, order: int) -> None:
         members, times = len(job.state.time), job.times.size
-        super().__init__(job.formulation, members, job.times)
+        super().__init__(job.variables, members, job.times)
         self.directions = np.full((members, times, k, columns), np.nan)
         self.growth = np.full((members, times, columns), np.nan)
         self.second = (

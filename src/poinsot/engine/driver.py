@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.event_detection import Recorded
-from poinsot.engine.formulations import Formulation
 from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, Polynomials, ScalarStepper, Stepper
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
-from poinsot.engine.state_vector import Coordinates
+from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
@@ -56,11 +55,11 @@ Array = NDArray[Any]
 class Rows(Mapping[str, Array]):
     """Variables along times by name, converted when they are asked for.
 
-    `quaternion` and the momenta that are integrated; `comoving`, the variables of the axes; of variations `vectors`,
-    `pairs` and `exponents`. Shapes (members, n, ...), of one body (n, ...).
+    `quaternion`, the momenta that are integrated and the variables of parts; `orbits`, those of all orbits; of
+    variations `vectors`, `pairs` and `exponents`. Shapes (members, n, ...), of one body (n, ...).
     """
 
-    def __init__(self, variables: Coordinates, times: Array, values: Array) -> None:
+    def __init__(self, variables: StateVector, times: Array, values: Array) -> None:
         self._variables, self._times, self._values = variables, times, values
 
     @functools.cached_property
@@ -75,16 +74,16 @@ class Rows(Mapping[str, Array]):
 
     @functools.cached_property
     def _variations(self) -> dict[str, Array]:
-        variations, values = self._variables.variations, self._values[..., self._variables.variational]
+        variations, values = self._variables.variations, self._values[..., self._variables.tangent]
         return dict(zip(VARIATIONS, variations.read(values), strict=True)) if variations else {}
 
     def __getitem__(self, name: str) -> Array:
-        if name == "comoving":
-            return self._values[..., self._variables.comoving]
+        if name == "orbits":
+            return self._values[..., self._variables.along_orbits]
         return self._variations[name] if name in VARIATIONS else self.phase[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter([*self.phase, "comoving", *self._variations])
+        return iter([*self.phase, "orbits", *self._variations])
 
     def __len__(self) -> int:
         return len(list(iter(self)))
@@ -105,16 +104,16 @@ class Memory:
 
     Parameters
     ----------
-    formulation : Formulation
+    variables : StateVector
     members : int
     times : array (n,)
     **others : tuple of int
         Name -> shape of its rows.
     """
 
-    def __init__(self, formulation: Formulation, members: int, times: Array, **others: tuple[int, ...]) -> None:
+    def __init__(self, variables: StateVector, members: int, times: Array, **others: tuple[int, ...]) -> None:
         self.times, shape = times, (members, times.size)
-        self.phase = formulation.to_phase(np.full((*shape, formulation.size), np.nan))
+        self.phase = {name: np.full((*shape, size), np.nan) for name, size in variables.sizes.items()}
         self.rows = self.phase | {name: np.full((*shape, *own), np.nan) for name, own in others.items()}
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
@@ -210,7 +209,7 @@ class Report:
 class DenseOutput:
     """A motion at any time between the two that it has reached, from its Taylor polynomials."""
 
-    def __init__(self, variables: Coordinates, origin: float, start: Array, kind: Any) -> None:
+    def __init__(self, variables: StateVector, origin: float, start: Array, kind: Any) -> None:
         self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
         self.parts = {forwards: Polynomials(variables, kind, forwards) for forwards in BOTH_WAYS}
         self.reached: dict[bool, float] = {}
@@ -239,7 +238,7 @@ class Driver:
     Parameters
     ----------
     problem : Problem
-    variables : Coordinates
+    variables : StateVector
     tolerance : float
         0 for the rounding unit.
     precision : str
@@ -255,7 +254,7 @@ class Driver:
     def __init__(
         self,
         problem: Problem,
-        variables: Coordinates,
+        variables: StateVector,
         tolerance: float,
         *,
         precision: str = "double",

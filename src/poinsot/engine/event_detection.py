@@ -13,7 +13,6 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra import quaternion as quat
 from poinsot.engine.discontinuities import (
     AT_ONCE,
     LARGE,
@@ -30,7 +29,7 @@ from poinsot.engine.discontinuities import (
 )
 from poinsot.engine.parameter_folding import Constant, Constants
 from poinsot.engine.problem import Problem
-from poinsot.engine.state_vector import Coordinates
+from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
@@ -130,7 +129,7 @@ class Watch:
             self.stops.append(stop(alarm(self._alarm), callback=self._coming_back()))
 
     def begin(
-        self, engine: Any, problem: Problem, variables: Coordinates, forwards: bool, members: NDArray[np.int_]
+        self, engine: Any, problem: Problem, variables: StateVector, forwards: bool, members: NDArray[np.int_]
     ) -> None:
         """Fit the scales to the state of an integrator; a zero where it stands is no event."""
         self._way = 1 if forwards else -1
@@ -298,7 +297,7 @@ class Watch:
         """Give the state that an event returns to a lane, or note why not: the engine must see no exception."""
         own = lane_of(engine.state, lane)
         try:
-            own[: self._variables.formulation.size] = self._acted(own, lane, number, time)
+            own[: self._variables.along_orbits.start] = self._acted(own, lane, number, time)
         except KeyboardInterrupt:
             self.stopped[lane] = INTERRUPTED
         except Exception as error:
@@ -310,10 +309,9 @@ class Watch:
     def _acted(self, own: NDArray[Any], lane: int, number: int, time: float) -> NDArray[Any]:
         """Return the variables of the state that an event returns; those of parts that it leaves out stay."""
         member = int(self._members[lane])
-        variables = self._variables.of_members(np.array([member]))
+        variables = self._variables.of_members(member)
         rows = self.scales.outward(np.asarray(own, dtype=float), lane)[None]
-        batched = np.ndim(variables.scale) > 0 or any(np.ndim(number) for number in variables.axes.numbers)
-        phase = variables.to_phase(np.array([time]), rows[None] if batched else rows)
+        phase = variables.to_phase(np.array([time]), rows)
         state, system = state_of(changed(phase, np.ravel), np.array(time)), self._problem.system
         event, *own_parts = (_of_member(part, member) for part in (self._problem.events[number], *system.parts))
         body = system.with_parts(own_parts).at(state).body
@@ -327,8 +325,7 @@ class Watch:
         largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
         if largest > LARGEST:
             raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
-        new = _rewritten(variables, after, time, own)
-        variables.formulation.check_variables(new)
+        new = variables.with_state(own, after, np.array(time))
         inward: NDArray[Any] = self.scales.inward(new, lane)
         return inward
 
@@ -403,16 +400,3 @@ def _told(event: Event, error: Exception) -> str:
     """Return the sentence about an action that failed."""
     text = f"{type(event).__name__}.act failed with {type(error).__name__}: {error}".strip(": \n")
     return " ".join(text.split()).rstrip(".") + "."
-
-
-def _rewritten(variables: Coordinates, state: State, time: float, own: NDArray[Any]) -> NDArray[Any]:
-    """Return the variables of body, attitude and parts of a state, along the axes as they are."""
-    formulation, axes = variables.formulation, variables.axes
-    new = np.array(formulation.from_state(state))
-    new[formulation.momenta] *= np.ravel(variables.scale)[0]
-    if axes.size:
-        plain = axes.with_numbers(np.ravel(number)[0] for number in axes.numbers)
-        turn = quat.conjugate(plain.quaternion(np.array(time), np.asarray(own[variables.comoving], dtype=float)))
-        for block in formulation.quaternions:
-            new[block] = quat.product(turn, new[block])
-    return new

@@ -43,28 +43,13 @@ class Formulation(ABC):
     name: str
     blocks: Mapping[str, int]
     tangent: tuple[int, ...] = ()
-    """Which tangent coordinates it has: rotation vector, change of angular momentum, body axes; variables of parts."""
-    own_places: tuple[int, ...] = ()
-    """Where the variables of parts are, in the order of the parts."""
+    """Which of the six tangent coordinates it has: rotation vector, change of angular momentum, body axes."""
 
     def check(self, system: Any, state: State) -> None:  # noqa: B027
         """Raise a ValueError if the variables cannot hold the motion of a system from a state."""
 
     def check_variables(self, variables: NDArray[np.float64]) -> None:  # noqa: B027
         """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
-
-    def own(self, variables: Any, scale: Scalar) -> dict[str, Vector]:  # noqa: ARG002
-        """Return the variables of parts among those of the formulation, in physical units."""
-        return {}
-
-    def own_rates(self, rates: Mapping[str, Vector], scale: Scalar) -> list[Scalar]:  # noqa: ARG002
-        """Return the rates of the variables of parts as those of the formulation."""
-        return []
-
-    @property
-    def tangent_factors(self) -> tuple[float | None, ...]:
-        """What the variables multiply each tangent coordinate by; None: the scale of the momenta."""
-        return tuple(1.0 if place < 3 else None for place in self.tangent)
 
     @property
     def momenta(self) -> slice:

@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from poinsot.engine import kernels
 from poinsot.engine.event_detection import Recorded
-from poinsot.engine.state_vector import Coordinates
+from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
 
 __all__ = ["BatchStepper", "DenseStepper", "Integration", "Polynomials", "ScalarStepper", "Stepper"]
@@ -414,7 +414,7 @@ def _padded(ahead: Array, here: float, length: int) -> Array:
 class Polynomials:
     """The Taylor polynomials of the steps of one body in one direction."""
 
-    def __init__(self, variables: Coordinates, kind: Any, forwards: bool) -> None:
+    def __init__(self, variables: StateVector, kind: Any, forwards: bool) -> None:
         self._variables, self._kind, self._sign = variables, kind, 1.0 if forwards else -1.0
         self.pieces: list[Any] = []
         self._bits: list[int] = []

@@ -11,7 +11,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import heyoka as hy
@@ -22,21 +22,20 @@ from poinsot import functions
 from poinsot.engine.discontinuities import Pieces, Switches, event_class, lane_of
 from poinsot.engine.event_detection import Watch, event_functions
 from poinsot.engine.formulations import Formulation
-from poinsot.engine.own_variables import formulation_with_parts
 from poinsot.engine.parameter_folding import Constants
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
 from poinsot.engine.scales import Scales
-from poinsot.engine.state_vector import SMALL, Coordinates
+from poinsot.engine.state_vector import SMALL, StateVector, factors_of_parts
+from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME, Variations
 from poinsot.engine.termination import LONGEST
 from poinsot.engine.torque_scale import momentum_scale
-from poinsot.engine.variational import STEPS_AT_A_TIME, ZERO, VariationalEquations, Variations
+from poinsot.engine.variational import ZERO, VariationalEquations
 from poinsot.functions import Vector
-from poinsot.mechanics.axes import TrackingAxes
-from poinsot.mechanics.environment import Axes
+from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.shared_orbits import orbits_of
+from poinsot.mechanics.shared_orbits import name_of_orbit, orbits_of, viewed, views
 from poinsot.mechanics.state import State
 
 PRECISIONS: dict[str, Any] = {
@@ -79,7 +78,6 @@ class Kernel:
     """What an integrator is built for: hashable, without any real number of the system but the tolerance."""
 
     structure: tuple[Any, ...]
-    formulation: Formulation
     precision: str
     tolerance: float
     lanes: int
@@ -135,20 +133,30 @@ class _Pool:
 _pool = _Pool()
 
 
-def coordinates(problem: Problem, state: State, formulation: Formulation, precision: str) -> Coordinates:
-    """Return the variables in which a system is integrated: carried by its orbit where all its forces allow.
+def state_vector(problem: Problem, state: State, formulation: Formulation, precision: str) -> StateVector:
+    """Return the variables in which a system is integrated: in comoving axes where all its forces allow.
 
-    Wide precision stays in the space axes, so that it judges the carried ones.
+    Extended precision stays in the space axes, as an independent check of the comoving ones.
     """
-    smooth = problem.between_knots()
-    formulation.check(problem.system, state)
-    chosen = formulation_with_parts(formulation, problem.system, state)
-    axes: Axes = smooth.space_axes
-    comoving = smooth.common_axes if formulation.turns and precision == "double" else None
-    if comoving is not None and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, chosen, comoving)):
-        axes = comoving
+    smooth, system = problem.between_knots(), problem.system
+    formulation.check(system, state)
+    orbits = list(orbits_of(smooth))
     # A power of two scales without rounding.
-    return Coordinates(chosen, axes, np.exp2(np.round(np.log2(SMALL / momentum_scale(problem.system, state)))))
+    scale = np.exp2(np.round(np.log2(SMALL / momentum_scale(system, state))))
+    parts = factors_of_parts(system, state)
+    if formulation.turns and precision == "double":
+        seen = views(orbits, lambda _: True)
+        comoving = StateVector(formulation, scale, parts, viewed(orbits, seen), seen, comoving=True)
+        if set(seen) == {0} and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
+            return comoving
+    return in_space(StateVector(formulation, scale, parts), smooth, lambda orbit: orbit.integrated)
+
+
+def in_space(variables: StateVector, problem: Problem, wanted: Callable[[Orbit], bool]) -> StateVector:
+    """Return the variables along the space axes, with those of the orbits that are wanted."""
+    orbits = list(orbits_of(problem))
+    seen = views(orbits, wanted)
+    return replace(variables, orbits=viewed(orbits, seen), views=seen, comoving=False)
 
 
 class Borrowed:
@@ -160,24 +168,24 @@ class Borrowed:
         Its state and its time are the borrower's to set.
     watch : Watch or None
         The user's events.
-    variables : Coordinates
+    variables : StateVector
     scales : Scales
         Those of the momenta: what the engine's state is in.
     limits : dict
         Arguments for the engine.
     """
 
-    def __init__(self, built: _Built, problem: Problem, variables: Coordinates, precision: str, lanes: int) -> None:
+    def __init__(self, built: _Built, problem: Problem, variables: StateVector, precision: str, lanes: int) -> None:
         self.engine, self._switches, self.watch = built.engine, built.switches, built.watch
         self._roots = built.roots
-        self._variations, self._first = variables.variations, variables.variational.start
+        self._variations, self._first = variables.variations, variables.tangent.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
         typed = kind if lanes == 1 and not problem.knots.size else functools.partial(np.asarray, dtype=kind)
         if precision == "quadruple" and problem.knots.size:  # no array of these takes part in sums with other numbers
             typed = np.frompyfunc(kind, 1, 1)
 
         def values(smooth: Problem) -> list[Any]:
-            numbers = (variables.scale, *variables.axes.numbers, *smooth.numbers)
+            numbers = (variables.scale, *smooth.numbers)
             return built.constants.values(tuple(map(typed, numbers)))
 
         self._values, self._problem, self.variables = values, problem, variables
@@ -348,20 +356,19 @@ class Borrowed:
 
 @contextmanager
 def integrator(
-    problem: Problem, variables: Coordinates, precision: str, tolerance: float, lanes: int = 1
+    problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int = 1
 ) -> Iterator[Borrowed]:
     """Lend an integrator for a system and events."""
     smooth = problem.between_knots()
-    structure = (*smooth.structure, smooth is not problem, *variables.structure)
-    kernel = Kernel(structure, variables.formulation, precision, tolerance, lanes)
+    structure = (smooth.structure, smooth is not problem, variables.structure)
+    kernel = Kernel(structure, precision, tolerance, lanes)
     built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not problem)
     yield Borrowed(built, problem, variables, precision, lanes)
     _pool.give(kernel, built)
 
 
-def _can_be_comoving(problem: Problem, chosen: Formulation, axes: Axes) -> bool:
+def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
     """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
-    variables = Coordinates(chosen, axes, 1.0)
     try:
         _equations(problem, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
     except functions.NotComoving:
@@ -370,41 +377,47 @@ def _can_be_comoving(problem: Problem, chosen: Formulation, axes: Axes) -> bool:
 
 
 def _equations(
-    problem: Problem, variables: Coordinates, symbols: list[Any], constants: Constants
+    problem: Problem, variables: StateVector, symbols: list[Any], constants: Constants
 ) -> tuple[list[Any], tuple[list[Any], list[Any]]]:
     """Return the rates of the variables, and the values and conditions of the events."""
     inputs = constants.inputs()
-    scale, axes = next(inputs), variables.axes.with_numbers(inputs)
-    variations = variables.variations
-    twin = problem.with_numbers(inputs)
-    if isinstance(axes, TrackingAxes):  # of the twin's own orbits, for its formulas name those
-        axes = axes.along(list(orbits_of(twin)))
+    scale, twin = next(inputs), problem.with_numbers(inputs)
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
-    chart, system = variables.formulation, twin.system
-    motion, comoving = own[: chart.size], own[variables.comoving]
-    environment, turning = axes.environment(time, comoving), axes.omega(time, comoving)
+    chart, system, variations = variables.formulation, twin.system, variables.variations
+    environment = _environment(twin, variables, own, time)
+    turning = None
+    if variables.comoving:
+        ((block, along),) = environment.blocks
+        turning = block.omega(time, along)
     try:
+        motion = own[: chart.size]
         attitude, g = chart.physical(motion)
-        attitude.comoving = turning is not None
-        body = system.body_at(chart.own(motion, scale), time)
+        attitude.comoving = variables.comoving
+        body = system.body_at(variables.physical(own, scale), time)
         instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
         torque = system.torque_at(instant)
         omega = 2.0 * Vector(instant.kinetics.half_omega(g))  # a chart halves it: two folds away, half of a sum not
-        rates = [
-            *chart.rates(motion, omega, system.momentum_rate(instant, torque), torque, turning),
-            *chart.own_rates(system.own_rates(instant), scale),
-            *axes.rates(time, comoving),
-        ]
+        rates = chart.rates(motion, omega, system.momentum_rate(instant, torque), torque, turning)
+        rates += variables.rates(system.block_rates(instant), scale)
         equations = [ZERO + constants.expression(rate) for rate in rates]
         values = event_functions(twin.events, instant, chart.name, constants)
         if variations is None:
             return equations, values
-        linear = VariationalEquations(system, chart, motion, environment, scale, turning is not None, constants)
-        _refuse_discontinuities(constants, symbols[: chart.size], variations)
-        variational = variations.rates(symbols[variables.variational], linear)
+        linear = VariationalEquations(system, variables, own, environment, scale, constants)
+        _refuse_discontinuities(constants, symbols[: variables.along_orbits.start], variations)
+        variational = linear.of(variations, symbols[variables.tangent])
         return [*equations, *(ZERO + rate for rate in variational)], values
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
+
+
+def _environment(twin: Problem, variables: StateVector, own: list[Any], time: Any) -> Environment:
+    """Return the environment in a kernel: each orbit by the variables of the block that it views, if it views one."""
+    orbits = list(orbits_of(twin))
+    numbers = {id(orbit): number for orbit, number in zip(orbits, variables.views, strict=True)}
+    values = [Vector(own[variables.slots[name_of_orbit(i)].place]) for i in range(len(variables.orbits))]
+    blocks = list(zip(viewed(orbits, variables.views), values, strict=True))
+    return Environment(time, blocks, numbers, variables.comoving)
 
 
 def _refuse_discontinuities(constants: Constants, symbols: list[Any], variations: Variations) -> None:
@@ -431,7 +444,7 @@ def available(precision: str) -> bool:
     return kind is not None
 
 
-def _build(problem: Problem, variables: Coordinates, kernel: Kernel, with_knots: bool) -> _Built:
+def _build(problem: Problem, variables: StateVector, kernel: Kernel, with_knots: bool) -> _Built:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
     equations, (values, conditions) = _equations(problem, variables, symbols, constants)
@@ -450,7 +463,7 @@ def _build(problem: Problem, variables: Coordinates, kernel: Kernel, with_knots:
     nearness = variables.formulation.nearness(symbols)
     if nearness is not None:
         stops["t_events"] = [*stops.get("t_events", []), event_class(kernel.lanes, kind)(nearness)]
-    roots = Roots(constants, symbols, variables.formulation.momenta, kind)
+    roots = Roots(constants, symbols, variables.momenta, kind)
     build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch
     zeros = np.full((variables.size, *(kernel.lanes,) * (kernel.lanes > 1)), kind(0.0))
 

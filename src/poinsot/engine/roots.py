@@ -30,13 +30,13 @@ class Roots:
         Of the equations.
     symbols : list of expressions
         The variables of the integrator.
-    momenta : slice
+    momenta : slice or list of int
         Where the momenta are among them.
     kind : type
         Of the numbers.
     """
 
-    def __init__(self, constants: Constants, symbols: list[Any], momenta: slice, kind: Any) -> None:
+    def __init__(self, constants: Constants, symbols: list[Any], momenta: slice | list[int], kind: Any) -> None:
         self._places = [place for _, place in constants.roots]
         self._momenta = momenta
         time = hy.expression("time")

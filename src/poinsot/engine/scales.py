@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine.discontinuities import lane_of
-from poinsot.engine.state_vector import SMALL, Coordinates
+from poinsot.engine.state_vector import SMALL, StateVector
 from poinsot.engine.torque_scale import torque_scale
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.part import Part
@@ -40,7 +40,7 @@ class Scales:
     Parameters
     ----------
     system : System
-    variables : Coordinates
+    variables : StateVector
     powers : array
         To which power of the scale each of the kernel's parameters goes.
     lanes : int
@@ -48,9 +48,9 @@ class Scales:
         Of the Taylor polynomials.
     """
 
-    def __init__(self, system: System, variables: Coordinates, powers: Array, lanes: int, order: int) -> None:
+    def __init__(self, system: System, variables: StateVector, powers: Array, lanes: int, order: int) -> None:
         self._system, self._variables, self._powers, self._order = system, variables, powers, order
-        self._momenta = variables.formulation.momenta
+        self._momenta = variables.momenta
         self.bits, self._members = np.zeros((2, lanes), dtype=int)
 
     def begin(self, state: Array, members: NDArray[np.int_]) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from poinsot.engine.kernels import PRECISIONS, available
 from poinsot.engine.parameter_folding import Constants
-from poinsot.mechanics.environment import Axes
+from poinsot.mechanics.environment import OrbitBlock
 
 __all__ = ["moon_theory", "path", "planet_theory"]
 
@@ -23,25 +23,25 @@ WIDEST: Any = PRECISIONS["extended" if available("extended") else "double"]
 
 
 class Path:
-    """The variables of axes from a start, of one body or of members, integrated as far as was asked.
+    """The variables of the block of an orbit from a start, of one body or of members, integrated as far as was asked.
 
     A time has the same result whatever was asked before: steps are those of the engine from the start on.
 
     Parameters
     ----------
-    axes : Axes
-        Their rates do not depend on the time.
+    block : OrbitBlock
+        Its rates do not depend on the time.
     start : sequence of scalars or arrays
     """
 
-    def __init__(self, axes: Axes, start: Sequence[Any]) -> None:
-        self._axes, self._given = axes, start
-        self._start = np.array(np.broadcast_arrays(*start, *axes.numbers)[: axes.size])
+    def __init__(self, block: OrbitBlock, start: Sequence[Any]) -> None:
+        self._block, self._given = block, start
+        self._start = np.array(np.broadcast_arrays(*start, *block.numbers)[: block.size])
         self._members = np.arange(self._start[0].size).reshape(self._start[0].shape)
         self._branches: dict[int, _Branch] = {}
 
     def __reduce__(self) -> Any:  # a copy integrates anew
-        return type(self), (self._axes, self._given)
+        return type(self), (self._block, self._given)
 
     def __call__(self, elapsed: Any) -> Array:
         """Return the variables at times since the start that broadcast with the members; NaN beyond a collision."""
@@ -62,8 +62,8 @@ class Path:
         return known
 
     def _integrated(self, direction: int, far: Any) -> _Branch:
-        engine, constants = _integrator(self._axes)
-        numbers = constants.values([np.asarray(number, WIDEST) for number in self._axes.numbers])
+        engine, constants = _integrator(self._block)
+        numbers = constants.values([np.asarray(number, WIDEST) for number in self._block.numbers])
         table = np.array(np.broadcast_arrays(*numbers, *self._start), dtype=WIDEST).reshape(-1, self._members.size)
         pieces = [
             _pieces(engine, column[: len(numbers)], column[len(numbers) :], direction * far) for column in table.T
@@ -103,11 +103,11 @@ class _Branch:
         return total
 
 
-def _integrator(axes: Axes) -> tuple[Any, Constants]:
-    symbols, constants = [hy.expression(f"x{i}") for i in range(axes.size)], Constants()
-    twin, variables = axes.with_numbers(constants.inputs()), [constants.variable(symbol) for symbol in symbols]
-    rates = [constants.expression(rate) for rate in twin.rates(constants.variable(hy.time), variables)]
-    equations, zeros = list(zip(symbols, rates, strict=True)), np.zeros(axes.size, WIDEST)
+def _integrator(block: OrbitBlock) -> tuple[Any, Constants]:
+    symbols, constants = [hy.expression(f"x{i}") for i in range(block.size)], Constants()
+    twin, variables = block.with_numbers(constants.inputs()), [constants.variable(symbol) for symbol in symbols]
+    rates = [constants.expression(rate) for rate in twin.rates_at(constants.variable(hy.time), variables)]
+    equations, zeros = list(zip(symbols, rates, strict=True)), np.zeros(block.size, WIDEST)
     return hy.taylor_adaptive(equations, zeros, tol=np.finfo(WIDEST).eps, fp_type=WIDEST), constants
 
 

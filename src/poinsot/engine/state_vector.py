@@ -1,11 +1,12 @@
-"""The variables of an integration: a formulation, the axes it refers to, and the scale of its momenta."""
+"""The state vector of a kernel: slots for attitude and momentum, parts, orbits integrated along and tangent vectors."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +14,15 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
-from poinsot.mechanics.axes import SpaceAxes, TrackingEnvironment
-from poinsot.mechanics.environment import Axes, Environment, Orbit
-from poinsot.mechanics.shared_orbits import same, tracked_orbits
+from poinsot.engine.tangent_vectors import Variations
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.environment import Environment, OrbitBlock
+from poinsot.mechanics.part import Part
+from poinsot.mechanics.shared_orbits import Views, name_of_orbit, orbits_of, viewed
 from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.system import System
 
-if TYPE_CHECKING:
-    from poinsot.engine.variational import Variations
-
-__all__ = ["SMALL", "Coordinates", "IntegratedEnvironment"]
+__all__ = ["SMALL", "Slot", "StateVector", "factors_of_parts"]
 
 Array = NDArray[np.float64]
 
@@ -32,89 +33,209 @@ largest variable, keeps its grip on the attitude."""
 BLOCK = 8192
 """Rows converted together: their intermediate results stay in the processor's cache."""
 
+CHART, TANGENT = "attitude and momentum", "tangent vectors"
+"""Names of slots that no part has."""
+
+Factors = tuple[float | None, ...]
+"""What each variable of a slot is multiplied by, powers of two; None for the scale of the momenta."""
+
+
+class Slot(NamedTuple):
+    """Where variables with a name are, and what each is multiplied by."""
+
+    place: slice
+    factors: Factors
+
+    def physical(self, variables: Any, scale: Scalar) -> Vector:
+        """Return the variables in physical units, scalars of any kind."""
+        factors = zip(variables[self.place], self.factors, strict=True)
+        return Vector(x * (1 / (scale if factor is None else factor)) for x, factor in factors)
+
+    def scaled(self, values: Any, scale: Scalar) -> list[Scalar]:
+        """Return values in physical units as the variables."""
+        return [x * (scale if factor is None else factor) for x, factor in zip(values, self.factors, strict=True)]
+
+    @property
+    def momenta(self) -> list[int]:
+        """Where the variables are that scale as the angular momentum does."""
+        return [self.place.start + i for i, factor in enumerate(self.factors) if factor is None]
+
 
 @dataclass(frozen=True)
-class Coordinates:
-    """Variables of a kernel: those of the formulation, of the axes, and of the variational equations, in this order."""
+class StateVector:
+    """The variables of a kernel.
+
+    Parameters
+    ----------
+    formulation : Formulation
+        The chart of attitude and momentum.
+    scale : float or array (members,)
+        What the momenta are multiplied by.
+    parts : mapping
+        The factors of each part by its name.
+    orbits : tuple of OrbitBlock
+        What is integrated along of orbits.
+    views : tuple
+        For each orbit of the problem the number of the block that it views, or None.
+    comoving : bool
+        Whether the attitude refers to the comoving axes of the one block.
+    variations : Variations, optional
+        The tangent vectors.
+    """
 
     formulation: Formulation
-    axes: Axes
     scale: Any
+    parts: Mapping[str, Factors]
+    orbits: tuple[OrbitBlock, ...] = ()
+    views: Views = ()
+    comoving: bool = False
     variations: Variations | None = None
 
-    @property
-    def size(self) -> int:
-        """The number of variables."""
-        return self.formulation.size + self.axes.size + (self.variations.size if self.variations else 0)
-
-    @property
-    def comoving(self) -> slice:
-        """Where the variables of the axes are."""
-        return slice(self.formulation.size, self.formulation.size + self.axes.size)
-
-    @property
-    def variational(self) -> slice:
-        """Where the variables of the variational equations are."""
-        return slice(self.comoving.stop, None)
-
-    @property
-    def structure(self) -> tuple[Any, ...]:
-        """What selects the equations of axes and variational equations."""
-        variations = self.variations and replace(self.variations, initial=None)
-        return (*self.axes.structure, variations)
+    @functools.cached_property
+    def slots(self) -> dict[str, Slot]:
+        """The slots by name, in the order of the variables."""
+        chart, tangent = self.formulation, self.variations
+        momenta = range(chart.size)[chart.momenta]
+        factors: dict[str, Factors] = {CHART: tuple(None if i in momenta else 1.0 for i in range(chart.size))}
+        factors |= self.parts
+        factors |= {name_of_orbit(i): (1.0,) * block.size for i, block in enumerate(self.orbits)}
+        if tangent:
+            factors[TANGENT] = tuple(None if i in tangent.momenta else 1.0 for i in range(tangent.size))
+        ends = itertools.accumulate(map(len, factors.values()))
+        return {
+            name: Slot(slice(end - len(own), end), own) for (name, own), end in zip(factors.items(), ends, strict=True)
+        }
 
     @functools.cached_property
-    def _momenta(self) -> list[int]:
-        """Where momenta are, and components of tangent vectors that scale with them."""
-        own = self.formulation.momenta
-        along = self.variations.momenta if self.variations else []
-        return [*range(own.start, own.stop), *(self.variational.start + place for place in along)]
+    def size(self) -> int:
+        """The number of variables."""
+        return sum(len(slot.factors) for slot in self.slots.values())
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """How many numbers each array of a phase has in a row."""
+        chart = self.formulation.to_phase(np.full(self.formulation.size, np.nan))
+        return {name: row.size for name, row in chart.items()} | {name: len(own) for name, own in self.parts.items()}
+
+    @functools.cached_property
+    def along_orbits(self) -> slice:
+        """Where the variables of orbits are."""
+        first = self.formulation.size + sum(map(len, self.parts.values()))
+        return slice(first, first + self.orbit_size)
+
+    @property
+    def orbit_size(self) -> int:
+        """How many variables orbits have."""
+        return sum(block.size for block in self.orbits)
+
+    @property
+    def tangent(self) -> slice:
+        """Where the tangent vectors are."""
+        return slice(self.along_orbits.stop, None)
+
+    @functools.cached_property
+    def momenta(self) -> slice | list[int]:
+        """Where the momenta of the motion are."""
+        if not self.parts:
+            return self.formulation.momenta
+        return [place for name in (CHART, *self.parts) for place in self.slots[name].momenta]
+
+    @functools.cached_property
+    def structure(self) -> tuple[Any, ...]:
+        """What selects the equations, without any real number of the system."""
+        variations = self.variations and replace(self.variations, initial=None)
+        blocks = tuple(block.structure for block in self.orbits)
+        return self.formulation, tuple(self.parts.items()), blocks, self.views, self.comoving, variations
+
+    @property
+    def of_one(self) -> bool:
+        """Whether scale and orbits are the same for all members."""
+        return not (np.ndim(self.scale) or any(np.ndim(number) for block in self.orbits for number in block.numbers))
+
+    @functools.cached_property
+    def _scaled(self) -> list[int]:
+        return [place for slot in self.slots.values() for place in slot.momenta]
+
+    @property
+    def tangent_factors(self) -> Factors:
+        """What the variables multiply each tangent coordinate by; None: the scale of the momenta."""
+        rigid = (1.0 if place < 3 else None for place in self.formulation.tangent)
+        return *rigid, *(factor for own in self.parts.values() for factor in own)
 
     def rescaled(self, rows: Array, bits: int) -> Array:
         """Return rows of variables with the scale of their momenta multiplied by 2^bits; shape (..., size)."""
         if not bits:
             return rows
         rows = rows.copy()
-        rows[..., [place for place in self._momenta if place < rows.shape[-1]]] *= rows.dtype.type(2.0) ** bits
+        rows[..., [place for place in self._scaled if place < rows.shape[-1]]] *= rows.dtype.type(2.0) ** bits
         return rows
 
-    def of_members(self, members: NDArray[np.int_]) -> Coordinates:
-        """Return the variables of some members of an ensemble."""
+    def of_members(self, members: int | NDArray[np.int_]) -> StateVector:
+        """Return that of one member of an ensemble, or of some."""
 
         def chosen(number: Any) -> Any:
             return number[members] if np.ndim(number) else number
 
-        axes = self.axes.with_numbers(map(chosen, self.axes.numbers))
-        return Coordinates(self.formulation, axes, chosen(self.scale), self.variations)
+        orbits = tuple(block.with_numbers(map(chosen, block.numbers)) for block in self.orbits)
+        return replace(self, scale=chosen(self.scale), orbits=orbits)
+
+    # ------------------------------------------------------------------ numbers
 
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
         own = self._from_state(state)
-        self.formulation.check_variables(own)
         if self.variations is None:
             return own
         start = self.variations.start()
         return np.concatenate([own, np.broadcast_to(start, (*own.shape[:-1], start.shape[-1]))], axis=-1)
 
     def _from_state(self, state: State) -> Array:
-        own = self.formulation.from_state(state)
-        own[..., self.formulation.momenta] *= np.expand_dims(np.array(self.scale, dtype=own.dtype), -1)
-        if not self.axes.size:
-            return own
-        axes = self.axes.with_numbers(map(np.longdouble, self.axes.numbers))  # to round once, at the end
-        comoving = axes.start(state.time)
-        self._turn(own, quat.conjugate(axes.quaternion(state.time, comoving)))
+        if not self.orbits:
+            return self._packed(state)
+        turn, values = None, []
+        for block in self.orbits:
+            wide = block.with_numbers(map(np.longdouble, block.numbers))  # to round once, at the end
+            values.append(wide.start_at(state.time))
+            if self.comoving:
+                turn = quat.conjugate(wide.quaternion(state.time, values[-1]))
+        own, comoving = self._packed(state, turn), np.concatenate(values, axis=-1)
         high = np.asarray(comoving, dtype=np.float64)
         low = np.asarray(comoving - high, dtype=np.float64)
         comoving = high.astype(own.dtype) + low.astype(own.dtype)
-        return np.concatenate([own, np.broadcast_to(comoving, (*own.shape[:-1], axes.size))], axis=-1)
+        return np.concatenate([own, np.broadcast_to(comoving, (*own.shape[:-1], comoving.shape[-1]))], axis=-1)
 
-    def _turn(self, own: Array, turn: Array) -> None:
-        for block in self.formulation.quaternions:
-            own[..., block] = quat.product(turn, own[..., block])
+    def with_state(self, row: Array, state: State, time: Array) -> Array:
+        """Return attitude, momentum and parts of a state, beside the orbits in the variables of one body."""
+        turn = None
+        if self.comoving:
+            own = np.asarray(row[self.along_orbits], dtype=float)
+            turn = quat.conjugate(self.orbits[0].quaternion(time, own))
+        return self._packed(state, turn)
+
+    def _packed(self, state: State, turn: Array | None = None) -> Array:
+        """Return the variables of attitude, momentum and parts."""
+        chart, own = self.formulation, state.own
+        rigid = chart.from_state(state)
+        rigid[..., chart.momenta] *= np.expand_dims(np.array(self.scale, dtype=rigid.dtype), -1)
+        self._turn(rigid, turn)
+        chart.check_variables(rigid)
+        columns = []
+        for name, factors in self.parts.items():
+            if np.shape(own.get(name, ()))[-1] != len(factors):
+                raise ValueError(
+                    f"state must have the {len(factors)} variables of the part {name!r}, got {sorted(own) or 'none'}. "
+                    "Make it by system.state(...)."
+                )
+            columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)
+        return np.concatenate([rigid, np.stack(columns, axis=-1).astype(rigid.dtype)], axis=-1) if columns else rigid
+
+    def _turn(self, rigid: Array, turn: Array | None) -> None:
+        if turn is not None:
+            for place in self.formulation.quaternions:
+                rigid[..., place] = quat.product(turn, rigid[..., place])
 
     def to_phase(self, times: Array, variables: Array) -> Phase:
-        """Return q and the momenta of the variables along the times; shapes (..., n, 4) and (..., n, 3 or 4)."""
+        """Return q, the momenta and the variables of parts along the times; shapes (..., n, 4) and so on."""
         if variables.ndim == 3 or len(times) <= BLOCK:
             return self._converted(times, variables)
         blocks = [slice(i, i + BLOCK) for i in range(0, len(times), BLOCK)]
@@ -122,38 +243,60 @@ class Coordinates:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _converted(self, times: Array, variables: Array) -> Phase:
-        own, comoving = variables[..., : self.formulation.size].copy(), variables[..., self.comoving]
-        own[..., self.formulation.momenta] /= np.expand_dims(self.scale, (-1, -2))
-        if self.axes.size:
-            axes = self.axes
+        chart, scale = self.formulation, np.expand_dims(self.scale, -1)
+        rigid = variables[..., : chart.size].copy()
+        rigid[..., chart.momenta] /= np.expand_dims(scale, -1)
+        if self.comoving:
+            (block,) = self.orbits
             if variables.ndim == 3:  # members first: their numbers go beside the times
-                axes = axes.with_numbers(number[..., None] for number in axes.numbers)
-            self._turn(own, axes.quaternion(times, comoving))
-        return self.formulation.to_phase(own)
+                block = block.with_numbers(number[..., None] for number in block.numbers)
+            self._turn(rigid, block.quaternion(times, variables[..., self.along_orbits]))
+        columns = np.moveaxis(variables, -1, 0)
+        own = {name: np.stack(list(self.slots[name].physical(columns, scale)), axis=-1) for name in self.parts}
+        return chart.to_phase(rigid) | own
 
-    def environment(self, problem: Problem, times: Array, comoving: Array) -> Environment:
-        """Return the world at the times, with the variables of the axes there, shape (..., n, axes.size)."""
-        return IntegratedEnvironment(
-            times, problem.beside(comoving.shape[:-1]), self.axes, np.moveaxis(comoving, -1, 0)
+    def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
+        """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
+        orbits = list(orbits_of(problem.beside(values.shape[:-1])))
+        blocks = viewed(orbits, self.views)
+        columns = np.moveaxis(values, -1, 0)
+        places = itertools.accumulate((block.size for block in blocks), initial=0)
+        own = (Vector(columns[place : place + block.size]) for block, place in zip(blocks, places, strict=False))
+        return Environment(times, list(zip(blocks, own, strict=True)))
+
+    # ------------------------------------------------------------------ symbols
+
+    def physical(self, variables: Any, scale: Scalar) -> dict[str, Vector]:
+        """Return the variables of parts in physical units, by the name of the part."""
+        return {name: self.slots[name].physical(variables, scale) for name in self.parts}
+
+    def rates(self, by_block: Mapping[str, Vector], scale: Scalar) -> Iterator[Scalar]:
+        """Yield the rates of the variables of parts and orbits, from those in physical units."""
+        for name, slot in self.slots.items():
+            if name in by_block:
+                yield from slot.scaled(by_block[name], scale)
+
+
+def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
+    """Return factors that bring the variables of parts near a tenth, along the motion from a state."""
+    parts = [block for block in system.blocks if isinstance(block, Part)]
+    if not parts:
+        return {}
+    twin = system.beside(state.quaternion.shape[:-1])
+    with np.errstate(all="ignore"):
+        rates = twin.block_rates(twin.at(state))
+        fastest = float(np.max(np.linalg.norm(system.omega_body(state), axis=-1)))
+    factors = {}
+    for part in parts:
+        changes = np.stack(np.broadcast_arrays(*rates[part.name]), axis=-1) / (fastest or 1.0)
+        sizes = np.maximum(np.abs(state.own[part.name]), np.abs(changes)).reshape(-1, part.size)
+        momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
+        factors[part.name] = tuple(
+            None if i in momenta else _power(size) for i, size in enumerate(np.max(sizes, axis=0))
         )
+    return factors
 
 
-class IntegratedEnvironment(TrackingEnvironment):
-    """The world at the times of a motion, along the space axes: orbits that were integrated along as they came out.
-
-    `carried` are the variables of the axes, shape (..., n, size).
-    """
-
-    def __init__(self, times: Array, problem: Problem, axes: Axes, comoving: Array) -> None:
-        own: Any = problem.space_axes if isinstance(axes, SpaceAxes) else problem.common_axes
-        super().__init__(times, own, comoving)
-        self._orbits = tracked_orbits(problem)
-        self.comoving = np.moveaxis(comoving, 0, -1)
-
-    def _of(self, orbit: Orbit) -> Environment:
-        if not orbit.tracked:
-            return Environment(self.time)
-        path: Any = orbit.axes
-        paths: Iterator[tuple[Orbit, Any]] = ((own, own.axes) for own in self._orbits)
-        integrated = next((own for own, axes in paths if same(axes, path)), None)
-        return Environment(self.time) if integrated is None else super()._of(integrated)
+def _power(size: float) -> float:
+    """Return the power of two that brings a size near a tenth, without rounding; 1 for a size of zero."""
+    return float(np.exp2(np.round(np.log2(SMALL / size)))) if 0 < size < np.inf else 1.0

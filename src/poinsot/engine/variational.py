@@ -12,53 +12,32 @@ The second derivatives in two tangent vectors a and b obey, with d_ab the second
 
 where d_ab m_i = m_i x theta_ab + ((m_i x theta_a) x theta_b + (m_i x theta_b) x theta_a) / 2. omega and F have
 differentials by parameters as well.
-
-The equations are linear: a tangent vector is integrated as u 2^n with a small u. Now and then a u that has grown is
-made small again by a power of two, and n raised.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
-from poinsot.engine.formulations import Formulation
 from poinsot.engine.parameter_folding import Constants, Multiple
+from poinsot.engine.state_vector import StateVector
+from poinsot.engine.tangent_vectors import Variations
 from poinsot.functions import cross
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.system import System
 
-__all__ = ["STEPS_AT_A_TIME", "ZERO", "VariationalEquations", "Variations"]
-
-Array = NDArray[np.float64]
+__all__ = ["ZERO", "VariationalEquations"]
 
 ZERO = hy.expression(0.0)
 
 Differentials = Mapping[Any, Any]
 """Of entries of the matrix (i, j), g and variables of parts (k), omega ("w", i), parameters ("p", n); theta itself."""
-
-INITIAL_EXPONENT = -10
-"""Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
-
-GROWN = 8
-"""Bits above that, from which on a vector is rescaled."""
-
-STEPS_AT_A_TIME = {1: 700, 2: 300}
-"""Steps between two checks of the size of the vectors, by order; up to the first one, a tenth.
-
-A vector that doubles in every step does not overflow in so many; one that grows like the time does not outgrow the
-attitude, which would loosen the step control. One that grows exponentially may: it has steps as short as the motion.
-"""
-
-COUNTED = 2.0**-20
-"""What the variable n counts in, to stay below the attitude for the engine's step control."""
 
 
 class VariationalEquations:
@@ -68,32 +47,31 @@ class VariationalEquations:
     ----------
     system : System
         On the constants of a kernel.
-    formulation : Formulation
-        One with tangent coordinates.
+    variables : StateVector
+        In a chart with tangent coordinates.
     own : sequence
-        Those of the formulation, as multiples.
+        The variables of the motion, as multiples.
     environment : Environment
     scale : scalar
         Of the momenta.
-    comoving : bool
-        Whether attitudes refer to turning axes.
     constants : Constants
     """
 
     def __init__(
         self,
         system: System,
-        formulation: Formulation,
+        variables: StateVector,
         own: Sequence[Any],
         environment: Environment,
         scale: Any,
-        comoving: bool,
         constants: Constants,
     ) -> None:
-        self.tangent, self._constants = formulation.tangent, constants
-        attitude, g = formulation.physical(own)
-        self._matrix, attitude = self._with_matrix_of_symbols(attitude.matrix, comoving)
-        body = system.body_at(formulation.own(own, scale), environment.time)
+        chart = variables.formulation
+        of_parts = own[chart.size : variables.along_orbits.start]
+        self.tangent, self._constants = (*chart.tangent, *range(6, 6 + len(of_parts))), constants
+        attitude, g = chart.physical(own[: chart.size])
+        self._matrix, attitude = self._with_matrix_of_symbols(attitude.matrix, variables.comoving)
+        body = system.body_at(variables.physical(own, scale), environment.time)
         instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
         omega, spins = instant.omega_body, dict[Any, Any]()
         if system.moving_parts:  # their rates are far shorter on omega as three variables
@@ -101,12 +79,11 @@ class VariationalEquations:
             constants.stand_ins |= {spins["w", i]: ZERO + constants.expression(x) for i, x in enumerate(omega)}
             instant = Instant(body, attitude, environment, [*map(constants.variable, spins.values())], g, scale)
         rates = [*system.momentum_rate(instant, system.torque_at(instant))]
-        of_parts = formulation.own_rates(system.own_rates(instant), scale)
-        rates += [of_parts[place - len(own)] for place in formulation.own_places]
+        rates += itertools.islice(variables.rates(system.block_rates(instant), scale), len(of_parts))
         self._omega, self._rates = ([ZERO + constants.expression(x) for x in each] for each in (omega, rates))
         self._derivatives: dict[Any, Any] = {}
         self._symbols = {place: _entry(*place) for place in self._matrix} | spins
-        changing = enumerate([*g, *(own[place] for place in formulation.own_places)])
+        changing = enumerate([*g, *of_parts])
         self._symbols |= {k: constants.expression(x) for k, x in changing if isinstance(x, Multiple)}
 
     def _with_matrix_of_symbols(self, matrix: Any, comoving: bool) -> tuple[dict[Any, Any], Attitude]:
@@ -119,6 +96,18 @@ class VariationalEquations:
         entries = {place: self._constants.expression(value) for place, value in known.items()}
         self._constants.stand_ins = {_entry(*place): value for place, value in entries.items()}
         return entries, Attitude(matrix_of(rows), comoving)
+
+    def of(self, variations: Variations, symbols: Sequence[Any]) -> list[Any]:
+        """Return the time derivatives of the variables of tangent vectors."""
+        u, pairs, _, units = variations.split(np.array(symbols, dtype=object))
+        inputs = [()] * variations.count + list(variations.inputs)
+        units = [ZERO] * variations.count + list(units)
+        d = [self.differentials(x, *given) for x, *given in zip(u, inputs, units, strict=True)]
+        rates = [rate for each in d for rate in self.rates(each)]
+        for (a, b), x in zip(variations.pairs, pairs, strict=True):
+            second = self.second_differentials(x, d[a], d[b], (inputs[a], inputs[b]), (units[a], units[b]))
+            rates += self.second_rates(second, d[a], d[b])
+        return rates + [ZERO] * (variations.size - len(rates))
 
     # ------------------------------------------------------------------ differentials
 
@@ -214,98 +203,3 @@ def _omega_of(d: Differentials) -> list[Any]:
 
 def _is_nonzero(expression: Any) -> bool:
     return bool(expression != ZERO)
-
-
-@dataclass(frozen=True)
-class Variations:
-    """Tangent vectors and derivatives by parameters as variables of a kernel.
-
-    Parameters
-    ----------
-    scaled : tuple of bool
-        Of the k tangent coordinates, which scale as momenta do.
-    count : int
-        How many are tangent vectors.
-    inputs : tuple of tuples of int
-        Of the others, which are derivatives: the inputs of the kernel that change together.
-    order : {1, 2}
-        Whether there are second derivatives too, one for each two vectors.
-    initial : array (..., count, k)
-        The tangent vectors at the start, of size one, with members first.
-    """
-
-    scaled: tuple[bool, ...]
-    count: int
-    inputs: tuple[tuple[int, ...], ...] = ()
-    order: int = 1
-    initial: Any = field(default=None, compare=False)
-
-    @property
-    def size(self) -> int:
-        """How many variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
-        return (self.total + len(self.pairs)) * len(self.scaled) + self.total + len(self.inputs)
-
-    @property
-    def total(self) -> int:
-        """How many vectors."""
-        return self.count + len(self.inputs)
-
-    @property
-    def pairs(self) -> list[tuple[int, int]]:
-        """The pairs of vectors with second derivatives."""
-        return [(a, b) for a in range(self.total) for b in range(a + 1)] if self.order == 2 else []
-
-    @property
-    def momenta(self) -> list[int]:
-        """Which of the variables scale as momenta do."""
-        return [place for place, scales in enumerate(self.scaled * (self.total + len(self.pairs))) if scales]
-
-    def _split(self, rows: Any) -> tuple[Any, Any, Any, Any]:
-        """Return views of u (..., vectors, k), of pairs (..., pairs, k), of n and of units in rows of variables."""
-        k, first, second = len(self.scaled), self.total * len(self.scaled), len(self.pairs) * len(self.scaled)
-        u, pairs, n, units = np.split(rows, [first, first + second, first + second + self.total], axis=-1)
-        return u.reshape(*u.shape[:-1], -1, k), pairs.reshape(*pairs.shape[:-1], len(self.pairs), k), n, units
-
-    def start(self) -> Array:
-        """Return the variables at the start; shape (..., size)."""
-        vectors = np.ldexp(np.asarray(self.initial, dtype=float), INITIAL_EXPONENT)
-        rows = np.zeros((*vectors.shape[:-2], self.size))
-        rows[..., : self.count * len(self.scaled)] = vectors.reshape(*vectors.shape[:-2], -1)
-        rows[..., self.size - len(self.inputs) :] = 2.0**INITIAL_EXPONENT
-        return rows
-
-    def rates(self, symbols: list[Any], equations: VariationalEquations) -> list[Any]:
-        """Return the time derivatives of the variables."""
-        u, pairs, _, units = self._split(np.array(symbols, dtype=object))
-        inputs = [()] * self.count + list(self.inputs)
-        units = [ZERO] * self.count + list(units)
-        d = [equations.differentials(x, *given) for x, *given in zip(u, inputs, units, strict=True)]
-        rates = [rate for each in d for rate in equations.rates(each)]
-        for (a, b), x in zip(self.pairs, pairs, strict=True):
-            second = equations.second_differentials(x, d[a], d[b], (inputs[a], inputs[b]), (units[a], units[b]))
-            rates += equations.second_rates(second, d[a], d[b])
-        return rates + [ZERO] * (self.size - len(rates))
-
-    def rescale(self, rows: Array) -> None:
-        """Rescale vectors that have grown, in rows of variables; shape (..., size)."""
-        u, _, n, units = self._split(rows)
-        _, bits = np.frexp(np.max(np.abs(u), axis=-1))
-        bits = np.where(bits > INITIAL_EXPONENT + GROWN, bits - INITIAL_EXPONENT, 0)
-        if not np.any(bits):
-            return
-        of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
-        k, own = len(self.scaled), self.total * len(self.scaled)
-        rows[..., :own] = np.ldexp(rows[..., :own], -np.repeat(bits, k, axis=-1))
-        for i, both in enumerate(of_pairs):
-            pair = slice(own + i * k, own + (i + 1) * k)
-            rows[..., pair] = np.ldexp(rows[..., pair], -both[..., None])
-        n += COUNTED * bits
-        units[...] = np.ldexp(units, -bits[..., self.count :])
-
-    def read(self, rows: Array) -> tuple[Array, Array, Array]:
-        """Return u of vectors (..., vectors, k) and of pairs (..., pairs, k), and exponents n (..., vectors).
-
-        A vector is u 2^n, the second derivative of a pair u 2^(n + n).
-        """
-        u, pairs, n, _ = self._split(rows)
-        return np.ldexp(u, -INITIAL_EXPONENT), np.ldexp(pairs, -2 * INITIAL_EXPONENT), n / COUNTED

@@ -352,7 +352,7 @@ class _Reading:
         environment = None
         if "carried" in self.data.variables:
             problem = Problem(system)
-            variables = kernels.coordinates(problem, initial, formulation_of(run.formulation), run.precision)
+            variables = kernels.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
             environment = partial(variables.environment, problem, times, self._array("carried"))
         return Trajectory(system, initial, times, lambda: phase, run, environment=environment)
 

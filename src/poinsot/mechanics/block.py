@@ -1,4 +1,4 @@
-"""Variables that are integrated along with the attitude."""
+"""Variables that are integrated along with attitude and angular momentum."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from typing_extensions import override
 
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Vector
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ RESERVED = frozenset({"attitude", "angular_momentum", "time", "frame"})
 
 
 class Block(Parametric, ABC):
-    """Named variables integrated along; their rates may depend on the whole state.
+    """Variables of a part or of an orbit that are integrated along; their rates may depend on the whole state.
 
     Parameters
     ----------
@@ -70,10 +70,6 @@ class Block(Parametric, ABC):
         ends = itertools.accumulate(self.variables.values())
         places = zip(self.variables.items(), ends, strict=True)
         return [slice(end - count, end) for (name, count), end in places if name in self.momenta]
-
-    def start(self, time: Scalar, omega_body: Vector) -> Vector:  # noqa: ARG002
-        """Return the values at the start of a motion that names none; by default zeros."""
-        return Vector((0.0,) * self.size)
 
     @abstractmethod
     def rates(self, instant: Instant, pull: Vector) -> Vector:

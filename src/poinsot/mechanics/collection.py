@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Axes, frames_of
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, frames_of
 from poinsot.mechanics.parameters import Parametric, union_of_knots
-from poinsot.mechanics.shared_orbits import common_axes, orbits_of, space_axes, span
+from poinsot.mechanics.shared_orbits import orbits_of, span
 
 __all__ = ["Collection"]
 
@@ -51,16 +51,6 @@ class Collection(ABC):
             counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
             raise ValueError(f"body and forces must have equally many members, got {counts}.")
         return shapes.pop() if shapes else ()
-
-    @functools.cached_property
-    def common_axes(self) -> Axes | None:
-        """The axes of the one orbit that all parts share; None if there is none."""
-        return common_axes(self)
-
-    @functools.cached_property
-    def space_axes(self) -> Axes:
-        """The space axes, with variables of orbits whose formulas do not run on symbols."""
-        return space_axes(self)
 
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:

@@ -16,6 +16,7 @@ from poinsot.algebra.dual import partial, seeded
 from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.environment import Environment
@@ -23,6 +24,7 @@ from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import CompositeBody, Part
+from poinsot.mechanics.shared_orbits import name_of_orbit, orbits_of, viewed, views
 from poinsot.mechanics.state import State
 
 __all__ = ["Dynamics", "scalars"]
@@ -34,6 +36,13 @@ class Dynamics(Collection):
     body: Body
     forces: tuple[Force, ...]
     units: dict[str, str]
+
+    @functools.cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """What is integrated along: parts with variables, and the paths of orbits without a formula for kernels."""
+        orbits = list(orbits_of(self))
+        paths = viewed(orbits, views(orbits, lambda orbit: orbit.integrated))
+        return (*(part for part in self.moving_parts if part.size), *paths)
 
     @functools.cached_property
     def moving_parts(self) -> tuple[Part, ...]:
@@ -106,16 +115,16 @@ class Dynamics(Collection):
         return CompositeBody.of(self.body, self.moving_parts, values, time)
 
     def rates(self, instant: Instant) -> dict[str, Vector]:
-        """Return the time derivatives of quaternion, angular momentum and variables of parts, in physical units.
+        """Return the vector field by block, in physical units.
 
-        q' = q (0, omega)/2, g' = g x omega + tau along the body axes, times the scale of the instant, and own'
-        under the name of each part.
+        q' = q (0, omega)/2, g' = g x omega + tau along the body axes, times the scale of the instant; own' under the
+        name of each part; and of the orbits whose variables the environment has, `orbits[0]` and so on.
         """
         omega, q = instant.omega_body, instant.attitude.quaternion
         return {
             "quaternion": Vector(0.5 * x for x in quat.product(q, quat.pure(omega))),
             "angular_momentum_body": self.momentum_rate(instant, self.torque_at(instant)),
-            **self.own_rates(instant),
+            **self.block_rates(instant),
         }
 
     def momentum_rate(self, instant: Instant, torque: Vector) -> Vector:
@@ -124,16 +133,18 @@ class Dynamics(Collection):
         gyration = functions.cross(g, instant.omega_body) if self.moving_parts else instant.kinetics.gyration(g)
         return Vector(gyration) + torque
 
-    def own_rates(self, instant: Instant) -> dict[str, Vector]:
-        """Return the time derivatives of the variables of the parts, by the name of the part."""
+    def block_rates(self, instant: Instant) -> dict[str, Vector]:
+        """Return the time derivatives of the variables of parts, by the name of the part, and of orbits."""
         moving = [part for part in self.moving_parts if part.size]
-        if not moving:
-            return {}
         pulls = self._pulls(instant, moving)
-        return {part.name: Vector(part.rates(instant, pulls[part.name])) for part in moving}
+        rates = {part.name: Vector(part.rates(instant, pulls[part.name])) for part in moving}
+        orbits = (block for block, _ in instant.environment.blocks)
+        return rates | {name_of_orbit(i): Vector(block.rates(instant, Vector(()))) for i, block in enumerate(orbits)}
 
     def _pulls(self, instant: Instant, moving: list[Part]) -> dict[str, Vector]:
         """Return minus the derivatives of the sum of the potentials by the variables of parts."""
+        if not moving:
+            return {}
         own = {part.name: seeded(instant.own(part), part.name) for part in moving}
         body = self.body_at(own, instant.time)
         energy = self.potential_at(Instant(body, instant.attitude, instant.environment))

@@ -1,24 +1,27 @@
-"""The world around the body: where it is with respect to what attracts it, and the instant."""
+"""Where the body is with respect to what attracts it: orbits, the blocks of their variables, and the instant."""
 
 from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import scalar
-from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.parameters import Parametric
+from poinsot.functions import ComovingVector, Scalar, Vector
+from poinsot.mechanics.block import Block
+from poinsot.mechanics.parameters import Parametric, same
 
 if TYPE_CHECKING:
     from poinsot.mechanics.frame import Frame
+    from poinsot.mechanics.instant import Instant
 
-__all__ = ["SPACE_AXES_UNNAMED", "Axes", "Environment", "Orbit", "frames_of"]
+__all__ = ["SPACE_AXES_UNNAMED", "Environment", "Orbit", "OrbitBlock", "frames_of"]
 
 SPACE_AXES_UNNAMED = "space axes"
 """The reference frame of an orbit whose axes have no other name than the user's."""
@@ -64,8 +67,8 @@ class Orbit(Parametric, ABC):
         return True
 
     @property
-    def tracked(self) -> bool:
-        """Whether a kernel integrates the variables of `axes` along also in the space axes."""
+    def integrated(self) -> bool:
+        """Whether a kernel integrates its block along in any axes; otherwise in comoving ones alone."""
         return not self.closed_form
 
     @property
@@ -99,8 +102,8 @@ class Orbit(Parametric, ABC):
         return None
 
     @property
-    def axes(self) -> Axes | None:
-        """Axes carried along by the orbit, cheaper to integrate in than the space axes; None if it has none."""
+    def block(self) -> OrbitBlock | None:
+        """The variables that a kernel may integrate along in place of the formulas; None if it has none."""
         return None
 
     @property
@@ -137,61 +140,125 @@ def frames_of(orbits: Iterable[Orbit]) -> list[str]:
     return list(names)
 
 
+class OrbitBlock(Block):
+    """The variables of an orbit, and the comoving axes that they give; orbits about several attractors may view one.
+
+    `own` are the variables, scalars of any kind; vectors are along the comoving axes unless their name says otherwise.
+    """
+
+    @override
+    def rates(self, instant: Instant, pull: Vector) -> Vector:
+        return self.rates_at(instant.time, instant.own(self))
+
+    @abstractmethod
+    def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the variables at a time; shape (..., size)."""
+
+    @abstractmethod
+    def rates_at(self, time: Scalar, own: Any) -> Vector:
+        """Return the time derivatives of the variables."""
+
+    @abstractmethod
+    def omega(self, time: Scalar, own: Any) -> Vector:
+        """Return the inertial angular velocity of the axes."""
+
+    @abstractmethod
+    def quaternion(self, time: NDArray[np.float64], own: Any) -> NDArray[np.float64]:
+        """Return the unit quaternions axes -> space; shape (..., 4)."""
+
+    @abstractmethod
+    def to_space(self, vector: Any, time: Scalar, own: Any) -> Vector:
+        """Return a vector along the space axes."""
+
+    @abstractmethod
+    def position(self, orbit: Orbit, time: Scalar, own: Any) -> Vector:
+        """Return the position of the body from the attractor of one of the orbits."""
+
+    @abstractmethod
+    def velocity(self, orbit: Orbit, time: Scalar, own: Any) -> Vector:
+        """Return its inertial velocity relative to that attractor."""
+
+    @abstractmethod
+    def inverse_distance(self, orbit: Orbit, time: Scalar, own: Any) -> Scalar:
+        """Return one over the length of the position."""
+
+    def direction(self, orbit: Orbit, time: Scalar, own: Any) -> Vector:
+        """Return the unit vector from the attractor."""
+        inverse = self.inverse_distance(orbit, time, own)
+        return Vector(x * inverse for x in self.position(orbit, time, own))
+
+
 class Environment:
-    """The world at one instant, as a formula sees it.
+    """Where the orbits are at an instant: by the variables of their blocks, or else by their formulas.
 
     Parameters
     ----------
     time : scalar
         The time.
+    blocks : sequence of pairs
+        Blocks of orbits with the values of their variables.
+    views : mapping, optional
+        The `id` of each orbit -> the number of its block, or None. Default: the block with the numbers of the orbit's.
+    comoving : bool
+        Whether vectors are along the comoving axes of the one block, which all orbits have.
     """
 
-    def __init__(self, time: Any) -> None:
+    def __init__(
+        self,
+        time: Any,
+        blocks: Sequence[tuple[OrbitBlock, Vector]] = (),
+        views: Mapping[int, int | None] | None = None,
+        comoving: bool = False,
+    ) -> None:
         self.time = scalar("time", time)
+        self.blocks, self._views, self._comoving = blocks, views, comoving
 
     def position(self, orbit: Orbit) -> Vector:
         """Return the position of the body from the attractor of that orbit, space axes."""
-        return orbit.position_at(self.time)
+        if (found := self._found(orbit)) is None:
+            return orbit.position_at(self.time)
+        block, own = found
+        return self._vector(block.position(orbit, self.time, own), block, own)
 
     def velocity(self, orbit: Orbit) -> Vector:
         """Return the velocity of the body relative to the attractor of that orbit, space axes."""
-        return orbit.velocity_at(self.time)
+        if (found := self._found(orbit)) is None:
+            return orbit.velocity_at(self.time)
+        block, own = found
+        return self._vector(block.velocity(orbit, self.time, own), block, own)
 
     def inverse_distance(self, orbit: Orbit) -> Scalar:
         """Return 1 / r of the body from the attractor of that orbit."""
-        return orbit.inverse_distance_at(self.time)
+        if (found := self._found(orbit)) is None:
+            return orbit.inverse_distance_at(self.time)
+        block, own = found
+        return block.inverse_distance(orbit, self.time, own)
 
     def direction(self, orbit: Orbit) -> Vector:
         """Return the unit vector from the attractor of that orbit to the body, space axes."""
-        inverse = self.inverse_distance(orbit)
-        return Vector(x * inverse for x in self.position(orbit))
+        if (found := self._found(orbit)) is None:
+            inverse = self.inverse_distance(orbit)
+            return Vector(x * inverse for x in self.position(orbit))
+        block, own = found
+        return self._vector(block.direction(orbit, self.time, own), block, own)
 
+    def own(self, block: Block) -> Vector:
+        """Return the variables of the block of an orbit."""
+        return next(own for each, own in self.blocks if each is block)
 
-class Axes(Parametric, ABC):
-    """Axes with `size` variables of their own, which are integrated along with the body."""
+    @property
+    def orbit_values(self) -> NDArray[np.float64] | None:
+        """The variables of all blocks as the last axis of an array; None without one."""
+        values = [x for _, own in self.blocks for x in own]
+        return np.stack(values, axis=-1) if values else None
 
-    size = 0
+    def _found(self, orbit: Orbit) -> tuple[OrbitBlock, Vector] | None:
+        """Return the block that an orbit views, and its values."""
+        if self._views is not None:
+            number = self._views[id(orbit)]
+            return None if number is None else self.blocks[number]
+        path = orbit.block if self.blocks else None
+        return next(((block, own) for block, own in self.blocks if path and same(block, path)), None)
 
-    @abstractmethod
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the variables at a time; shape (..., size)."""
-
-    @abstractmethod
-    def environment(self, time: Scalar, variables: Any) -> Environment:
-        """Return the world at an instant, its vectors along these axes."""
-
-    @abstractmethod
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
-        """Return the time derivatives of the variables."""
-
-    @abstractmethod
-    def omega(self, time: Scalar, variables: Any) -> Vector | None:
-        """Return the angular velocity of the axes, along themselves; None if they are at rest."""
-
-    @abstractmethod
-    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the unit quaternions axes -> space; shape (..., 4)."""
-
-    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment | None:  # noqa: ARG002
-        """Return the world along the space axes for an orbit that these axes follow; None if they follow none."""
-        return None
+    def _vector(self, vector: Vector, block: OrbitBlock, own: Vector) -> Vector:
+        return ComovingVector(vector) if self._comoving else block.to_space(vector, self.time, own)

@@ -9,7 +9,7 @@ from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 
 if TYPE_CHECKING:
     from poinsot.mechanics.block import Block
@@ -85,8 +85,8 @@ class Instant:
         return matrix_of(self.body.tensor())
 
     def own(self, block: Block) -> Vector:
-        """Return the variables of a part of the system."""
-        return self.body.own(block)
+        """Return the variables of a part of the system, or of the block of an orbit."""
+        return self.environment.own(block) if isinstance(block, OrbitBlock) else self.body.own(block)
 
     def position(self, orbit: Orbit) -> Vector:
         """Return the position of the body from the attractor of that orbit, space axes."""

@@ -23,7 +23,7 @@ from poinsot.errors import member_array
 from poinsot.functions import Scalar
 from poinsot.quantities import axes_of, extras_of, quantities_of, quantity_of
 
-__all__ = ["Matrix", "Parametric", "Points", "Table", "Vector", "described", "kinds_of"]
+__all__ = ["Matrix", "Parametric", "Points", "Table", "Vector", "described", "kinds_of", "same"]
 
 
 Vector = Annotated[Any, (3,)]
@@ -144,6 +144,14 @@ class Parametric:
                 value = _take(scalars, kind)
             fields[name] = value
         return self.unchecked(**fields)
+
+
+def same(a: Parametric, b: Parametric) -> bool:
+    """Whether two records of numbers are equal, whatever the shape of their members."""
+    return a is b or (
+        a.structure == b.structure
+        and all(np.array_equal(np.ravel(x), np.ravel(y)) for x, y in zip(a.numbers, b.numbers, strict=True))
+    )
 
 
 def union_of_knots(records: Iterable[Parametric]) -> NDArray[np.float64]:

@@ -41,6 +41,10 @@ class Part(Block, Force):
     moves_center_of_mass: ClassVar[bool] = False
     """Whether the centre of mass moves in the body; at most one part of a system does."""
 
+    def start(self, time: Scalar, omega_body: Vector) -> Vector:  # noqa: ARG002
+        """Return the values at the start of a motion that names none; by default zeros."""
+        return Vector((0.0,) * self.size)
+
     def momentum(self, own: Vector, time: Scalar) -> Vector:  # noqa: ARG002
         """Return h, the angular momentum at omega = 0, along the body axes; those of parts add up."""
         return Vector((0.0, 0.0, 0.0))

@@ -1,17 +1,19 @@
-"""The orbits of a system, and what they have in common."""
+"""The orbits of a system, and the blocks that several of them view."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from poinsot.mechanics.axes import SPACE_AXES, SpaceAxes, TrackingAxes
-from poinsot.mechanics.environment import Axes, Orbit
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.environment import Orbit, OrbitBlock
+from poinsot.mechanics.parameters import same
 
-__all__ = ["common_axes", "orbits_of", "same", "sample_time", "space_axes", "span", "tracked_orbits"]
+__all__ = ["Views", "name_of_orbit", "orbits_of", "sample_time", "span", "viewed", "views"]
+
+Views = tuple[int | None, ...]
+"""For each of some orbits the number of the block that it views."""
 
 
 def orbits_of(record: Any) -> Iterator[Orbit]:
@@ -34,44 +36,24 @@ def sample_time(record: Any) -> float:
     return next((float(t) for orbit in orbits_of(record) for t in np.ravel(orbit.sample_time)[:1] if t), 0.0)
 
 
-def common_axes(system: Any) -> Axes | None:
-    """Return the axes that all the orbits of a system have in common; None if there are none."""
-    axes, *others = [orbit.axes for orbit in orbits_of(system)] or [None]
-    if axes is None or any(other is None or not same(other, axes) for other in others):
-        return None
-    return axes
+def views(orbits: Iterable[Orbit], wanted: Callable[[Orbit], bool]) -> Views:
+    """Return the number of the block that each orbit views, one for orbits on one path; None if it is not wanted."""
+    blocks: list[OrbitBlock] = []
+    out = []
+    for orbit in orbits:
+        block = orbit.block if wanted(orbit) else None
+        out.append(None if block is None else next((i for i, b in enumerate(blocks) if same(b, block)), len(blocks)))
+        if block is not None and out[-1] == len(blocks):
+            blocks.append(block)
+    return tuple(out)
 
 
-def tracked_orbits(system: Any) -> list[Orbit]:
-    """Return the orbits whose variables are integrated along."""
-    return [orbit for orbit in orbits_of(system) if orbit.tracked]
+def viewed(orbits: Sequence[Orbit], views: Views) -> tuple[OrbitBlock, ...]:
+    """Return the blocks that orbits view, each of the first that does."""
+    count = len({number for number in views if number is not None})
+    return tuple(block for i in range(count) if (block := orbits[views.index(i)].block) is not None)
 
 
-def space_axes(system: Any, closed_forms: bool = False) -> Axes:
-    """Return the space axes, with the variables of those orbits; orbits that are one path share them.
-
-    With closed forms, of those orbits alone that have none.
-    """
-    axes: SpaceAxes = SPACE_AXES
-    for place, orbit in enumerate(orbits_of(system)):
-        if orbit.tracked and not (closed_forms and orbit.closed_form):
-            axes = TrackingAxes(orbit, place, _offset(axes, orbit), axes)
-    return axes
-
-
-def _offset(axes: SpaceAxes, orbit: Orbit) -> int:
-    """Return where the variables of an orbit begin that is tracked by axes and itself."""
-    node, own = axes, orbit.axes
-    while isinstance(node, TrackingAxes):
-        if own is not None and same(node.own, own):
-            return node.offset
-        node = node.others
-    return axes.size
-
-
-def same(a: Parametric, b: Parametric) -> bool:
-    """Whether two records of numbers are equal, whatever the shape of their members."""
-    return a is b or (
-        a.structure == b.structure
-        and all(np.array_equal(np.ravel(x), np.ravel(y)) for x, y in zip(a.numbers, b.numbers, strict=True))
-    )
+def name_of_orbit(number: int) -> str:
+    """Return the name of the block of that number among those of orbits; no part has such a name."""
+    return f"orbits[{number}]"

@@ -1,9 +1,10 @@
-"""Shared by the two-body orbits of every kind: a plane, a conic in it, and comoving axes."""
+"""Shared by the two-body orbits of every kind: a plane, a conic in it, and the block of its anomaly."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,11 @@ from poinsot import functions
 from poinsot.algebra.quaternion import assemble
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
-from poinsot.mechanics.environment import Axes, Environment, Orbit
+from poinsot.mechanics.environment import Orbit, OrbitBlock
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 
-__all__ = ["ConicAxes", "ConicOrbit", "check_surface", "plane_of"]
+__all__ = ["ConicBlock", "ConicOrbit", "check_surface", "plane_of"]
 
 
 def plane_of(node: Scalar, inclination: Scalar, argument_of_periapsis: Scalar) -> tuple[functions.Vector, ...]:
@@ -74,105 +75,75 @@ class ConicOrbit(Orbit):
         return functions.Vector(ahead * p + aside * s for p, s in zip(*self.plane[:2], strict=True))
 
 
-class ConicAxes(Axes):
-    """Radial, transverse, normal axes along a conic; the one variable stands for the true anomaly."""
+class ConicBlock(OrbitBlock):
+    """One variable that stands for the true anomaly; the comoving axes are radial, transverse, normal."""
 
     orbit: Any
-    size = 1
+    variables: ClassVar[Mapping[str, int]] = {"anomaly": 1}
 
     @abstractmethod
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
+    def true_anomaly(self, time: Scalar, own: Any) -> Scalar:
         """Return the true anomaly, radians, up to whole pairs of turns."""
 
-    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
+    def cosines(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar]:
         """Return cosine and sine of the true anomaly."""
-        f = self.true_anomaly(time, variables)
+        f = self.true_anomaly(time, own)
         return functions.cos(f), functions.sin(f)
 
-    def closeness(self, time: Scalar, variables: Any) -> Scalar:
+    def closeness(self, time: Scalar, own: Any) -> Scalar:
         """Return p/r = 1 + e cos f."""
-        return 1 + self.orbit.eccentricity * self.cosines(time, variables)[0]
+        return 1 + self.orbit.eccentricity * self.cosines(time, own)[0]
 
     @override
-    def environment(self, time: Scalar, variables: Any) -> Environment:
-        return _ConicEnvironment(time, self, variables)
+    def omega(self, time: Scalar, own: Any) -> functions.Vector:
+        return functions.Vector((0.0, 0.0, self.anomaly_rate(time, own)))
 
-    @override
-    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment:
-        return _ConicEnvironmentInSpace(time, self, variables)
-
-    @override
-    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
-        return functions.Vector((0.0, 0.0, self.anomaly_rate(time, variables)))
-
-    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
+    def quaternion(self, time: NDArray[np.float64], own: Any) -> NDArray[np.float64]:
         """Return p of the paper's Sec. 6.2, which is (12) with node, inclination and argument of latitude."""
         node, inclination, periapsis = self.angles(time)
-        half = 0.5 * (periapsis + self.true_anomaly(time, [variables[..., 0]]))
+        half = 0.5 * (periapsis + self.true_anomaly(time, [own[..., 0]]))
         (c, s), (cn, sn), (ci, si) = ((np.cos(x), np.sin(x)) for x in (half, 0.5 * node, 0.5 * inclination))
         k0, k1, k2, k3 = cn * ci, cn * si, sn * si, sn * ci  # of the plane
         return assemble((k0 * c - k3 * s, k1 * c + k2 * s, k2 * c - k1 * s, k3 * c + k0 * s))
+
+    @override
+    def to_space(self, vector: Any, time: Scalar, own: Any) -> functions.Vector:
+        upwards, onwards, aside = vector
+        cosine, sine = self.cosines(time, own)
+        along = upwards * cosine - onwards * sine, upwards * sine + onwards * cosine, aside
+        directions = plane_of(*self.angles(time))
+        return functions.Vector(functions.dot(along, components) for components in zip(*directions, strict=True))
 
     def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:  # noqa: ARG002
         """Return node, inclination and argument of periapsis, radians."""
         return self.orbit.node, self.orbit.inclination, self.orbit.argument_of_periapsis
 
-    def inverse_distance(self, time: Scalar, variables: Any) -> Scalar:
-        """Return 1/r."""
-        return self.closeness(time, variables) / self.orbit.parameter
+    @override
+    def inverse_distance(self, orbit: Orbit, time: Scalar, own: Any) -> Scalar:
+        return self.closeness(time, own) / self.orbit.parameter
 
-    def velocity(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Return the velocity along these axes, sqrt(mu / p) (e sin f, 1 + e cos f, 0)."""
-        own = self.orbit
-        speed = functions.sqrt(own.mu / own.parameter)
-        upwards = own.eccentricity * self.cosines(time, variables)[1]
-        return speed * upwards, speed * own.parameter * self.inverse_distance(time, variables), 0.0
+    @override
+    def direction(self, orbit: Orbit, time: Scalar, own: Any) -> functions.Vector:
+        return functions.Vector((1.0, 0.0, 0.0))
 
-    def anomaly_rate(self, time: Scalar, variables: Any) -> Scalar:
+    @override
+    def position(self, orbit: Orbit, time: Scalar, own: Any) -> functions.Vector:
+        return functions.Vector((1 / self.inverse_distance(orbit, time, own), 0.0, 0.0))
+
+    def velocity(self, orbit: Orbit, time: Scalar, own: Any) -> functions.Vector:
+        """Return sqrt(mu / p) (e sin f, 1 + e cos f, 0)."""
+        path = self.orbit
+        speed = functions.sqrt(path.mu / path.parameter)
+        upwards = path.eccentricity * self.cosines(time, own)[1]
+        forwards = speed * path.parameter * self.inverse_distance(orbit, time, own)
+        return functions.Vector((speed * upwards, forwards, 0.0))
+
+    def anomaly_rate(self, time: Scalar, own: Any) -> Scalar:
         """Return f' = sqrt(mu / p^3) (1 + e cos f)^2."""
-        closeness = self.closeness(time, variables)
+        closeness = self.closeness(time, own)
         return closeness * closeness * self._rate_aside
 
     @property
     def _rate_aside(self) -> Scalar:
         """The rate of the true anomaly a quarter turn from the periapsis."""
         return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
-
-
-class _ConicEnvironment(Environment):
-    """The environment along radial, transverse, normal axes: the attractor is straight down."""
-
-    def __init__(self, time: Scalar, axes: ConicAxes, variables: Any) -> None:
-        super().__init__(time)
-        self._axes, self._variables = axes, variables
-
-    def inverse_distance(self, orbit: Orbit) -> Scalar:  # noqa: ARG002
-        return self._axes.inverse_distance(self.time, self._variables)
-
-    def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return functions.ComovingVector((1.0, 0.0, 0.0))
-
-    def position(self, orbit: Orbit) -> functions.Vector:
-        return functions.ComovingVector((1 / self.inverse_distance(orbit), 0.0, 0.0))
-
-    def velocity(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return functions.ComovingVector(self._axes.velocity(self.time, self._variables))
-
-
-class _ConicEnvironmentInSpace(_ConicEnvironment):
-    """The same along the space axes."""
-
-    def direction(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return self._in_space(1.0, 0.0)
-
-    def position(self, orbit: Orbit) -> functions.Vector:
-        return self._in_space(1 / self.inverse_distance(orbit), 0.0)
-
-    def velocity(self, orbit: Orbit) -> functions.Vector:  # noqa: ARG002
-        return self._in_space(*self._axes.velocity(self.time, self._variables))
-
-    def _in_space(self, upwards: Scalar, onwards: Scalar, aside: Scalar = 0.0) -> functions.Vector:
-        cosine, sine = self._axes.cosines(self.time, self._variables)
-        along = upwards * cosine - onwards * sine, upwards * sine + onwards * cosine, aside
-        directions = plane_of(*self._axes.angles(self.time))
-        return functions.Vector(functions.dot(along, components) for components in zip(*directions, strict=True))

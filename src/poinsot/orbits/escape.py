@@ -14,12 +14,12 @@ from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.orbits.angle_reduction import elapsed
-from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
 from poinsot.quantities import Angle, Duration, Inclination, Real, Time
 
-__all__ = ["EscapeAxes", "EscapeOrbit"]
+__all__ = ["EscapeBlock", "EscapeOrbit"]
 
 
 class EscapeOrbit(ConicOrbit):
@@ -202,9 +202,9 @@ class EscapeOrbit(ConicOrbit):
         return False
 
     @property
-    def axes(self) -> EscapeAxes:
-        """The axes radial, transverse, normal, with a universal variable integrated along."""
-        return EscapeAxes(self)
+    def block(self) -> EscapeBlock:
+        """A universal variable integrated along."""
+        return EscapeBlock(self)
 
     # ------------------------------------------------------------------ motion
 
@@ -248,8 +248,8 @@ class EscapeOrbit(ConicOrbit):
         return functions.sqrt(self.mu / self.periapsis_distance**3)
 
 
-class EscapeAxes(ConicAxes):
-    """Radial, transverse, normal axes; their variable is asinh(S_1)/32.
+class EscapeBlock(ConicBlock):
+    """The variable is asinh(S_1)/32.
 
     It stays below one, the size of a quaternion, for the engine's step control looks at the largest variable; and its
     error is one of the distance relative to itself. Whatever is read from it is one step of Newton's method for the
@@ -260,34 +260,34 @@ class EscapeAxes(ConicAxes):
     orbit: EscapeOrbit
 
     @override
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(np.arcsinh(self.orbit.place(time)[0]) / REACH)[..., None]
 
     @override
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
-        S1, S2 = self._place(time, variables)
-        e, own = self.orbit.eccentricity, functions.sqrt(1 + S1 * S1)
-        return [self.orbit.rate / REACH * (1 + (e - 1) * S2) / ((1 + e * S2) * own)]
+    def rates_at(self, time: Scalar, own: Any) -> functions.Vector:
+        S1, S2 = self._place(time, own)
+        e, slope = self.orbit.eccentricity, functions.sqrt(1 + S1 * S1)
+        return functions.Vector((self.orbit.rate / REACH * (1 + (e - 1) * S2) / ((1 + e * S2) * slope),))
 
     @override
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
-        return self.orbit.anomaly(*self._place(time, variables))
+    def true_anomaly(self, time: Scalar, own: Any) -> Scalar:
+        return self.orbit.anomaly(*self._place(time, own))
 
     @override
-    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
-        S1, S2 = self._place(time, variables)
+    def cosines(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar]:
+        S1, S2 = self._place(time, own)
         e = self.orbit.eccentricity
         inverse = 1 / (1 + e * S2)
         return (1 - S2) * inverse, functions.sqrt(1 + e) * S1 * inverse
 
     @override
-    def closeness(self, time: Scalar, variables: Any) -> Scalar:
+    def closeness(self, time: Scalar, own: Any) -> Scalar:
         e = self.orbit.eccentricity
-        return (1 + e) / (1 + e * self._place(time, variables)[1])
+        return (1 + e) / (1 + e * self._place(time, own)[1])
 
-    def _place(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
+    def _place(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar]:
         """Return S_1 and S_2 at the time."""
-        e, grown = self.orbit.eccentricity, functions.exp(REACH * variables[0])
+        e, grown = self.orbit.eccentricity, functions.exp(REACH * own[0])
         S1 = 0.5 * (grown - 1 / grown)
         square = S1 * S1
         cosh = functions.sqrt(1 + (e - 1) * square)

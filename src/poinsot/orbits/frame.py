@@ -25,7 +25,7 @@ class OrbitFrame(Frame):
 
     def __init__(self, orbit: Orbit) -> None:
         self.orbit = orbit
-        self._axes: Any = orbit.axes
+        self._block: Any = orbit.block
 
     @override
     def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:
@@ -34,12 +34,12 @@ class OrbitFrame(Frame):
     @override
     def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:
         t, variables = self._start(time)
-        omega = self._axes.omega(t, np.moveaxis(variables, -1, 0))
+        omega = self._block.omega(t, np.moveaxis(variables, -1, 0))
         return quat.rotate(self._quaternion(t, variables), np.stack(np.broadcast_arrays(*omega), axis=-1))
 
-    def _quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._axes.quaternion(time, variables))
+    def _quaternion(self, time: NDArray[np.float64], own: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(self._block.quaternion(time, own))
 
     def _start(self, time: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         t = real_numbers("time", time)
-        return t, self._axes.start(t)
+        return t, self._block.start_at(t)

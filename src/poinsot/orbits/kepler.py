@@ -16,11 +16,11 @@ from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.orbits.angle_reduction import angle_at, angle_nearby, mean_motion_of
-from poinsot.orbits.conic import ConicAxes, ConicOrbit, check_surface
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
 from poinsot.quantities import Angle, Inclination, Real, Time
 
-__all__ = ["EccentricAxes", "EllipticAxes", "KeplerAxes", "KeplerOrbit", "LongEllipticAxes"]
+__all__ = ["EccentricBlock", "EllipticBlock", "KeplerBlock", "KeplerOrbit", "LongEllipticBlock"]
 
 
 class KeplerOrbit(ConicOrbit):
@@ -198,13 +198,13 @@ class KeplerOrbit(ConicOrbit):
 
     @property
     @override
-    def tracked(self) -> bool:
+    def integrated(self) -> bool:
         return self.elongated
 
     @property
-    def axes(self) -> KeplerAxes | EccentricAxes:
-        """The axes radial, transverse, normal, with the true anomaly integrated along, or the eccentric one."""
-        return EccentricAxes(self) if self.elongated else KeplerAxes(self)
+    def block(self) -> KeplerBlock | EccentricBlock:
+        """The true anomaly integrated along, or the eccentric one."""
+        return EccentricBlock(self) if self.elongated else KeplerBlock(self)
 
     # ------------------------------------------------------------------ motion
 
@@ -279,75 +279,75 @@ class KeplerOrbit(ConicOrbit):
         return functions.sqrt((1 - self.eccentricity) * (1 + self.eccentricity))
 
 
-class EllipticAxes(ConicAxes):
-    """Radial, transverse, normal axes; their variable is f - M, the true less the mean anomaly.
+class EllipticBlock(ConicBlock):
+    """The variable is f - M, the true less the mean anomaly.
 
     f itself would grow with every revolution and loosen the engine's step control, which looks at the
     largest variable.
     """
 
     @override
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return centre_equation(self.orbit.eccentricity, self.orbit.phase_at(time))
 
     @override
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
-        return [self.anomaly_rate(time, variables) - self.orbit.mean_motion]
+    def rates_at(self, time: Scalar, own: Any) -> functions.Vector:
+        return functions.Vector((self.anomaly_rate(time, own) - self.orbit.mean_motion,))
 
     @override
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
-        return variables[0] + self.orbit.phase_at(time)
+    def true_anomaly(self, time: Scalar, own: Any) -> Scalar:
+        return own[0] + self.orbit.phase_at(time)
 
 
-class KeplerAxes(EllipticAxes):
-    """Those of an ellipse at rest in space."""
+class KeplerBlock(EllipticBlock):
+    """That of an ellipse at rest in space."""
 
     orbit: KeplerOrbit
 
 
-class LongEllipticAxes(ConicAxes):
-    """The same of a long ellipse; their variable is E - M, the eccentric less the mean anomaly.
+class LongEllipticBlock(ConicBlock):
+    """That of a long ellipse; the variable is E - M, the eccentric less the mean anomaly.
 
     Whatever is read from it is one step of Newton's method for Kepler's equation further, its own rate too: the
     error of the variable is squared, and does not grow from the apoapsis to the periapsis as one of the time would.
     """
 
     @override
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         e = self.orbit.eccentricity
         E = functions.eccentric_anomaly(e, self.orbit.phase_at(time))
         return np.asarray(e * np.sin(E))[..., None]
 
     @override
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
-        _, _, distance = self._place(time, variables)
-        return [self.orbit.mean_motion * (1 / distance - 1)]
+    def rates_at(self, time: Scalar, own: Any) -> functions.Vector:
+        _, _, distance = self._place(time, own)
+        return functions.Vector((self.orbit.mean_motion * (1 / distance - 1),))
 
     @override
-    def true_anomaly(self, time: Scalar, variables: Any) -> Scalar:
-        e, (sine, cosine, _) = self.orbit.eccentricity, self._place(time, variables)
+    def true_anomaly(self, time: Scalar, own: Any) -> Scalar:
+        e, (sine, cosine, _) = self.orbit.eccentricity, self._place(time, own)
         ratio = functions.sqrt((1 - e) * (1 + e))
         beyond = functions.atan2(2 * e * sine * cosine, 1 + ratio - e + 2 * e * sine * sine)  # half of f - E
-        return self._anomaly(time, variables) + 2 * beyond
+        return self._anomaly(time, own) + 2 * beyond
 
     @override
-    def cosines(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar]:
-        e, (sine, cosine, distance) = self.orbit.eccentricity, self._place(time, variables)
+    def cosines(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar]:
+        e, (sine, cosine, distance) = self.orbit.eccentricity, self._place(time, own)
         inverse = 1 / distance
         ratio = functions.sqrt((1 - e) * (1 + e))
         return ((1 - e) - 2 * (sine * sine)) * inverse, 2 * ratio * (sine * cosine) * inverse
 
     @override
-    def closeness(self, time: Scalar, variables: Any) -> Scalar:
+    def closeness(self, time: Scalar, own: Any) -> Scalar:
         e = self.orbit.eccentricity
-        return (1 - e) * (1 + e) / self._place(time, variables)[2]
+        return (1 - e) * (1 + e) / self._place(time, own)[2]
 
-    def _anomaly(self, time: Scalar, variables: Any) -> Scalar:
-        return variables[0] + self.orbit.phase_at(time)
+    def _anomaly(self, time: Scalar, own: Any) -> Scalar:
+        return own[0] + self.orbit.phase_at(time)
 
-    def _place(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
+    def _place(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Return sin E/2 and cos E/2, and the distance over the semimajor axis, at the time."""
-        e, E = self.orbit.eccentricity, self._anomaly(time, variables)
+        e, E = self.orbit.eccentricity, self._anomaly(time, own)
         sine, cosine = functions.sin(0.5 * E), functions.cos(0.5 * E)
         late = (1 - e) * E + e * functions.sine_defect(E) - self.orbit.phase_at(time)
         half = 0.5 * late / ((1 - e) + 2 * e * (sine * sine))
@@ -355,8 +355,8 @@ class LongEllipticAxes(ConicAxes):
         return sine, cosine, (1 - e) + 2 * e * (sine * sine)
 
 
-class EccentricAxes(LongEllipticAxes):
-    """Those of a long ellipse at rest in space."""
+class EccentricBlock(LongEllipticBlock):
+    """That of a long ellipse at rest in space."""
 
     orbit: KeplerOrbit
 

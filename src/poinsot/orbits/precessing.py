@@ -14,12 +14,12 @@ from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.orbits.angle_reduction import angle_at, mean_motion_of
-from poinsot.orbits.conic import ConicAxes, plane_of
+from poinsot.orbits.conic import ConicBlock, plane_of
 from poinsot.orbits.frame import OrbitFrame
-from poinsot.orbits.kepler import EllipticAxes, KeplerOrbit, LongEllipticAxes, is_circle
+from poinsot.orbits.kepler import EllipticBlock, KeplerOrbit, LongEllipticBlock, is_circle
 from poinsot.quantities import AngularVelocity
 
-__all__ = ["LongPrecessingAxes", "PrecessingAxes", "PrecessingOrbit"]
+__all__ = ["LongPrecessingBlock", "PrecessingBlock", "PrecessingOrbit"]
 
 
 class PrecessingOrbit(Orbit):
@@ -122,13 +122,13 @@ class PrecessingOrbit(Orbit):
 
     @property
     @override
-    def tracked(self) -> bool:
+    def integrated(self) -> bool:
         return self.orbit.elongated
 
     @property
-    def axes(self) -> PrecessingAxes | LongPrecessingAxes:
-        """The axes radial, transverse, normal, with the true anomaly integrated along, or the eccentric one."""
-        return LongPrecessingAxes(self) if self.orbit.elongated else PrecessingAxes(self)
+    def block(self) -> PrecessingBlock | LongPrecessingBlock:
+        """The true anomaly integrated along, or the eccentric one."""
+        return LongPrecessingBlock(self) if self.orbit.elongated else PrecessingBlock(self)
 
     @property
     def directions(self) -> dict[str, NDArray[np.float64]]:
@@ -183,35 +183,35 @@ class PrecessingOrbit(Orbit):
         return functions.Vector(ahead * p + aside * s for p, s in zip(*directions, strict=True))
 
 
-class _MovingAxes(ConicAxes):
-    """What the axes of a moving ellipse have beyond those of one at rest."""
+class _MovingBlock(ConicBlock):
+    """What the block of a moving ellipse has beyond that of one at rest."""
 
     orbit: PrecessingOrbit
 
     def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         return self.orbit.angles_at(time)
 
-    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
+    def omega(self, time: Scalar, own: Any) -> functions.Vector:
         """Return the rates of the node about the third space axis and of the others about the normal."""
         _, inclination, periapsis = self.angles(time)
-        latitude = periapsis + self.true_anomaly(time, variables)
+        latitude = periapsis + self.true_anomaly(time, own)
         tilted = self.orbit.node_rate * functions.sin(inclination)
         upright = self.orbit.node_rate * functions.cos(inclination) + self.orbit.periapsis_rate
         return functions.Vector(
             (
                 tilted * functions.sin(latitude),
                 tilted * functions.cos(latitude),
-                upright + self.anomaly_rate(time, variables),
+                upright + self.anomaly_rate(time, own),
             )
         )
 
-    def velocity(self, time: Scalar, variables: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Return r' and omega x r along these axes, r' = f' r^2 e sin(f)/p."""
-        distance = 1 / self.inverse_distance(time, variables)
-        e_sin = self.orbit.eccentricity * self.cosines(time, variables)[1]
-        upwards = self.anomaly_rate(time, variables) * distance * distance * e_sin / self.orbit.parameter
-        _, across, along = self.omega(time, variables)
-        return upwards, along * distance, -across * distance
+    def velocity(self, orbit: Orbit, time: Scalar, own: Any) -> functions.Vector:
+        """Return r' and omega x r, r' = f' r^2 e sin(f)/p."""
+        distance = 1 / self.inverse_distance(orbit, time, own)
+        e_sin = self.orbit.eccentricity * self.cosines(time, own)[1]
+        upwards = self.anomaly_rate(time, own) * distance * distance * e_sin / self.orbit.parameter
+        _, across, along = self.omega(time, own)
+        return functions.Vector((upwards, along * distance, -across * distance))
 
     @property
     def _rate_aside(self) -> Scalar:
@@ -219,9 +219,9 @@ class _MovingAxes(ConicAxes):
         return self.orbit.mean_motion * ((1 - e) * (1 + e)) ** -1.5
 
 
-class PrecessingAxes(_MovingAxes, EllipticAxes):
-    """Those of the moving ellipse."""
+class PrecessingBlock(_MovingBlock, EllipticBlock):
+    """That of the moving ellipse."""
 
 
-class LongPrecessingAxes(_MovingAxes, LongEllipticAxes):
-    """Those of a long one."""
+class LongPrecessingBlock(_MovingBlock, LongEllipticBlock):
+    """That of a long one."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from poinsot import functions
 from poinsot.algebra.quaternion import assemble
 from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import Axes, Environment, Orbit
+from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Parametric
 from poinsot.orbits import solutions
@@ -24,7 +24,7 @@ from poinsot.orbits.fixed import components
 from poinsot.orbits.universal import refuse_symbols
 from poinsot.quantities import Along, Real, Time
 
-__all__ = ["CirclingPair", "SynodicAxes", "ThreeBodyPath", "ThreeBodyView"]
+__all__ = ["CirclingPair", "SynodicBlock", "ThreeBodyPath", "ThreeBodyView"]
 
 
 SynodicVector = Annotated[Any, (3,), Along("synodic axes")]
@@ -148,12 +148,12 @@ class ThreeBodyPath(CirclingPair, Parametric):
         now = functions.Vector(self._path(here - self.epoch))
         if here is time:
             return now
-        rates = SynodicAxes(self).rates(here, now)
+        rates = SynodicBlock(self).rates_at(here, now)
         return functions.Vector(time.chain(x, rate) for x, rate in zip(now, rates, strict=True))
 
     @functools.cached_property
     def _path(self) -> Callable[[Any], NDArray[Any]]:
-        return solutions.engine().path(SynodicAxes(self), self._start)
+        return solutions.engine().path(SynodicBlock(self), self._start)
 
     @property
     def _start(self) -> tuple[Scalar, ...]:
@@ -188,9 +188,9 @@ class ThreeBodyView(Orbit):
         return self.path.frame
 
     @property
-    def axes(self) -> SynodicAxes:
-        """The synodic axes, with the path integrated along."""
-        return SynodicAxes(self.path)
+    def block(self) -> SynodicBlock:
+        """The path integrated along."""
+        return SynodicBlock(self.path)
 
     @property
     @override
@@ -220,98 +220,78 @@ class ThreeBodyView(Orbit):
         return self._environment(time).inverse_distance(self)
 
     def _environment(self, time: Scalar) -> Environment:
-        return _SynodicEnvironmentInSpace(time, self.axes, self.path.variables_at(time))
+        return Environment(time, [(self.block, self.path.variables_at(time))], {id(self): 0})
 
 
-class SynodicAxes(Axes):
-    """The axes that turn with the attractors; their variables are the path of the body.
+class SynodicBlock(OrbitBlock):
+    """Position and velocity from the secondary along the axes that turn with the attractors: the comoving axes.
 
-    Position and velocity from the secondary, units of the separation and the mean motion: of the size of a
-    quaternion or below, for the engine's step control looks at the largest variable.
+    Their units are the separation and the mean motion: the variables are of the size of a quaternion or below, for the
+    engine's step control looks at the largest one.
     """
 
     path: ThreeBodyPath
-    size = 6
+    variables: ClassVar[Mapping[str, int]] = {"position": 3, "velocity": 3}
 
     @override
-    def start(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.stack(np.broadcast_arrays(*self.path.variables_at(time)), axis=-1)
 
     @override
-    def environment(self, time: Scalar, variables: Any) -> Environment:
-        return _SynodicEnvironment(time, self, variables)
-
-    @override
-    def environment_in_space(self, orbit: Orbit, time: Scalar, variables: Any) -> Environment:
-        return _SynodicEnvironmentInSpace(time, self, variables)
-
-    @override
-    def rates(self, time: Scalar, variables: Any) -> list[Scalar]:
-        x, y, z, u, v, w = variables
+    def rates_at(self, time: Scalar, own: Any) -> functions.Vector:
+        x, y, z, u, v, w = own
         mu, n = self.path.mass_ratio, self.path.mean_motion
-        far, near = (inverse * inverse * inverse for inverse in _inverse_distances(variables).values())
+        far, near = (inverse * inverse * inverse for inverse in _inverse_distances(own).values())
         pull = (1 - mu) * far
         both = pull + mu * near
         ahead = x - both * x + (1 - mu) - pull + 2 * v
-        return [n * u, n * v, n * w, n * ahead, n * (y - both * y - 2 * u), -(n * (both * z))]
+        return functions.Vector((n * u, n * v, n * w, n * ahead, n * (y - both * y - 2 * u), -(n * (both * z))))
 
     @override
-    def omega(self, time: Scalar, variables: Any) -> functions.Vector:
+    def omega(self, time: Scalar, own: Any) -> functions.Vector:
         return functions.Vector((0.0, 0.0, self.path.mean_motion))
 
     @override
-    def quaternion(self, time: NDArray[np.float64], variables: NDArray[np.float64]) -> NDArray[np.float64]:
-        half = 0.5 * self.phase(time)
+    def quaternion(self, time: NDArray[np.float64], own: Any) -> NDArray[np.float64]:
+        half = 0.5 * self._phase(time)
         return assemble((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)))
 
-    def phase(self, time: Scalar) -> Scalar:
+    @override
+    def to_space(self, vector: Any, time: Scalar, own: Any) -> functions.Vector:
+        (x, y, z), phase = vector, self._phase(time)
+        c, s = functions.cos(phase), functions.sin(phase)
+        return functions.Vector((c * x - s * y, s * x + c * y, z))
+
+    @override
+    def inverse_distance(self, orbit: Any, time: Scalar, own: Any) -> Scalar:
+        return _inverse_distances(own)[orbit.attractor] / self.path.separation
+
+    @override
+    def direction(self, orbit: Any, time: Scalar, own: Any) -> functions.Vector:
+        inverse = _inverse_distances(own)[orbit.attractor]
+        return functions.Vector(x * inverse for x in self._place(orbit, own))
+
+    @override
+    def position(self, orbit: Any, time: Scalar, own: Any) -> functions.Vector:
+        return functions.Vector(x * self.path.separation for x in self._place(orbit, own))
+
+    @override
+    def velocity(self, orbit: Any, time: Scalar, own: Any) -> functions.Vector:
+        (x, y, _), (u, v, w) = self._place(orbit, own), own[3:]
+        speed = self.path.separation * self.path.mean_motion
+        return functions.Vector((speed * (u - y), speed * (v + x), speed * w))
+
+    def _place(self, orbit: Any, own: Any) -> tuple[Scalar, ...]:
+        x, y, z = own[:3]
+        return (x + 1 if orbit.attractor == "primary" else x), y, z
+
+    def _phase(self, time: Scalar) -> Scalar:
         """Return the angle of the axes, radians."""
         return self.path.mean_motion * (time - self.path.epoch)
 
 
-class _SynodicEnvironment(Environment):
-    """The environment along the axes that turn with the attractors."""
-
-    def __init__(self, time: Scalar, axes: SynodicAxes, variables: Any) -> None:
-        super().__init__(time)
-        self._axes, self._variables = axes, variables
-
-    def inverse_distance(self, orbit: Any) -> Scalar:
-        return self._inverse(orbit) / self._axes.path.separation
-
-    def direction(self, orbit: Any) -> functions.Vector:
-        return self._vector(*(x * self._inverse(orbit) for x in self._place(orbit)))
-
-    def position(self, orbit: Any) -> functions.Vector:
-        return self._vector(*(x * self._axes.path.separation for x in self._place(orbit)))
-
-    def velocity(self, orbit: Any) -> functions.Vector:
-        (x, y, _), (u, v, w) = self._place(orbit), self._variables[3:]
-        speed = self._axes.path.separation * self._axes.path.mean_motion
-        return self._vector(speed * (u - y), speed * (v + x), speed * w)
-
-    def _inverse(self, orbit: Any) -> Scalar:
-        return _inverse_distances(self._variables)[orbit.attractor]
-
-    def _place(self, orbit: Any) -> tuple[Scalar, ...]:
-        x, y, z = self._variables[:3]
-        return (x + 1 if orbit.attractor == "primary" else x), y, z
-
-    def _vector(self, x: Scalar, y: Scalar, z: Scalar) -> functions.Vector:
-        return functions.ComovingVector((x, y, z))
-
-
-class _SynodicEnvironmentInSpace(_SynodicEnvironment):
-    """The same along the space axes."""
-
-    def _vector(self, x: Scalar, y: Scalar, z: Scalar) -> functions.Vector:
-        phase = self._axes.phase(self.time)
-        c, s = functions.cos(phase), functions.sin(phase)
-        return functions.Vector((c * x - s * y, s * x + c * y, z))
-
-
-def _inverse_distances(variables: Any) -> dict[str, Scalar]:
+def _inverse_distances(own: Any) -> dict[str, Scalar]:
     """Return one over the distances from the attractors."""
-    x, y, z = variables[:3]
+    x, y, z = own[:3]
     across = y * y + z * z
     return {"primary": ((x + 1) * (x + 1) + across) ** -0.5, "secondary": (x * x + across) ** -0.5}

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from poinsot.mechanics.environment import Axes
+    from poinsot.mechanics.environment import OrbitBlock
 
 __all__ = ["Solutions", "engine"]
 
@@ -17,8 +17,8 @@ __all__ = ["Solutions", "engine"]
 class Solutions(Protocol):
     """The functions that the engine hands down."""
 
-    def path(self, axes: Axes, start: Sequence[Any]) -> Callable[[Any], NDArray[Any]]:
-        """Return a function of the time since the start: the variables of axes, first axis, by their rates."""
+    def path(self, block: OrbitBlock, start: Sequence[Any]) -> Callable[[Any], NDArray[Any]]:
+        """Return a function of the time since the start: the variables of a block, first axis, by their rates."""
 
     def planet_theory(self, number: int, threshold: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
         """Return VSOP2013: millennia of TDB from J2000, shape (1, n), to heliocentric positions, ICRF, au, (3, n)."""

@@ -14,7 +14,8 @@ from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
-from poinsot.mechanics.shared_orbits import orbits_of, same
+from poinsot.mechanics.parameters import same
+from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.plot.curves import against_time, lift_pen, reached, shade
 from poinsot.plot.labels import (
     Unit,

@@ -177,9 +177,9 @@ class _Variables:
         matrix = body.principal_matrix
         meaning = "principal axes along the body axes, in columns"
         self._fixed("principal_axes", matrix, "1", meaning, "axis", "principal_axis", frame="body")
-        comoving = getattr(motion.environment, "comoving", None)
-        if comoving is not None:
-            self._put("carried", comoving, "1", "variables of the orbits that were integrated along", "variable")
+        along = motion.environment.orbit_values
+        if along is not None:
+            self._put("carried", along, "1", "variables of the orbits that were integrated along", "variable")
 
     def _said_of_part(self, part: Part | StoredPart) -> tuple[str, str, str]:
         """Return unit, meaning and axis of the variables of a part; other kinds have no unit in common."""

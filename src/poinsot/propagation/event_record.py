@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.engine.event_detection import Recorded
-from poinsot.engine.state_vector import Coordinates
+from poinsot.engine.state_vector import StateVector
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import described
@@ -97,7 +97,7 @@ def checked_events(events: Any) -> tuple[Event, ...]:
 
 
 def crossings(
-    system: System, events: Sequence[Event], variables: Coordinates, found: list[tuple[int, Recorded]], rising: bool
+    system: System, events: Sequence[Event], variables: StateVector, found: list[tuple[int, Recorded]], rising: bool
 ) -> tuple[EventRecord, ...]:
     """Return what happened of each event, from pairs of a member and a record."""
     members = np.array([member for member, _ in found], dtype=int)
@@ -109,7 +109,7 @@ def crossings(
         rows[i] = record[4]
     blocks = [slice(first, first + BLOCK) for first in range(0, len(found), BLOCK)]
     parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
-    parts = parts or [variables.formulation.to_phase(rows[:, : variables.formulation.size])]
+    parts = parts or [variables.to_phase(times, rows)]
     phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     out = []
     for number, event in enumerate(events):
@@ -120,7 +120,7 @@ def crossings(
     return tuple(out)
 
 
-def _phase(variables: Coordinates, members: Array, times: Array, rows: Array) -> Phase:
-    if not (np.ndim(variables.scale) or any(np.ndim(number) for number in variables.axes.numbers)):
+def _phase(variables: StateVector, members: Array, times: Array, rows: Array) -> Phase:
+    if variables.of_one:
         return variables.to_phase(times, rows)
     return changed(variables.of_members(members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])

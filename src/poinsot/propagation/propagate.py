@@ -12,7 +12,7 @@ from poinsot.engine.driver import Driver, Memory, OneMotion
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.shared_orbits import tracked_orbits
+from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
@@ -93,12 +93,12 @@ def propagate(
     if members:
         _check_single(dense, precision)
         state = broadcast_members(state, members)
-    variables = kernels.coordinates(problem, state, chosen, precision)
+    variables = kernels.state_vector(problem, state, chosen, precision)
     cores = checked_threads(threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
     driver = Driver(problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense)
-    tracked = {"comoving": (variables.axes.size,)} if tracked_orbits(problem) else {}
-    kept = Memory(variables.formulation, members[0], t, **tracked) if members else OneMotion()
+    along = {"orbits": (variables.orbit_size,)} if any(orbit.integrated for orbit in orbits_of(problem)) else {}
+    kept = Memory(variables, members[0], t, **along) if members else OneMotion()
     report = driver.run(state, t, kept)
     method = Method.TAYLOR_OF_MEMBERS if members else Method.TAYLOR
     motion = Trajectory(
@@ -109,7 +109,7 @@ def propagate(
         Run.of(report, method, chosen.name, precision),
         (report.dense, *report.dense.ends) if report.dense else None,
         report.failures if members else {},
-        functools.partial(variables.environment, problem, kept.times, kept.rows["comoving"]) if tracked else None,
+        functools.partial(variables.environment, problem, kept.times, kept.rows["orbits"]) if along else None,
     )
     if problem.events:
         motion.events = crossings(system, problem.events, variables, report.events, bool(t[0] <= t[-1]))

@@ -114,9 +114,14 @@ class StoredSystem:
 class StoredEnvironment(Environment):
     """The environment at the times of a motion: orbits integrated along as they were stored."""
 
-    def __init__(self, time: Array, comoving: Array) -> None:
+    def __init__(self, time: Array, values: Array) -> None:
         super().__init__(time)
-        self.comoving = comoving
+        self._values = values
+
+    @property
+    @override
+    def orbit_values(self) -> Array:
+        return self._values
 
 
 class StoredTrajectory(Trajectory):
@@ -159,8 +164,8 @@ class StoredTrajectory(Trajectory):
             omega_body=None if omega is None else rows(omega),
             kinetic_energy=None if kinetic is None else part(kinetic),
         )
-        comoving = getattr(self.environment, "comoving", None)
-        environment = None if comoving is None else StoredEnvironment(times, rows(comoving))
+        values = self.environment.orbit_values
+        environment = None if values is None else StoredEnvironment(times, rows(values))
         return StoredTrajectory(system, initial, times, phase, self.run, record, environment)
 
     @property

@@ -345,12 +345,12 @@ class Trajectory(ShownInNotebooks):
             events = tuple(crossings_of_members(found, members, system) for found in events)
 
         def environment() -> Environment:
-            comoving = getattr(self.environment, "comoving", None)
-            if comoving is None:
+            values = self.environment.orbit_values
+            if values is None:
                 return Environment(times)
             problem = Problem(system, [found.event for found in events])
-            variables = kernels.coordinates(problem, initial, formulation_of(self.run.formulation), self.run.precision)
-            return variables.environment(problem, times, rows(comoving))
+            variables = kernels.state_vector(problem, initial, formulation_of(self.run.formulation), self.run.precision)
+            return variables.environment(problem, times, rows(values))
 
         motion = Trajectory(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
         motion.events = events

@@ -13,9 +13,8 @@ from poinsot.engine.driver import BOTH_WAYS, Driver, Report, Sink
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import SMALL
+from poinsot.engine.tangent_vectors import Variations
 from poinsot.engine.torque_scale import momentum_scale
-from poinsot.engine.variational import Variations
-from poinsot.mechanics.shared_orbits import space_axes
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
@@ -54,7 +53,8 @@ class VariationalRun:
     members : tuple
         () for one body.
     formulation : Formulation
-        With the variables of parts.
+        The chart.
+    variables : StateVector
     scale : float
         The momenta of the variables over those of the user, the same for all members.
     units : array (k,)
@@ -86,18 +86,16 @@ class VariationalRun:
         self._progress = sys.stderr.isatty() if progress is None else progress
         self.system, self.problem, self.members = system, Problem(system), members_of(system, state)
         self.state = broadcast_members(state, self.members or (1,))
-        variables = kernels.coordinates(self.problem, self.state, chosen, "double")
-        if inputs:  # axes that an orbit carries along would change with it
-            axes = space_axes(system.between_knots(), closed_forms=True)
-            variables = dataclasses.replace(variables, axes=axes)
-        self.formulation = variables.formulation
+        variables = kernels.state_vector(self.problem, self.state, chosen, "double")
+        if inputs:  # comoving axes would change with their orbit
+            variables = kernels.in_space(variables, self.problem.between_knots(), lambda orbit: not orbit.closed_form)
+        self.formulation = chosen
         self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(momentum_scale(system, self.state))))))
-        factors = self.formulation.tangent_factors
+        factors = variables.tangent_factors
         self._scaled = tuple(factor is None for factor in factors)
         self.units = np.array([self.scale if factor is None else factor for factor in factors])
-        self._variables = dataclasses.replace(variables, scale=np.full(len(self.state.time), self.scale))
-        first = 1 + len(variables.axes.numbers)
-        self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
+        self.variables = dataclasses.replace(variables, scale=np.full(len(self.state.time), self.scale))
+        self._inputs = tuple(tuple(1 + number for number in together) for together in inputs)  # the scale is the first
 
     def integrate(
         self,
@@ -112,7 +110,7 @@ class VariationalRun:
         The state is by default that of the run.
         """
         variations = Variations(self._scaled, vectors.shape[-2], self._inputs, self._order, vectors)
-        variables = dataclasses.replace(self._variables, variations=variations)
+        variables = dataclasses.replace(self.variables, variations=variations)
         driver = Driver(self.problem, variables, self._tolerance, threads=self._threads, progress=self._progress)
         return driver.run(self.state if state is None else state, times, sink, ways)
 

@@ -15,6 +15,8 @@ import poinsot as pt
 from in_order import in_order
 from poinsot.algebra.dual import partial, seeded
 from poinsot.engine import kernels
+from poinsot.engine.formulations import FORMULATIONS
+from poinsot.engine.problem import Problem
 
 MU1, MU2, SEPARATION, EPOCH = 3.1, 0.4, 2.5, 0.7
 PLACE, DRIFT = (1.9, 0.7, 0.3), (-0.2, 0.1, 0.15)
@@ -268,8 +270,9 @@ SIZES = {"first path shared": 12, "second path shared": 12, "with a flyby": 7}
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_each_path_is_integrated_once_and_the_torques_are_those_along_it(name):
     system = pt.System(BODY, *SYSTEMS[name])
-    assert system.space_axes.size == SIZES.get(name, 6)
-    assert (system.common_axes is None) == (name in SIZES)
+    assert sum(block.size for block in system.blocks) == SIZES.get(name, 6)
+    variables = kernels.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
+    assert variables.comoving == (name == "synodic")
     motion = pt.propagate(system, START, RUN, dense=True)
     step = 1e-4
     for time in (-0.6, 2.7):

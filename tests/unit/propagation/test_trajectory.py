@@ -237,7 +237,7 @@ def test_some_of_the_times(members, chosen):
 
 
 def comoving(motion):
-    return motion.environment.comoving
+    return motion.environment.orbit_values
 
 
 def test_an_orbit_that_is_integrated_along_goes_with_its_member():

@@ -1,0 +1,116 @@
+"""Tangent vectors and derivatives by parameters as variables of a kernel.
+
+Their equations are linear: a vector is integrated as u 2^n with a small u. Now and then a u that has grown is made
+small again by a power of two, and n raised.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["STEPS_AT_A_TIME", "Variations"]
+
+Array = NDArray[np.float64]
+
+INITIAL_EXPONENT = -10
+"""Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
+
+GROWN = 8
+"""Bits above that, from which on a vector is rescaled."""
+
+STEPS_AT_A_TIME = {1: 700, 2: 300}
+"""Steps between two checks of the size of the vectors, by order; up to the first one, a tenth.
+
+A vector that doubles in every step does not overflow in so many; one that grows like the time does not outgrow the
+attitude, which would loosen the step control. One that grows exponentially may: it has steps as short as the motion.
+"""
+
+COUNTED = 2.0**-20
+"""What the variable n counts in, to stay below the attitude for the engine's step control."""
+
+
+@dataclass(frozen=True)
+class Variations:
+    """Tangent vectors and derivatives by parameters as variables of a kernel.
+
+    Parameters
+    ----------
+    scaled : tuple of bool
+        Of the k tangent coordinates, which scale as momenta do.
+    count : int
+        How many are tangent vectors.
+    inputs : tuple of tuples of int
+        Of the others, which are derivatives: the inputs of the kernel that change together.
+    order : {1, 2}
+        Whether there are second derivatives too, one for each two vectors.
+    initial : array (..., count, k)
+        The tangent vectors at the start, of size one, with members first.
+    """
+
+    scaled: tuple[bool, ...]
+    count: int
+    inputs: tuple[tuple[int, ...], ...] = ()
+    order: int = 1
+    initial: Any = field(default=None, compare=False)
+
+    @property
+    def size(self) -> int:
+        """How many variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
+        return (self.total + len(self.pairs)) * len(self.scaled) + self.total + len(self.inputs)
+
+    @property
+    def total(self) -> int:
+        """How many vectors."""
+        return self.count + len(self.inputs)
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """The pairs of vectors with second derivatives."""
+        return [(a, b) for a in range(self.total) for b in range(a + 1)] if self.order == 2 else []
+
+    @property
+    def momenta(self) -> list[int]:
+        """Which of the variables scale as momenta do."""
+        return [place for place, scales in enumerate(self.scaled * (self.total + len(self.pairs))) if scales]
+
+    def split(self, rows: Any) -> tuple[Any, Any, Any, Any]:
+        """Return views of u (..., vectors, k), of pairs (..., pairs, k), of n and of units in rows of variables."""
+        k, first, second = len(self.scaled), self.total * len(self.scaled), len(self.pairs) * len(self.scaled)
+        u, pairs, n, units = np.split(rows, [first, first + second, first + second + self.total], axis=-1)
+        return u.reshape(*u.shape[:-1], -1, k), pairs.reshape(*pairs.shape[:-1], len(self.pairs), k), n, units
+
+    def start(self) -> Array:
+        """Return the variables at the start; shape (..., size)."""
+        vectors = np.ldexp(np.asarray(self.initial, dtype=float), INITIAL_EXPONENT)
+        rows = np.zeros((*vectors.shape[:-2], self.size))
+        rows[..., : self.count * len(self.scaled)] = vectors.reshape(*vectors.shape[:-2], -1)
+        rows[..., self.size - len(self.inputs) :] = 2.0**INITIAL_EXPONENT
+        return rows
+
+    def rescale(self, rows: Array) -> None:
+        """Rescale vectors that have grown, in rows of variables; shape (..., size)."""
+        u, _, n, units = self.split(rows)
+        _, bits = np.frexp(np.max(np.abs(u), axis=-1))
+        bits = np.where(bits > INITIAL_EXPONENT + GROWN, bits - INITIAL_EXPONENT, 0)
+        if not np.any(bits):
+            return
+        of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
+        k, own = len(self.scaled), self.total * len(self.scaled)
+        rows[..., :own] = np.ldexp(rows[..., :own], -np.repeat(bits, k, axis=-1))
+        for i, both in enumerate(of_pairs):
+            pair = slice(own + i * k, own + (i + 1) * k)
+            rows[..., pair] = np.ldexp(rows[..., pair], -both[..., None])
+        n += COUNTED * bits
+        units[...] = np.ldexp(units, -bits[..., self.count :])
+
+    def read(self, rows: Array) -> tuple[Array, Array, Array]:
+        """Return u of vectors (..., vectors, k) and of pairs (..., pairs, k), and exponents n (..., vectors).
+
+        A vector is u 2^n, the second derivative of a pair u 2^(n + n).
+        """
+        u, pairs, n, _ = self.split(rows)
+        return np.ldexp(u, -INITIAL_EXPONENT), np.ldexp(pairs, -2 * INITIAL_EXPONENT), n / COUNTED
