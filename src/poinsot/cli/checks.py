@@ -121,9 +121,10 @@ def _table(title: str, rows: list[Any]) -> object:
     from rich import box
     from rich.table import Table
 
-    headings = ("formulation", "steps", "order", "ms", "|q|-1", "q.Q", "drift", "error")
-    table = Table(*headings, title=f"{title} (error in rad)", title_justify="left", box=box.SIMPLE_HEAD, padding=0)
+    from poinsot.paper import HEADINGS
+
+    table = Table(*HEADINGS[1:], title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=0)
     for row in rows:
-        cells = (row.formulation, row.steps, row.order, row.milliseconds, row.norm_error, row.tangency_error)
-        table.add_row(*cells, row.drift.replace(", ", "\n"), row.attitude_error)
+        _, *cells = vars(row).values()
+        table.add_row(*(cell.replace(", ", "\n") for cell in cells))
     return table
