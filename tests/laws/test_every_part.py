@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import parts
@@ -166,21 +167,18 @@ def test_dense_output_meets_the_times(part):
         np.testing.assert_allclose(state.phase[name], values[-1], rtol=0, atol=1e-13)
 
 
-@each_part
-def test_members_move_as_if_alone(part):
-    moments = np.array([(6.0, 8.0, 10.0), (6.5, 8.0, 9.0), (7.0, 7.5, 10.0)])
-    many = pt.System(pt.Body(moments), part)
-    start = many.state(IDENTITY, omega_body=OMEGA)
+def members(part):
+    """Three bodies with a part, each with its own values of the variables."""
+    system = pt.System(pt.Body([(6.0, 8.0, 10.0), (6.5, 8.0, 9.0), (7.0, 7.5, 10.0)]), part)
+    start = system.state(IDENTITY, omega_body=OMEGA)
     own = {name: values * np.array([[1.0], [1.2], [0.8]]) for name, values in start.own.items()}
-    motion = pt.propagate(many, many.state(IDENTITY, omega_body=OMEGA, **own), TIMES[:6])
-    for i in range(3):
-        alone = pt.System(pt.Body(moments[i]), part)
-        mine = {name: values[i] for name, values in own.items()}
-        single = pt.propagate(alone, alone.state(IDENTITY, omega_body=OMEGA, **mine), TIMES[:6])
-        np.testing.assert_allclose(motion.quaternion[i], single.quaternion, rtol=0, atol=1e-13)
-        np.testing.assert_allclose(motion.energy[i], single.energy, rtol=1e-13)
-        for name, values in single.own.items():
-            np.testing.assert_allclose(motion.own[name][i], values, rtol=0, atol=1e-13)
+    return system, system.state(IDENTITY, omega_body=OMEGA, **own)
+
+
+def one_of(system, start, i):
+    """One of them."""
+    alone = pt.System(pt.Body(system.body.moments[i]), *system.forces)
+    return alone, alone.state(IDENTITY, omega_body=OMEGA, **{name: values[i] for name, values in start.own.items()})
 
 
 class Level(pt.Event):
@@ -206,6 +204,163 @@ def test_events_see_the_variables(part):
         assert abs(plain(time).own[part.name][0] - level) < 1e-13
 
 
+class Kick(pt.Event):
+    """An action that turns the body by a tenth faster, and halves the variables of a part if it has some."""
+
+    part: Part
+    time: float
+
+    def value(self, instant):
+        return instant.time - self.time
+
+    def act(self, body, state):
+        faster = 1.1 * np.array(body.omega(state.angular_momentum_body))
+        state = body.state(state.attitude, omega_body=faster, time=state.time)
+        own = {self.part.name: 0.5 * np.array(list(body.own(self.part)))} if self.part.size else {}
+        return pt.State(state.quaternion, state.conjugate_momenta, state.time, own=own)
+
+
+@each_part
+def test_an_action_is_a_new_start(part):
+    system = pt.System(BODY, part, ReactionWheel((0, 1, 0), 0.2, 0.01, name="another"))
+    start, times = started(system), [2.0, 3.3, 6.0]
+    motion = pt.propagate(system, start, times, events=[Kick(part, 3.0)], dense=True)
+    before = pt.propagate(system, start, [3.0])
+    after = 1.1 * before.omega_body[0]
+    own = {name: values[0] * (0.5 if name == part.name else 1.0) for name, values in before.own.items()}
+    # Both ends of g = K^-1 omega + h have the variables before: the action makes its state of the body it is given.
+    body = system.with_numbers(system.numbers).body_at({n: Vector(v[0]) for n, v in before.own.items()}, 3.0)
+    g = np.array(list(body.angular_momentum(Vector(after))))
+    state = system.state(before.attitude[0], angular_momentum_body=g, time=3.0, **own)
+    again = pt.propagate(system, state, times[1:])
+    for name, values in again.phase.items():
+        # Twice the error of a run, a few units in the last place of |g| = 9.
+        np.testing.assert_allclose(motion.phase[name][1:], values, rtol=0, atol=5e-14)
+        np.testing.assert_allclose(motion(6.0).phase[name], values[-1], rtol=0, atol=5e-14)
+
+
+@each_part
+def test_members_and_actions_on_them_are_as_if_alone(part):
+    many = members(part)
+    motion = pt.propagate(*many, TIMES[:6], events=[Kick(part, 3.3)])
+    assert not motion.failures
+    for i in range(3):
+        single = pt.propagate(*one_of(*many, i), TIMES[:6], events=[Kick(part, 3.3)])
+        np.testing.assert_allclose(motion.quaternion[i], single.quaternion, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(motion.energy[i], single.energy, rtol=1e-13)
+        for name, values in single.own.items():
+            np.testing.assert_allclose(motion.own[name][i], values, rtol=0, atol=1e-13)
+
+
+def test_an_action_may_name_no_part_that_is_not_there():
+    class Wrong(Kick):
+        def act(self, body, state):  # noqa: ARG002
+            return pt.State(state.quaternion, state.conjugate_momenta, state.time, own={"other": (0.0,)})
+
+    system = pt.System(BODY, PARTS[1])
+    with pytest.raises(pt.PropagationError, match="must return variables of parts of the system, got some of 'other'"):
+        pt.propagate(system, started(system), TIMES, events=[Wrong(PARTS[1], 3.3)])
+
+
+# ---------------------------------------------------------------------- variational equations
+
+FIRST = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+"""Central differences of order six: truncation h^6, rounding of starts 1e-16 / h, in extended precision."""
+CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.5, node=0.2, argument_of_periapsis=0.3)
+
+
+def differences(function, h=1e-3):
+    return sum(c * (function(k * h) - function(-k * h)) for k, c in FIRST) / h
+
+
+def attracted(part):
+    """A part in a body on a circle: gravity pulls at the variables of some."""
+    return pt.System(BODY, part, pt.GravityGradient(CIRCLE))
+
+
+def displaced(system, state, x):
+    """The state at tangent coordinates x from another one."""
+    places = np.cumsum([6, *(values.size for values in state.own.values())])
+    own = {name: v + step for (name, v), step in zip(state.own.items(), np.split(x, places)[1:-1], strict=True)}
+    turned = state.attitude * Rotation.from_rotvec(x[:3])
+    return system.state(turned, angular_momentum_body=state.angular_momentum_body + x[3:6], **own)
+
+
+def displacement(motion, reference):
+    turn = (reference.attitude.inv() * motion.attitude).as_rotvec()
+    names = [name for name in motion.phase if name != "quaternion"]
+    return np.concatenate([turn, *(motion.phase[n] - reference.phase[n] for n in names)], axis=-1)[-1]
+
+
+def end(system, state, x):
+    return pt.propagate(system, displaced(system, state, x), [1.7], precision="extended")
+
+
+@each_part
+def test_state_transition_is_the_derivative_by_start_and_parameters(part):
+    system = attracted(part)
+    state, names = started(system), [f"forces[0].{name}" for name, _ in part.number_names()]
+    found = pt.analysis.state_transition(system, state, [0.3, 1.7], names)
+    k = 6 + part.size
+    assert found.matrix.shape == (2, k, k)
+    assert found.sensitivity.shape == (2, k, len(names))
+    reference, numbers = end(system, state, np.zeros(k)), np.array(list(part.numbers), dtype=float)
+
+    def column(x, p):
+        # By the numbers alone: an axis that is not of length one is none of a wheel, but a number of the formula.
+        moved = lambda h: attracted(part.with_numbers(numbers + h * p))  # noqa: E731
+        return differences(lambda h: displacement(end(moved(h), state, h * x), reference))
+
+    for i, x in enumerate(np.eye(k)):
+        np.testing.assert_allclose(found.matrix[-1, :, i], column(x, 0 * numbers), rtol=0, atol=3e-12)
+    sizes = 0.5 * numbers + 0.1 * (numbers == 0)
+    np.testing.assert_allclose(found.sensitivity[-1] @ sizes, column(np.zeros(k), sizes), rtol=0, atol=3e-12)
+
+
+@each_part
+def test_state_transition_goes_backwards_too(part):
+    system = attracted(part)
+    there = pt.analysis.state_transition(system, started(system), [1.7])
+    end = pt.propagate(system, started(system), [0.0, 1.7], dense=True)(1.7)
+    back = pt.analysis.state_transition(system, end, [0.0])
+    np.testing.assert_allclose(back.matrix[0] @ there.matrix[0], np.eye(6 + part.size), rtol=0, atol=1e-12)
+
+
+@each_part
+def test_variational_equations_of_members_are_those_of_each_alone(part):
+    many = members(part)
+    found, spectra = pt.analysis.state_transition(*many, [1.7]), pt.analysis.lyapunov_spectrum(*many, [5.0])
+    for i in range(3):
+        single = pt.analysis.state_transition(*one_of(*many, i), [1.7])
+        np.testing.assert_allclose(found.matrix[i], single.matrix, rtol=0, atol=1e-12)
+        # The unit of a displacement is of the largest of the members; the volume has none.
+        sums = (np.sum(pt.analysis.lyapunov_spectrum(*one_of(*many, i), [5.0]).exponents), np.sum(spectra.exponents[i]))
+        assert abs(sums[0] - sums[1]) < 1e-13
+
+
+@pytest.mark.parametrize(
+    "part",
+    [pytest.param(p, marks=pytest.mark.slow) if isinstance(p, SpringMass) else p for p in PARTS],
+    ids=lambda part: type(part).__name__,
+)
+def test_second_derivatives_leave_a_third_order_error(part):
+    system, name = pt.System(BODY, part), next(iter(part.number_names()))[0]
+    state, k = started(system), 6 + part.size
+    found = pt.analysis.state_transition(system, state, [1.7], [f"forces[0].{name}"], order=2)
+    first = np.concatenate([found.matrix, found.sensitivity], axis=-1)[0]
+    direction = np.cos(np.arange(k + 1)) / 3
+    reference, numbers = end(system, state, np.zeros(k)), np.array(list(part.numbers), dtype=float)
+
+    def error(h):
+        x = h * direction
+        changed = part.with_numbers(numbers + x[-1] * np.eye(numbers.size)[0])
+        expanded = first @ x + 0.5 * np.einsum("ijk,j,k->i", found.second[0], x, x)
+        return np.max(np.abs(displacement(end(pt.System(BODY, changed), state, x[:-1]), reference) - expanded))
+
+    assert error(4e-3) / error(2e-3) == pytest.approx(8, rel=0.1)
+    assert error(1e-3) < 1e-7
+
+
 # ---------------------------------------------------------------------- what does not work with parts yet
 
 
@@ -217,35 +372,10 @@ def test_planar_motion_refuses_parts():
 
 def test_gravity_does_work_on_parts():
     # On a circular orbit H - n . G is constant, whatever the parts do without loss: torque, pull and rates agree.
-    orbit = pt.KeplerOrbit(
-        1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.5, node=0.2, argument_of_periapsis=0.3
-    )
     spring = SpringMass(1, 10, (0.3, 0.2, 1), (0.6, 0, 0.8), 20.0)
-    system = pt.System(BODY, spring, pt.GravityGradient(orbit))
+    system = pt.System(BODY, spring, pt.GravityGradient(CIRCLE))
     motion = pt.propagate(system, started(system), TIMES)
     assert np.max(np.abs(motion.drift["jacobi_energy"])) < 1e-14
-
-
-def test_variational_equations_refuse_parts():
-    system = pt.System(BODY, PARTS[1])
-    with pytest.raises(ValueError, match="variational equations must be those of a body without parts"):
-        pt.analysis.state_transition(system, started(system), TIMES)
-
-
-class Kick(pt.Event):
-    """An event that acts."""
-
-    def value(self, instant):
-        return instant.time - 1.0
-
-    def act(self, body, state):  # noqa: ARG002
-        return state
-
-
-def test_events_that_act_refuse_parts():
-    system = pt.System(BODY, PARTS[1])
-    with pytest.raises(ValueError, match="an event that acts must be for a body without parts"):
-        pt.propagate(system, started(system), TIMES, events=[Kick()])
 
 
 @each_part

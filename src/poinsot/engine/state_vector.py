@@ -19,7 +19,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Environment, OrbitBlock
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.shared_orbits import Views, name_of_orbit, orbits_of, viewed
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 
 __all__ = ["SMALL", "Slot", "StateVector", "factors_of_parts"]
@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 SMALL = 0.1
 """The size given to the momenta: below that of q, so that the engine's step control, which looks at the
 largest variable, keeps its grip on the attitude."""
+
+AT_REST = 1e-9
+"""Of the rate of a variable whose part has no momentum; what is slower is at rest, and its rate mostly rounding."""
 
 BLOCK = 8192
 """Rows converted together: their intermediate results stay in the processor's cache."""
@@ -283,13 +286,15 @@ def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     if not parts:
         return {}
     twin = system.beside(state.quaternion.shape[:-1])
+    at_zero = state_of({**state.rigid, **changed(state.own, np.zeros_like)}, state.time)
     with np.errstate(all="ignore"):
-        rates = twin.block_rates(twin.at(state))
+        each = [twin.block_rates(twin.at(start)) for start in (state, at_zero)]
         fastest = float(np.max(np.linalg.norm(system.omega_body(state), axis=-1)))
     factors = {}
     for part in parts:
-        changes = np.stack(np.broadcast_arrays(*rates[part.name]), axis=-1) / (fastest or 1.0)
-        sizes = np.maximum(np.abs(state.own[part.name]), np.abs(changes)).reshape(-1, part.size)
+        changes, from_zero = (np.abs(np.stack(np.broadcast_arrays(*rates[part.name]), axis=-1)) for rates in each)
+        changes = np.where(changes > AT_REST * from_zero, changes, from_zero) / (fastest or 1.0)
+        sizes = np.maximum(np.abs(state.own[part.name]), changes).reshape(-1, part.size)
         momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
         factors[part.name] = tuple(
             None if i in momenta else _power(size) for i, size in enumerate(np.max(sizes, axis=0))
