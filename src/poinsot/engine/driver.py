@@ -368,7 +368,7 @@ class _Members(_Run):
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
-        self.width, self.stop = kernels.LANES, False
+        self.width, self.stop = kernels.LANES if np.ndim(self.driver.variables.scale) else 1, False
         self._lock = threading.Lock()
         self._slabs = self._cut()
 
@@ -417,7 +417,8 @@ class _Members(_Run):
         self.stop, self.report.interrupted = True, True
 
     def _integrate(self, borrowed: kernels.Borrowed, slab: NDArray[np.int_], told: Callable[[float], None]) -> None:
-        variables, stepper = self.driver.variables, BatchStepper(borrowed)
+        variables = self.driver.variables
+        stepper = BatchStepper(borrowed) if self.width > 1 else ScalarStepper(borrowed, np.float64)
         rows = np.full((slab.size, self.times.size, variables.size), np.nan)
         finished = 0
         for first in range(0, slab.size, self.width):
@@ -430,7 +431,7 @@ class _Members(_Run):
         kept = slab[:finished]
         self.sink.take(kept, self.times, Rows(variables.of_members(kept), self.times, rows[:finished]))
 
-    def _integrate_batch(self, stepper: BatchStepper, members: NDArray[np.int_], rows: Array) -> None:
+    def _integrate_batch(self, stepper: Stepper, members: NDArray[np.int_], rows: Array) -> None:
         """Put the variables of members at the rising times into rows (members, n, size), outwards from their start."""
         done = []
         for part, places in self.integrations(lambda _: stepper, members):

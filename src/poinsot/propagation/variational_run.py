@@ -94,7 +94,7 @@ class VariationalRun:
         factors = variables.tangent_factors
         self._scaled = tuple(factor is None for factor in factors)
         self.units = np.array([self.scale if factor is None else factor for factor in factors])
-        self.variables = dataclasses.replace(variables, scale=np.full(len(self.state.time), self.scale))
+        self.variables = dataclasses.replace(variables, scale=np.full(self.members, self.scale)[()])
         self._inputs = tuple(tuple(1 + number for number in together) for together in inputs)  # the scale is the first
 
     def integrate(
