@@ -30,7 +30,7 @@ def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     """
     path = Path(path)
     if path.is_dir():
-        raise IsADirectoryError(f"path must be the name of a file, but {path} is a folder.")
+        raise IsADirectoryError(f"{path} must be the name of a file, got a folder.")
     with _part(path, overwrite) as part:
         yield part
         part.replace(path)
@@ -41,7 +41,7 @@ def new_folder(path: Path, overwrite: bool, mark: str) -> Iterator[Path]:
     """Give the path of a folder to make, as `new_file` does; one with a file of the name `mark` may be replaced."""
     with _part(path, overwrite) as part:
         if path.exists() and not (path / mark).is_file():
-            raise FileExistsError(f"path must be a Zarr store to be replaced, but {path} is something else.")
+            raise FileExistsError(f"{path} must be a Zarr store to be replaced, got something else.")
         yield part
         before = part.with_name("before")
         if path.exists():
@@ -64,9 +64,9 @@ def write_text(path: str | Path, text: str, overwrite: bool) -> Path:
 def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     """Give a path in a folder that is locked as long as it lasts, after those that no process has locked are gone."""
     if not path.parent.is_dir():
-        raise FileNotFoundError(f"path must be in a folder that exists, but there is no {path.parent}.")
+        raise FileNotFoundError(f"No such folder: {path.parent}")
     if path.exists() and not overwrite:
-        raise FileExistsError(f"{path} must be a new file, but it exists. overwrite=True replaces it.")
+        raise FileExistsError(f"{path} already exists; overwrite=True replaces it.")
     for folder in path.parent.glob(PART.format("*")):
         if _is_left(folder):
             shutil.rmtree(folder, ignore_errors=True)

@@ -79,7 +79,7 @@ def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray
     if not np.all(np.isfinite(array)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         place = f"{name}[{', '.join(map(str, where))}]" if where else name
-        raise ValueError(f"{name} must be finite, but {place} = {array[where]}.")
+        raise ValueError(f"{name} must be finite, got {place} = {array[where]}.")
     return array
 
 
@@ -130,7 +130,7 @@ def optional(name: str, purpose: str) -> Any:
     except ModuleNotFoundError:
         package = name.partition(".")[0]
         raise ImportError(
-            f"{package} must be installed for {purpose}, but it is not. `pip install 'poinsot[sky]'` brings it."
+            f"{package} must be installed for {purpose}, got none. `pip install 'poinsot[sky]'` brings it."
         ) from None
 
 

@@ -134,9 +134,9 @@ def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, texts, way, data
     "read", [pt.files.read_aem, pt.files.read_apm, pt.files.read_stk_attitude, pt.files.read_quaternion_csv]
 )
 def test_files_that_are_none(tmp_path, read):
-    with pytest.raises(FileNotFoundError, match=r"^path must lead to a file, but there is no .*none\.x\.$"):
+    with pytest.raises(FileNotFoundError, match=r"^No such file: .*none\.x$"):
         read(tmp_path / "none.x")
-    with pytest.raises(ValueError, match=r"^path must lead to a file, but .* is none\.$"):
+    with pytest.raises(ValueError, match=r"must be a file, got a folder or a device\.$"):
         read(tmp_path)
     (tmp_path / "bomb.xml").write_text('<!DOCTYPE a [<!ENTITY b "bb"><!ENTITY c "&b;&b;&b;">]><aem>&c;</aem>')
     with pytest.raises(ValueError, match="must "):

@@ -46,79 +46,79 @@ def check(cases, name):
 # ---------------------------------------------------------------------- numbers that are none
 
 NOT_FINITE = {
-    "moments": (lambda: pt.Body((1, NAN, 1)), "moments must be finite, but moments[1] = nan."),
+    "moments": (lambda: pt.Body((1, NAN, 1)), "moments must be finite, got moments[1] = nan."),
     "moments_of_a_member": (
         lambda: pt.Body([(1, 1, 1), (1, 1, INF)]),
-        "moments must be finite, but moments[1, 2] = inf.",
+        "moments must be finite, got moments[1, 2] = inf.",
     ),
-    "tensor": (lambda: pt.Body.from_inertia(np.full((3, 3), NAN)), "tensor must be finite, but tensor[0, 0] = nan."),
-    "mass": (lambda: pt.Body.from_box(INF, (1, 1, 1)), "mass must be finite, but mass = inf."),
-    "semiaxes": (lambda: pt.Body.from_ellipsoid(1, (1, NAN, 1)), "semiaxes must be finite, but semiaxes[1] = nan."),
+    "tensor": (lambda: pt.Body.from_inertia(np.full((3, 3), NAN)), "tensor must be finite, got tensor[0, 0] = nan."),
+    "mass": (lambda: pt.Body.from_box(INF, (1, 1, 1)), "mass must be finite, got mass = inf."),
+    "semiaxes": (lambda: pt.Body.from_ellipsoid(1, (1, NAN, 1)), "semiaxes must be finite, got semiaxes[1] = nan."),
     "positions": (
         lambda: pt.Body.from_point_masses((1, 1), ((0, 0, 0), (0, -INF, 0))),
-        "positions must be finite, but positions[1, 1] = -inf.",
+        "positions must be finite, got positions[1, 1] = -inf.",
     ),
     "quaternion": (
         lambda: pt.State((NAN, 0, 0, 0), (0, 1, 0, 0)),
-        "quaternion must be finite, but quaternion[0] = nan.",
+        "quaternion must be finite, got quaternion[0] = nan.",
     ),
     "conjugate_momenta": (
         lambda: pt.State(ONE, (0, INF, 0, 0)),
-        "conjugate_momenta must be finite, but conjugate_momenta[1] = inf.",
+        "conjugate_momenta must be finite, got conjugate_momenta[1] = inf.",
     ),
-    "time": (lambda: pt.State(ONE, (0, 1, 0, 0), NAN), "time must be finite, but time = nan."),
-    "angles": (lambda: pt.State.from_euler((0, NAN, 0), (1, 2, 3)), "angles must be finite, but angles[1] = nan."),
-    "momenta": (lambda: pt.State.from_euler((0, 1, 0), (1, 2, INF)), "momenta must be finite, but momenta[2] = inf."),
+    "time": (lambda: pt.State(ONE, (0, 1, 0, 0), NAN), "time must be finite, got time = nan."),
+    "angles": (lambda: pt.State.from_euler((0, NAN, 0), (1, 2, 3)), "angles must be finite, got angles[1] = nan."),
+    "momenta": (lambda: pt.State.from_euler((0, 1, 0), (1, 2, INF)), "momenta must be finite, got momenta[2] = inf."),
     "attitude": (
         lambda: BODY.state((1, 0, 0, NAN), omega_body=(1, 0, 0)),
-        "attitude must be finite, but attitude[3] = nan.",
+        "attitude must be finite, got attitude[3] = nan.",
     ),
     "omega_body": (
         lambda: BODY.state(ONE, omega_body=(1, 0, NAN)),
-        "omega_body must be finite, but omega_body[2] = nan.",
+        "omega_body must be finite, got omega_body[2] = nan.",
     ),
     "angular_momentum_space": (
         lambda: BODY.state(ONE, angular_momentum_space=(INF, 0, 0)),
-        "angular_momentum_space must be finite, but angular_momentum_space[0] = inf.",
+        "angular_momentum_space must be finite, got angular_momentum_space[0] = inf.",
     ),
     "time_of_body_state": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), time=NAN),
-        "time must be finite, but time = nan.",
+        "time must be finite, got time = nan.",
     ),
     "time_of_body_state_in_a_frame": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), time=NAN, frame=ORBIT.frame),
-        "time must be finite, but time = nan.",
+        "time must be finite, got time = nan.",
     ),
     "projected_quaternion": (
         lambda: pt.project_to_tangent((NAN, 0, 0, 0), (0, 1, 0, 0)),
-        "quaternion must be finite, but quaternion[0] = nan.",
+        "quaternion must be finite, got quaternion[0] = nan.",
     ),
-    "weight": (lambda: pt.UniformGravity(NAN, (1, 0, 0)), "weight must be finite, but weight = nan."),
+    "weight": (lambda: pt.UniformGravity(NAN, (1, 0, 0)), "weight must be finite, got weight = nan."),
     "center_of_mass": (
         lambda: pt.UniformGravity(1, (1, 0, INF)),
-        "center_of_mass must be finite, but center_of_mass[2] = inf.",
+        "center_of_mass must be finite, got center_of_mass[2] = inf.",
     ),
-    "coefficient": (lambda: pt.forces.LinearDamping(INF), "coefficient must be finite, but coefficient = inf."),
-    "eccentricity": (lambda: kepler(eccentricity=NAN), "eccentricity must be finite, but eccentricity = nan."),
-    "epoch": (lambda: kepler(epoch=INF), "epoch must be finite, but epoch = inf."),
+    "coefficient": (lambda: pt.forces.LinearDamping(INF), "coefficient must be finite, got coefficient = inf."),
+    "eccentricity": (lambda: kepler(eccentricity=NAN), "eccentricity must be finite, got eccentricity = nan."),
+    "epoch": (lambda: kepler(epoch=INF), "epoch must be finite, got epoch = inf."),
     "position": (
         lambda: pt.orbits.FixedPosition(1, position=(1, NAN, 0)),
-        "position must be finite, but position[1] = nan.",
+        "position must be finite, got position[1] = nan.",
     ),
-    "mu": (lambda: pt.orbits.FixedPosition(NAN, position=(1, 0, 0)), "mu must be finite, but mu = nan."),
+    "mu": (lambda: pt.orbits.FixedPosition(NAN, position=(1, 0, 0)), "mu must be finite, got mu = nan."),
     "velocity_of_from_vectors": (
         lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 0, 0), velocity=(0, NAN, 0)),
-        "velocity must be finite, but velocity[1] = nan.",
+        "velocity must be finite, got velocity[1] = nan.",
     ),
     "rate_of_a_frame": (
         lambda: pt.RotatingFrame(ONE, (0, 0, NAN)),
-        "omega_space must be finite, but omega_space[2] = nan.",
+        "omega_space must be finite, got omega_space[2] = nan.",
     ),
-    "times": (lambda: run((0, NAN)), "times must be finite, but times[1] = nan."),
-    "infinite_times": (lambda: run((0, INF)), "times must be finite, but times[1] = inf."),
-    "tolerance": (lambda: run(tolerance=NAN), "tolerance must be finite, but tolerance = nan."),
-    "called_time": (lambda: dense(NAN), "time must be finite, but time = nan."),
-    "matrix": (lambda: quaternion_from_matrix(np.full((3, 3), NAN)), "matrix must be finite, but matrix[0, 0] = nan."),
+    "times": (lambda: run((0, NAN)), "times must be finite, got times[1] = nan."),
+    "infinite_times": (lambda: run((0, INF)), "times must be finite, got times[1] = inf."),
+    "tolerance": (lambda: run(tolerance=NAN), "tolerance must be finite, got tolerance = nan."),
+    "called_time": (lambda: dense(NAN), "time must be finite, got time = nan."),
+    "matrix": (lambda: quaternion_from_matrix(np.full((3, 3), NAN)), "matrix must be finite, got matrix[0, 0] = nan."),
 }
 
 
@@ -883,7 +883,7 @@ def test_files_and_pictures_are_of_trajectories(tmp_path):
         "folder": (
             lambda: pt.save(motion, gone / "m.nc"),
             FileNotFoundError,
-            f"path must be in a folder that exists, but there is no {gone}.",
+            f"No such folder: {gone}",
         ),
         "picture": (lambda: pt.plot.quaternions(3), TypeError, "motion must be a Trajectory, got int."),
         "units": (
@@ -899,7 +899,7 @@ def test_files_and_pictures_are_of_trajectories(tmp_path):
         "energy": (
             lambda: BODY.kinetic_energy((np.nan, 1, 2)),
             ValueError,
-            "angular_momentum_body must be finite, but angular_momentum_body[0] = nan.",
+            "angular_momentum_body must be finite, got angular_momentum_body[0] = nan.",
         ),
     }
     for name in cases:

@@ -493,7 +493,7 @@ BAD = {
     "infinite_time": (
         lambda: pt.free_motion(BODY, STATE, [0, np.inf]),
         ValueError,
-        "times must be finite, but times[1] = inf.",
+        "times must be finite, got times[1] = inf.",
     ),
     "words": (
         lambda: pt.free_motion(BODY, STATE, ["now"]),
@@ -513,7 +513,7 @@ BAD = {
     "called_at_no_time": (
         lambda: pt.free_motion(BODY, STATE, [0])(np.nan),
         ValueError,
-        "time must be finite, but time = nan.",
+        "time must be finite, got time = nan.",
     ),
 }
 

@@ -1,43 +1,21 @@
-"""Shared by the CCSDS messages: KEY = VALUE lines, frames, time systems, epochs, headers."""
+"""Shared by the CCSDS messages: KEY = VALUE lines and XML, segments of rows, frames, time systems, epochs, headers."""
 
 from __future__ import annotations
 
 import datetime as dt
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import write_text
+from poinsot.files.rows import Rows
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import SCALES, Calendar
-
-__all__ = [
-    "FRAMES",
-    "ROTATING",
-    "Entry",
-    "body_and_reference",
-    "dates_of",
-    "digits",
-    "entries_of",
-    "entry",
-    "header_entries",
-    "kvn_entry",
-    "kvn_lines",
-    "kvn_metadata",
-    "metadata_entries",
-    "number",
-    "one_message",
-    "opened_kvn",
-    "opened_xml",
-    "times_of",
-    "unit_of",
-    "word",
-    "xml_order",
-    "xml_text",
-]
 
 INERTIAL = {
     "ICRF": ("ICRF", "ICRF1", "ICRF2", "ICRF3", "ICRS", "GCRF", "GCRF1", "GCRF2", "GCRF3", "GCRS", "EME2000", "J2000"),
@@ -56,9 +34,6 @@ ROTATING = re.compile(r"ITRF|DTRF|WGS|GRC|TDR|EFG|ECEF|FIXED|IAU_|GTOD|PEF|TIRS"
 ORBITAL = re.compile(r"LVLH|RTN|RSW|QSW|TNW|NTW|RIC|VVLH|VNC|EQW|PQW|SEZ|NSW")
 """Names of frames that turn along an orbit."""
 
-MOST = 1e15
-"""Of any number in a file of attitudes."""
-
 UNITS = (
     (re.compile(r"Q[123C]|EPOCH"), ""),
     (re.compile(r"Q[123C]_DOT"), "1/s"),
@@ -66,14 +41,15 @@ UNITS = (
     (re.compile(r"ANGLE_[123]|[XYZ]_ANGLE|SPIN_(ALPHA|DELTA|ANGLE)|NUTATION(_PHASE)?|MOMENTUM_\w+"), "deg"),
     (re.compile(r"NUTATION_PER"), "s"),
     (re.compile(r"I(XX|YY|ZZ|XY|XZ|YZ|11|22|33|12|13|23)"), "kg*m**2"),
+    (re.compile(r"[XYZ]"), "km"),
+    (re.compile(r"[XYZ]_DOT"), "km/s"),
 )
 
 ROTATIONS = {"rotationAngles": "ANGLE", "rotationRates": "RATE"}
 """Elements of version 1, whose parts are rotation1, rotation2, rotation3."""
 
-VERSIONS = ("1.0", "2.0")
-
 SCHEMAS = {"1.0": "ndmxml-1.0-master.xsd", "2.0": "ndmxml-4.0.0-master-4.0.xsd"}
+"""Of the versions that are written."""
 
 INSTANCE = "http://www.w3.org/2001/XMLSchema-instance"
 
@@ -89,65 +65,55 @@ class Entry(NamedTuple):
 # ------------------------------------------------------------------ reading
 
 
-def opened_kvn(text: str, name: str, message: str) -> tuple[str, Iterator[tuple[int, str]]]:
+def is_xml(text: str) -> bool:
+    """Return whether a message is in XML."""
+    return text.lstrip().startswith("<")
+
+
+def opened_kvn(text: str, name: str, message: str, versions: str = "12") -> tuple[str, Iterator[tuple[int, str]]]:
     """Return the version of a message in KVN and its other lines with their numbers, without comments."""
-    lines = kvn_lines(text)
+    numbered = enumerate(map(str.strip, text.splitlines()), start=1)
+    lines = ((count, line) for count, line in numbered if line and not re.match(r"COMMENT\b", line))
     _, opening = next(lines, (0, ""))
-    match = re.fullmatch(rf"CCSDS_{message}_VERS\s*=\s*([12])(\.\d+)?", opening)
+    match = re.fullmatch(rf"CCSDS_{message}_VERS\s*=\s*([{versions}])(\.\d+)?", opening)
     if match is None:
-        raise ValueError(
-            f"{name} must begin with CCSDS_{message}_VERS = 1.0 or 2.0, but it begins with {opening[:60]!r}."
-        )
+        known = " or ".join(f"{version}.0" for version in versions)
+        raise ValueError(f"{name} must begin with CCSDS_{message}_VERS = {known}, got {opening[:60]!r}.")
     return f"{match[1]}.0", lines
-
-
-def kvn_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield the lines that say something, each after its number."""
-    for count, line in enumerate(text.splitlines(), start=1):
-        line = line.strip()
-        if line and not re.match(r"COMMENT\b", line):
-            yield count, line
 
 
 def kvn_entry(line: str, place: str, rule: str) -> Entry:
     """Return KEY = VALUE [unit], the unit checked and taken away."""
-    key, equals, value = line.partition("=")
-    key, value = key.strip(), value.strip()
+    key, equals, value = (part.strip() for part in line.partition("="))
     if not equals or not re.fullmatch(r"\w+", key, re.ASCII):
         raise ValueError(f"{place} must be {rule}, got {line[:60]!r}.")
-    match = re.fullmatch(r"(.*?)\s*\[(.*)\]", value)
-    if match:
-        value = match[1]
-        _check_unit(key, match[2], place)
-    return Entry(key, value, place)
+    if value.endswith("]") and "[" in value:
+        value, _, unit = value[:-1].partition("[")
+        _check_unit(key, unit, place)
+    return Entry(key, value.strip(), place)
 
 
-def kvn_metadata(lines: Iterator[tuple[int, str]], name: str, begin: int) -> dict[str, str]:
-    """Return what the lines up to META_STOP say."""
-    says: dict[str, str] = {}
+def kvn_block(lines: Iterator[tuple[int, str]], name: str, begin: int, end: str) -> dict[str, Entry]:
+    """Return the entries of the lines up to the end of a block, such as META_STOP, by key."""
+    said: dict[str, Entry] = {}
     for count, line in lines:
-        if line == "META_STOP":
-            return says
-        said = kvn_entry(line, f"{name}, line {count}", "KEY = VALUE or META_STOP")
-        says[said.key] = said.value
-    raise ValueError(f"{name}, line {begin} must be followed by META_STOP, but the file ends.")
+        if line == end:
+            return said
+        entry = kvn_entry(line, f"{name}, line {count}", f"KEY = VALUE or {end}")
+        said[entry.key] = entry
+    raise ValueError(f"{name}, line {begin} must be followed by {end}, got the end of the file.")
 
 
-def opened_xml(text: str, name: str, message: str) -> tuple[str, list[ET.Element]]:
+def opened_xml(text: str, name: str, message: str, versions: str = "12") -> tuple[str, list[ET.Element]]:
     """Return the version of the one message of a kind in XML, and its segments."""
-    root = one_message(text, name, message.lower())
-    version = root.get("version", "")
-    if not re.fullmatch(r"[12](\.\d+)?", version):
-        raise ValueError(f"{name} must be of version 1.0 or 2.0, but it says {version[:20]!r}.")
-    return f"{version[0]}.0", [part for part in root.iter() if local_name(part) == "segment"]
-
-
-def one_message(text: str, name: str, tag: str) -> ET.Element:
-    """Return the one element of a tag in a text in XML."""
-    messages = [part for part in parsed_xml(text, name).iter() if local_name(part) == tag]
+    messages = [part for part in parsed_xml(text, name).iter() if local_name(part) == message.lower()]
     if len(messages) != 1:
-        raise ValueError(f"{name} must hold one {tag} element, but it holds {len(messages)}.")
-    return messages[0]
+        raise ValueError(f"{name} must hold one {message.lower()} element, got {len(messages)}.")
+    version = messages[0].get("version", "")
+    if not re.fullmatch(rf"[{versions}](\.\d+)?", version):
+        known = " or ".join(f"{version}.0" for version in versions)
+        raise ValueError(f"{name} must be of version {known}, got {version[:20]!r}.")
+    return f"{version[0]}.0", [part for part in messages[0].iter() if local_name(part) == "segment"]
 
 
 def entries_of(element: ET.Element, place: str) -> Iterator[Entry]:
@@ -157,16 +123,15 @@ def entries_of(element: ET.Element, place: str) -> Iterator[Entry]:
         leaves = [(f"{kind}_{i}", leaf) for i, leaf in enumerate(part, start=1)] if kind else [(local_name(part), part)]
         for key, leaf in leaves:
             if len(leaf) == 0 and not key.startswith("rotation"):
-                if leaf.get("units"):
-                    _check_unit(key, leaf.get("units", ""), place)
+                _check_unit(key, leaf.get("units"), place)
                 yield Entry(key, (leaf.text or "").strip(), place)
 
 
-def _check_unit(key: str, unit: str, place: str) -> None:
+def _check_unit(key: str, unit: str | None, place: str) -> None:
     """Refuse a unit that is said and is not the one of the standard."""
     right = unit_of(key)
     if unit and right is not None and unit.strip().lower() not in ((right,) if right else ("", "n/a")):
-        raise ValueError(f"{place} must have {key} in {right or 'no unit'}, but it is in {unit[:20]!r}.")
+        raise ValueError(f"{place} must have {key} in {right or 'no unit'}, got {unit[:20]!r}.")
 
 
 def unit_of(key: str) -> str | None:
@@ -174,15 +139,97 @@ def unit_of(key: str) -> str | None:
     return next((unit for pattern, unit in UNITS if pattern.fullmatch(key)), None)
 
 
-def number(said: Entry) -> float:
-    """Return a value as a number of sensible size."""
-    try:
-        value = float(said.value)
-    except ValueError:
-        value = np.inf
-    if not abs(value) < MOST:
-        raise ValueError(f"{said.place} must have a number for {said.key}, got {said.value[:60]!r}.")
-    return value
+def segments_of(
+    text: str,
+    name: str,
+    message: str,
+    versions: str,
+    needed: tuple[str, ...],
+    columns_of: Callable[[Rows, str, bool], tuple[str, ...]],
+) -> tuple[str, list[Rows]]:
+    """Return the version of an ephemeris message, and its segments.
+
+    Parameters
+    ----------
+    needed : tuple of str
+        Metadata that each segment must have.
+    columns_of : callable
+        Returns the columns of a segment by its metadata, the version, and whether the message is in XML.
+    """
+    segments: list[Rows] = []
+
+    def begin(says: Mapping[str, str]) -> Rows:
+        segment = Rows(name, dict(says))
+        for key in needed:
+            if not segment.says.get(key):
+                raise ValueError(f"segment {len(segments)} of {name} must have {key}, got none.")
+        segment.columns = columns_of(segment, version, is_xml(text))
+        segments.append(segment)
+        return segment
+
+    if is_xml(text):
+        version, elements = opened_xml(text, name, message, versions)
+        for i, element in enumerate(elements):
+            _read_xml(element, f"{name}, segment {i}", begin)
+    else:
+        version, lines = opened_kvn(text, name, message, versions)
+        _read_kvn(lines, name, begin)
+    return version, segments
+
+
+def _read_kvn(lines: Iterator[tuple[int, str]], name: str, begin: Callable[[Mapping[str, str]], Rows]) -> None:
+    segment, block, begun = None, "", 0
+    for count, line in lines:
+        place = f"{name}, line {count}"
+        marked = re.fullmatch(r"(DATA|COVARIANCE)_(START|STOP)", line)
+        if line == "META_START" and not block:
+            entries = kvn_block(lines, name, count, "META_STOP")
+            segment = begin({key: entry.value for key, entry in entries.items()})
+        elif marked and segment:
+            block, begun = (marked[1], count) if marked[2] == "START" else ("", 0)
+        elif segment and block != "COVARIANCE":
+            epoch, *texts = line.split()
+            accelerations = 3 if len(texts) == 9 and segment.columns[0] == "X" else 0
+            segment.add(place, texts[: len(texts) - accelerations], epoch)
+        elif not segment and "=" not in line:
+            raise ValueError(f"{place} must come after META_START, got {line[:60]!r}.")
+    if block:
+        raise ValueError(f"{name}, line {begun} must be followed by {block}_STOP, got the end of the file.")
+
+
+def _read_xml(element: ET.Element, place: str, begin: Callable[[Mapping[str, str]], Rows]) -> None:
+    parts = [(local_name(part), part) for part in element.iter()]
+    about = next((part for tag, part in parts if tag == "metadata"), ET.Element("metadata"))
+    segment = begin({said.key: said.value for said in entries_of(about, place)})
+    for part in (part for tag, part in parts if tag in ("attitudeState", "stateVector")):
+        row = f"{place}, row {len(segment.numbers)}"
+        said = {entry.key: entry.value for entry in entries_of(part, row)}
+        missing = next((key for key in ("EPOCH", *segment.columns) if not said.get(key)), None)
+        if missing:
+            raise ValueError(f"{row} must have {missing}, got none.")
+        segment.add(row, [said[key] for key in segment.columns], said["EPOCH"])
+
+
+def chosen(segments: list[Rows], index: int | None, name: str) -> list[Rows]:
+    """Return one of several segments, or all, each of which must have rows."""
+    if not segments:
+        raise ValueError(f"{name} must have a segment with rows, got none.")
+    for i, segment in enumerate(segments):
+        if not segment.numbers:
+            raise ValueError(f"segment {i} of {name} must have rows, got none.")
+    if index is not None and not 0 <= index < len(segments):
+        raise ValueError(f"segment must be a number from 0 to {len(segments) - 1}, got {index}.")
+    return segments if index is None else [segments[index]]
+
+
+def check_continued(segments: list[Rows], i: int, same: Mapping[str, bool]) -> None:
+    """Refuse to join a segment to the one before if they differ in something."""
+    differing = [what for what, is_same in same.items() if not is_same]
+    if differing:
+        raise ValueError(
+            f"the segments of {segments[0].name} must continue each other to be read as one, got {i - 1} and {i}, "
+            f"which differ in {differing[0]}. Say which one: segment=0 to {len(segments) - 1}."
+        )
 
 
 def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, bool]:
@@ -194,54 +241,52 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
     inertial = [name in FRAMES for name in names]
     turning = next((name for name in names if ROTATING.match(name) or ORBITAL.match(name)), None)
     if turning is not None or sum(inertial) != 1 or not all(re.fullmatch(r"[!-~]{1,80}", name) for name in names):
-        given = f"{turning[:40]} rotates" if turning else f"{first[:40]!r} and {second[:40]!r}"
-        raise ValueError(
-            f"{place} must lead between the body and a frame that does not rotate ({', '.join(FRAMES)}), but {given}."
-        )
-    body_second = inertial[0]
-    body, reference = (names[1], names[0]) if body_second else (names[0], names[1])
-    return body, FRAMES[reference], body_second
+        given = f"{turning[:40]}, which rotates" if turning else f"{first[:40]!r} and {second[:40]!r}"
+        known = ", ".join(FRAMES)
+        raise ValueError(f"{place} must be the body and a frame that does not rotate ({known}), got {given}.")
+    body, reference = names[::-1] if inertial[0] else names
+    return body, FRAMES[reference], inertial[0]
 
 
-def times_of(
-    epochs: list[str], places: list[str], system: str, calendar: Calendar | None, name: str
-) -> tuple[NDArray[np.float64], Calendar]:
-    """Return the times of epochs, and the calendar that counts them: by default from the first one, in seconds."""
-    scale = system.upper()
+def times_of(rows: Rows, calendar: Calendar | None) -> tuple[NDArray[np.float64], Calendar]:
+    """Return the rising times of rows up to their STOP_TIME, and the calendar: by default from the first, in seconds.
+
+    Rows are in the TIME_SYSTEM that the file says.
+    """
+    scale = rows.word("TIME_SYSTEM").upper()
     if scale not in SCALES:
-        raise ValueError(f"TIME_SYSTEM in {name} must be one of {', '.join(SCALES)}, but it is {system[:40]!r}.")
-    if calendar is not None and not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, got {type(calendar).__name__}.")
+        raise ValueError(f"TIME_SYSTEM in {rows.name} must be one of {', '.join(SCALES)}, got {scale[:40]!r}.")
     try:
-        calendar = Calendar(epochs[0].removesuffix("Z"), scale) if calendar is None else calendar
-        return np.asarray(calendar.time([_epoch(text, scale) for text in epochs])), calendar
+        calendar = Calendar(rows.epochs[0].removesuffix("Z"), scale) if calendar is None else calendar
     except ValueError as error:
-        place, reason = _first_wrong(epochs, places, scale, calendar) or (places[0], error)
-        raise ValueError(f"{place}: {reason}") from None
+        raise ValueError(f"{rows.places[0]}: {error}") from None
+    times = _counted(calendar, rows.epochs, rows.places, scale)
+    rows.check_rising(times)
+    stop = time_said(rows, "STOP_TIME", calendar)
+    if stop is not None and times.size > 1 and times[-1] + (times[-1] - times[-2]) < stop:
+        raise ValueError(
+            f"the rows of {rows.name} must reach STOP_TIME = {rows.says['STOP_TIME']}, got a last row of "
+            f"{rows.epochs[-1]}. The file is not whole."
+        )
+    return times, calendar
 
 
-def _first_wrong(
-    epochs: list[str], places: list[str], scale: str, calendar: Calendar | None
-) -> tuple[str, ValueError] | None:
-    """Return the place of the first epoch that is none, found by halves, and what is wrong with it."""
-    clock, low, high = calendar or Calendar("2000-01-01", "TT"), 0, len(epochs)
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if _wrong(clock, epochs[low:middle], scale) else (middle, high)
-    error = _wrong(clock, epochs[low:high], scale)
-    return None if error is None else (places[low], error)
+def time_said(rows: Rows, key: str, calendar: Calendar) -> float | None:
+    """Return a time that the metadata say, None if they do not."""
+    epoch, places = rows.says.get(key), [f"{key} in {rows.name}"]
+    return float(_counted(calendar, [epoch], places, rows.says["TIME_SYSTEM"].upper())[0]) if epoch else None
 
 
-def _wrong(calendar: Calendar, epochs: list[str], scale: str) -> ValueError | None:
+def _counted(calendar: Calendar, epochs: list[str], places: list[str], scale: str) -> NDArray[np.float64]:
+    """Return the times of epochs; of several the first that is none is found by halves."""
     try:
-        calendar.time([_epoch(text, scale) for text in epochs])
+        return np.asarray(calendar.time([f"{text.removesuffix('Z')} {scale}" for text in epochs]))
     except ValueError as error:
-        return error
-    return None
-
-
-def _epoch(text: str, scale: str) -> str:
-    return f"{text.removesuffix('Z')} {scale}"
+        if len(epochs) == 1:
+            raise ValueError(f"{places[0]}: {error}") from None
+    middle = len(epochs) // 2
+    halves = (slice(middle), slice(middle, None))
+    return np.concatenate([_counted(calendar, epochs[half], places[half], scale) for half in halves])
 
 
 # ------------------------------------------------------------------ writing
@@ -253,23 +298,21 @@ def dates_of(calendar: Calendar, times: Any) -> tuple[list[str], str]:
     instants.precision = 9
     dates = [str(date) for date in instants.isot]
     if len(set(dates)) != len(dates):
-        raise ValueError("times must be a nanosecond apart or more in a file of dates, but two of them are closer.")
+        raise ValueError("times must be a nanosecond apart or more in a file of dates, got two that are closer.")
     return dates, str(instants.scale).upper()
 
 
-def header_entries(message: str, version: str, originator: str) -> list[tuple[str, str]]:
-    """Return the header of a message."""
-    if version not in VERSIONS:
+def check_version(version: str) -> None:
+    """Refuse a version of a message that is not written."""
+    if version not in SCHEMAS:
         raise ValueError(f"version must be '1.0' or '2.0', got {version!r}.")
-    now = dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S")
-    return [(f"CCSDS_{message}_VERS", version), ("CREATION_DATE", now), ("ORIGINATOR", word("originator", originator))]
 
 
 def word(name: str, text: Any) -> str:
     """Return a text that fits into one line of a message."""
-    if not isinstance(text, str) or not re.fullmatch(r"[ -~]*[!-~][ -~]*", text) or re.search(r"[\[\]<>&=]", text):
+    if not re.fullmatch(r"[ -~]*[!-~][ -~]*", text) or re.search(r"[\[\]<>&=]", text):
         raise ValueError(f"{name} must be printable characters without brackets, & and =, got {text!r}.")
-    return text.strip()
+    return str(text.strip())
 
 
 def digits(value: float) -> str:
@@ -277,29 +320,51 @@ def digits(value: float) -> str:
     return f"{value:.15e}"
 
 
-def entry(parent: ET.Element, key: str, value: str | float, **attributes: str) -> ET.Element:
+def element(parent: ET.Element, key: str, value: str | float, **attributes: str) -> None:
     """Append an element with a text or a number."""
-    element = ET.SubElement(parent, key, attributes)
-    element.text = value if isinstance(value, str) else digits(value)
-    return element
+    ET.SubElement(parent, key, attributes).text = value if isinstance(value, str) else digits(value)
 
 
-def xml_text(message: str, version: str, header: Iterable[tuple[str, str]], segment: ET.Element) -> str:
-    """Return a message of one segment as a text in XML."""
+def write_message(
+    path: str | Path,
+    overwrite: bool,
+    message: str,
+    version: str,
+    originator: str,
+    metadata: Mapping[str, str | None],
+    kvn: Callable[[list[str]], list[str]],
+    xml: Callable[[], ET.Element],
+) -> Path:
+    """Write a message of one segment: in XML if its name ends so, in KVN otherwise; return its path.
+
+    Parameters
+    ----------
+    metadata : mapping
+        Those that are None are left out.
+    kvn : callable
+        Returns the lines after the header, with those of the metadata.
+    xml : callable
+        Returns the element `data`.
+    """
+    now = dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    header = {"CREATION_DATE": now, "ORIGINATOR": word("originator", originator)}
+    says = {key: word(key, value) for key, value in metadata.items() if value is not None}
+    if Path(path).suffix.lower() != ".xml":
+        lines = [f"CCSDS_{message}_VERS = {version}", *(f"{key} = {value}" for key, value in header.items())]
+        return write_text(
+            path, "\n".join(lines + kvn([f"{key} = {value}" for key, value in says.items()])) + "\n", overwrite
+        )
     root = ET.Element(message.lower(), {"id": f"CCSDS_{message}_VERS", "version": version})
     root.set("xmlns:xsi", INSTANCE)
     root.set("xsi:noNamespaceSchemaLocation", f"https://sanaregistry.org/r/ndmxml_unqualified/{SCHEMAS[version]}")
-    head = ET.SubElement(root, "header")
-    for key, value in list(header)[1:]:
-        entry(head, key, value)
-    ET.SubElement(root, "body").append(segment)
+    head, segment = ET.SubElement(root, "header"), ET.SubElement(ET.SubElement(root, "body"), "segment")
+    for parent, entries in ((head, header), (ET.SubElement(segment, "metadata"), says)):
+        for key, value in entries.items():
+            element(parent, key, value)
+    segment.append(xml())
     ET.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-
-
-def metadata_entries(fields: Mapping[str, str | None]) -> list[tuple[str, str]]:
-    """Return the metadata that are said."""
-    return [(key, word(key, value)) for key, value in fields.items() if value is not None]
+    text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    return write_text(path, text, overwrite)
 
 
 def xml_order(keys: tuple[str, ...], version: str) -> tuple[str, ...]:

@@ -66,7 +66,7 @@ def _format(path: Path) -> AttitudeFormat | None:
     known = format_of(path)
     if known is None and path.suffix not in SUFFIXES:
         suffixes = (*SUFFIXES, *(suffix for each in attitude_formats()[::-1] for suffix in each.suffixes))
-        raise ValueError(f"{path} must end in {', '.join(suffixes)}, but it ends in {path.suffix!r}.")
+        raise ValueError(f"{path} must end in {', '.join(suffixes)}, got {path.suffix!r}.")
     return known
 
 

@@ -139,9 +139,9 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     data = _opened(path)
     reading = _Reading(data, str(path))
     if "digest" not in data.attrs:
-        raise ValueError(f"{path} must have a digest, as save writes it, but it has none.")
+        raise ValueError(f"{path} must have a digest, as save writes it, got none.")
     if data.attrs["digest"] != _digest(data):
-        raise ValueError(f"{path} must have the numbers that were saved, but they have another digest.")
+        raise ValueError(f"{path} must have the numbers that were saved, got others: the digest differs.")
     return reading.trajectory()
 
 
@@ -223,16 +223,16 @@ def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 def _refuse_others(path: Path) -> None:
     """Refuse what is no file of the kind that its name says, before a library looks at it."""
     if not path.exists():
-        raise FileNotFoundError(f"path must lead to a file, but there is no {path}.")
+        raise FileNotFoundError(f"No such file: {path}")
     if path.suffix == ".zarr":
         if not (path / GROUP).is_file():
-            raise ValueError(f"{path} must be a Zarr store, but it has no {GROUP}.")
+            raise ValueError(f"{path} must be a Zarr store, got none: it has no {GROUP}.")
         return
     if not path.is_file():
-        raise ValueError(f"{path} must be a file, but it is none.")
+        raise ValueError(f"{path} must be a file, got a folder or a device.")
     with path.open("rb") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
-            raise ValueError(f"{path} must be a NetCDF-4 file, but it begins with other bytes.")
+            raise ValueError(f"{path} must be a NetCDF-4 file, got other first bytes.")
 
 
 def _is_needed(name: str) -> bool:
@@ -271,10 +271,10 @@ class _Reading:
         own = [f"{kind}_{name}" for kind in ("own", "initial_own") for name in self.own]
         for needed in (*NEEDED, *self.sizes, *(f"initial_{each}" for each in self.initial), *own, *BODY):
             if needed not in data.variables:
-                raise ValueError(f"{name} must have the variable {needed}, but it has not.")
+                raise ValueError(f"{name} must have the variable {needed}, got none.")
         for key in (*RUN, "units_time", "units_inertia", "state_variables"):
             if key not in data.attrs:
-                raise ValueError(f"{name} must have the attribute {key}, but it has not.")
+                raise ValueError(f"{name} must have the attribute {key}, got none.")
         if said != " ".join((*self.sizes, *self.own)):
             raise ValueError(f"{name} must have state_variables that are q and momenta, got {described(said)}.")
         self._check_shapes()
@@ -371,7 +371,7 @@ class _Reading:
         same = np.array_equal(system.body.moments, self._array("moments"))
         same = same and told_parts(system.moving_parts) == told_parts(self.parts)
         if not same or dict(system.units) != self._units():
-            raise ValueError(f"the scenario in {self.name} must be that of the body, but it has another one.")
+            raise ValueError(f"the scenario in {self.name} must be that of the body, got another one.")
         return system
 
     def _recorded(self, reason: str) -> StoredTrajectory:
@@ -385,7 +385,7 @@ class _Reading:
         kept |= set(recorded.values())
         missing = kept - {str(name) for name in data.variables}
         if missing:
-            raise ValueError(f"{self.name} must have the variable {min(missing)}, but it has not.")
+            raise ValueError(f"{self.name} must have the variable {min(missing)}, got none.")
         moments, axes = self._array("moments"), self._array("principal_axes")
         body = Body(moments) if np.array_equal(axes, np.eye(3)) else ObliqueBody(moments, axes)
         object.__setattr__(body, "shape", self._shape())
@@ -454,7 +454,7 @@ class _Reading:
 def _said(name: str, says: dict[Any, Any]) -> Integral:
     def gone(_: State) -> Any:
         raise ValueError(
-            f"{name} must have its forces to be computed, but the file has none. The motion has its values."
+            f"{name} must have its forces to be computed, got none in the file. The motion has its values."
         )
 
     return Integral(

@@ -163,7 +163,7 @@ def _asked(module: str, pid: int, *files: int) -> int:
             _clean.pop(module).close()  # an answer may be on its way that nobody hears
             if not isinstance(error, OSError | struct.error):
                 raise
-            raise RuntimeError(f"a process that reads files must start, but {module} does not.") from None
+            raise RuntimeError(f"a process that reads files must start, got none for {module}.") from None
 
 
 @atexit.register

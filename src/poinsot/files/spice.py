@@ -79,7 +79,7 @@ def _checked(path: Path) -> Path:
         If it is another kind, or one that loads others.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"kernels must be files, but there is no {path}.")
+        raise FileNotFoundError(f"No such file: {path}")
     with path.open("rb") as stream:
         head = stream.read(96)
     if head.startswith(b"DAF/"):
@@ -90,7 +90,7 @@ def _checked(path: Path) -> Path:
             f"SCLK, got {head[:8]!r}."
         )
     elif INDEX in read_bytes(path, MOST_OF_TEXT).upper():
-        raise ValueError(f"{path} must be a kernel that loads no others, but it does. Name all of them.")
+        raise ValueError(f"{path} must be a kernel that loads no others, got one that does. Name all of them.")
     return path
 
 
@@ -101,5 +101,5 @@ def _check_summaries(path: Path, head: bytes) -> None:
     if kind not in SUMMARIES or sizes != SUMMARIES[kind]:
         raise ValueError(
             f"{path} must be a whole SPICE kernel of the kind {kind.decode('ascii', 'replace')!r}, "
-            "but its first record is broken."
+            "got a broken first record."
         )

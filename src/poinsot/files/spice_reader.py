@@ -31,7 +31,7 @@ def _sentences(rule: str) -> Iterator[None]:
         yield
     except spice.utils.exceptions.SpiceyError as error:
         reason = getattr(error, "short", "") or str(error).strip().splitlines()[0]
-        raise ValueError(f"{rule}, but SPICE says {reason}.") from None
+        raise ValueError(f"{rule}, got {reason} from SPICE.") from None
 
 
 def load(path: str) -> Answer:
@@ -112,13 +112,13 @@ def _segment(path: str) -> tuple[int, int, list[float], str]:
     while spice.daffna() and len(found) < 2:
         found.append((np.ascontiguousarray(spice.dafgs()[:5]), spice.dafgn(41)))
     if len(found) != 1:
-        raise ValueError(f"{path} must have one segment, but it has {'more' if found else 'none'}.")
+        raise ValueError(f"{path} must have one segment, got {'more' if found else 'none'}.")
     ((summary, title),) = found
     _, (structure, reference, kind, *_) = spice.dafus(summary, 2, 6)
     if kind != CK_TYPE:
-        raise ValueError(f"{path} must be of type {CK_TYPE}, but it is of type {kind}.")
+        raise ValueError(f"{path} must be of type {CK_TYPE}, got type {kind}.")
     count = spice.cknr03(handle, summary)
     if not 0 < count <= MOST_RECORDS:
-        raise ValueError(f"{path} must have from 1 to {MOST_RECORDS} attitudes, but it has {count}.")
+        raise ValueError(f"{path} must have from 1 to {MOST_RECORDS} attitudes, got {count}.")
     ticks = [spice.ckgr03(handle, summary, i + 1)[0] for i in range(count)]
     return int(structure), int(reference), ticks, str(title)

@@ -34,14 +34,14 @@ def read_bytes(path: str | Path, most: int) -> bytes:
     """
     path = Path(path)
     if not path.exists():
-        raise FileNotFoundError(f"path must lead to a file, but there is no {path}.")
+        raise FileNotFoundError(f"No such file: {path}")
     if not path.is_file():
-        raise ValueError(f"path must lead to a file, but {path} is none.")
+        raise ValueError(f"{path} must be a file, got a folder or a device.")
     with path.open("rb") as stream:
         size = path.stat().st_size
         content = stream.read(size + 1) if size <= most else b""
     if size > most or len(content) > most:
-        raise ValueError(f"{path} must have at most {most} bytes, but it has more.")
+        raise ValueError(f"{path} must have at most {most} bytes, got more.")
     return content
 
 
@@ -61,10 +61,10 @@ def read_text(path: str | Path, most: int | None = None) -> str:
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
-        raise ValueError(f"{path} must be text in UTF-8, but it has other bytes.")
+        raise ValueError(f"{path} must be text in UTF-8, got other bytes.")
     lines = sum(map(text.count, ENDS))
     if most is None and lines > 2 * MOST_LINES:  # each may end in two characters
-        raise ValueError(f"{path} must have at most {MOST_LINES} lines, but it has more.")
+        raise ValueError(f"{path} must have at most {MOST_LINES} lines, got more.")
     return text
 
 
@@ -89,13 +89,13 @@ def parsed_xml(text: str, name: str) -> ET.Element:
     """
     for what, mark, most in (("tags", "<", MOST_TAGS), ("attributes", "=", MOST_ATTRIBUTES)):
         if text.count(mark) > most:
-            raise ValueError(f"{name} must have at most {most} {what}, but it has {text.count(mark)}.")
+            raise ValueError(f"{name} must have at most {most} {what}, got {text.count(mark)}.")
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
-        raise ValueError(f"{name} must be XML without a document type, but it declares one.")
+        raise ValueError(f"{name} must be XML without a document type, got one.")
     try:
         return ET.fromstring(text)  # noqa: S314 - entities need a document type
     except (ET.ParseError, ValueError) as error:
-        raise ValueError(f"{name} must be XML, but it is not well-formed: {error}.") from None
+        raise ValueError(f"{name} must be well-formed XML, got {error}.") from None
 
 
 def local_name(element: ET.Element) -> str:

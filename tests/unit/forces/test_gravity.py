@@ -195,7 +195,7 @@ def test_integrals_about_an_oblate_attractor(orbit, pole, expected):
             "pole must not be zero, but it is. It is a direction, along the attractor's axis.",
         ),
         ({"pole": (0, 1)}, "pole must have shape (3,) or (members, 3) along the space axes, got shape (2,)."),
-        ({"j2": np.nan}, "j2 must be finite, but j2 = nan."),
+        ({"j2": np.nan}, "j2 must be finite, got j2 = nan."),
     ],
 )
 def test_what_is_no_oblate_attractor(wrong, sentence):

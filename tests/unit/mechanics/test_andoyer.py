@@ -235,7 +235,7 @@ def test_free_motion_obeys_hamiltons_equations(rng, moments):
 # ---------------------------------------------------------------------- bad input
 
 BAD = {
-    "nan": (lambda: pt.Andoyer(0, np.nan, 0, 0, 1, 0), ValueError, "g must be finite, but g = nan."),
+    "nan": (lambda: pt.Andoyer(0, np.nan, 0, 0, 1, 0), ValueError, "g must be finite, got g = nan."),
     "word": (lambda: pt.Andoyer("x", 0, 0, 0, 1, 0), TypeError, "l must be real numbers, got str 'x'."),
     "shape": (
         lambda: pt.Andoyer(0, 0, 0, 0, [[1]], 0),

@@ -198,7 +198,7 @@ BAD_CONSTRUCTORS = {
     ),
     "coefficient_that_is_none": (
         lambda: pt.Body.from_stokes(-1e-3, np.nan, 0.4),
-        "C22 must be finite, but C22 = nan.",
+        "C22 must be finite, got C22 = nan.",
     ),
     "one_ratio": (
         lambda: pt.Body.from_ratios(beta=0.1),

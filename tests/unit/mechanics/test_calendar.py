@@ -214,4 +214,4 @@ def test_numbers_need_no_astropy_and_dates_say_how_to_get_it():
         "except ImportError as error: print(error)"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert said == "astropy must be installed for dates, but it is not. `pip install 'poinsot[sky]'` brings it.\n"
+    assert said == "astropy must be installed for dates, got none. `pip install 'poinsot[sky]'` brings it.\n"

@@ -219,7 +219,7 @@ def test_variables_of_parts_travel_with_their_names():
     [
         ({"wheel": 0.5}, r"wheel must have shape \(k,\) or \(members, k\), got shape \(\)\."),
         ({"a": [[1.0], [2.0]], "b": [[1.0]] * 3}, "b must have as many members as a, got 3 and 2."),
-        ({"wheel": [np.nan]}, r"wheel must be finite, but wheel\[0\] = nan\."),
+        ({"wheel": [np.nan]}, r"wheel must be finite, got wheel\[0\] = nan\."),
     ],
 )
 def test_variables_of_parts_must_fit(own, sentence):

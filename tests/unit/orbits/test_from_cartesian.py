@@ -377,7 +377,7 @@ WRONG = {
     ),
     "rate": (
         lambda: PrecessingOrbit(ONE_ORBIT, node_rate=float("nan")),
-        "node_rate must be finite, but node_rate = nan.",
+        "node_rate must be finite, got node_rate = nan.",
     ),
 }
 

@@ -251,9 +251,7 @@ def test_a_page_is_written_and_never_over_another(tmp_path):
     assert path == tmp_path / "motion.html"
     written = path.read_bytes()
     assert written.decode() == pt.view(free()).html
-    with pytest.raises(
-        FileExistsError, match=r"motion\.html must be a new file, but it exists\. overwrite=True replaces it\.$"
-    ):
+    with pytest.raises(FileExistsError, match=r"motion\.html already exists; overwrite=True replaces it\.$"):
         pt.view(free(g=(1, 1, 1)), str(path))
     assert path.read_bytes() == written
     pt.view(free(g=(1, 1, 1)), path, overwrite=True)
@@ -289,7 +287,7 @@ REFUSED = {
     "folder": (
         lambda folder: pt.view(free(), folder / "no" / "motion.html"),
         FileNotFoundError,
-        "path must be in a folder that exists, but there is no {folder}/no.",
+        "No such folder: {folder}/no",
     ),
 }
 

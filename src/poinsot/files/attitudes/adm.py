@@ -7,16 +7,15 @@ angular velocity is that of B relative to A.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.files.attitudes.attitude_table import AttitudeTable
+from poinsot.files.rows import Rows
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import omega_body
-
-__all__ = ["COLUMNS", "QUATERNION", "attitude_of", "checked_period", "kvn_columns", "sequence_of"]
+from poinsot.mechanics.calendar import SECONDS, Calendar
 
 Array = NDArray[np.float64]
 
@@ -58,104 +57,97 @@ def kvn_columns(kind: str, scalar_first: bool) -> tuple[str, ...]:
     return tuple(key for group in groups for key in (group[3], *group[:3])) + columns[4 * len(groups) :]
 
 
-def sequence_of(text: str, place: str) -> str:
-    """Return a sequence of rotations, 321 or ZYX, as digits."""
-    sequence = text.upper().translate(str.maketrans("XYZ", "123"))
-    if sequence not in euler.SEQUENCES:
-        raise ValueError(f"{place} must have a sequence of three axes in EULER_ROT_SEQ, got {text[:20]!r}.")
-    return sequence
-
-
-def attitude_of(
+def read_attitudes(
+    rows: Rows,
     kind: str,
-    columns: Mapping[str, Array],
-    sequence: str | None,
+    times: Array,
+    calendar: Calendar | None,
+    frames: tuple[str, str],
     *,
-    rate_in_a: bool,
-    body_is_b: bool,
-    version: str,
-    places: list[str],
-) -> tuple[Array, Array | None, float]:
-    """Return quaternions body -> reference (n, 4), rates (n, 3) along the body where they are said, and | |q| - 1 |.
+    body_is_b: bool = True,
+    rate_in_a: bool = False,
+    version: str = "2.0",
+) -> AttitudeTable:
+    """Return the attitudes of rows of one type from A to B, body -> reference, with their rates where they are said.
 
     What version 1 calls RATE is read by some as rates of angles and by others as the angular velocity, and its
     NUTATION is not defined: they are passed over.
+
+    Parameters
+    ----------
+    frames : (str, str)
+        The names of the reference frame and of the body.
+    body_is_b, rate_in_a : bool
+        Whether B is the body, and whether angular velocities are along A.
     """
     form, _, more = kind.partition("/")
-    raw = ATTITUDES[form](columns, sequence)
-    q, error = _unit_rows(raw, places)
-    omega = None
-    if form == "SPIN" and (not more or version >= "2"):
-        omega = _spin_rate(q, columns, more)
-    elif more == "ANGVEL":
-        given = _stacked(columns, ANGVEL, np.pi / 180)
-        omega = quat.rotate(quat.conjugate(q), given) if rate_in_a else given
-    elif more == "DERIVATIVE":
-        omega = _derived_rate(raw, columns, sequence)
-    if body_is_b:
-        return q, omega, error
-    return quat.conjugate(q), None if omega is None else -quat.rotate(q, omega), error
-
-
-def checked_period(period: float, place: str) -> float:
-    """Return a period of nutation that is one."""
-    if not period > SHORTEST_PERIOD:
-        raise ValueError(f"{place} must have a positive NUTATION_PER, got {period}.")
-    return period
-
-
-def _unit_rows(q: Array, places: list[str]) -> tuple[Array, float]:
-    norms = np.linalg.norm(q, axis=-1)
+    sequence = _sequence_of(rows) if form == "EULER_ANGLE" else ""
+    raw = _quaternions(rows, form, sequence)
+    norms = np.linalg.norm(raw, axis=-1)
     error = np.abs(norms - 1)
     worst = int(np.argmax(error))
     if not error[worst] <= UNIT_SLACK:
-        raise ValueError(
-            f"{places[worst]} must have a quaternion of unit norm to {UNIT_SLACK}, but |q| = {norms[worst]:.6g}."
-        )
-    return q / norms[:, None], float(error[worst])
+        place, norm = rows.places[worst], norms[worst]
+        raise ValueError(f"{place} must have a quaternion of unit norm to {UNIT_SLACK}, got |q| = {norm:.6g}.")
+    q, omega = raw / norms[:, None], None
+    if form == "SPIN" and (not more or version >= "2"):
+        omega = _spin_rate(q, rows, more)
+    elif more == "ANGVEL":
+        given = rows.stacked(*ANGVEL, factor=np.pi / 180)
+        omega = quat.rotate(quat.conjugate(q), given) if rate_in_a else given
+    elif more == "DERIVATIVE":
+        omega = _derived_rate(raw, rows, sequence)
+    if not body_is_b:
+        q, omega = quat.conjugate(q), None if omega is None else -quat.rotate(q, omega)
+    if omega is not None and calendar is not None:
+        omega = omega * SECONDS[calendar.unit]
+    return AttitudeTable(times, q, omega, calendar, *frames, float(error[worst]))
 
 
-def _of_quaternion(columns: Mapping[str, Array], _: str | None) -> Array:
-    return _stacked(columns, ("QC", "Q1", "Q2", "Q3"))
+def _sequence_of(rows: Rows) -> str:
+    """Return a sequence of rotations, 321 or ZYX, as digits."""
+    text = rows.says.get("EULER_ROT_SEQ", "")
+    sequence = text.upper().translate(str.maketrans("XYZ", "123"))
+    if sequence not in euler.SEQUENCES:
+        raise ValueError(f"{rows.name} must have a sequence of three axes in EULER_ROT_SEQ, got {text[:20]!r}.")
+    return sequence
 
 
-def _of_angles(columns: Mapping[str, Array], sequence: str | None) -> Array:
-    return np.asarray(euler.quaternion_from_angles(_stacked(columns, ANGLES, np.pi / 180), str(sequence)))
-
-
-def _of_spin(columns: Mapping[str, Array], _: str | None) -> Array:
-    alpha, delta, angle = (columns[key] for key in SPIN[:3])
+def _quaternions(rows: Rows, form: str, sequence: str) -> Array:
+    if form == "QUATERNION":
+        return rows.stacked("QC", "Q1", "Q2", "Q3")
+    if form == "EULER_ANGLE":
+        return np.asarray(euler.quaternion_from_angles(rows.stacked(*ANGLES, factor=np.pi / 180), sequence))
+    alpha, delta, angle = rows.stacked(*SPIN[:3]).T
     angles = np.radians(np.stack([alpha + 90, 90 - delta, angle], axis=-1))
     return np.asarray(euler.quaternion_from_angles(angles, "313"))
 
 
-ATTITUDES = {"QUATERNION": _of_quaternion, "EULER_ANGLE": _of_angles, "SPIN": _of_spin}
-
-
-def _derived_rate(q: Array, columns: Mapping[str, Array], sequence: str | None) -> Array:
-    if sequence is None:
-        q_dot = _stacked(columns, ("QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT"))
+def _derived_rate(q: Array, rows: Rows, sequence: str) -> Array:
+    if not sequence:
+        q_dot = rows.stacked("QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT")
         return np.asarray(omega_body(q, q_dot) / quat.dot(q, q)[..., None])
-    rates = _stacked(columns, tuple(f"{key}_DOT" for key in ANGLES), np.pi / 180)
-    axes = euler.rotation_axes(_stacked(columns, ANGLES, np.pi / 180), sequence)
+    rates = rows.stacked(*(f"{key}_DOT" for key in ANGLES), factor=np.pi / 180)
+    axes = euler.rotation_axes(rows.stacked(*ANGLES, factor=np.pi / 180), sequence)
     return np.asarray(sum(rates[..., i, None] * axis for i, axis in enumerate(axes)))
 
 
-def _spin_rate(q: Array, columns: Mapping[str, Array], nutation: str) -> Array:
+def _spin_rate(q: Array, rows: Rows, nutation: str) -> Array:
     """Return the rate about the spin axis, the third of B, plus that of the axis about the momentum (annex F5)."""
-    spin: Array = np.radians(columns["SPIN_ANGLE_VEL"])[:, None] * np.array([0.0, 0.0, 1.0])
+    spin: Array = rows.stacked("SPIN_ANGLE_VEL", factor=np.pi / 180) * np.array([0.0, 0.0, 1.0])
     if not nutation:
         return spin
     if nutation == "NUTATION":
-        tilt, phase = np.radians(columns["NUTATION"]), np.radians(columns["NUTATION_PHASE"])
+        tilt, phase = rows.stacked("NUTATION", "NUTATION_PHASE", factor=np.pi / 180).T
         momentum = np.stack([np.sin(tilt) * np.cos(phase), -np.sin(tilt) * np.sin(phase), np.cos(tilt)], axis=-1)
-        turning: Array = 2 * np.pi / columns["NUTATION_PER"]
+        (period,) = rows.stacked("NUTATION_PER").T
+        wrong = np.flatnonzero(~(period > SHORTEST_PERIOD))
+        if wrong.size:
+            place, given = rows.places[wrong[0]], period[wrong[0]]
+            raise ValueError(f"{place} must have a positive NUTATION_PER, got {given}.")
+        turning: Array = 2 * np.pi / period
     else:
-        alpha, delta = np.radians(columns["MOMENTUM_ALPHA"]), np.radians(columns["MOMENTUM_DELTA"])
+        alpha, delta, turning = rows.stacked("MOMENTUM_ALPHA", "MOMENTUM_DELTA", "NUTATION_VEL", factor=np.pi / 180).T
         in_a = np.stack([np.cos(delta) * np.cos(alpha), np.cos(delta) * np.sin(alpha), np.sin(delta)], axis=-1)
-        momentum, turning = quat.rotate(quat.conjugate(q), in_a), np.radians(columns["NUTATION_VEL"])
+        momentum = quat.rotate(quat.conjugate(q), in_a)
     return np.asarray(spin + turning[:, None] * momentum)
-
-
-def _stacked(columns: Mapping[str, Array], keys: tuple[str, ...], factor: float = 1.0) -> Array:
-    return np.asarray(factor * np.stack([columns[key] for key in keys], axis=-1))

@@ -11,16 +11,15 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from poinsot.algebra import quaternion as quat
-from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, rates_per_second, table_of
 from poinsot.files.ccsds import Entry
+from poinsot.files.rows import Rows, number
 from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.calendar import SECONDS, Calendar
-from poinsot.mechanics.parameters import described
+from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.state import State
 
 __all__ = ["read_apm", "write_apm"]
@@ -48,7 +47,12 @@ V1_BLOCKS = (
     ("MAN", re.compile(r"MAN_\w+")),
 )
 
-TENSOR = (("IXX", "IXY", "IXZ"), ("IXY", "IYY", "IYZ"), ("IXZ", "IYZ", "IZZ"))
+TENSOR = {"IXX": (0, 0), "IYY": (1, 1), "IZZ": (2, 2), "IXY": (0, 1), "IXZ": (0, 2), "IYZ": (1, 2)}
+
+TO_DIGITS, TO_LETTERS = str.maketrans("XYZ", "123"), str.maketrans("123", "XYZ")
+"""Version 1 has I11 for IXX."""
+
+V1_TENSOR = {key.translate(TO_DIGITS) for key in TENSOR}
 
 
 class _Block(NamedTuple):
@@ -59,13 +63,12 @@ class _Block(NamedTuple):
     place: str
 
     def text(self, key: str) -> str:
-        if not self.said.get(key, Entry(key, "", "")).value:
-            raise ValueError(f"{self.place} must have {key}, but it has none.")
+        if key not in self.said or not self.said[key].value:
+            raise ValueError(f"{self.place} must have {key}, got none.")
         return self.said[key].value
 
     def number(self, key: str) -> float:
-        self.text(key)
-        return ccsds.number(self.said[key])
+        return number(key, self.text(key), self.said[key].place)
 
     def frames(self) -> tuple[str, str]:
         return self.text("REF_FRAME_A"), self.text("REF_FRAME_B")
@@ -104,36 +107,28 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     ImportError
         If astropy is missing.
     """
-    name, text = str(path), read_text(path)
-    read = _of_xml if text.lstrip().startswith("<") else _of_kvn
-    version, header, blocks = read(text, name)
-    for key in ("EPOCH", "TIME_SYSTEM"):
-        if key not in header:
-            raise ValueError(f"{name} must have {key}, but it has none.")
-    epoch = header["EPOCH"]
-    times, calendar = ccsds.times_of([epoch.value], [epoch.place], header["TIME_SYSTEM"].value, calendar, name)
-    block, body_frame, frame, body_is_b = _attitude_block(blocks, name)
+    text, name = read_text(path), str(path)
+    version, header, blocks = _of_xml(text, name) if ccsds.is_xml(text) else _of_kvn(text, name)
+    epoch = _Block("", header, name)
+    epoch.text("EPOCH")
+    one = Rows(name, {"TIME_SYSTEM": epoch.text("TIME_SYSTEM")}, (), [header["EPOCH"].place], [header["EPOCH"].value])
+    times, calendar = ccsds.times_of(one, calendar)
+    block, (body_frame, frame, body_is_b) = _attitude_block(blocks, name)
     kind, columns, rate_in_a = _row(block, blocks)
-    q, omega, norm_error = adm.attitude_of(
-        kind,
-        {key: np.array([value]) for key, value in columns.items()},
-        adm.sequence_of(block.text("EULER_ROT_SEQ"), block.place) if block.kind == "EULER" else None,
-        rate_in_a=rate_in_a,
-        body_is_b=body_is_b,
-        version=version,
-        places=[block.place],
-    )
-    omega = None if omega is None else omega * SECONDS[calendar.unit]
-    table = AttitudeTable(times, q, omega, calendar, frame, body_frame, norm_error)
+    says = {key: entry.value for key, entry in block.said.items()}
+    row = Rows(block.place, says, tuple(columns), [block.place], [""], [list(columns.values())])
+    conventions = {"body_is_b": body_is_b, "rate_in_a": rate_in_a}
+    frames = (frame, body_frame)
+    table = adm.read_attitudes(row, kind, times, calendar, frames, **conventions, version=version)
     return table, _body(blocks, body_frame, version)
 
 
-def _attitude_block(blocks: list[_Block], name: str) -> tuple[_Block, str, str, bool]:
-    reason = ValueError(f"{name} must have an attitude (quaternion, Euler angles or spin), but it has none.")
+def _attitude_block(blocks: list[_Block], name: str) -> tuple[_Block, tuple[str, str, bool]]:
+    reason = ValueError(f"{name} must have an attitude (quaternion, Euler angles or spin), got none.")
     for block in blocks:
         if block.kind in FORMS:
             try:
-                return (block, *ccsds.body_and_reference(*block.frames(), block.place))
+                return block, ccsds.body_and_reference(*block.frames(), block.place)
             except ValueError as error:
                 reason = error
     raise reason
@@ -145,15 +140,13 @@ def _row(block: _Block, blocks: list[_Block]) -> tuple[str, dict[str, float], bo
     kinds = [kind for kind in adm.COLUMNS if kind.startswith(f"{form}/") and not kind.endswith(("ANGVEL", "RATE"))]
     kind = next((kind for kind in kinds if all(key in block.said for key in adm.COLUMNS[kind])), form)
     columns = {key: block.number(key) for key in adm.COLUMNS[kind]}
-    if "NUTATION_PER" in columns:
-        adm.checked_period(columns["NUTATION_PER"], block.place)
     a, b = block.frames()
     beside = next((other for other in blocks if other.kind == "ANGVEL" and set(other.frames()) == {a, b}), None)
     if kind != form or form == "SPIN" or beside is None:
         return kind, columns, False
     along = beside.text("ANGVEL_FRAME")
     if along not in (a, b):
-        raise ValueError(f"{beside.place} must have ANGVEL_FRAME {a} or {b}, but it is {along[:40]!r}.")
+        raise ValueError(f"{beside.place} must have ANGVEL_FRAME {a} or {b}, got {along[:40]!r}.")
     sign = 1 if beside.frames() == (a, b) else -1
     columns |= {key: sign * beside.number(key) for key in adm.ANGVEL}
     return f"{form}/ANGVEL", columns, along == a
@@ -163,8 +156,9 @@ def _body(blocks: list[_Block], body_frame: str, version: str) -> Body | None:
     """Return the body; version 1 gives the entries of the tensor, version 2 the products of inertia."""
     for block in blocks:
         if block.kind == "INERTIA" and block.text("INERTIA_REF_FRAME").upper() == body_frame:
-            across = 1 if version < "2" else -1
-            tensor = [[(1 if i == j else across) * block.number(TENSOR[i][j]) for j in range(3)] for i in range(3)]
+            tensor = np.empty((3, 3))
+            for key, (i, j) in TENSOR.items():
+                tensor[i, j] = tensor[j, i] = block.number(key) * (1 if i == j or version < "2" else -1)
             try:
                 return Body.from_inertia(tensor)
             except ValueError as error:
@@ -177,45 +171,23 @@ def _body(blocks: list[_Block], body_frame: str, version: str) -> Body | None:
 
 def _of_kvn(text: str, name: str) -> tuple[str, dict[str, Entry], list[_Block]]:
     version, lines = ccsds.opened_kvn(text, name, "APM")
-    return version, *(_blocks_of_v1(lines, name) if version < "2" else _blocks_of_v2(lines, name))
-
-
-def _blocks_of_v2(lines: Iterator[tuple[int, str]], name: str) -> tuple[dict[str, Entry], list[_Block]]:
     header: dict[str, Entry] = {}
     blocks: list[_Block] = []
-    for count, line in lines:
-        place = f"{name}, line {count}"
-        match = re.fullmatch(r"(QUAT|EULER|ANGVEL|SPIN|INERTIA|MAN)_START", line)
-        if match:
-            blocks.append(_Block(match[1], _inside(lines, match[1], place), place))
-        else:
-            said = ccsds.kvn_entry(line, place, "KEY = VALUE or the start of a block")
-            header[said.key] = said
-    return header, blocks
-
-
-def _inside(lines: Iterator[tuple[int, str]], kind: str, begin: str) -> dict[str, Entry]:
-    said: dict[str, Entry] = {}
-    for count, line in lines:
-        if line == f"{kind}_STOP":
-            return said
-        place = f"{begin.rpartition(', line ')[0]}, line {count}"
-        entry = ccsds.kvn_entry(line, place, f"KEY = VALUE or {kind}_STOP")
-        said[entry.key] = entry
-    raise ValueError(f"{begin} must be followed by {kind}_STOP, but the file ends.")
-
-
-def _blocks_of_v1(lines: Iterator[tuple[int, str]], name: str) -> tuple[dict[str, Entry], list[_Block]]:
-    header: dict[str, Entry] = {}
     found: dict[str, list[Entry]] = {}
+    rule = "KEY = VALUE" if version < "2" else "KEY = VALUE or the start of a block"
     for count, line in lines:
-        said = ccsds.kvn_entry(line, f"{name}, line {count}", "KEY = VALUE")
-        kind = next((kind for kind, pattern in V1_BLOCKS if pattern.fullmatch(said.key)), None)
-        if kind is None:
-            header[said.key] = said
+        match = re.fullmatch(r"(QUAT|EULER|ANGVEL|SPIN|INERTIA|MAN)_START", line)
+        if match and version >= "2":
+            said = ccsds.kvn_block(lines, name, count, f"{match[1]}_STOP")
+            blocks.append(_Block(match[1], said, f"{name}, line {count}"))
+            continue
+        entry = ccsds.kvn_entry(line, f"{name}, line {count}", rule)
+        kinds = (kind for kind, pattern in V1_BLOCKS if version < "2" and pattern.fullmatch(entry.key))
+        if kind := next(kinds, None):
+            found.setdefault(kind, []).append(entry)
         else:
-            found.setdefault(kind, []).append(said)
-    return header, [_from_v1(kind, entries) for kind, entries in found.items()]
+            header[entry.key] = entry
+    return version, header, blocks + [_from_v1(kind, entries) for kind, entries in found.items()]
 
 
 def _from_v1(kind: str, entries: list[Entry]) -> _Block:
@@ -223,14 +195,15 @@ def _from_v1(kind: str, entries: list[Entry]) -> _Block:
     said = {re.sub(r"^(Q|EULER|SPIN)_FRAME_", "REF_FRAME_", entry.key): entry for entry in entries}
     block = _Block(kind, said, entries[0].place)
     if kind == "INERTIA":
-        return block._replace(said={_inertia_key(key): entry for key, entry in said.items()})
+        renamed = {key.translate(TO_LETTERS) if key in V1_TENSOR else key: entry for key, entry in said.items()}
+        return block._replace(said=renamed)
     if kind == "EULER":
         _number_angles(block, entries)
     if kind in FORMS:
-        key = {"QUAT": "Q_DIR"}.get(kind, f"{kind}_DIR")
+        key = "Q_DIR" if kind == "QUAT" else f"{kind}_DIR"
         direction = block.text(key).upper()
         if direction not in ("A2B", "B2A"):
-            raise ValueError(f"{said[key].place} must have {key} A2B or B2A, but it is {direction[:20]!r}.")
+            raise ValueError(f"{said[key].place} must have {key} A2B or B2A, got {direction[:20]!r}.")
         if direction == "B2A":
             block.frames()
             said["REF_FRAME_A"], said["REF_FRAME_B"] = said["REF_FRAME_B"], said["REF_FRAME_A"]
@@ -240,17 +213,11 @@ def _from_v1(kind: str, entries: list[Entry]) -> _Block:
 def _number_angles(block: _Block, entries: list[Entry]) -> None:
     """Name the angles X_ANGLE, Y_ANGLE, Z_ANGLE, which may come twice, by their place in the sequence."""
     given = [entry for entry in entries if re.fullmatch(r"[XYZ]_ANGLE", entry.key)]
-    if not given:
-        return
-    sequence = adm.sequence_of(block.text("EULER_ROT_SEQ"), block.place)
-    axes = "".join(str("XYZ".index(entry.key[0]) + 1) for entry in given)
-    if axes != sequence:
-        raise ValueError(f"{block.place} must have its angles in the order {sequence}, but they come as {axes[:20]}.")
+    sequence = block.text("EULER_ROT_SEQ").upper().translate(TO_DIGITS)
+    axes = "".join(entry.key[0] for entry in given).translate(TO_DIGITS)
+    if given and axes != sequence:
+        raise ValueError(f"{block.place} must have its angles in the order {sequence[:20]}, got {axes[:20]}.")
     block.said.update({f"ANGLE_{i}": entry for i, entry in enumerate(given, start=1)})
-
-
-def _inertia_key(key: str) -> str:
-    return f"I{key[1:].translate(str.maketrans('123', 'XYZ'))}" if re.fullmatch(r"I[123]{2}", key) else key
 
 
 # ------------------------------------------------------------------ XML
@@ -259,7 +226,7 @@ def _inertia_key(key: str) -> str:
 def _of_xml(text: str, name: str) -> tuple[str, dict[str, Entry], list[_Block]]:
     version, segments = ccsds.opened_xml(text, name, "APM")
     if len(segments) != 1:
-        raise ValueError(f"{name} must hold one segment, but it holds {len(segments)}.")
+        raise ValueError(f"{name} must hold one segment, got {len(segments)}.")
     header: dict[str, Entry] = {}
     blocks: list[_Block] = []
     for part in (child for half in segments[0] for child in half):
@@ -317,99 +284,78 @@ def write_apm(
     TypeError, ValueError, OSError
         If an argument is not what its name says, there are several members, or the file exists.
     """
-    table = _one_row(body, state, calendar, reference_frame, body_frame)
-    header = ccsds.header_entries("APM", version, originator)
-    ccsds.body_and_reference(table.reference_frame, table.body_frame, "reference_frame and body_frame")
-    dates, system = ccsds.dates_of(calendar, table.times)
-    metadata = ccsds.metadata_entries(
-        {"OBJECT_NAME": object_name, "OBJECT_ID": object_id, "CENTER_NAME": center_name, "TIME_SYSTEM": system}
-    )
-    blocks = _written_blocks(table, body.inertia, version)
-    written = _as_xml if Path(path).suffix.lower() == ".xml" else _as_kvn
-    return write_text(path, written(version, header, metadata, dates[0], blocks), overwrite)
-
-
-def _one_row(body: Any, state: Any, calendar: Any, reference_frame: Any, body_frame: str) -> AttitudeTable:
-    for name, value, kind in (("body", body, Body), ("state", state, State)):
-        if not isinstance(value, kind):
-            raise TypeError(
-                f"{name} must be a {kind.__name__}, got {described(value)}. The order is write_apm(body, state, path)."
-            )
     if state.quaternion.ndim > 1 or body.inertia.ndim > 2:
         raise ValueError("state must be one state of one body, got an ensemble.")
-    omega = body.omega(state.angular_momentum_body)
-    row = AttitudeTable(state.time[None], state.quaternion[None], omega[None])
-    return table_of(row, calendar, reference_frame, body_frame)
+    row = AttitudeTable(state.time[None], state.quaternion[None], body.omega(state.angular_momentum_body)[None])
+    table = table_of(row, calendar, reference_frame, body_frame)
+    ccsds.check_version(version)
+    ccsds.body_and_reference(table.reference_frame, table.body_frame, "reference_frame and body_frame")
+    (epoch,), system = ccsds.dates_of(calendar, table.times)
+    metadata = {"OBJECT_NAME": object_name, "OBJECT_ID": object_id, "CENTER_NAME": center_name, "TIME_SYSTEM": system}
+    blocks = _written_blocks(table, body.inertia, version)
+
+    def kvn(said: list[str]) -> list[str]:
+        lines = ["COMMENT x_A = q x_B q~ (Hamilton product), QC the scalar", *said, f"EPOCH = {epoch}"]
+        for kind, block in blocks:
+            inner = [f"{key} = {_with_unit(key, value)}" for key, value in block.items()]
+            lines += inner if version < "2" else [f"{kind}_START", *inner, f"{kind}_STOP"]
+        return lines
+
+    return ccsds.write_message(
+        path, overwrite, "APM", version, originator, metadata, kvn, lambda: _data(version, epoch, blocks)
+    )
 
 
 def _written_blocks(table: AttitudeTable, inertia: Any, version: str) -> list[tuple[str, dict[str, Any]]]:
     """Return the blocks with the keys of a version; rates per second."""
     q, omega = table.quaternion[0], np.asarray(rates_per_second(table, True))[0]
-    quaternion = dict(zip(adm.QUATERNION, map(float, q[[1, 2, 3, 0]]), strict=True))
-    frames = {"REF_FRAME_A": table.reference_frame, "REF_FRAME_B": table.body_frame}
-    tensor = {TENSOR[i][j]: float(inertia[i, j]) for i in range(3) for j in range(i, 3)}
+    quaternion = dict(zip(adm.QUATERNION, q[[1, 2, 3, 0]].tolist(), strict=True))
+    tensor = {key: float(inertia[place]) for key, place in TENSOR.items()}
+    a, b = table.reference_frame, table.body_frame
     if version < "2":
         dot = 0.5 * quat.product(q, quat.pure(omega))[[1, 2, 3, 0]]
-        rate = {f"{key}_DOT": float(value) for key, value in zip(adm.QUATERNION, dot, strict=True)}
-        named = {"Q_FRAME_A": table.reference_frame, "Q_FRAME_B": table.body_frame, "Q_DIR": "A2B"}
-        products = {f"I{key[1:].translate(str.maketrans('XYZ', '123'))}": value for key, value in tensor.items()}
-        ordered = {key: products[key] for key in ("I11", "I22", "I33", "I12", "I13", "I23")}
-        return [("QUAT", named | quaternion | rate), ("INERTIA", {"INERTIA_REF_FRAME": table.body_frame} | ordered)]
-    rate = dict(zip(adm.ANGVEL, map(float, np.degrees(omega)), strict=True))
+        rate = dict(zip(adm.QUATERNION_DOT, dot.tolist(), strict=True))
+        products = {key.translate(TO_DIGITS): value for key, value in tensor.items()}
+        attitude = {"Q_FRAME_A": a, "Q_FRAME_B": b, "Q_DIR": "A2B"} | quaternion | rate
+        return [("QUAT", attitude), ("INERTIA", {"INERTIA_REF_FRAME": b} | products)]
+    frames = {"REF_FRAME_A": a, "REF_FRAME_B": b}
+    rate = dict(zip(adm.ANGVEL, np.degrees(omega).tolist(), strict=True))
     products = {key: value if key[1] == key[2] else -value for key, value in tensor.items()}
-    ordered = {key: products[key] for key in ("IXX", "IYY", "IZZ", "IXY", "IXZ", "IYZ")}
     return [
         ("QUAT", frames | quaternion),
-        ("ANGVEL", frames | {"ANGVEL_FRAME": table.body_frame} | rate),
-        ("INERTIA", {"INERTIA_REF_FRAME": table.body_frame} | ordered),
+        ("ANGVEL", frames | {"ANGVEL_FRAME": b} | rate),
+        ("INERTIA", {"INERTIA_REF_FRAME": b} | products),
     ]
 
 
-def _as_kvn(version: str, header: Any, metadata: Any, epoch: str, blocks: list[tuple[str, dict[str, Any]]]) -> str:
-    lines = [f"{key} = {value}" for key, value in header]
-    lines += [
-        "COMMENT x_A = q x_B q~ (Hamilton product), QC the scalar",
-        *(f"{key} = {value}" for key, value in metadata),
-    ]
-    lines += [f"EPOCH = {epoch}"]
-    for kind, said in blocks:
-        inner = [
-            f"{key} = {value if isinstance(value, str) else _with_unit(key, value)}" for key, value in said.items()
-        ]
-        lines += inner if version < "2" else [f"{kind}_START", *inner, f"{kind}_STOP"]
-    return "\n".join(lines) + "\n"
-
-
-def _with_unit(key: str, value: float) -> str:
+def _with_unit(key: str, value: str | float) -> str:
+    if isinstance(value, str):
+        return value
     unit = ccsds.unit_of(key)
     return f"{ccsds.digits(value)} [{unit}]" if unit else ccsds.digits(value)
 
 
-def _as_xml(version: str, header: Any, metadata: Any, epoch: str, blocks: list[tuple[str, dict[str, Any]]]) -> str:
-    segment = ET.Element("segment")
-    about, data = ET.SubElement(segment, "metadata"), ET.SubElement(segment, "data")
-    for key, value in metadata:
-        ccsds.entry(about, key, value)
+def _data(version: str, epoch: str, blocks: list[tuple[str, dict[str, Any]]]) -> ET.Element:
+    data = ET.Element("data")
     if version >= "2":
-        ccsds.entry(data, "EPOCH", epoch)
+        ccsds.element(data, "EPOCH", epoch)
     tags = {"QUAT": "quaternionState", "ANGVEL": "angularVelocity"}
     tags["INERTIA"] = "spacecraftParameters" if version < "2" else "inertia"
     for kind, said in blocks:
         block = ET.SubElement(data, tags[kind])
         if version < "2" and kind == "QUAT":
-            ccsds.entry(block, "EPOCH", epoch)
+            ccsds.element(block, "EPOCH", epoch)
         for group, keys in _groups(said, version):
             parent = ET.SubElement(block, group) if group else block
             for key in keys:
                 unit = ccsds.unit_of(key) if not key.startswith("Q") else ""
-                ccsds.entry(parent, key, said[key], **({"units": unit} if unit else {}))
-    return ccsds.xml_text("APM", version, header, segment)
+                ccsds.element(parent, key, said[key], **({"units": unit} if unit else {}))
+    return data
 
 
 def _groups(said: dict[str, Any], version: str) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield the keys of a block, those of the quaternion and its derivative under elements of their own."""
-    yield "", tuple(key for key in said if not re.fullmatch(r"Q[123C](_DOT)?", key))
-    for group, pattern in (("quaternion", r"Q[123C]"), ("quaternionRate", r"Q[123C]_DOT")):
-        keys = tuple(key for key in said if re.fullmatch(pattern, key))
-        if keys:
+    yield "", tuple(key for key in said if key not in adm.QUATERNION + adm.QUATERNION_DOT)
+    for group, keys in (("quaternion", adm.QUATERNION), ("quaternionRate", adm.QUATERNION_DOT)):
+        if keys[0] in said:
             yield group, ccsds.xml_order(keys, version)

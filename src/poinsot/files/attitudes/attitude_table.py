@@ -17,7 +17,6 @@ from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, uni
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
@@ -28,7 +27,7 @@ from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["AttitudeTable", "calendar_of", "check_rising", "rates_per_second", "table_of"]
+__all__ = ["AttitudeTable", "calendar_of", "dated_calendar", "rates_per_second", "table_of"]
 
 Array = NDArray[np.float64]
 
@@ -79,7 +78,7 @@ class AttitudeTable(ShownInNotebooks):
         wrong = np.flatnonzero(np.diff(times) <= 0)
         if wrong.size:
             i = int(wrong[0])
-            raise ValueError(f"times must rise, but times[{i + 1}] = {times[i + 1]} follows {times[i]}.")
+            raise ValueError(f"times must rise, got times[{i + 1}] = {times[i + 1]} after {times[i]}.")
         object.__setattr__(self, "times", times)
         q = unit_quaternion(real_array("quaternion", self.quaternion, (times.size, 4)), "quaternion")
         object.__setattr__(self, "quaternion", q)
@@ -121,10 +120,8 @@ class AttitudeTable(ShownInNotebooks):
             If the first argument is no system of one body, its orbits are along other axes, or there are no rates and
             fewer than four rows.
         """
-        if not isinstance(system, System):
-            raise TypeError(f"system must be a System, got {described(system)}.")
         if system.members:
-            raise ValueError(f"system must be of one body, but it has {system.members[0]} members.")
+            raise ValueError(f"system must be of one body, got {system.members[0]} members.")
         (times, unit), q = self._times_of(system), self.quaternion
         phase = {"quaternion": q, "angular_momentum_body": system.body.angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
@@ -143,7 +140,7 @@ class AttitudeTable(ShownInNotebooks):
             If the argument is no motion of one body, is along other axes, or has neither the times of the table nor
             dense output.
         """
-        _check_motion(motion)
+        _refuse_ensemble(motion)
         times, unit = self._times_of(motion.system, dates_of_motion(motion))
         slack = SAME_TIME / (unit * (SECONDS[self.calendar.unit] if self.calendar else 1))
         same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= slack)
@@ -177,7 +174,7 @@ class AttitudeTable(ShownInNotebooks):
         if self.omega_body is not None:
             return self.omega_body
         if self.times.size < MIN_ROWS:
-            raise ValueError(f"a table without rates must have {MIN_ROWS} rows or more, but it has {self.times.size}.")
+            raise ValueError(f"a table without rates must have {MIN_ROWS} rows or more, got {self.times.size}.")
         from scipy.interpolate import make_interp_spline
 
         turned = quat.dot(self.quaternion[1:], self.quaternion[:-1]) < 0  # q and -q are one attitude
@@ -202,24 +199,13 @@ def table_of(
     TypeError, ValueError
         If it is no motion of one body, has no row, or the calendar or the frame is missing or another one.
     """
-    if isinstance(motion, AttitudeTable):
-        own = motion
-    else:
-        _check_motion(motion)
-        order = slice(None, None, -1 if motion.times.size > 1 and motion.times[1] < motion.times[0] else 1)
-        own = AttitudeTable(
-            motion.times[order],
-            motion.quaternion[order],
-            motion.omega_body[order],
-            dates_of_motion(motion),
-            space_axes_of(motion),
-        )
-    if calendar is not None and not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, got {described(calendar)}.")
+    own = motion if isinstance(motion, AttitudeTable) else _table_of_motion(motion)
     if calendar is not None and own.calendar is not None and calendar != own.calendar:
         raise ValueError(f"calendar must be that of the motion, {own.calendar}, got {calendar}.")
     calendar = calendar or own.calendar
-    _check_unit(motion, calendar)
+    unit = motion.system.units["time"] if isinstance(motion, Trajectory) else "1"
+    if calendar is not None and unit not in ("1", calendar.unit):
+        raise ValueError(f"calendar must count {unit!r} as the system does, got one that counts {calendar.unit!r}.")
     table = dataclasses.replace(
         own,
         calendar=calendar,
@@ -248,21 +234,14 @@ def rates_per_second(table: AttitudeTable, wanted: bool) -> Array | None:
     return np.asarray(table.omega_body / SECONDS[calendar_of(table).unit])
 
 
-def check_rising(times: Array, places: list[str]) -> None:
-    """Refuse rows of which one is not later than the one before."""
-    wrong = np.flatnonzero(np.diff(times) <= 0)
-    if wrong.size:
-        i = int(wrong[0]) + 1
-        raise ValueError(
-            f"{places[i]} must be later than the row before, but t = {times[i]:.15g} follows {times[i - 1]:.15g}."
-        )
-
-
-def _check_motion(motion: Any) -> None:
-    if not isinstance(motion, Trajectory):
-        raise TypeError(f"motion must be a Trajectory or an AttitudeTable, got {described(motion)}.")
-    if motion.quaternion.ndim == 3:
-        raise ValueError(f"motion must be of one body, but it is of an ensemble of {len(motion.quaternion)} members.")
+def dated_calendar(date: str, scale: str, unit: str, name: str, example: str, given: str) -> Calendar:
+    """Return the calendar that a text names, whose date exists."""
+    try:
+        calendar = Calendar(date, scale, unit)
+        calendar.date(0.0)
+        return calendar
+    except ValueError:
+        raise ValueError(f"{name} must be a date such as {example}, got {given[:60]!r}.") from None
 
 
 def _named(own: str, given: str | None, dated: bool) -> str:
@@ -279,10 +258,16 @@ def _named(own: str, given: str | None, dated: bool) -> str:
     return given or own
 
 
-def _check_unit(motion: Any, calendar: Calendar | None) -> None:
-    unit = motion.system.units["time"] if isinstance(motion, Trajectory) else "1"
-    if calendar is not None and unit not in ("1", calendar.unit):
-        raise ValueError(f"calendar must count {unit!r} as the system does, but it counts {calendar.unit!r}.")
+def _table_of_motion(motion: Trajectory) -> AttitudeTable:
+    _refuse_ensemble(motion)
+    order = np.argsort(motion.times)
+    q, omega = motion.quaternion[order], motion.omega_body[order]
+    return AttitudeTable(motion.times[order], q, omega, dates_of_motion(motion), space_axes_of(motion))
+
+
+def _refuse_ensemble(motion: Trajectory) -> None:
+    if motion.quaternion.ndim == 3:
+        raise ValueError(f"motion must be of one body, got an ensemble of {len(motion.quaternion)} members.")
 
 
 def _frame_of(system: System) -> str:

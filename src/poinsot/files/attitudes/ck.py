@@ -151,7 +151,7 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     for kernel in kernels[1:]:
         if path.is_file() and not kernel.is_file():
             raise FileNotFoundError(
-                f"{path} must have the kernels of its clock and its frame beside it, but there is no {kernel.name}. "
+                f"{path} must have the kernels of its clock and its frame beside it, got no {kernel.name}. "
                 "spice_attitude reads it with any kernels."
             )
     with loaded(kernels) as spice:
@@ -235,7 +235,7 @@ def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: A
     if isinstance(spacecraft, bool) or not isinstance(spacecraft, int) or not -2_000_000 < spacecraft < 0:
         raise ValueError(f"spacecraft must be a negative number above -2000000, got {spacecraft!r}.")
     if table.times.size < 2:
-        raise ValueError(f"motion must have two times or more for a C-kernel, but it has {table.times.size}.")
+        raise ValueError(f"motion must have two times or more for a C-kernel, got {table.times.size}.")
 
 
 def _clock_of(table: AttitudeTable) -> tuple[float, Array, str]:

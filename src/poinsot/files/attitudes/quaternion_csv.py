@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.atomic_write import write_text
@@ -15,7 +14,8 @@ from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
-from poinsot.files.attitudes.attitude_table import AttitudeTable, check_rising, table_of
+from poinsot.files.attitudes.attitude_table import AttitudeTable, dated_calendar, table_of
+from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
@@ -23,14 +23,14 @@ from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_quaternion_csv", "write_quaternion_csv"]
 
-Array = NDArray[np.float64]
-
 ORDERS = {"scalar first": ("QC", "Q1", "Q2", "Q3"), "scalar last": adm.QUATERNION}
 
 DIRECTIONS = {"body to reference": True, "reference to body": False}
 """Whether the quaternion turns components along the body into those along the reference frame."""
 
 RATE = "rad per unit of time, inertial, along the body axes"
+
+OMEGA = ("omega_1", "omega_2", "omega_3")
 
 EXAMPLE = "# order: scalar first, # direction: body to reference"
 
@@ -66,95 +66,58 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
         If astropy is missing and the file has dates.
     """
     name = str(path)
-    says, rows, places = _parsed(read_text(path), name)
-    order = _said(says, "order", ORDERS, name)
-    to_reference = _said(says, "direction", DIRECTIONS, name)
-    table = np.array(rows)
-    check_rising(table[:, 0], places)
-    columns = dict(zip(ORDERS[order], table[:, 1:5].T, strict=True))
-    q, _, norm_error = adm.attitude_of(
-        "QUATERNION",
-        columns,
-        None,
-        rate_in_a=False,
-        body_is_b=DIRECTIONS[to_reference],
-        version="2.0",
-        places=places,
-    )
-    omega = table[:, 5:] if table.shape[1] > 5 else None
-    times, own = table[:, 0], _calendar(says, name)
+    rows = _parsed(read_text(path), name)
+    own, (times,) = _calendar(rows.says, name), rows.stacked("t").T
+    rows.check_rising(times)
+    factor = 1.0
     if own is not None and calendar is not None and calendar != own:
-        times = calendar.converted(times, own)
-        omega = None if omega is None else omega * (SECONDS[calendar.unit] / SECONDS[own.unit])
-    return AttitudeTable(
-        times,
-        q,
-        omega,
-        calendar or own,
-        says.get("reference_frame", SPACE_AXES_UNNAMED),
-        says.get("body_frame", "SC_BODY_1"),
-        norm_error,
-    )
+        times, factor = calendar.converted(times, own), SECONDS[calendar.unit] / SECONDS[own.unit]
+    frames = (rows.says.get("reference_frame", SPACE_AXES_UNNAMED), rows.says.get("body_frame", "SC_BODY_1"))
+    body_is_b = DIRECTIONS[rows.says["direction"]]
+    table = adm.read_attitudes(rows, "QUATERNION", times, calendar or own, frames, body_is_b=body_is_b)
+    if len(rows.columns) == 5:
+        return table
+    return dataclasses.replace(table, omega_body=rows.stacked(*OMEGA, factor=factor))
 
 
-def _parsed(text: str, name: str) -> tuple[dict[str, str], list[list[float]], list[str]]:
-    says: dict[str, str] = {}
-    columns: list[str] = []
-    rows: list[list[float]] = []
-    places: list[str] = []
+def _parsed(text: str, name: str) -> Rows:
+    rows = Rows(name)
     for count, line in enumerate(text.splitlines(), start=1):
         place = f"{name}, line {count}"
         if line.startswith("#"):
             key, _, value = line[1:].partition(":")
-            says[key.strip().lower()] = value.strip()
-        elif line.strip() and not columns:
-            columns = _columns(line, says, place)
+            rows.says[key.strip().lower()] = value.strip()
+        elif line.strip() and not rows.columns:
+            rows.columns = _columns(line, rows.says, name, place)
         elif line.strip():
-            rows.append(_numbers(line, columns, place))
-            places.append(place)
-    if not rows:
-        raise ValueError(f"{name} must have the names of columns and rows, but it has no rows.")
-    return says, rows, places
+            rows.add(place, [text.strip() for text in line.split(",")])
+    if not rows.numbers:
+        raise ValueError(f"{name} must have the names of columns and rows, got no rows.")
+    return rows
 
 
-def _columns(line: str, says: dict[str, str], place: str) -> list[str]:
-    columns = [column.strip().lower() for column in line.split(",")]
-    names = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
-    shape = "".join(column[:1] for column in columns)
+def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[str, ...]:
+    """Return the columns by the names that they have here, and check what the file says of them."""
+    for key, known in (("order", ORDERS), ("direction", DIRECTIONS)):
+        if says.get(key) not in known:
+            given = repr(says[key][:40]) if key in says else "none"
+            raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, got {given}. Write {EXAMPLE}.")
+    shape = "".join(column.strip()[:1].lower() for column in line.split(","))
     if shape not in ("tqqqq", "tqqqqooo"):
+        names = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
         raise ValueError(f"{place} must name the columns, such as {names}, got {line[:80]!r}.")
-    if len(columns) == 8 and says.get("rate") != RATE:
+    rates = OMEGA if len(shape) == 8 else ()
+    if rates and says.get("rate") != RATE:
         raise ValueError(f"{place} must come after a line that says what rates are, '# rate: {RATE}', got none.")
-    return columns
-
-
-def _numbers(line: str, columns: list[str], place: str) -> list[float]:
-    texts = line.split(",")
-    if len(texts) != len(columns):
-        raise ValueError(f"{place} must have {len(columns)} numbers, got {line[:100]!r}.")
-    return [ccsds.number(ccsds.Entry(key, text.strip(), place)) for key, text in zip(columns, texts, strict=True)]
-
-
-def _said(says: dict[str, str], key: str, known: Mapping[str, object], name: str) -> str:
-    value = says.get(key)
-    if value not in known:
-        given = "it does not" if value is None else f"it says {value[:40]!r}"
-        raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, but {given}. Write {EXAMPLE}.")
-    return str(value)
+    return ("t", *ORDERS[says["order"]], *rates)
 
 
 def _calendar(says: dict[str, str], name: str) -> Calendar | None:
     if "time" not in says:
         return None
     match = re.fullmatch(r"(\w+) from (\S+) (\w+)", says["time"])
-    try:
-        calendar = Calendar(match[2], match[3], match[1]) if match else Calendar("", "UTC")
-        calendar.date(0.0)
-        return calendar
-    except ValueError:
-        raise ValueError(
-            f"time in {name} must be such as 's from 2026-11-21T00:00:00 UTC', but it is {says['time'][:60]!r}."
-        ) from None
+    unit, date, scale = match.groups() if match else ("s", "", "UTC")
+    return dated_calendar(date, scale, unit, f"time in {name}", "s from 2026-11-21T00:00:00 UTC", says["time"])
 
 
 # ------------------------------------------------------------------ writing
@@ -194,7 +157,7 @@ def write_quaternion_csv(
         If an argument is not what its name says, the motion is an ensemble, or the file exists.
     """
     table = table_of(motion, calendar, reference_frame, body_frame, dated=False)
-    columns, names = [table.times, *table.quaternion.T], "t,q0,q1,q2,q3"
+    columns, names = [table.times[:, None], table.quaternion], "t,q0,q1,q2,q3"
     says = {
         "order": "scalar first",
         "direction": "body to reference",
@@ -206,9 +169,9 @@ def write_quaternion_csv(
         says["time"] = f"{table.calendar.unit} from {table.calendar.zero} {table.calendar.scale}"
     if rates and table.omega_body is not None:
         says["rate"] = RATE
-        columns, names = columns + list(table.omega_body.T), f"{names},omega_1,omega_2,omega_3"
+        columns, names = [*columns, table.omega_body], ",".join((names, *OMEGA))
     lines = [f"# {key}: {value}" for key, value in says.items()] + [names]
-    lines += [",".join(map(repr, row)) for row in np.stack(columns, axis=1).tolist()]
+    lines += [",".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()]
     return write_text(path, "\n".join(lines) + "\n", overwrite)
 
 

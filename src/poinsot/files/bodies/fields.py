@@ -97,14 +97,13 @@ def _shadr(text: str) -> _Table:
     header = _fields(next(lines, (0, ""))[1][:MOST_OF_HEADER])
     if not 6 <= len(header) <= 8:
         raise ValueError(
-            "the header must have radius, GM, its error, degree, order and normalization, "
-            f"but it has {len(header)} fields."
+            f"the header must have radius, GM, its error, degree, order and normalization, got {len(header)} fields."
         )
     radius, degree, order, flag = _number(1, header[0]), *(_whole(1, header[k]) for k in (3, 4, 5))
     if flag not in (0, 1):
         raise ValueError(f"the normalization must be 0 (none) or 1 (full), got {flag}.")
     if any(_number(1, turn) for turn in header[6:]):
-        raise ValueError("the reference longitude and latitude must be 0, but they are not.")
+        raise ValueError("the reference longitude and latitude must be 0, got others.")
     return _Table(radius, degree, order, flag == 1, ((k, _fields(line)) for k, line in lines))
 
 
@@ -113,7 +112,7 @@ def _icgem(text: str) -> _Table:
     known = dict(_pairs(head.rpartition("begin_of_head")[2]))
     for name in ("radius", "max_degree"):
         if name not in known:
-            raise ValueError(f"the header must have {name}, but it has not.")
+            raise ValueError(f"the header must have {name}, got none.")
     norm = known.get("norm", "fully_normalized")
     if norm not in ("fully_normalized", "unnormalized"):
         raise ValueError(f"norm must be fully_normalized or unnormalized, got {norm[:40]}.")
@@ -135,7 +134,7 @@ def _static(head: str, body: str) -> Iterator[tuple[int, list[str]]]:
         if not words:
             continue
         if words[0] != "gfc":
-            raise ValueError(f"the field must be static, lines of gfc, but line {before + k - 1} has {words[0][:40]}.")
+            raise ValueError(f"the field must be static, lines of gfc, got {words[0][:40]} in line {before + k - 1}.")
         yield before + k - 1, words[1:]
 
 
@@ -145,14 +144,14 @@ def _coefficients(table: _Table, degree: int) -> tuple[Array, Array]:
     seen: set[tuple[int, int]] = set()
     for line, fields in table.rows:
         if len(fields) < 4:
-            raise ValueError(f"a line must have n, m, C and S, but line {line} has {len(fields)} fields.")
+            raise ValueError(f"a line must have n, m, C and S, got {len(fields)} fields in line {line}.")
         n, m = _whole(line, fields[0]), _whole(line, fields[1])
         if not 0 <= m <= n <= table.degree:
-            raise ValueError(f"n and m must have 0 <= m <= n <= {table.degree}, but line {line} has {n}, {m}.")
+            raise ValueError(f"n and m must have 0 <= m <= n <= {table.degree}, got {n}, {m} in line {line}.")
         if n > degree:
             continue
         if (n, m) in seen:
-            raise ValueError(f"a coefficient must come once, but line {line} has n = {n}, m = {m} again.")
+            raise ValueError(f"a coefficient must come once, got n = {n}, m = {m} again in line {line}.")
         seen.add((n, m))
         C[n, m], S[n, m] = _number(line, fields[2]), _number(line, fields[3])
     _check_coefficients(C, S, table.order)
@@ -165,7 +164,7 @@ def _check_coefficients(C: Array, S: Array, order: int) -> None:
     C[n[beyond], m[beyond]] = S[n[beyond], m[beyond]] = 0
     missing = np.flatnonzero(np.isnan(C[n, m]))
     if missing.size:
-        raise ValueError(f"every coefficient must be there, but n = {n[missing[0]]}, m = {m[missing[0]]} is not.")
+        raise ValueError(f"every coefficient must be there, got none for n = {n[missing[0]]}, m = {m[missing[0]]}.")
 
 
 def _fields(line: str) -> list[str]:
@@ -183,12 +182,12 @@ def _number(line: int, field: str) -> float:
     except ValueError:
         number = math.nan
     if not abs(number) < LARGEST:
-        raise ValueError(f"a number must be finite and below 1e100, but {_place(line)} has {field[:40]!r}.")
+        raise ValueError(f"a number must be finite and below 1e100, got {field[:40]!r} in {_place(line)}.")
     return number
 
 
 def _whole(line: int, field: str) -> int:
     number: Any = _number(line, field)
     if number != int(number) or "_" in field:
-        raise ValueError(f"degrees and orders must be whole numbers, but {_place(line)} has {field[:40]!r}.")
+        raise ValueError(f"degrees and orders must be whole numbers, got {field[:40]!r} in {_place(line)}.")
     return int(number)

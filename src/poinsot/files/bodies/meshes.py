@@ -97,7 +97,7 @@ def read_mesh(
 
 def _refuse_many(faces: int) -> None:
     if faces > MOST_FACES:
-        raise ValueError(f"a mesh must have at most {MOST_FACES} faces, but the file has {faces}.")
+        raise ValueError(f"a mesh must have at most {MOST_FACES} faces, got {faces}.")
 
 
 def _most_faces(kind: str, content: bytes) -> int:
@@ -110,12 +110,10 @@ def _most_faces(kind: str, content: bytes) -> int:
         return _refuse_spare(corners or SPARE * 2000, corners // 3)
     header, found, _ = content.partition(b"end_header")
     if not found or len(header) > 100_000:
-        raise ValueError("a PLY file must have a header with an end, but there is none.")
+        raise ValueError("a PLY file must have a header with an end, got none.")
     counts = {name: int(count[:12]) for name, count in re.findall(rb"element\s+(\S+)\s+(\d+)", header)}
     if sum(counts.values()) > len(content):
-        raise ValueError(
-            f"a PLY file must have a byte for each element, but it says {sum(counts.values())} in {len(content)}."
-        )
+        raise ValueError(f"a PLY file must have a byte for each element, got {sum(counts.values())} in {len(content)}.")
     _refuse_spare(counts.get(b"vertex", 0), counts.get(b"face", 0))
     return max(counts.values(), default=0)
 
@@ -124,7 +122,7 @@ def _refuse_spare(vertices: int, faces: int) -> int:
     """Refuse far more vertices than faces can have, before they are read; return the number of faces."""
     if vertices > SPARE * (faces + 1000):
         given = f"{faces} faces for {vertices} vertices" if faces else "none"
-        raise ValueError(f"the file must have faces, but it has {given}.")
+        raise ValueError(f"the file must have faces, got {given}.")
     return faces
 
 
@@ -176,9 +174,9 @@ def _parsed(kind: str, content: bytes) -> tuple[Any, Any]:
         part = next(iter(found["geometry"].values()), {}) if "geometry" in found else found
     except Exception as error:  # of any kind: the parsers do not check what they index
         what = " ".join(str(error).split())[:100] or type(error).__name__
-        raise ValueError(f"the file must be {kind} with vertices and faces, but reading it ends in: {what}.") from None
+        raise ValueError(f"the file must be {kind} with vertices and faces, got an error: {what}.") from None
     if part.get("faces") is None:
-        raise ValueError("the file must have faces, but it has none.")
+        raise ValueError("the file must have faces, got none.")
     return part["vertices"], part["faces"]
 
 
@@ -188,10 +186,10 @@ def _bare(kind: str, content: bytes) -> bytes:
         lines = re.findall(rb"^[ \t]*[vf][ \t][^\n]*", content.replace(b"\\\n", b" "), re.MULTILINE)
         bare = re.sub(rb"/[^\s]*", b"", b"\n".join(lines))
         if re.search(rb"^[ \t]*f[^\n]*\s0+(?!\S)", bare, re.MULTILINE):
-            raise ValueError("a face must name vertices from 1 in OBJ, but one names vertex 0. Add 1 to each of them.")
+            raise ValueError("a face must name vertices from 1 in OBJ, got vertex 0. Add 1 to each of them.")
         if not bare:
             raise ValueError(
-                "the file must have the v and f lines of OBJ, but it has none. A .tab may also be a table of plates: "
+                "the file must have the v and f lines of OBJ, got none. A .tab may also be a table of plates: "
                 "counts, then rows with their numbers."
             )
         return bare

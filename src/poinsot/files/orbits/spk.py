@@ -72,7 +72,7 @@ def spice_orbit(
     with loaded(kernels) as spice:
         target_id, center_id = _body(spice, "target", target), _body(spice, "center", center)
         if target_id == center_id:
-            raise ValueError(f"target and center must be two, but both are {target!r}.")
+            raise ValueError(f"target and center must be two bodies, got {target!r} twice.")
         spice.ask("check_inertial", frame)
         origin = str(spice.ask("name", center_id)[0])
         mu = attractor_mu(origin, spice.ask("mu", center_id)[0] if mu is None else mu)

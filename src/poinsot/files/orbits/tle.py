@@ -201,8 +201,8 @@ def _check_age(epoch: Calendar, span: Array, max_age: float) -> None:
     if abs(oldest) > most:
         side = "after" if oldest > 0 else "before"
         raise ValueError(
-            f"start and stop must be at most {most:.6g} days from the epoch {epoch.zero} UTC of the elements, but the "
-            f"span reaches {abs(oldest):.6g} days {side} it. Take newer elements, or say how old they may be: max_age."
+            f"start and stop must be at most {most:.6g} days from the epoch {epoch.zero} UTC of the elements, got "
+            f"{abs(oldest):.6g} days {side} it. Take newer elements, or say how old they may be: max_age."
         )
 
 
@@ -214,8 +214,8 @@ def _propagated(satellite: Any, seconds: Array, epoch: Calendar) -> Array:
         i = int(np.argmax(errors != 0))
         reason = optional("sgp4.api", "mean elements").SGP4_ERRORS.get(int(errors[i]), f"error {errors[i]}")
         raise ValueError(
-            f"start and stop must be times at which SGP4 has a position, but {seconds[i]:.6g} s from the epoch "
-            f"{epoch.zero} UTC it has none: {reason}."
+            f"start and stop must be times at which SGP4 has a position, got {seconds[i]:.6g} s from the epoch "
+            f"{epoch.zero} UTC: {reason}."
         )
     return np.asarray(places)
 
@@ -262,9 +262,9 @@ def _checked_line(line: str, index: int) -> str:
         raise ValueError(f"line {index + 1} must have the 69 columns of line {index + 1} of a set, got {line[:80]!r}.")
     checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[:68]) % 10
     if checksum != int(line[68]):
-        raise ValueError(f"line {index + 1} must end in its checksum {checksum}, but it ends in {line[68]}.")
+        raise ValueError(f"line {index + 1} must end in its checksum {checksum}, got {line[68]}.")
     if index == 0 and match["kind"] == "4":
-        raise ValueError("lines must be elements for SGP4, but these are of type 4, for SGP4-XP.")
+        raise ValueError("lines must be elements for SGP4, got type 4, which is for SGP4-XP.")
     return match["number"]
 
 
@@ -274,7 +274,7 @@ def _epoch_of(line: str) -> Calendar:
     january = dt.datetime(1900 + year if year >= 57 else 2000 + year, 1, 1)
     date = january + dt.timedelta(days=day - 1, microseconds=part * 864)
     if date.year != january.year:
-        raise ValueError(f"line 1 must have an epoch within its year, but its day {line[20:32].strip()} is not.")
+        raise ValueError(f"line 1 must have an epoch within its year, got day {line[20:32].strip()}.")
     return Calendar(date.isoformat(timespec="microseconds"), "UTC")
 
 
@@ -311,10 +311,10 @@ def _fields_of_json(text: str) -> list[dict[str, Any]]:
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"message must be JSON where it begins with a bracket, but {error}.") from None
+        raise ValueError(f"message must be JSON where it begins with a bracket, got an error: {error}.") from None
     found = content if isinstance(content, list) else [content]
     if not all(isinstance(fields, dict) for fields in found):
-        raise ValueError("message must be the fields of a satellite by name, but its JSON is something else.")
+        raise ValueError("message must be the fields of a satellite by name, got other JSON.")
     return found
 
 
@@ -322,7 +322,7 @@ def _fields_of_kvn(text: str) -> dict[str, Any]:
     pairs = [line.partition("=") for line in text.splitlines() if "=" in line and not line.startswith("COMMENT")]
     keys = [key.strip() for key, _, _ in pairs]
     if len(set(keys)) != len(keys):
-        raise ValueError("message must be about one satellite, but a field comes twice.")
+        raise ValueError("message must be about one satellite, got a field twice.")
     return {key: re.sub(r"\[[^\]]*\]\s*$", "", value).strip() for key, (_, _, value) in zip(keys, pairs, strict=True)}
 
 
@@ -330,13 +330,13 @@ def _fields_of_csv(text: str) -> list[dict[str, Any]]:
     try:
         return [{key: value for key, value in row.items() if key} for row in csv.DictReader(text.splitlines())]
     except csv.Error as error:
-        raise ValueError(f"message must be XML, KVN, CSV or JSON, but {error}.") from None
+        raise ValueError(f"message must be XML, KVN, CSV or JSON, got an error: {error}.") from None
 
 
 def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
     for name in ("EPOCH", *ELEMENTS):
         if not fields.get(name):
-            raise ValueError(f"message must have the field {name}, but it has none.")
+            raise ValueError(f"message must have the field {name}, got none.")
     for name, (low, high) in ELEMENTS.items():
         if not low <= _number(fields[name]) <= high:
             raise ValueError(f"{name} must be a number from {low} to {high}, got {fields[name][:40]!r}.")

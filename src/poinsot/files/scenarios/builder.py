@@ -127,7 +127,7 @@ class Parts:
             value = np.zeros(3) if key == "turn" else np.asarray(table[key], dtype=float)
             if members * value.size > MOST_DRAWN:
                 raise self._errors.at(
-                    ("ensemble", "members"), f"must make at most {MOST_DRAWN} numbers of one, but {members} make more."
+                    ("ensemble", "members"), f"must make at most {MOST_DRAWN} numbers of one, got more with {members}."
                 )
             drawn = self._drawn(random, {**spread, "kind": kind}, value, members, place)
             if key == "turn":
@@ -141,7 +141,7 @@ class Parts:
         if distribution == "isotropic":
             return self._any_turn(random, spread, members, place)
         if spread.get("size") is None:
-            raise self._errors.at((*place, "size"), "must be there, but it is not.")
+            raise self._errors.at((*place, "size"), "must be there, got none.")
         try:
             size = real_numbers("size", converted(spread["size"], spread["kind"], self.time_unit, "size"))
             size = np.broadcast_to(size, value.shape)
@@ -157,7 +157,7 @@ class Parts:
         if spread["of"] != "state.turn":
             raise self._errors.at((*place, "of"), f"must be state.turn if it is isotropic, got {spread['of']!r}.")
         if spread.get("size") is not None:
-            raise self._errors.at((*place, "size"), "must not be beside isotropic, but it is.")
+            raise self._errors.at((*place, "size"), "must not be beside isotropic, got both.")
         return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
 
     def _target(self, path: str, place: Path) -> tuple[Any, Any, str]:
@@ -173,9 +173,9 @@ class Parts:
             node = node[part] if has(node, part) else {}
         if not has(node, parts[-1]) or not isinstance(node[parts[-1]], np.ndarray):
             near = nearest(path, _places(self.values))
-            raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is none.{near}")
+            raise self._errors.at((*place, "of"), f"must be the place of a number, got {short(path)}.{near}")
         if node[parts[-1]].dtype.kind != "f":
-            raise self._errors.at((*place, "of"), f"must be the place of a number, but {short(path)} is a date.")
+            raise self._errors.at((*place, "of"), f"must be the place of a number, got {short(path)}, a date.")
         *outer, last = parts
         if outer == ["state", "own"]:
             return node, last, "number"
@@ -246,7 +246,7 @@ class Parts:
             known = nearest(name, tables) or (f" There is {', '.join(tables)}." if tables else " There is none.")
             raise self._errors.at(place, f"must be the name of a table under orbits, got {short(reference)}.{known}")
         if name in self._making:
-            raise self._errors.at(place, f"must be an orbit that needs not this one, but {short(name)} does.")
+            raise self._errors.at(place, f"must be an orbit that needs not this one, got {short(name)}, which does.")
         if name not in self._made:
             self._making.append(name)
             self._made[name] = self._part("orbit", tables[name], ("orbits", name))
@@ -302,11 +302,11 @@ class Parts:
         self._needed(names[0])
         for name in table:
             if name not in (*names, "time", "own"):
-                raise self._errors.at(("state", name), f"must not be beside {names[1]}, but it is.")
+                raise self._errors.at(("state", name), f"must not be beside {names[1]}, got both.")
 
     def _needed(self, name: str) -> Any:
         if name not in self.values["state"]:
-            raise self._errors.at(("state", name), "must be there, but it is not.")
+            raise self._errors.at(("state", name), "must be there, got none.")
         return self.values["state"][name]
 
     def _attitude(self, table: dict[str, Any]) -> Array:
@@ -318,9 +318,9 @@ class Parts:
             )
         (name,) = given
         if "sequence" in table and name != "euler_angles":
-            raise self._errors.at(("state", "sequence"), "must be beside euler_angles, but it is not.")
+            raise self._errors.at(("state", "sequence"), "must be beside euler_angles, got none.")
         if name == "roll_pitch_yaw" and table.get("frame", "").partition(".")[0] not in self.values.get("orbits", {}):
-            raise self._errors.at(("state", "frame"), "must be an orbit beside roll_pitch_yaw, but it is not.")
+            raise self._errors.at(("state", "frame"), "must be an orbit beside roll_pitch_yaw, got none.")
         ways: dict[str, Callable[..., Any]] = {
             "quaternion": lambda quaternion: unit_quaternion(quaternion, "quaternion"),
             "matrix": lambda matrix: quaternion_from_matrix(matrix),
@@ -388,7 +388,7 @@ class Parts:
     def _alone(self, name: str, table: dict[str, Any]) -> None:
         for other in table:
             if other != name:
-                raise self._errors.at(("times", other), f"must not be beside {name}, but it is.")
+                raise self._errors.at(("times", other), f"must not be beside {name}, got both.")
 
     def _stop(self, start: float, read: dict[str, Any], table: dict[str, Any]) -> float:
         if ("stop" in table) == ("periods" in table):
@@ -396,11 +396,11 @@ class Parts:
         if "stop" in table:
             return float(read["stop"])
         if "orbit" not in table:
-            raise self._errors.at(("times", "orbit"), "must be there beside periods, but it is not.")
+            raise self._errors.at(("times", "orbit"), "must be there beside periods, got none.")
         orbit = self._orbit(table["orbit"], ("times", "orbit"))
         period = np.ravel(getattr(orbit, "period", math.nan))
         if not np.isfinite(period[0]) or period.size > 1:
-            raise self._errors.at(("times", "orbit"), f"must have one period, but {short(table['orbit'])} has not.")
+            raise self._errors.at(("times", "orbit"), f"must have one period, got none for {short(table['orbit'])}.")
         return start + float(table["periods"]) * float(period[0])
 
     def _grid(self, start: float, stop: float, table: dict[str, Any]) -> Array:
@@ -413,10 +413,10 @@ class Parts:
             return np.linspace(start, stop, count)
         step = float(table["step"])
         if not (step and (stop - start) / step >= 0):
-            raise self._errors.at(("times", "step"), f"must lead from start to stop, but {step} does not.")
+            raise self._errors.at(("times", "step"), f"must lead from start to stop, got {step}.")
         steps = (stop - start) / step * (1 + 1e-12)
         if steps > MOST_TIMES:
-            raise self._errors.at(("times", "step"), f"must make at most {MOST_TIMES} times, but {step} makes more.")
+            raise self._errors.at(("times", "step"), f"must make at most {MOST_TIMES} times, got more with {step}.")
         return np.asarray(start + step * np.arange(math.floor(steps) + 1))
 
     def run(self, system: System) -> dict[str, Any]:
@@ -424,10 +424,10 @@ class Parts:
         run = dict(self.values.get("run", {}))
         if run.get("method") == "closed form":
             if system.forces:
-                raise self._errors.at(("run", "method"), "must be integration where there are forces, but it is not.")
+                raise self._errors.at(("run", "method"), "must be integration beside forces, got 'closed form'.")
             for name in run:
                 if name != "method":
-                    raise self._errors.at(("run", name), "must not be beside the closed form, but it is.")
+                    raise self._errors.at(("run", name), "must not be beside the closed form, got both.")
         if isinstance(run.get("tolerance"), np.ndarray):
             precision = run.get("precision", "double")
             run["tolerance"] = self._errors.called(("run",), _one, tolerance=run["tolerance"], precision=precision)
@@ -490,5 +490,5 @@ def _about_size(sentence: str) -> str:
     return (
         sentence
         if sentence.startswith("size")
-        else f"size must be one number, or one for each component, but {sentence}"
+        else f"size must be one number, or one for each component, got others: {sentence}"
     )

@@ -16,7 +16,7 @@ from poinsot.files.scenarios.toml_text import Path, lines_of
 
 __all__ = ["Errors", "has", "maker_at", "nearest"]
 
-MISSING = "must be there, but it is not."
+MISSING = "must be there, got none."
 
 KINDS = {
     "string_type": "be text",
@@ -62,7 +62,7 @@ class Errors:
         place, kind, given = _place_in(data, first["loc"]), first["type"], first["input"]
         if kind == "extra_forbidden":
             *outer, key = place
-            return self.at(place, f"must be a key that it can have, but it is none.{self._near(data, outer, key)}")
+            return self.at(place, f"must be a key that it can have, got another.{self._near(data, outer, key)}")
         if kind == "missing":
             return self.at((*place, str(first["loc"][-1])), MISSING)
         if kind == "value_error":

@@ -33,7 +33,7 @@ class Folder:
             With the second half of a sentence, if the name leads out of the folder, or to no file.
         """
         if self._path is None:
-            raise ValueError("must not be in a text without a folder, but it is.")
+            raise ValueError("must not be in a text without a folder, got the name of a file.")
         parts = PurePosixPath(name).parts
         if not parts or name.startswith(("/", "~")) or ".." in parts or any(mark in name for mark in "\\:\0\n"):
             raise ValueError(
@@ -43,11 +43,11 @@ class Folder:
         try:
             inside = path.resolve(strict=True).is_relative_to(self._path.resolve())
         except (OSError, RuntimeError):
-            raise ValueError(f"must lead to a file, but there is no {_short(name)} beside the scenario.") from None
+            raise ValueError(f"must be a file beside the scenario, got {_short(name)}: no such file.") from None
         if not inside:
-            raise ValueError(f"must lead to a file in the folder of the scenario, but {_short(name)} links out of it.")
+            raise ValueError(f"must be a file in the scenario's folder, got {_short(name)}, which links out of it.")
         if not path.is_file():
-            raise ValueError(f"must lead to a file, but {_short(name)} is none.")
+            raise ValueError(f"must be a file, got {_short(name)}, a folder or a device.")
         self.used.append(name)
         return path
 

@@ -260,7 +260,7 @@ def _placed(maker: Maker) -> Maker:
 
     def call(position: Any = (0, 0, 0), quaternion: Any = None, matrix: Any = None, **fields: Any) -> Any:
         if quaternion is not None and matrix is not None:
-            raise ValueError("matrix must not be beside quaternion, but it is.")
+            raise ValueError("matrix must not be beside quaternion, got both.")
         if "faces" in fields:
             fields["faces"] = _whole(fields["faces"])
         shape = maker.call(**fields)

@@ -97,7 +97,7 @@ def read_scenario(path: str | Path) -> Scenario:
     try:
         text = read_bytes(path, 4 * MOST_CHARACTERS).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ValueError(f"{path} must be text in UTF-8, but it has other bytes.") from None
+        raise ValueError(f"{path} must be text in UTF-8, got other bytes.") from None
     return parsed_scenario(text.replace("\r\n", "\n"), str(path), path.parent)
 
 

@@ -268,9 +268,9 @@ def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
 def _named_array(name: str, value: dict[str, Any], arrays: Mapping[str, Any] | None) -> Any:
     """Return an array that is beside the text, in a result."""
     if arrays is None:
-        raise ValueError(f"{name} must be numbers, but the result from which this text is has them. Run the result.")
+        raise ValueError(f"{name} must be numbers, got the name of an array in a result. Run the result.")
     if value.keys() != {"data"} or not isinstance(value["data"], str) or value["data"] not in arrays:
-        raise ValueError(f"{name} must name an array of the file, but {short(value['data'])} is none.")
+        raise ValueError(f"{name} must name an array of the file, got {short(value['data'])}.")
     return arrays[value["data"]]
 
 

@@ -41,13 +41,13 @@ def parsed_toml(text: str, name: str) -> dict[str, Any]:
     counted["keys and tables"] = (text.count("=") + text.count("[") - text.count(","), MOST_KEYS)
     for what, (count, most) in counted.items():
         if count > most:
-            raise ValueError(f"{name} must have at most {most} {what}, but it has {count}.")
+            raise ValueError(f"{name} must have at most {most} {what}, got {count}.")
     if _LONG_KEY.search(text):
-        raise ValueError(f"{name} must have keys of at most {MOST_PARTS} parts, but it has a longer one.")
+        raise ValueError(f"{name} must have keys of at most {MOST_PARTS} parts, got a longer one.")
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise ValueError(f"{name} must have lists at most some hundred deep, but it has deeper ones.") from None
+        raise ValueError(f"{name} must have lists at most some hundred deep, got deeper ones.") from None
     except ValueError as error:
         raise ValueError(_told(str(error), text, name)) from None
 
@@ -56,17 +56,17 @@ def _told(error: str, text: str, name: str) -> str:
     """Return what is wrong as a sentence with its line."""
     found = re.fullmatch(r"(.*?) \(at line (\d+), column \d+\)", error)
     if found is None:
-        return f"{name} must be TOML, but it is not: {error}."
+        return f"{name} must be TOML, got {error}."
     what, line = found[1], int(found[2])
     place = f"{name}, line {line}: "
     key = text.split("\n")[line - 1].partition("=")[0].strip()[:60]
     if what == "Cannot overwrite a value" and key:
-        return f"{place}{key} must be there once, but it comes again."
+        return f"{place}{key} must be there once, got it again."
     twice = re.fullmatch(r"Cannot declare \((.*)\) twice", what)
     if twice:
         table = ".".join(part.strip("' ") for part in twice[1].rstrip(",").split(","))
-        return f"{place}{table} must be one table, but [{table}] comes again."
-    return f"{place}the text must be TOML, but it is not: {what}."
+        return f"{place}{table} must be one table, got [{table}] again."
+    return f"{place}the text must be TOML, got {what}."
 
 
 def lines_of(text: str) -> dict[Path, int]:

@@ -58,9 +58,7 @@ def text_of(motion: Trajectory) -> Text:
         computed here.
     """
     if motion.run.method not in METHODS:
-        raise ValueError(
-            f"a motion must be computed from a state to be run again, but this one is a {_source(motion)}."
-        )
+        raise ValueError(f"a motion must be computed from a state to be run again, got a {_source(motion)}.")
     system, writer = motion.system, _Writer("system")
     _check(system.body, *system.forces)
     units = {name: unit for name, unit in system.units.items() if unit != "1"}
@@ -73,8 +71,7 @@ def text_of(motion: Trajectory) -> Text:
     text = "\n".join([HEADER, *filter(None, parts), *writer.orbits, _table("[run]", _options(motion))])
     if len(text) > MOST_CHARACTERS or text.count(",") > MOST_NUMBERS:
         raise ValueError(
-            f"a scenario must have at most {MOST_NUMBERS} numbers to be kept in a file, but this one has "
-            f"{text.count(',')}."
+            f"a scenario must have at most {MOST_NUMBERS} numbers to be kept in a file, got {text.count(',')}."
         )
     return Text(text, writer.data)
 

@@ -221,12 +221,12 @@ def test_segments_that_follow_each_other_are_one(read):
 
 
 def test_segments_that_differ_are_chosen_from(read):
-    with pytest.raises(ValueError, match=r"0 and 1 differ in frames\. Say which one: segment=0 to 1\.$"):
+    with pytest.raises(ValueError, match=r"0 and 1, which differ in frames\. Say which one: segment=0 to 1\.$"):
         read(parts(REF_FRAME_A="TEME"))
     body, *rest = parts().split("META_START")
-    with pytest.raises(ValueError, match=r"0 and 1 differ in order in time\."):
+    with pytest.raises(ValueError, match=r"0 and 1, which differ in order in time\."):
         read("META_START".join([body, rest[1], rest[0]]))
-    with pytest.raises(ValueError, match=r"0 and 1 differ in OBJECT_ID\."):
+    with pytest.raises(ValueError, match=r"0 and 1, which differ in OBJECT_ID\."):
         read(parts(OBJECT_ID="1998-067A"))
 
 
@@ -239,49 +239,52 @@ HEAD = opening() + metadata("QUATERNION/ANGVEL")
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", r"a\.aem must begin with CCSDS_AEM_VERS = 1\.0 or 2\.0, but it begins with ''"),
+        ("", r"a\.aem must begin with CCSDS_AEM_VERS = 1\.0 or 2\.0, got ''"),
         (WHOLE.replace("AEM_VERS = 2.0", "OEM_VERS = 2.0"), r"must begin with CCSDS_AEM_VERS"),
         (WHOLE.replace("AEM_VERS = 2.0", "AEM_VERS = 3.0"), r"must begin with CCSDS_AEM_VERS"),
-        (opening(), r"a\.aem must have a segment with rows, but it has none"),
-        (HEAD, r"segment 0 of .*a\.aem must have rows, but it has none"),
+        (opening(), r"a\.aem must have a segment with rows, got none"),
+        (HEAD, r"segment 0 of .*a\.aem must have rows, got none"),
         (opening() + "".join(ROWS), r"a\.aem, line 5 must come after META_START"),
-        (HEAD + "".join(ROWS[:-1]), r"a\.aem, line 19 must be followed by DATA_STOP, but the file ends"),
+        (HEAD + "".join(ROWS[:-1]), r"a\.aem, line 19 must be followed by DATA_STOP, got the end of the file"),
         (HEAD[:-20], r"a\.aem, line 5 must be followed by META_STOP|must be KEY = VALUE or META_STOP"),
         (HEAD + "".join(ROWS[:20]) + "DATA_STOP\n", r"must reach STOP_TIME = .* The file is not whole\.$"),
         (HEAD + "".join(ROWS[:2] + ROWS[:1:-1]), r"a\.aem, line \d+ must"),
         (HEAD + ROWS[0] + ROWS[3] + ROWS[2] + ROWS[-1], r"a\.aem, line 21 must be later than the row before"),
         (HEAD + ROWS[0] + ROWS[3] + ROWS[3] + ROWS[-1], r"a\.aem, line 21 must be later than the row before"),
         (WHOLE.replace(" 5.0", " nan ", 1), r"a\.aem, line \d+ must have a"),
-        (WHOLE.replace("e-01 ", "e-01 nan ", 1), r"a\.aem, line 21 must have a time and Q1, Q2, Q3, QC, ANGVEL_X"),
+        (
+            WHOLE.replace("e-01 ", "e-01 nan ", 1),
+            r"a\.aem, line 21 must have a time and numbers for Q1, Q2, Q3, QC, ANGVEL_X",
+        ),
         (WHOLE.replace("e-01 ", "q ", 1), r"a\.aem, line 21 must have a number for Q\d, got"),
         (WHOLE.replace("e-01 ", "e+300 ", 1), r"a\.aem, line 21 must have a number for Q1"),
         (
             WHOLE.replace("e-01 ", "e-00 ", 1),
-            r"a\.aem, line 21 must have a quaternion of unit norm to 0\.001, but \|q\|",
+            r"a\.aem, line 21 must have a quaternion of unit norm to 0\.001, got \|q\|",
         ),
         (WHOLE.replace("T00:00:05.0", "T00:61:05.0", 1), r"a\.aem, line 41: epoch must be a date"),
         (
             WHOLE.replace("EME2000", "ITRF2000"),
-            r"lead between the body and a frame that does not rotate .* ITRF2000 rot",
+            r"be the body and a frame that does not rotate .* ITRF2000, which rot",
         ),
-        (WHOLE.replace("EME2000", "LVLH"), r"but LVLH rotates"),
+        (WHOLE.replace("EME2000", "LVLH"), r"got LVLH, which rotates"),
         (
             WHOLE.replace("EME2000", "FOO"),
-            r"REF_FRAME_A and REF_FRAME_B in .*a\.aem must lead .* 'FOO' and 'SC_BODY_1'",
+            r"REF_FRAME_A and REF_FRAME_B in .*a\.aem must be the body .* 'FOO' and 'SC_BODY_1'",
         ),
-        (WHOLE.replace("SC_BODY_1", "TEME"), r"must lead between the body and a frame that does not rotate"),
+        (WHOLE.replace("SC_BODY_1", "TEME"), r"must be the body and a frame that does not rotate"),
         (
             WHOLE.replace("ANGVEL_FRAME = SC_BODY_1", "ANGVEL_FRAME = FOO"),
             r"ANGVEL_FRAME in .* must be one of the frames",
         ),
-        (WHOLE.replace("ANGVEL_FRAME = SC_BODY_1\n", ""), r"ANGVEL_FRAME in .* must be one of the frames .* it is ''"),
-        (WHOLE.replace("REF_FRAME_A", "FRAME"), r"a segment of .*a\.aem must have REF_FRAME_A, but it has none"),
+        (WHOLE.replace("ANGVEL_FRAME = SC_BODY_1\n", ""), r"ANGVEL_FRAME in .* must be one of the frames .* got ''"),
+        (WHOLE.replace("REF_FRAME_A", "FRAME"), r"segment 0 of .*a\.aem must have REF_FRAME_A, got none"),
         (WHOLE.replace("QUATERNION/ANGVEL", "MATRIX"), r"ATTITUDE_TYPE in .* must be one of QUATERNION, .* 'MATRIX'"),
         (WHOLE.replace("= TAI", "= SCLK"), r"TIME_SYSTEM in .*a\.aem must be one of UTC, .* 'SCLK'"),
-        (WHOLE.replace("VERS = 2.0", "VERS = 1.0"), r"QUATERNION_TYPE in .*a\.aem must be FIRST or LAST, but it is ''"),
+        (WHOLE.replace("VERS = 2.0", "VERS = 1.0"), r"QUATERNION_TYPE in .*a\.aem must be LAST or FIRST, got ''"),
         (
             WHOLE.replace("VERS = 2.0", "VERS = 1.0").replace("META_STOP", "QUATERNION_TYPE = LAST\nMETA_STOP"),
-            r"ATTITUDE_DIR in .*a\.aem must be A2B or B2A, but it is ''",
+            r"ATTITUDE_DIR in .*a\.aem must be A2B or B2A, got ''",
         ),
         (
             HEAD.replace("QUATERNION/ANGVEL", "EULER_ANGLE") + rows(columns("EULER_ANGLE")),
@@ -303,12 +306,12 @@ HEAD = opening() + metadata("QUATERNION/ANGVEL")
             as_xml("QUATERNION", columns("QUATERNION")).replace('version="2.0"><h', 'version="5.0"><h'),
             r"must be of version 1\.0 or 2",
         ),
-        (as_xml("QUATERNION", columns("QUATERNION"))[:-5], r"a\.aem must be XML, but it is not well-formed"),
+        (as_xml("QUATERNION", columns("QUATERNION"))[:-5], r"a\.aem must be well-formed XML, got "),
         (
             as_xml("QUATERNION", columns("QUATERNION")).replace("<ndm", '<!DOCTYPE x [<!ENTITY a "b">]><ndm', 1),
             r"must be XML without a document type",
         ),
-        ("<ndm/>", r"a\.aem must hold one aem element, but it holds 0"),
+        ("<ndm/>", r"a\.aem must hold one aem element, got 0"),
         (b"\xff\xfe\xfa", r"a\.aem must be text in UTF-8"),
     ],
 )
@@ -384,7 +387,7 @@ def test_orbits_give_calendar_and_frame(tmp_path):
 def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
     path = tmp_path / "m.aem"
     path.write_text("precious")
-    with pytest.raises(FileExistsError, match=r"m\.aem must be a new file, but it exists\. overwrite=True replaces"):
+    with pytest.raises(FileExistsError, match=r"m\.aem already exists; overwrite=True replaces"):
         pt.files.write_aem(MOTION, path, **NAMED)
     assert path.read_text() == "precious"
     monkeypatch.setattr("pathlib.Path.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
@@ -394,9 +397,9 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
     assert path.read_text() == "precious"
     monkeypatch.undo()
     check(pt.files.read_aem(pt.files.write_aem(MOTION, path, **NAMED, overwrite=True)), 1e-14, 1e-14)
-    with pytest.raises(FileNotFoundError, match=r"^path must be in a folder that exists"):
+    with pytest.raises(FileNotFoundError, match=r"^No such folder: "):
         pt.files.write_aem(MOTION, tmp_path / "no" / "m.aem", **NAMED)
-    with pytest.raises(IsADirectoryError, match=r"^path must be the name of a file, but .* is a folder\.$"):
+    with pytest.raises(IsADirectoryError, match=r"must be the name of a file, got a folder\.$"):
         pt.files.write_aem(MOTION, tmp_path, **NAMED, overwrite=True)
 
 
@@ -411,9 +414,9 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
         ({"object_name": "A\nB"}, r"^OBJECT_NAME must be printable characters"),
         (
             {"body_frame": "ITRF97"},
-            r"^reference_frame and body_frame must lead between the body and .* ITRF97 rotates\.$",
+            r"^reference_frame and body_frame must be the body and .* ITRF97, which rotates\.$",
         ),
-        ({"body_frame": "TEME"}, r"^reference_frame and body_frame must lead between .* 'ICRF' and 'TEME'\.$"),
+        ({"body_frame": "TEME"}, r"^reference_frame and body_frame must be the body .* 'ICRF' and 'TEME'\.$"),
         ({"originator": ""}, r"^originator must be printable characters"),
         (
             {"motion": 3},
@@ -430,10 +433,10 @@ def test_bad_arguments(tmp_path, arguments, sentence):
 
 def test_ensembles_and_other_units_are_refused(tmp_path):
     states = BODY.state(np.array([(1.0, 0, 0, 0)] * 2), omega_body=(0, 0, 1.0))
-    with pytest.raises(ValueError, match=r"^motion must be of one body, but it is of an ensemble of 2 members\.$"):
+    with pytest.raises(ValueError, match=r"^motion must be of one body, got an ensemble of 2 members\.$"):
         pt.files.write_aem(pt.free_motion(BODY, states, TIMES), tmp_path / "m.aem", **NAMED)
     days = pt.free_motion(BODY, START, TIMES, units={"time": "d"})
-    with pytest.raises(ValueError, match=r"^calendar must count 'd' as the system does, but it counts 's'\.$"):
+    with pytest.raises(ValueError, match=r"^calendar must count 'd' as the system does, got one that counts 's'\.$"):
         pt.files.write_aem(days, tmp_path / "m.aem", **NAMED)
     close = pt.files.AttitudeTable([0.0, 1e-10], [(1.0, 0, 0, 0)] * 2, **NAMED)
     with pytest.raises(ValueError, match=r"^times must be a nanosecond apart or more"):

@@ -88,11 +88,11 @@ def test_other_frames_of_spice():
         ({"reference_frame": "IAU_EARTH"}, r"^frame must be one that does not rotate, got 'IAU_EARTH'\.$"),
         (
             {"times": [11.0]},
-            r"^kernels must say the attitude of 'SC_BODY_1' at all times, but SPICE says SPICE\(NOFRAME",
+            r"^kernels must say the attitude of 'SC_BODY_1' at all times, got SPICE\(NOFRAME",
         ),
         ({"times": [3.0, 2.0]}, r"^times must rise"),
         ({"calendar": "UTC"}, r"^calendar must be a Calendar, got str\.$"),
-        ({"kernels": ["none.bc"]}, r"^kernels must be files, but there is no none\.bc\.$"),
+        ({"kernels": ["none.bc"]}, r"^No such file: none\.bc$"),
     ],
 )
 def test_bad_questions(kernels, change, sentence):
@@ -104,7 +104,7 @@ def test_bad_questions(kernels, change, sentence):
 @pytest.mark.parametrize("content", [b"", b"nonsense", b"DAF/CK  " + bytes(5000), b"KPL/FK\n\\begindata\nFRAME_X = ("])
 def test_files_that_are_no_kernels(kernels, content):
     kernels[0].write_bytes(content)
-    with pytest.raises(ValueError, match=r"must be a SPICE kernel|at all times, but SPICE says|first record is broken"):
+    with pytest.raises(ValueError, match=r"must be a SPICE kernel|at all times, got SPICE|got a broken first record"):
         pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
 
 
@@ -114,14 +114,14 @@ def test_sizes_at_which_spice_would_crash(kernels, place):
     content[place] = 200
     kernels[0].write_bytes(content)
     with pytest.raises(
-        ValueError, match=r"m\.bc must be a whole SPICE kernel of the kind 'DAF/CK', but its first record"
+        ValueError, match=r"m\.bc must be a whole SPICE kernel of the kind 'DAF/CK', got a broken first record"
     ):
         pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
 
 
 def test_truncated_kernel(kernels):
     kernels[0].write_bytes(kernels[0].read_bytes()[:2048])
-    with pytest.raises(ValueError, match="but SPICE says"):
+    with pytest.raises(ValueError, match="got SPICE"):
         pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
 
 
@@ -130,7 +130,7 @@ def test_truncated_kernel(kernels):
     [
         ({"path": "m.ck"}, r"^path must end in \.bc, got 'm\.ck'\.$"),
         ({"reference_frame": "TEME"}, r"^reference_frame must be the ICRF for a C-kernel, got TEME\.$"),
-        ({"body_frame": "J2000"}, r"^reference_frame and body_frame must lead between the body and a frame"),
+        ({"body_frame": "J2000"}, r"^reference_frame and body_frame must be the body and a frame"),
         ({"body_frame": "two words"}, r"^body_frame must be up to 26 letters"),
         ({"spacecraft": 5}, r"^spacecraft must be a negative number above -2000000, got 5\.$"),
         ({"motion": pt.free_motion(BODY, START, [0.0])}, r"^motion must have two times or more for a C-kernel"),
@@ -145,7 +145,7 @@ def test_bad_arguments(tmp_path, change, sentence):
 
 def test_existing_files_stay(tmp_path):
     (tmp_path / "m.tf").write_text("precious")
-    with pytest.raises(FileExistsError, match=r"m\.tf must be a new file, but it exists\. overwrite=True"):
+    with pytest.raises(FileExistsError, match=r"m\.tf already exists; overwrite=True"):
         pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED)
     assert [path.name for path in tmp_path.iterdir()] == ["m.tf"]
     pt.files.write_ck(MOTION, tmp_path / "m.bc", **NAMED, overwrite=True)

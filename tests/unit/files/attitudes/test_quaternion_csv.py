@@ -55,21 +55,21 @@ def test_calendars(read):
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (text(FIRST, ""), r"a\.csv must say its order, scalar first or scalar last, but it does not\. Write # order"),
+        (text(FIRST, ""), r"a\.csv must say its order, scalar first or scalar last, got none\. Write # order"),
         (
             text(FIRST, SAYS[:22]),
-            r"a\.csv must say its direction, body to reference or reference to body, but it does not",
+            r"a\.csv must say its direction, body to reference or reference to body, got none",
         ),
-        (text(FIRST, SAYS.replace("first", "middle")), r"must say its order, .*, but it says 'scalar middle'"),
+        (text(FIRST, SAYS.replace("first", "middle")), r"must say its order, .*, got 'scalar middle'"),
         (WHOLE.replace(RATE, ""), r"line 3 must come after a line that says what rates are"),
         (WHOLE.replace(RATE, "# rate: deg\n"), r"line 4 must come after a line that says what rates are"),
         (WHOLE.replace("t,q0", "q0,t"), r"line 4 must name the columns, such as t,q0,q1,q2,q3 or"),
-        (SAYS, r"a\.csv must have the names of columns and rows, but it has no rows"),
-        (text(FIRST)[:-30], r"a\.csv, line 44 must have 5 numbers|must have a number|quaternion of unit norm"),
+        (SAYS, r"a\.csv must have the names of columns and rows, got no rows"),
+        (text(FIRST)[:-30], r"a\.csv, line 44 must have numbers for t|must have a number|quaternion of unit norm"),
         (text(FIRST).replace("0.25,", "0.0,", 1), r"a\.csv, line 5 must be later than the row before"),
         (text(FIRST).replace("0.25,", "inf,", 1), r"a\.csv, line 5 must have a number for t, got 'inf'"),
         (text(2 * FIRST), r"a\.csv, line \d+ must have a quaternion of unit norm"),
-        ("# time: fortnights from now\n" + WHOLE, r"time in .*a\.csv must be such as 's from 2026"),
+        ("# time: fortnights from now\n" + WHOLE, r"time in .*a\.csv must be a date such as s from 2026"),
         (b"\x00", r"must be text in UTF-8"),
     ],
 )

@@ -83,7 +83,7 @@ def test_euler_sequence_is_about_axes_that_turn_along(read):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", r"a\.a must begin with stk\.v\. and a version, but it begins with ''"),
+        ("", r"a\.a must begin with stk\.v\. and a version, got ''"),
         (WHOLE.replace("BEGIN Attitude", "BEGIN Ephemeris"), r"a\.a must have a block BEGIN Attitude"),
         (
             WHOLE.replace("QuatAngVels", "YPRAngles"),
@@ -91,28 +91,31 @@ def test_euler_sequence_is_about_axes_that_turn_along(read):
         ),
         (HEAD, r"must hold AttitudeTimeQuaternions, .*, got none"),
         (HEAD + "END Attitude\n", r"a\.a, line 10 must be a keyword and its value"),
-        (WHOLE.replace("J2000", "Fixed"), r"CoordinateAxes in .*a\.a must be one of ICRF, .*, but it is 'Fixed'"),
-        (WHOLE.replace("CoordinateAxes", "Axes"), r"a\.a must have CoordinateAxes, but it has none"),
-        (WHOLE.replace("ScenarioEpoch", "Epoch"), r"a\.a must have ScenarioEpoch, but it has none"),
+        (WHOLE.replace("J2000", "Fixed"), r"CoordinateAxes in .*a\.a must be one of ICRF, .*, got 'Fixed'"),
+        (WHOLE.replace("CoordinateAxes", "Axes"), r"a\.a must have CoordinateAxes, got none"),
+        (WHOLE.replace("ScenarioEpoch", "Epoch"), r"a\.a must have ScenarioEpoch, got none"),
         (WHOLE.replace("21 Nov", "31 Nov"), r"ScenarioEpoch in .* must be a date such as 1 Jul 2005"),
         (WHOLE.replace("21 Nov", "21 Foo"), r"ScenarioEpoch in .* must be a date such as 1 Jul 2005 12:00:00\.00"),
-        (WHOLE.replace("CentralBody", "TimeFormat"), r"TimeFormat in .* must be EpSec, but it is 'Earth'"),
-        (WHOLE[:3000], r"a\.a(, line \d+ must have a time and 7 numbers| must have NumberOfAttitudePoints = 41 rows)"),
+        (WHOLE.replace("CentralBody", "TimeFormat"), r"TimeFormat in .* must be EpSec, got 'Earth'"),
+        (
+            WHOLE[:3000],
+            r"a\.a(, line \d+ must have numbers for time, Q1, .*| must have NumberOfAttitudePoints = 41 rows)",
+        ),
         (
             WHOLE.replace("  41", "  42"),
-            r"a\.a must have NumberOfAttitudePoints = 42 rows, but .* 41 rows\. The file is not",
+            r"a\.a must have NumberOfAttitudePoints = 42 rows, got .* 41 rows\. The file is not",
         ),
         (
             WHOLE.replace("NumberOfAttitudePoints  41\n", "").replace("END", ""),
-            r"line 52 must have a time and 7 numbers",
+            r"line 52 must have numbers for time, Q1, Q2, Q3, QC, ANGVEL_X",
         ),
-        (WHOLE.replace("e-01 ", "e-01x ", 1), r"a\.a, line 12 must have a number for a column"),
+        (WHOLE.replace("e-01 ", "e-01x ", 1), r"a\.a, line 12 must have a number for Q"),
         (WHOLE.replace("e-01 ", "e+00 ", 1), r"a\.a, line 12 must have a quaternion of unit norm"),
         (
             WHOLE.replace("2.500000000e-01 ", "0 ", 1),
-            r"line 13 must be later than the row before, but t = 0 follows 0\.",
+            r"line 13 must be later than the row before, got t = 0 after t = 0\.",
         ),
-        (whole("AttitudeTimeEulerAngles", columns("EULER_ANGLE")), r"a\.a must have Sequence, but it has none"),
+        (whole("AttitudeTimeEulerAngles", columns("EULER_ANGLE")), r"a\.a must have Sequence, got none"),
         (b"\xff\xfe", r"must be text in UTF-8"),
     ],
 )

@@ -110,7 +110,7 @@ def test_kernels_of_the_user_stay_loaded(kernel, constants):
         (("NOBODY", "EARTH", BEGIN, BEGIN + 1), {}, "target must be a body that SPICE knows, got 'NOBODY'"),
         ((PROBE, "", BEGIN, BEGIN + 1), {}, "center must be a body that SPICE knows, got ''"),
         ((PROBE, None, BEGIN, BEGIN + 1), {}, "center must be a text or a whole number"),
-        ((399, "EARTH", BEGIN, BEGIN + 1), {}, "target and center must be two, but both are 399"),
+        ((399, "EARTH", BEGIN, BEGIN + 1), {}, "target and center must be two bodies, got 399"),
         ((PROBE, "EARTH", BEGIN, BEGIN + 1), {"frame": "XYZ"}, "frame must be one that SPICE knows, got 'XYZ'"),
         ((PROBE, "EARTH", BEGIN, BEGIN + 1), {"frame": None}, "frame must be a text, got NoneType"),
         ((PROBE, "EARTH", BEGIN, BEGIN + 1), {"frame": "IAU_EARTH"}, "frame must be one that does not rotate"),
@@ -125,17 +125,15 @@ def test_bad_input(kernel, arguments, options, sentence):
 
 def test_missing_package_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "spiceypy", None)
-    with pytest.raises(
-        ImportError, match=r"^spiceypy must be installed for SPICE kernels, but it is not\. `pip install"
-    ):
+    with pytest.raises(ImportError, match=r"^spiceypy must be installed for SPICE kernels, got none. `pip install"):
         pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [])
 
 
 def test_bad_kernels(kernel, tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"^kernels must be files, but there is no .*none\.bsp\.$"):
+    with pytest.raises(FileNotFoundError, match=r"^No such file: .*none\.bsp$"):
         pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [kernel, tmp_path / "none.bsp"])
     with pytest.raises(TypeError, match=r"^kernels must be a list, each a path, got str"):
         pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, str(kernel))
     (tmp_path / "torn.bsp").write_bytes(kernel.read_bytes()[:1500])
-    with pytest.raises(ValueError, match=r"SPICE says SPICE\("):
+    with pytest.raises(ValueError, match=r"got SPICE\("):
         pt.files.spice_orbit(PROBE, "EARTH", BEGIN, BEGIN + 1, [tmp_path / "torn.bsp"])

@@ -269,7 +269,7 @@ def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
     assert_same(motion, pt.load(tmp_path / "again.nc"))
     text = tmp_path / "text.toml"
     text.write_text(back.provenance["scenario"] + "[state]\nquaternion = [1, 0, 0, 0]\nomega_body = [0, 0, 0]\n")
-    with pytest.raises(ValueError, match="must be numbers, but the result from which this text is has them"):
+    with pytest.raises(ValueError, match="must be numbers, got the name of an array in a result"):
         pt.files.read_scenario(text)
 
 
@@ -280,12 +280,12 @@ OUT = {
     "~/secret.obj": "must be a path from the folder of the scenario to a file in it or below, got",
     "C:\\\\secret.obj": "must be a path from the folder of the scenario to a file in it or below, got",
     "": "must be a path from the folder of the scenario to a file in it or below, got ''.",
-    "link.obj": "must lead to a file in the folder of the scenario, but 'link.obj' links out of it.",
-    "out/secret.obj": "must lead to a file in the folder of the scenario, but 'out/secret.obj' links out of it.",
-    "loop.obj": "must lead to a file, but there is no 'loop.obj' beside the scenario.",
-    "none.obj": "must lead to a file, but there is no 'none.obj' beside the scenario.",
-    "below": "must lead to a file, but 'below' is none.",
-    "x" * 300: "must lead to a file, but there is no",
+    "link.obj": "must be a file in the scenario's folder, got 'link.obj', which links out of it.",
+    "out/secret.obj": "must be a file in the scenario's folder, got 'out/secret.obj', which links out of it.",
+    "loop.obj": "must be a file beside the scenario, got 'loop.obj': no such file.",
+    "none.obj": "must be a file beside the scenario, got 'none.obj': no such file.",
+    "below": "must be a file, got 'below', a folder or a device.",
+    "x" * 300: "must be a file beside the scenario, got",
 }
 
 
@@ -306,13 +306,13 @@ def test_links_within_the_folder_are_right(folder):
 
 def test_a_text_without_a_folder_names_no_file():
     text = SCENARIO.format(body=MESH.format(path="below/t.obj"), rest="")
-    with pytest.raises(ValueError, match=r"body\.shape\.path must not be in a text without a folder, but it is\."):
+    with pytest.raises(ValueError, match=r"path must not be in a text without a folder, got the name of a file\."):
         parsed_scenario(text, "it")
 
 
 def test_pipes_are_no_files(folder):
     os.mkfifo(folder / "pipe.obj")
-    with pytest.raises(ValueError, match=r"must lead to a file, but 'pipe\.obj' is none\."):
+    with pytest.raises(ValueError, match=r"must be a file, got 'pipe\.obj', a folder or a device\."):
         read(folder, MESH.format(path="pipe.obj"))
 
 

@@ -1,0 +1,67 @@
+"""Rows of numbers in a text, each with its place for errors, and what the text says of them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Rows", "number"]
+
+Array = NDArray[np.float64]
+
+MOST = 1e15
+"""Of any number in a file of attitudes or orbits."""
+
+
+@dataclasses.dataclass
+class Rows:
+    """Rows in one file or one segment of it; `epochs` are the dates before their numbers, if they have dates."""
+
+    name: str
+    says: dict[str, str] = dataclasses.field(default_factory=dict)
+    columns: tuple[str, ...] = ()
+    places: list[str] = dataclasses.field(default_factory=list)
+    epochs: list[str] = dataclasses.field(default_factory=list)
+    numbers: list[list[float]] = dataclasses.field(default_factory=list)
+
+    def add(self, place: str, texts: list[str], epoch: str = "") -> None:
+        """Append a row, which must have a number in each column."""
+        if len(texts) != len(self.columns):
+            given = " ".join([epoch, *texts]).strip()[:100]
+            time = "a time and " if epoch else ""
+            raise ValueError(f"{place} must have {time}numbers for {', '.join(self.columns)}, got {given!r}.")
+        self.numbers.append([number(key, text, place) for key, text in zip(self.columns, texts, strict=True)])
+        self.places.append(place)
+        self.epochs.append(epoch)
+
+    def word(self, key: str) -> str:
+        """Return what the text says by a key that it must have, which may be in capitals there."""
+        said = self.says.get(key) or self.says.get(key.upper())
+        if not said:
+            raise ValueError(f"{self.name} must have {key}, got none.")
+        return said
+
+    def stacked(self, *keys: str, factor: float = 1.0) -> Array:
+        """Return columns times a factor, shape (n, number of keys)."""
+        return factor * np.array(self.numbers)[:, [self.columns.index(key) for key in keys]]
+
+    def check_rising(self, times: Array) -> None:
+        """Refuse rows of which one is not later than the one before."""
+        wrong = np.flatnonzero(np.diff(times) <= 0)
+        if wrong.size:
+            i = int(wrong[0]) + 1
+            before, row = (self.epochs[k] or f"t = {times[k]:.15g}" for k in (i - 1, i))
+            raise ValueError(f"{self.places[i]} must be later than the row before, got {row} after {before}.")
+
+
+def number(key: str, text: str, place: str) -> float:
+    """Return a text as a number of sensible size."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.inf
+    if not abs(value) < MOST:
+        raise ValueError(f"{place} must have a number for {key}, got {text[:60]!r}.")
+    return value
