@@ -57,7 +57,7 @@ def test_files_of_attitudes_are_told_with_their_reader(folder):
         call("convert", "sat.nc", f"sat.{end}", *said)
         told = call("info", f"sat.{end}").stdout.splitlines()
         assert told[0] == f"{kind}: SC_BODY_1 in ICRF"
-        assert told[1] == "  times: 31, 0 ... 600"
+        assert told[1] == "  times: 31, 0 ... 600 s"
         assert "2026-11-21T00:00:00" in told[2]
         assert told[3] == "  rates: in the file"
         assert told[-1] == f"  in Python: pt.files.{reader}('sat.{end}')"

@@ -269,7 +269,7 @@ def test_info(top, tmp_path):
         assert words in told
     assert call("info", tmp_path / "top.nc", "--scenario").stdout == TOP
     said = call("info", top).stdout
-    for words in ("a top", "body: Body(", "force: UniformGravity(", "start: State(", "times: 101"):
+    for words in ("a top", "body: Body(", "force: UniformGravity(", "start: quaternion (1, 0, 0, 0), ", "times: 101"):
         assert words in said
 
 

@@ -320,7 +320,7 @@ def obeyed(written):
 def test_nothing_in_a_file_is_obeyed_by_a_terminal(tmp_path):
     """The commands that read files, each on all of them, on a terminal that is there."""
     paths = hostile_files(tmp_path)
-    code = "import sys\nfrom poinsot.cli import app\nfrom poinsot.cli import terminal\nterminal.PATIENCE = 1e9\n" + (
+    code = "import sys\nfrom poinsot.cli import app\nfrom poinsot.engine import progress\nprogress.PATIENCE = 1e9\n" + (
         "for command in ('info', 'info --scenario', 'run --overwrite', 'plot', 'convert'):\n"
         "    for path in sys.argv[2:]:\n"
         "        more = [sys.argv[1]] if command == 'convert' else []\n"

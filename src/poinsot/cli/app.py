@@ -11,14 +11,16 @@ from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
 from poinsot.cli.plots import plot, view
 from poinsot.cli.runs import new, run
-from poinsot.cli.terminal import Command, Commands, answer, exit_statuses
+from poinsot.cli.terminal import DIFFERS, STOPPED, Command, Commands, answer, exit_statuses
 
 __all__ = ["app"]
 
 app = Commands(
     epilog=exit_statuses(
-        _1="a comparison of `verify`, or of a repeated result with the original, fails",
-        _3="a propagation, or that of a member, stopped before its last time",
+        {
+            DIFFERS: "a comparison of `verify`, or of a repeated result with the original, fails",
+            STOPPED: "a propagation, or that of a member, stopped before its last time",
+        }
     ),
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -55,16 +57,13 @@ def main(
             stream.reconfigure(errors="backslashreplace")
 
 
+OWN = {
+    run: {DIFFERS: "a repeated result differs from the original", STOPPED: "it, or a member, stopped before its end"},
+    verify: {DIFFERS: "a comparison fails"},
+}
 for panel, commands in {
     "Scenarios and results": (new, run, info, plot, view, convert),
     "Verification": (verify, paper),
 }.items():
     for command in commands:
-        own = {
-            run: {
-                "_1": "a repeated result differs from the original",
-                "_3": "it, or a member, stopped before its last time",
-            },
-            verify: {"_1": "a comparison fails"},
-        }.get(command, {})
-        app.command(cls=Command, epilog=exit_statuses(**own), rich_help_panel=panel)(command)
+        app.command(cls=Command, epilog=exit_statuses(OWN.get(command, {})), rich_help_panel=panel)(command)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, answer, bar, bar_console, check_new, sentences
+from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, answer, check_new, sentences
+from poinsot.engine.progress import Report, bar
 
 __all__ = ["paper", "verify"]
 
@@ -42,9 +44,9 @@ def paper(
             check_new(out / name, overwrite)
         check_new(out / "table.md", overwrite)
         rows: list[problems.Row] = []
-        with bar("The paper's problems", len(problems.PROBLEMS), bar_console(console)) as begin:
+        with _bar("The paper's problems", len(problems.PROBLEMS), console) as report:
             for problem in problems.PROBLEMS:
-                begin(problem.title)
+                report(bool(rows), problem.title)
                 motion, found = problems.solve(problem)
                 problems.write(motion, problem, out)
                 rows += found
@@ -73,10 +75,10 @@ def verify() -> None:
         console = Console()
         found: list[Any] = []
         interrupted = False
-        with bar("Verifying", len(checks.CASES), bar_console(console)) as begin:
+        with _bar("Verifying", len(checks.CASES), console) as report:
             try:
                 for case in checks.CASES:
-                    begin(case.title)
+                    report(bool(found), case.title)
                     found.append((case, checks.rows_of(case)))
             except KeyboardInterrupt:
                 interrupted = True
@@ -92,6 +94,14 @@ def verify() -> None:
             raise typer.Exit(INTERRUPTED)
         if failed:
             raise typer.Exit(DIFFERS)
+
+
+def _bar(what: str, total: int, console: Any) -> AbstractContextManager[Report]:
+    """Return a bar where tables go, if that is a terminal, else on the standard error."""
+    from rich.console import Console
+
+    shown = console if console.is_terminal else Console(stderr=True)
+    return bar(what, total, shown.is_terminal, shown)
 
 
 def _comparisons(found: list[Any]) -> object:

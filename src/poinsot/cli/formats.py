@@ -103,11 +103,11 @@ def _in_file(file: Path) -> tuple[Lines, str | None]:
     if file.suffix in RESULTS:
         return _of_result(file)
     if not file.is_file():
-        raise IsADirectoryError(f"{file} must be a file, but it is none.")
+        raise IsADirectoryError(f"{file} must be a file, got a folder.")
     with file.open("rb") as stream:
         head = stream.read(4096)
     kind = _kind_of(file, head)
-    if kind is not None:
+    if kind in OF_OTHERS:
         return OF_OTHERS[kind](file), None
     from poinsot.files.attitudes.attitude_format import attitude_formats, format_of
 
@@ -121,39 +121,25 @@ def _in_file(file: Path) -> tuple[Lines, str | None]:
     return [*lines, f"  in Python: {known.in_python.format(path=str(file))}"], None
 
 
-def _kind_of(file: Path, head: bytes) -> str | None:
-    """Return what a file that is no table of attitudes is, by its first lines or by the end of its name."""
-    message = re.search(rb"CCSDS_(APM|OEM|OMM)_VERS|<(apm|oem|omm)[\s>]", head)
-    if message is not None:
-        return (message[1] or message[2]).decode().lower()
-    suffix = file.suffix.lower()
-    if suffix == ".tab":
-        return "field" if b"," in head.partition(b"\n")[0] else "mesh"
-    return BY_SUFFIX.get(suffix)
-
-
-BY_SUFFIX = {
-    **dict.fromkeys((".obj", ".ply", ".stl"), "mesh"),
-    **dict.fromkeys((".gfc", ".sha"), "field"),
-    **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), "kernel"),
-    ".apm": "apm",
-    ".oem": "oem",
-    ".omm": "omm",
-    ".tle": "omm",
-}
+def _kind_of(file: Path, head: bytes) -> str:
+    """Return what a file is by its first lines, or else the end of its name."""
+    if message := re.search(rb"CCSDS_(APM|OEM|OMM)_VERS|<(apm|oem|omm)[\s>]", head):
+        return f".{(message[1] or message[2]).decode().lower()}"
+    if file.suffix.lower() == ".tab":
+        return ".gfc" if b"," in head.partition(b"\n")[0] else ".obj"
+    return file.suffix.lower()
 
 
 def _of_scenario(file: Path) -> tuple[Lines, str | None]:
     from poinsot.files.scenarios.scenario import read_scenario
 
     job = read_scenario(file)
-    title, seed = job.provenance.get("title"), job.provenance.get("seed")
     lines = [
-        title or f"Scenario {file.name}",
+        job.provenance.get("title") or f"Scenario {file.name}",
         *_system(job.system),
-        f"  start: {_start(job.state)}",
-        _span(job.times),
-        *([f"  members: {len(job.state.quaternion)}, seed: {seed}"] if seed is not None else []),
+        *_start(job.state, job.system.units),
+        _span(job.times, job.system.units["time"]),
+        *_seed(job),
         *(f"  writes: {name}" for name in job.outputs.values()),
     ]
     return lines, job.provenance["scenario"]
@@ -163,16 +149,14 @@ def _of_result(file: Path) -> tuple[Lines, str | None]:
     from poinsot.files.netcdf import load
 
     motion = load(file)
-    title, seed = (motion.provenance.get(key) for key in ("title", "seed"))
     reason = getattr(motion.system, "not_rerunnable", None)
-    versions = ", ".join(f"{name} {version}" for name, version in motion.run.versions.items())
     lines = [
-        title or f"Result {file.name}",
+        motion.provenance.get("title") or f"Result {file.name}",
         *_system(motion.system),
         *(line for line in repr(motion).splitlines()[1:] if not line.startswith("  wall_time")),
         *_members(motion),
-        *([f"  seed: {seed}"] if seed is not None else []),
-        f"  versions: {versions}",
+        *_seed(motion),
+        f"  versions: {', '.join(f'{name} {version}' for name, version in motion.run.versions.items())}",
         "  can be run again: yes" if reason is None else f"  can be run again: no. {reason}",
     ]
     return lines, motion.provenance.get("scenario")
@@ -186,6 +170,11 @@ def _members(motion: Any) -> Lines:
     return [] if all(whole) else [f"  at the last time: {sum(whole)} of {len(whole)} members"]
 
 
+def _seed(job: Any) -> Lines:
+    seed = job.provenance.get("seed")
+    return [] if seed is None else [f"  seed: {seed}"]
+
+
 def _system(system: Any) -> Lines:
     """Return the lines about body and forces; of a system whose forces are not at hand, what its file says."""
     if hasattr(system, "not_rerunnable"):
@@ -194,47 +183,52 @@ def _system(system: Any) -> Lines:
     return [f"  body: {system.body!r}", *(forces or ["  forces: none"])]
 
 
-def _start(state: Any) -> str:
-    return repr(state) if state.quaternion.ndim == 1 else f"{len(state.quaternion)} states"
+def _start(state: Any, units: Any) -> Lines:
+    if state.quaternion.ndim > 1:
+        return [f"  members: {len(state.quaternion)}"]
+    from poinsot.plot.labels import bracketed, momentum_unit
+
+    momentum = f"{_written(state.angular_momentum_body)}{bracketed(momentum_unit(units))}"
+    return [
+        f"  start: quaternion {_written(state.quaternion)}, scalar first, body to space",
+        f"  start: angular momentum {momentum}, body axes",
+        *(f"  start: {name} {_written(values)}" for name, values in state.own.items()),
+    ]
 
 
-def _span(times: Any) -> str:
-    return f"  times: {times.size}, {times[0]:.10g} ... {times[-1]:.10g}"
+def _written(values: Any) -> str:
+    return f"({', '.join(f'{value:.9g}' for value in values)})"
+
+
+def _span(times: Any, unit: str) -> str:
+    return f"  times: {times.size}, {times[0]:.10g} ... {times[-1]:.10g}" + ("" if unit == "1" else f" {unit}")
 
 
 # ------------------------------------------------------------------ files of others
 
 
 def _attitudes(title: str, table: Any) -> Lines:
-    size = (
-        "the quaternions are of unit norm"
-        if table.norm_error < 1e-15
-        else f"largest | |q| - 1 |: {table.norm_error:.2g}"
-    )
+    small = table.norm_error < 1e-15
     return [
         f"{title}: {table.body_frame} in {table.reference_frame}",
-        _span(table.times),
+        _span(table.times, "1" if table.calendar is None else table.calendar.unit),
         f"  dates: {table.calendar or 'none'}",
         f"  rates: {'in the file' if table.omega_body is not None else 'none, differentiated where needed'}",
-        f"  norm: {size}",
+        f"  norm: {'unit quaternions' if small else f'largest | |q| - 1 |: {table.norm_error:.2g}'}",
     ]
-
-
-def _read_by(reader: str, file: Path, more: str = "") -> str:
-    return f"  in Python: pt.files.{reader}({str(file)!r}{more})"
 
 
 def _of_apm(file: Path) -> Lines:
     table, body = files.read_apm(file)
     return [
         *_attitudes("One attitude, CCSDS APM", table),
-        _read_by("read_apm", file),
         f"  body: {'none that can be used' if body is None else repr(body)}",
+        f"  in Python: pt.files.read_apm({str(file)!r})",
     ]
 
 
 def _of_oem(file: Path) -> Lines:
-    return [f"Orbit, CCSDS OEM: {files.read_oem(file)!r}", _read_by("read_oem", file)]
+    return [f"Orbit, CCSDS OEM: {files.read_oem(file)!r}", f"  in Python: pt.files.read_oem({str(file)!r})"]
 
 
 def _of_omm(file: Path) -> Lines:
@@ -247,7 +241,7 @@ def _of_mesh(file: Path) -> Lines:
         f"Shape: {len(mesh.vertices)} vertices, {len(mesh.faces)} faces, closed",
         f"  volume: {mesh.mass:.6g}, in the unit of length of the file",
         f"  farthest from the centre of mass: {mesh.circumscribing_radius:.6g}",
-        _read_by("read_mesh", file, ", density=..."),
+        f"  in Python: pt.files.read_mesh({str(file)!r}, density=...)",
     ]
 
 
@@ -255,7 +249,7 @@ def _of_field(file: Path) -> Lines:
     field = files.read_field(file, mass=1.0)
     return [
         f"Gravity field: degree {field.degree}, reference radius {field.radius:.10g}",
-        _read_by("read_field", file, ", mass=..."),
+        f"  in Python: pt.files.read_field({str(file)!r}, mass=...)",
     ]
 
 
@@ -267,10 +261,8 @@ def _of_kernel(file: Path) -> Lines:
 
 
 OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
-    "apm": _of_apm,
-    "field": _of_field,
-    "kernel": _of_kernel,
-    "mesh": _of_mesh,
-    "oem": _of_oem,
-    "omm": _of_omm,
+    **{".apm": _of_apm, ".oem": _of_oem, ".omm": _of_omm, ".tle": _of_omm},
+    **dict.fromkeys((".obj", ".ply", ".stl"), _of_mesh),
+    **dict.fromkeys((".gfc", ".sha"), _of_field),
+    **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), _of_kernel),
 }

@@ -11,7 +11,17 @@ from typing import Annotated, Any
 import typer
 
 import poinsot
-from poinsot.cli.terminal import Overwrite, busy, check_new, checked_result, sentences, tell, writing
+from poinsot.cli.terminal import (
+    OPTIONS,
+    Overwrite,
+    busy,
+    check_ending,
+    check_new,
+    checked_result,
+    sentences,
+    tell,
+    writing,
+)
 
 __all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
 
@@ -30,24 +40,7 @@ KINDS = (
 )
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
-OPTIONS = {
-    "other": "--with",
-    "orbit": "--orbit",
-    "angle_unit": "--angle-unit",
-    "rate_unit": "--rate-unit",
-    "time_unit": "--time-unit",
-}
-"""The options of the command, by argument."""
-
 Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0; default: all.")]
-
-PICTURES = (".png", ".pdf", ".svg")
-
-
-def _known(kind: str) -> str:
-    if kind not in KINDS:
-        raise typer.BadParameter(f"it must be one of {', '.join(KINDS)}, got {kind!r}.")
-    return kind
 
 
 def plot(
@@ -55,7 +48,7 @@ def plot(
     picture: Annotated[
         Path | None, typer.Argument(help="Ends in .png, .pdf or .svg; default: FILE-KIND.png beside the result.")
     ] = None,
-    kind: Annotated[str, typer.Option(callback=_known, help=f"The plot: {', '.join(KINDS)}.")] = "quaternions",
+    kind: Annotated[str, typer.Option(help=f"The plot: {', '.join(KINDS)}.")] = "quaternions",
     other: Annotated[
         Path | None, typer.Option("--with", help="Another result, at the same times, for --kind difference.")
     ] = None,
@@ -64,7 +57,7 @@ def plot(
         typer.Option(min=1, help="Number of the orbit, for --kind roll_pitch_yaw with several orbits: 1, 2, ..."),
     ] = None,
     angle_unit: Annotated[
-        str | None, typer.Option(help="Unit of angles: deg (default), rad, mrad, arcmin, arcsec.")
+        str | None, typer.Option(help="Unit of angles: deg (default), rad, mrad, arcmin, arcsec, rev.")
     ] = None,
     rate_unit: Annotated[
         str | None, typer.Option(help="Unit of angular velocities, such as deg/s, mrad/h, rpm; default: rad.")
@@ -87,9 +80,9 @@ def plot(
     with sentences():
         checked_result(file)
         path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
-        check_new(path, overwrite)
         units = {"angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
         _check_options(kind, {"other": other, "orbit": orbit, **units})
+        check_new(path, overwrite)
         with busy(f"Reading {file}"):
             motion = _loaded(file, member)
         tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, **units))
@@ -112,8 +105,7 @@ def view(
         checked_result(file)
         path = page or file.with_suffix(".html")
         check_new(path, overwrite)
-        if path.suffix != ".html":
-            raise ValueError(f"{path} must end in .html, but it does not.")
+        check_ending(path, ".html")
         with busy(f"Reading {file}"):
             motion = _loaded(file, member)
         tell(viewed(motion, path, overwrite))
@@ -121,8 +113,7 @@ def view(
 
 def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> Path:
     """Draw a motion into a file, whole or not at all, and return its path; `said` are options of the command."""
-    if path.suffix not in PICTURES:
-        raise ValueError(f"{path} must end in {', '.join(PICTURES)}, but it does not.")
+    check_ending(path, ".png", ".pdf", ".svg")
     check_new(path, overwrite)
     import matplotlib as mpl
     import numpy as np
@@ -152,11 +143,13 @@ def viewed(motion: Any, path: Path, overwrite: bool) -> Path:
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:
-    """Refuse options that are of no use for a picture, and a comparison with nothing."""
+    """Refuse another kind, options that are of no use for it, and a comparison with nothing."""
+    if kind not in KINDS:
+        raise ValueError(f"--kind must be one of {', '.join(KINDS)}, got {kind!r}.")
     for name, value in given.items():
         if value and name not in _wanted(kind):
             kinds = " or ".join(known for known in KINDS if name in _wanted(known))
-            raise ValueError(f"{OPTIONS[name]} must go with --kind {kinds}, got --kind {kind}.")
+            raise ValueError(f"{OPTIONS.get(name, f'--{name}')} must go with --kind {kinds}, got --kind {kind}.")
     if "other" in _wanted(kind):
         if given["other"] is None:
             raise ValueError("--with must be another result, such as --with other.nc, got none.")

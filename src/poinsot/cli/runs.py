@@ -17,6 +17,7 @@ from poinsot.cli.terminal import (
     STOPPED,
     Overwrite,
     answer,
+    check_ending,
     check_new,
     check_there,
     kept,
@@ -58,8 +59,7 @@ def new(
         from poinsot.atomic_write import write_text
         from poinsot.files.scenarios.template import START
 
-        if file.suffix != ".toml":
-            raise ValueError(f"{file} must end in .toml, but it does not.")
+        check_ending(file, ".toml")
         check_new(file, overwrite)
         with writing(file):
             write_text(file, START, overwrite)
@@ -136,9 +136,7 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
     folder = names["result"].parent
     folder.mkdir(parents=True, exist_ok=True)
     for path in names.values():
-        if path.exists() and not overwrite:
-            raise FileExistsError(f"{path} already exists; use --overwrite or --out DIR.")
-        check_new(path, overwrite)
+        check_new(path, overwrite, " or --out DIR")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder} must be a folder that can be written, but it is not.")
     needed, free = BYTES * job.times.size * max(members or (1,)), shutil.disk_usage(folder).free

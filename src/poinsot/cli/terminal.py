@@ -9,30 +9,29 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 from typing_extensions import override
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from poinsot.engine.progress import later
 
 __all__ = [
     "DIFFERS",
     "INTERRUPTED",
+    "OPTIONS",
     "RESULTS",
     "STOPPED",
     "Command",
     "Commands",
     "Overwrite",
     "answer",
-    "bar",
-    "bar_console",
     "busy",
+    "check_ending",
     "check_new",
     "check_there",
     "checked_result",
@@ -58,9 +57,6 @@ STATUSES = {
     TERMINATED: "SIGTERM",
 }
 
-PATIENCE = 0.5
-"""Seconds before progress is shown."""
-
 SMALLEST = 65536
 """Bytes of a result; a disk with less is full."""
 
@@ -79,10 +75,9 @@ KEYWORD = re.compile(r"\b(\w+)=(?:True|'(\w+)'|Calendar\('([^']+)', '([^']+)'\))
 """An argument as a hint writes it: overwrite=True, reference_frame='ICRF'."""
 
 
-def exit_statuses(**more: str) -> str:
-    """Return the sentence about the exit statuses of a command, of which `_1` and `_3` are its own."""
-    told = STATUSES | {int(code.strip("_")): what for code, what in more.items()}
-    return f"Exit status: {'; '.join(f'{code} {told[code]}' for code in sorted(told))}."
+def exit_statuses(own: dict[int, str]) -> str:
+    """Return the sentence about the exit statuses of a command, with its own ones."""
+    return f"Exit status: {'; '.join(f'{code} {what}' for code, what in sorted((STATUSES | own).items()))}."
 
 
 # ------------------------------------------------------------------ words
@@ -216,12 +211,18 @@ def check_there(path: Path) -> None:
         raise FileNotFoundError(f"No such file: {path}")
 
 
-def check_new(path: Path, overwrite: bool) -> None:
+def check_ending(path: Path, *endings: str) -> None:
+    """Refuse a name that ends otherwise."""
+    if path.suffix not in endings:
+        raise ValueError(f"{path} must end in {', '.join(endings)}, got {path.suffix or 'no ending'}.")
+
+
+def check_new(path: Path, overwrite: bool, more: str = "") -> None:
     """Refuse a file that exists, or a folder for it that does not, before anything is computed."""
     if path.is_dir() and path.suffix != ".zarr":
         raise IsADirectoryError(f"{path} must be the name of a file, got a folder.")
     if path.exists() and not overwrite:
-        raise FileExistsError(f"{path} already exists; use --overwrite.")
+        raise FileExistsError(f"{path} already exists; use --overwrite{more}.")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"No such folder: {path.parent}")
 
@@ -281,59 +282,15 @@ def kept() -> Iterator[None]:
 @contextlib.contextmanager
 def busy(what: str) -> Iterator[None]:
     """Show on a terminal that something lasts, and since when."""
-    if not sys.stderr.isatty():
+
+    def begun() -> Any:
+        from rich.console import Console
+        from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
+        progress = Progress(*columns, console=Console(stderr=True), transient=True)
+        progress.add_task(shown(what), total=None)
+        return progress
+
+    with later(begun) if sys.stderr.isatty() else contextlib.nullcontext():
         yield
-        return
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
-    progress = Progress(*columns, console=Console(stderr=True), transient=True)
-    progress.add_task(shown(what), total=None)
-    with _later(progress):
-        yield
-
-
-@contextlib.contextmanager
-def bar(what: str, total: int, console: Console) -> Iterator[Callable[[str], None]]:
-    """Show on a terminal how many parts of something are done; give what is called at the start of each."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn(what),
-        BarColumn(20),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    )
-    progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-    task = progress.add_task("", total=total)
-    begun = [0]
-
-    def begin(part: str) -> None:
-        progress.update(task, completed=begun[0], description=part)
-        begun[0] += 1
-
-    with _later(progress):
-        yield begin
-
-
-def bar_console(console: Console) -> Console:
-    """Return where a bar is shown while tables go to a console: there if it is a terminal, else the standard error."""
-    from rich.console import Console
-
-    return console if console.is_terminal else Console(stderr=True)
-
-
-@contextlib.contextmanager
-def _later(progress: Any) -> Iterator[None]:
-    """Show something if it lasts."""
-    timer = threading.Timer(PATIENCE, progress.start)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-        timer.join()
-        progress.stop()

@@ -1,4 +1,4 @@
-"""What a terminal shows of a run that lasts."""
+"""What a terminal shows of something that lasts."""
 
 from __future__ import annotations
 
@@ -6,50 +6,70 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Protocol
 
-__all__ = ["bar"]
+__all__ = ["Report", "bar", "later"]
 
 PATIENCE = 0.5
-"""Seconds before a run is shown."""
+"""Seconds before it is shown."""
+
+
+class Report(Protocol):
+    """What is told of a run: how much more is done, and what is done next."""
+
+    def __call__(self, more: float, part: str = "") -> None:
+        """Tell it."""
 
 
 @contextmanager
-def bar(what: str, total: float, wanted: bool) -> Iterator[Callable[[float], None]]:
-    """Show how much of a run is done, at which rate, and the time left, if it is wanted; give what reports more."""
+def bar(what: str, total: float, wanted: bool, console: Any = None) -> Iterator[Report]:
+    """Show how much of a run is done, its rate or its part, and the time left, if it is wanted; give what reports."""
     if not wanted:
-        yield lambda _: None
+        yield _nothing
         return
+    lock, done, began = threading.Lock(), 0.0, clock.perf_counter()
+
+    def begun() -> Any:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn(what), BarColumn(20), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
+        progress = Progress(*columns, console=console or Console(stderr=True), transient=True)
+        progress.add_task("", total=total, told="")
+        return progress
+
+    def report(more: float, part: str = "") -> None:
+        nonlocal done
+        with lock:
+            done += more
+            told = f"{done:.6g}/{total:.6g}, {part or f'{done / (clock.perf_counter() - began):.3g}/s'}"
+            for progress in shown:
+                progress.update(progress.task_ids[0], completed=done, told=told)
+
+    with later(begun) as shown:
+        yield report
+
+
+def _nothing(more: float, part: str = "") -> None:
+    """Show nothing."""
+
+
+@contextmanager
+def later(begun: Callable[[], Any]) -> Iterator[list[Any]]:
+    """Show a progress display of rich if the run lasts; give a list that has it from then on."""
     shown: list[Any] = []
-    lock, done, began = threading.Lock(), [0.0], [0.0]
-    timer = threading.Timer(PATIENCE, lambda: shown.append(_started(what, total)))
+
+    def show() -> None:
+        shown.append(begun())
+        shown[0].start()
+
+    timer = threading.Timer(PATIENCE, show)
     timer.daemon = True
     timer.start()
-
-    def report(more: float) -> None:
-        with lock:
-            began[0] = began[0] or clock.perf_counter()
-            done[0] += more
-            if shown:
-                rate = done[0] / max(clock.perf_counter() - began[0], 1e-9)
-                told = f"{done[0]:.6g}/{total:.6g}, {rate:.3g}/s"
-                shown[0].update(shown[0].task_ids[0], completed=done[0], told=told)
-
     try:
-        yield report
+        yield shown
     finally:
         timer.cancel()
         timer.join()
         for progress in shown:
             progress.stop()
-
-
-def _started(what: str, total: float) -> Any:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn(what), BarColumn(), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
-    progress = Progress(*columns, console=Console(stderr=True), transient=True)
-    progress.add_task("", total=total, told="")
-    progress.start()
-    return progress
