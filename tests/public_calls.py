@@ -120,6 +120,12 @@ def along_orbit():
 
 
 @functools.cache
+def damped():
+    system = pt.System(BODY, pt.parts.KaneDamper(0.1, 0.05), units={"time": "s"})
+    return pt.propagate(system, system.state(START.quaternion, omega_body=(0.4, -0.3, 0.6)), TIMES)
+
+
+@functools.cache
 def periodic():
     start = SATELLITE.body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=CIRCLE.frame)
     return pt.analysis.periodic_motion(SATELLITE, start, 0.2 * float(CIRCLE.period), CIRCLE.frame)
@@ -531,6 +537,7 @@ def public_calls(folder):
             {"motion": free(), "time_index": 1, "view": (10.0, 20.0), "ax": None, "rate_unit": "deg"},
         ),
         "plot.polhode": (pt.plot.polhode, {"motion": motion(), "view": (10.0, 20.0), **turning}),
+        "plot.part_variables": (pt.plot.part_variables, {"motion": damped(), "part": "kane_damper", **shown}),
         "plot.quaternions": (pt.plot.quaternions, {"motion": motion(), **both}),
         "plot.angular_velocity": (pt.plot.angular_velocity, {"motion": motion(), "rate_unit": "rpm", **both}),
         "plot.roll_pitch_yaw": (

@@ -124,6 +124,11 @@ def test_result_of_a_body_with_parts_is_repeated_too(tmp_path):
     pt.save(pt.propagate(system, state, [0, 1, 2.5]), tmp_path / "it.nc")
     assert "The same bit for bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
     assert "ReactionWheel" in call("info", tmp_path / "it.nc").stdout
+    of_parts = ("plot", tmp_path / "it.nc", "--kind", "part_variables")
+    assert "part must be the name of a part with variables, reaction_wheel, kane_damper, got" in call(
+        *of_parts, code=2
+    ).stderr.replace("--part", "part")
+    assert call(*of_parts, "--part", "kane_damper").stdout == f"{tmp_path}/it-part_variables.png\n"
 
 
 def test_result_of_python_is_repeated_too(tmp_path):
@@ -288,7 +293,7 @@ def test_every_plot_of_the_package_is_a_kind(tmp_path):
     call("run", tmp_path / "free.nc", "--out", tmp_path / "b")
     first = {name: next(iter(inspect.signature(getattr(pt.plot, name)).parameters)) for name in pt.plot.__all__}
     assert set(KINDS) == {name for name, each in first.items() if each in ("motion", "body")}
-    for kind in KINDS:
+    for kind in sorted({*KINDS} - {"part_variables"}):
         more = ("--with", tmp_path / "b" / "free.nc") if kind == "difference" else ()
         arguments = ("plot", tmp_path / "free.nc", "--kind", kind, *more)
         assert call(*arguments).stdout == f"{tmp_path}/free-{kind}.png\n"

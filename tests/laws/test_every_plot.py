@@ -80,7 +80,7 @@ def test_every_plot_draws_where_it_is_told(calls, name):
 OF_MOTIONS = [name for name in pt.plot.__all__ if "motion" in inspect.signature(getattr(pt.plot, name)).parameters]
 REFUSED = {
     "parts": {"herpolhode", "poinsot_construction"},
-    "ensemble": {"herpolhode", "momentum_sphere", "poinsot_construction", "polhode"},
+    "ensemble": {"herpolhode", "momentum_sphere", "part_variables", "poinsot_construction", "polhode"},
 }
 
 
@@ -98,7 +98,9 @@ def test_every_plot_of_a_motion_takes_parts_and_ensembles_or_says_why_not(calls,
     motion = with_parts() if kind == "parts" else ensemble()
     arguments = {**arguments, "motion": motion, **({"other": motion} if name == "difference" else {})}
     if name in REFUSED[kind]:
-        with pytest.raises(ValueError, match=r"^motion must be of (a rigid body|one body), got .*\.$"):
+        with pytest.raises(
+            ValueError, match=r"^(motion must be of (a rigid|one) body|part must be the name of .*), got .*\.$"
+        ):
             draw(**arguments)
     else:
         assert all(panel.has_data() for panel in np.ravel(draw(**arguments)))
@@ -116,6 +118,7 @@ def test_what_is_no_axes_is_refused(calls, name):
 TIMES, RATES = {"h": 1 / 3600, "yr": 1 / 31557600}, {"deg": 180 / np.pi, "rpm": 30 / np.pi, "mrad/d": 86400e3}
 ANGLES = {"deg": 180 / np.pi, "rev": 0.5 / np.pi, "arcsec": 648000 / np.pi}
 AGAINST_TIME = {"angular_momentum", "angular_velocity", "chaos", "difference", "drift", "euler_angles", "quaternions"}
+AGAINST_TIME |= {"part_variables"}
 X, Y, ALL = [0], [1], [0, 1, 2]
 SCALED = {
     "time_unit": (TIMES, dict.fromkeys(AGAINST_TIME | {"roll_pitch_yaw", "uncertainty"}, X)),

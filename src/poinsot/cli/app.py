@@ -11,11 +11,12 @@ from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
 from poinsot.cli.plots import plot, view
 from poinsot.cli.runs import new, run
-from poinsot.cli.terminal import DIFFERS, STOPPED, Command, Commands, answer, exit_statuses
+from poinsot.cli.terminal import DIFFERS, STOPPED, Command, Commands, Group, answer, exit_statuses
 
 __all__ = ["app"]
 
 app = Commands(
+    cls=Group,
     epilog=exit_statuses(
         {
             DIFFERS: "a comparison of `verify`, or of a repeated result with the original, fails",

@@ -36,8 +36,8 @@ def info(
 ) -> None:
     """Summarise a file: body and forces, times, method, drift of the integrals, and whether it can be run again.
 
-    Also of files of attitudes ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plates) and gravity fields
-    (ICGEM, SHADR): their contents, and which function of the package reads them.
+    It also tells the contents of attitude files ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plates)
+    and gravity fields (ICGEM, SHADR), and which function of the package reads them.
 
     For example:
 
@@ -57,10 +57,10 @@ def info(
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or attitudes.")],
+    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or an attitude file.")],
     target: Annotated[Path, typer.Argument(help="The file to write; its suffix selects the format.")],
     scenario: Annotated[
-        Path | None, typer.Option(help="From attitudes to a result: a scenario with body and forces.")
+        Path | None, typer.Option(help="From an attitude file to a result: a scenario with body and forces.")
     ] = None,
     zero: Annotated[
         str | None, typer.Option(help="The date of t = 0 with its scale, such as '2026-11-21T00:00:00 UTC'.")
@@ -68,10 +68,10 @@ def convert(
     frame: Annotated[str | None, typer.Option(help="The name of the space axes, such as ICRF.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Convert between results and files of attitudes.
+    """Convert between results and attitude files.
 
-    The formats of attitudes are {attitudes}. They need dates and the name of the space axes: pass them if the result
-    has none. The times of a result count from the calendar of its scenario, from --zero, or else from the first row.
+    The formats of attitude files are {attitudes}. They need dates and the name of the space axes: pass them if the
+    result has none. Times count from the calendar of the scenario, from --zero, or else from the first row.
 
     For example:
 
@@ -204,7 +204,7 @@ def _span(times: Any, unit: str) -> str:
     return f"  times: {times.size}, {times[0]:.10g} ... {times[-1]:.10g}" + ("" if unit == "1" else f" {unit}")
 
 
-# ------------------------------------------------------------------ files of others
+# ------------------------------------------------------------------ other files
 
 
 def _attitudes(title: str, table: Any) -> Lines:

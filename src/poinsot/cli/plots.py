@@ -33,6 +33,7 @@ KINDS = (
     "euler_angles",
     "herpolhode",
     "momentum_sphere",
+    "part_variables",
     "poinsot_construction",
     "polhode",
     "quaternions",
@@ -55,6 +56,9 @@ def plot(
     orbit: Annotated[
         int | None,
         typer.Option(min=1, help="Number of the orbit, for --kind roll_pitch_yaw with several orbits: 1, 2, ..."),
+    ] = None,
+    part: Annotated[
+        str | None, typer.Option(help="Name of the part, for --kind part_variables with several parts.")
     ] = None,
     angle_unit: Annotated[
         str | None, typer.Option(help="Unit of angles: deg (default), rad, mrad, arcmin, arcsec, rev.")
@@ -80,12 +84,12 @@ def plot(
     with sentences():
         checked_result(file)
         path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
-        units = {"angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
-        _check_options(kind, {"other": other, "orbit": orbit, **units})
+        words = {"part": part, "angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
+        _check_options(kind, {"other": other, "orbit": orbit, **words})
         check_new(path, overwrite)
         with busy(f"Reading {file}"):
             motion = _loaded(file, member)
-        tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, **units))
+        tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, **words))
 
 
 def view(
@@ -162,7 +166,7 @@ def _wanted(kind: str) -> Iterable[str]:
 
 
 def _arguments(
-    kind: str, motion: Any, other: Path | None = None, orbit: int | None = None, **units: str | None
+    kind: str, motion: Any, other: Path | None = None, orbit: int | None = None, **words: str | None
 ) -> dict[str, Any]:
     """Return the arguments of a function of the package, by their names, from a motion and the options."""
     made: dict[str, Callable[[], Any]] = {
@@ -172,7 +176,7 @@ def _arguments(
         "title": lambda: motion.provenance.get("title") or "",
     }
     given = {name: made[name]() for name in _wanted(kind) if name in made}
-    return given | {name: unit for name, unit in units.items() if unit is not None}
+    return given | {name: word for name, word in words.items() if word is not None}
 
 
 def _orbit(motion: Any, number: int | None) -> Any:

@@ -15,7 +15,7 @@ from types import FrameType
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 from typing_extensions import override
 
 from poinsot.engine.progress import later
@@ -28,6 +28,7 @@ __all__ = [
     "STOPPED",
     "Command",
     "Commands",
+    "Group",
     "Overwrite",
     "answer",
     "busy",
@@ -67,7 +68,10 @@ OPTIONS = {
     **dict.fromkeys(("frame", "reference_frame"), "--frame"),
     **dict.fromkeys(("zero", "epoch", "calendar"), "--zero"),
     "scale": "the scale in --zero",
-    **{name: f"--{name.replace(chr(95), chr(45))}" for name in ("angle_unit", "rate_unit", "time_unit", "member")},
+    **{
+        name: f"--{name.replace(chr(95), chr(45))}"
+        for name in ("angle_unit", "rate_unit", "time_unit", "member", "part")
+    },
 }
 """What the command line calls the arguments of functions."""
 
@@ -119,12 +123,28 @@ def listed_formats() -> str:
 
 
 class Command(TyperCommand):
-    """A command whose help names the formats that there are when it is asked for."""
+    """A command whose help names the formats that there are when it is asked for, and no type of flags."""
 
     @override
     def format_help(self, ctx: Any, formatter: Any) -> None:
         self.help = (self.help or "").replace("{attitudes}", listed_formats())
+        _without_types_of_flags(self, ctx)
         super().format_help(ctx, formatter)
+
+
+class Group(TyperGroup):
+    """The commands; their help has no type of flags."""
+
+    @override
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        _without_types_of_flags(self, ctx)
+        super().format_help(ctx, formatter)
+
+
+def _without_types_of_flags(command: Any, ctx: Any) -> None:
+    for parameter in command.get_params(ctx):
+        if getattr(parameter, "is_flag", False):
+            parameter.metavar = ""
 
 
 class Commands(typer.Typer):

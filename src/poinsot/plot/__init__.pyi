@@ -13,6 +13,7 @@ from .time_series import (
     difference,
     drift,
     euler_angles,
+    part_variables,
     quaternions,
     roll_pitch_yaw,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "herpolhode",
     "map",
     "momentum_sphere",
+    "part_variables",
     "poinsot_construction",
     "polhode",
     "quaternions",

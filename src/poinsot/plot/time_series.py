@@ -27,6 +27,7 @@ from poinsot.plot.labels import (
     time_unit_of,
 )
 from poinsot.plot.panels import Pair, plot
+from poinsot.propagation.dataset import components
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ __all__ = [
     "different_orbits",
     "drift",
     "euler_angles",
+    "part_variables",
     "quaternions",
     "roll_pitch_yaw",
 ]
@@ -247,6 +249,50 @@ def angular_momentum(
         f"angular momentum, space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
     }
     return against_time(reached(motion), curves, axes, time_unit, title)
+
+
+@plot
+def part_variables(
+    motion: Trajectory, part: str = "", *, ax: Axes | None = None, time_unit: str | None = None, title: str = ""
+) -> Axes:
+    """Draw the variables of a part, `motion.own`.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble.
+    part : str, optional
+        The name of a part with variables. Default: the one that the system has.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+        With a unit where all variables are angular momenta.
+
+    Raises
+    ------
+    ValueError
+        If the system has no such part, or several and none is named.
+
+    Examples
+    --------
+    >>> system = pt.System(pt.Body((6.0, 8.0, 10.0)), pt.parts.KaneDamper(0.4, 0.3), units={"time": "s"})
+    >>> start = system.state((1, 0, 0, 0), omega_body=(0.8, 0.02, 0.05))
+    >>> pt.plot.part_variables(pt.propagate(system, start, range(100))).get_ylabel()
+    'variables of kane_damper [s⁻¹]'
+    """
+    own = {each.name: each for each in motion.system.moving_parts if each.size}
+    if not part and len(own) == 1:
+        [part] = own
+    if part not in own:
+        raise ValueError(f"part must be the name of a part with variables, {', '.join(own) or 'none'}, got {part!r}.")
+    names, values = components(own[part]), np.moveaxis(motion.own[part], -1, 0)
+    momenta = set(own[part].momenta) == set(own[part].variables)
+    label = f"variables of {part}" + (bracketed(momentum_unit(motion.system.units)) if momenta else "")
+    curves = {name.replace("_", " "): value for name, value in zip(names, values, strict=True)}
+    panel: Axes = against_time(reached(motion), {label: curves}, ax, time_unit, title)[0]
+    return panel
 
 
 @plot
