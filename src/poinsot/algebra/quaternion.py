@@ -31,16 +31,17 @@ Array = NDArray[Any]
 
 def components(array: ArrayLike) -> tuple[Scalar, ...]:
     """Return the scalars along the last axis."""
-    if isinstance(array, functions.Vector):
-        return tuple(array)
-    array = np.asarray(array)
+    if not isinstance(array, np.ndarray):
+        if isinstance(array, functions.Vector):
+            return tuple(array)
+        array = np.asarray(array)
     return tuple(array) if array.ndim == 1 else tuple(array[..., i] for i in range(array.shape[-1]))
 
 
 def assemble(scalars: Sequence[Scalar], *sources: ArrayLike) -> Array:
     """Return the scalars as the last axis of an array, or as a formula's vector if a source is one."""
     for source in sources:
-        if isinstance(source, functions.Vector):
+        if not isinstance(source, np.ndarray) and isinstance(source, functions.Vector):
             return cast(Array, functions.Vector(scalars))
     shapes = {getattr(scalar, "shape", ()) for scalar in scalars}
     if len(shapes) > 1:

@@ -139,8 +139,7 @@ def chaos_indicators(
     PropagationInterrupted
         On Ctrl-C; its `trajectory` are the indicators, NaN where members are not done.
     """
-    call = "chaos_indicators(system, state, times)"
-    job = VariationalRun(call, system, state, times, formulation, tolerance, threads, progress)
+    job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
     _check_count(vectors, len(job.units))
     rising = np.sort(job.times)
     _check_one_way(rising, job.state.time)
@@ -273,8 +272,7 @@ def lyapunov_spectrum(
     PropagationInterrupted
         On Ctrl-C; its `trajectory` is the spectrum at the times that all members have reached.
     """
-    call = "lyapunov_spectrum(system, state, times)"
-    job = VariationalRun(call, system, state, times, formulation, tolerance, threads, False)
+    job = VariationalRun(system, state, times, formulation, tolerance, threads, False)
     start = _common_start(job)
     k, rate = len(job.units), _fastest(system, job.state)
     weights = job.weights(_momentum_unit(system, rate))

@@ -28,7 +28,6 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.replaced import NamedNumber
 from poinsot.mechanics.state import State, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import check_kinds
 
 __all__ = ["Bifurcation", "Branch", "continue_motion"]
 
@@ -145,7 +144,6 @@ def continue_motion(
         On Ctrl-C; its `trajectory` is the branch so far.
     """
     origin = motion.motion if isinstance(motion, Bifurcation) else motion
-    check_kinds("continue_motion(motion, parameter, to)", {"motion": (origin, PeriodicMotion)})
     turns = 2 if isinstance(motion, Bifurcation) and motion.kind == "doubling" else 1
     family = Family(_parameter(motion, parameter, start), float(real_array("to", to, ())), origin, period, frame, turns)
     places = _crossing(family, motion) if isinstance(motion, Bifurcation) else [_first(family, motion)]

@@ -31,7 +31,7 @@ from poinsot.mechanics.parameters import listed
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import check_kinds, checked_time
+from poinsot.propagation.arguments import checked_time
 from poinsot.quantities import Time
 
 if TYPE_CHECKING:
@@ -126,7 +126,6 @@ def equilibria(
     ValueError
         If the frame does not turn uniformly, or the system is not the same in it at all times.
     """
-    check_kinds("equilibria(system, frame)", {"system": (system, System)})
     if system.moving_parts:
         raise ValueError(f"system must be without parts, got {type(system.moving_parts[0]).__name__}.")
     if system.members:

@@ -16,7 +16,7 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import State, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, check_kinds, members_of
+from poinsot.propagation.arguments import broadcast_members, members_of
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 
@@ -51,7 +51,6 @@ class FreeRotation(ShownInNotebooks):
 
     @checked
     def __init__(self, body: Body, state: State) -> None:
-        check_kinds("FreeRotation(body, state)", {"body": (body, Body), "state": (state, State)})
         members = members_of(System(body), state)
         self.body = body
         self.state = broadcast_members(state, members) if members else state

@@ -26,7 +26,7 @@ from poinsot.mechanics.parameters import listed
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.orbits.precessing import PrecessingOrbit
-from poinsot.propagation.arguments import check_kinds, members_of
+from poinsot.propagation.arguments import members_of
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Inclination
@@ -113,7 +113,6 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
         If the frame or the system does not repeat itself, if Newton's method does not settle, or the torques jump
         where the attitude crosses something.
     """
-    check_kinds("periodic_motion(system, guess, period)", {"system": (system, System), "guess": (guess, State)})
     _refuse_members("system and guess", members_of(system, guess))
     period = float(real_array("period", period, (), system.units["time"]))
     refuse_nonpositive("period", period)
@@ -191,7 +190,6 @@ def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliqui
     ValueError
         If the spin is not such a number, or as `periodic_motion`.
     """
-    check_kinds("cassini_state(body, orbit)", {"body": (body, Body), "orbit": (orbit, PrecessingOrbit)})
     spin, obliquity = _checked_spin(spin), float(real_array("obliquity", obliquity, ()))
     system = System(body, GravityGradient(orbit))
     _refuse_members("body and orbit", system.members)

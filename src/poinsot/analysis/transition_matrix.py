@@ -130,11 +130,10 @@ def state_transition(
     PropagationError, PropagationInterrupted
         As `propagate`.
     """
-    call = "state_transition(system, state, times)"
     inputs = tuple(_checked(system, name) for name in _listed(parameters))
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
-    job = VariationalRun(call, system, state, times, formulation, tolerance, threads, progress, inputs, order)
+    job = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order)
     k = len(job.units)
     out = _Columns(job, k, k + len(inputs), order)
     report = job.integrate(np.eye(k), job.times, out)

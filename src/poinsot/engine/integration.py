@@ -283,12 +283,14 @@ class Integration:
     def chunks(self) -> Iterator[None]:
         """Integrate every lane over its grid; yield after each chunk of steps."""
         self._chunk = self._borrowed.steps_at_a_time(self._stepper.chunk, first=True)
-        if self._under_way():
+        under_way = self._under_way()
+        if under_way:
             self._limit_steps(0)
             self._place(self._lanes, *self._stepper.start(self._origins[self._lanes], self._starts[self._lanes]))
-        while (under_way := self._under_way()) and INTERRUPTED not in self.failed:
+        while under_way and INTERRUPTED not in self.failed:
             self._advance(under_way)
             yield
+            under_way = self._under_way()
         if self._watch is not None:
             self.cause = self._watch.error
 

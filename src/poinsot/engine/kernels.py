@@ -140,7 +140,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     """
     smooth, system = problem.between_knots(), problem.system
     formulation.check(system, state)
-    orbits = list(orbits_of(smooth))
+    orbits = smooth.orbits
     # A power of two scales without rounding.
     scale = np.exp2(np.round(np.log2(SMALL / momentum_scale(system, state))))
     parts = factors_of_parts(system, state)
@@ -154,9 +154,8 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
 
 def in_space(variables: StateVector, problem: Problem, wanted: Callable[[Orbit], bool]) -> StateVector:
     """Return the variables along the space axes, with those of the orbits that are wanted."""
-    orbits = list(orbits_of(problem))
-    seen = views(orbits, wanted)
-    return replace(variables, orbits=viewed(orbits, seen), views=seen, comoving=False)
+    seen = views(problem.orbits, wanted)
+    return replace(variables, orbits=viewed(problem.orbits, seen), views=seen, comoving=False)
 
 
 class Borrowed:

@@ -140,9 +140,8 @@ class Constants:
 
         Those of conditions change on the way, those of roots at a start; they are zero here.
         """
-        known = dict(zip(self._inputs, numbers, strict=False))  # one input more was named than there are numbers
-        known.update(dict.fromkeys([*self._conditions.values(), *self._roots.values()], 0.0))
-        known.update(zip(self._literals.values(), self._literals, strict=True))
+        # one input more was named than there are numbers
+        known = {**self._fixed, **dict(zip(self._inputs, numbers, strict=False))}
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
             for place, function, places in self._needed:
                 known[place] = function(*[known[argument] for argument in places])
@@ -178,6 +177,12 @@ class Constants:
             powers = known.get(first, 0), known.get(second, 0)
             known[place] = POWERS[function](*powers, literals.get(second, 0)) if function in POWERS else 0
         return np.array([known.get(place, 0) for place in self._parameters], dtype=int)
+
+    @functools.cached_property
+    def _fixed(self) -> dict[int, Any]:
+        """The values that no run changes."""
+        literals = {place: number for number, place in self._literals.items()}
+        return {**dict.fromkeys([*self._conditions.values(), *self._roots.values()], 0.0), **literals}
 
     @functools.cached_property
     def _needed(self) -> list[tuple[int, Callable[..., Any], tuple[int, ...]]]:

@@ -15,6 +15,9 @@ from poinsot.mechanics.system import System
 
 __all__ = ["Problem"]
 
+SHARED = ("structure", "numbers", "members", "orbits", "knots", "span")
+"""What a problem without events has from its system, which keeps it for the next run."""
+
 
 class Problem(Collection):
     """A system and events side by side, with the numbers and orbits of both.
@@ -27,8 +30,10 @@ class Problem(Collection):
 
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
         self.system, self.events = system, tuple(events)
-        if events:
-            self.refuse_other_axes()
+        if not events:
+            vars(self).update({name: getattr(system, name) for name in SHARED})
+            return
+        self.refuse_other_axes()
         for event in events:
             try_event(event, system.body_on_pairs)
 

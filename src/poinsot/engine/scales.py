@@ -51,6 +51,8 @@ class Scales:
     def __init__(self, system: System, variables: StateVector, powers: Array, lanes: int, order: int) -> None:
         self._system, self._variables, self._powers, self._order = system, variables, powers, order
         self._momenta = variables.momenta
+        self._has_torques = any(isinstance(force, Torque | Part) for force in system.forces)
+        self._is_free = not system.forces
         self.bits, self._members = np.zeros((2, lanes), dtype=int)
 
     def begin(self, state: Array, members: NDArray[np.int_]) -> None:
@@ -69,20 +71,20 @@ class Scales:
 
     def _misfits(self, state: Array) -> list[int]:
         """Return the lanes whose momenta are out of the band."""
-        if state.ndim > 1 and _within(state[None, self._momenta]):
-            return []
-        return [lane for lane in range(self.bits.size) if not self.fits(state, lane)]
+        return [] if self._all_fit(state) else [lane for lane in range(self.bits.size) if not self.fits(state, lane)]
+
+    def _all_fit(self, state: Array) -> bool:
+        return _within(state[None, self._momenta]) if state.ndim > 1 else self.fits(state)
 
     def all_fit(self, state: Array, rows: Array) -> bool:
         """Whether all momenta are within the band, of a state and of rows (n, size, lanes), and stayed there."""
         if self._has_torques:
             return False
-        here = _within(state[None, self._momenta]) if state.ndim > 1 else self.fits(state)
-        return here and _within(rows[:, self._momenta])
+        return self._all_fit(state) and (self._is_free or _within(rows[:, self._momenta]))
 
     def fits(self, state: Array, lane: int = 0) -> bool:
         """Return whether the momenta of a lane are within the band, or zero."""
-        size = math.hypot(*map(float, lane_of(state, lane)[self._momenta]))
+        size = math.hypot(*lane_of(state, lane)[self._momenta].tolist())
         return LEAST <= size <= MOST or self._is_at_limit(size, lane)
 
     def fit(self, rows: Array, lane: int) -> bool:
@@ -128,10 +130,6 @@ class Scales:
     def _inertia(self) -> Array:
         return np.ravel(np.max(self._system.body.moments, axis=-1) * self._variables.scale)
 
-    @functools.cached_property
-    def _has_torques(self) -> bool:
-        return any(isinstance(force, Torque | Part) for force in self._system.forces)
-
     def _of(self, values: Array, lane: int) -> float:
         """Return what is a lane's of values in the scale of the start, in its own."""
         return float(values[min(self._members[lane], values.size - 1)] * 2.0 ** self.bits[lane])
@@ -151,10 +149,11 @@ class Scales:
 
 
 def _within(momenta: Array) -> bool:
-    """Whether all of some momenta are within the band, shape (n, size, ...); NaN is no momentum."""
-    squares = _squares(momenta)
-    return not ((squares < LEAST**2) | (squares > MOST**2)).any()
+    """Whether all momenta are within the band, shape (n, size, ...); where NaN comes first, no."""
+    squares = _squares(momenta).ravel().tolist()  # of few numbers a list has its least and largest soonest
+    return not squares or (min(squares) >= LEAST**2 and max(squares) <= MOST**2)
 
 
 def _squares(momenta: Array) -> Array:
-    return np.asarray((momenta * momenta).sum(axis=1), dtype=float)
+    columns = np.asarray(momenta, dtype=float).swapaxes(1, -1)
+    return np.asarray(np.vecdot(columns, columns))

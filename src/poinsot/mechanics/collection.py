@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, frames_of
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
 from poinsot.mechanics.parameters import Parametric, union_of_knots
-from poinsot.mechanics.shared_orbits import orbits_of, span
+from poinsot.mechanics.shared_orbits import orbits_of
 
 __all__ = ["Collection"]
 
@@ -63,12 +63,18 @@ class Collection(ABC):
     @functools.cached_property
     def span(self) -> tuple[float, float]:
         """The first and the last time at which all its orbits are known."""
-        return span(self)
+        spans = [(-np.inf, np.inf), *(orbit.span for orbit in self.orbits)]
+        return max(first for first, _ in spans), min(last for _, last in spans)
 
-    @property
+    @functools.cached_property
+    def orbits(self) -> tuple[Orbit, ...]:
+        """The orbits among its parts and theirs."""
+        return tuple(orbits_of(self))
+
+    @functools.cached_property
     def calendar(self) -> Any:
         """What its times mean as dates; None where no orbit has a calendar."""
-        return next((orbit.calendar for orbit in orbits_of(self) if orbit.calendar is not None), None)
+        return next((orbit.calendar for orbit in self.orbits if orbit.calendar is not None), None)
 
     @functools.cached_property
     def beside_samples(self) -> Self:
@@ -95,9 +101,8 @@ class Collection(ABC):
 
     def refuse_other_axes(self) -> None:
         """Raise a ValueError for orbits along different space axes, or with different calendars."""
-        orbits = list(orbits_of(self))
-        frames = frames_of(orbits)
-        calendars = dict.fromkeys(orbit.calendar for orbit in orbits if orbit.calendar is not None)
+        frames = frames_of(self.orbits)
+        calendars = dict.fromkeys(orbit.calendar for orbit in self.orbits if orbit.calendar is not None)
         for what, found in (("reference frame", frames), ("calendar", calendars)):
             if len(found) > 1:
                 first, second, *_ = found

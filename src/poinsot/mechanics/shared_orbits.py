@@ -10,7 +10,7 @@ import numpy as np
 from poinsot.mechanics.environment import Orbit, OrbitBlock
 from poinsot.mechanics.parameters import same
 
-__all__ = ["Views", "name_of_orbit", "orbits_of", "sample_time", "span", "viewed", "views"]
+__all__ = ["Views", "name_of_orbit", "orbits_of", "sample_time", "viewed", "views"]
 
 Views = tuple[int | None, ...]
 """For each of some orbits the number of the block that it views."""
@@ -23,12 +23,6 @@ def orbits_of(record: Any) -> Iterator[Orbit]:
             yield part
         else:
             yield from orbits_of(part)
-
-
-def span(system: Any) -> tuple[float, float]:
-    """Return the first and the last time at which all orbits of a system are known."""
-    spans = [(-np.inf, np.inf), *(orbit.span for orbit in orbits_of(system))]
-    return max(first for first, _ in spans), min(last for _, last in spans)
 
 
 def sample_time(record: Any) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -141,12 +142,16 @@ class State:
         """The attitude as a scipy rotation, body -> space."""
         return rotation(self.quaternion)
 
+    @functools.cached_property
+    def _double_momentum(self) -> NDArray[np.float64]:
+        return quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.phase["conjugate_momenta"]))
+
     @property
     def angular_momentum_body(self) -> NDArray[np.float64]:
         """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3)."""
         if (g := self.phase.get("angular_momentum_body")) is not None:
             return g
-        return 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.phase["conjugate_momenta"]))
+        return 0.5 * self._double_momentum
 
     @property
     def angular_momentum_space(self) -> NDArray[np.float64]:

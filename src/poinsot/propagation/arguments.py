@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -14,13 +11,11 @@ from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formu
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
 __all__ = [
     "broadcast_members",
-    "check_kinds",
     "check_span",
     "checked_formulation",
     "checked_threads",
@@ -37,22 +32,15 @@ ROUNDING = {"double": 2.0**-52, "extended": 2.0**-63, "quadruple": 2.0**-112}
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
 
-def check_kinds(call: str, arguments: Mapping[str, tuple[Any, type]]) -> None:
-    """Refuse an argument that is of another class than its name says."""
-    for name, (value, kind) in arguments.items():
-        if not isinstance(value, kind):
-            raise TypeError(f"{name} must be a {kind.__name__}, got {described(value)}. The order is {call}.")
-
-
 def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.float64]:
     """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
     t = checked_time("times", times, system, (None,))
     if t.size == 0:
         raise ValueError("times must not be empty, got shape (0,).")
-    steps = np.diff(t)
-    wrong = np.flatnonzero(np.sign(steps) * np.sign(steps[:1]) <= 0)
-    if wrong.size:
-        i = int(wrong[0])
+    steps = t[1:] - t[:-1]
+    onward = steps > 0 if (steps[:1] > 0).any() else steps < 0
+    if not onward.all():
+        i = int(np.argmin(onward))
         relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
     return t

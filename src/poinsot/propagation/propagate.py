@@ -12,12 +12,10 @@ from poinsot.engine.driver import Driver, Memory, OneMotion
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
-    check_kinds,
     check_span,
     checked_formulation,
     checked_threads,
@@ -83,7 +81,6 @@ def propagate(
     PropagationInterrupted
         On Ctrl-C (a KeyboardInterrupt), with the same two.
     """
-    check_kinds("propagate(system, state, times)", {"system": (system, System), "state": (state, State)})
     t = checked_times(times, system)
     chosen = checked_formulation(formulation)
     asked = checked_tolerance(tolerance, precision)
@@ -97,7 +94,7 @@ def propagate(
     cores = checked_threads(threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
     driver = Driver(problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense)
-    along = {"orbits": (variables.orbit_size,)} if any(orbit.integrated for orbit in orbits_of(problem)) else {}
+    along = {"orbits": (variables.orbit_size,)} if any(orbit.integrated for orbit in problem.orbits) else {}
     kept = Memory(variables, members[0], t, **along) if members else OneMotion()
     report = driver.run(state, t, kept)
     method = Method.TAYLOR_OF_MEMBERS if members else Method.TAYLOR

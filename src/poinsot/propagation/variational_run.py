@@ -19,7 +19,6 @@ from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
-    check_kinds,
     check_span,
     checked_formulation,
     checked_threads,
@@ -39,8 +38,6 @@ class VariationalRun:
 
     Parameters
     ----------
-    call : str
-        For error sentences.
     system, state, times, formulation, tolerance, threads, progress
         As in `propagate`; the formulation is one with tangent coordinates.
     inputs : sequence of tuples of int
@@ -63,7 +60,6 @@ class VariationalRun:
 
     def __init__(
         self,
-        call: str,
         system: System,
         state: State,
         times: ArrayLike,
@@ -74,7 +70,6 @@ class VariationalRun:
         inputs: tuple[tuple[int, ...], ...] = (),
         order: int = 1,
     ) -> None:
-        check_kinds(call, {"system": (system, System), "state": (state, State)})
         self._order = order
         self.times = checked_times(times, system)
         check_span(system, state, self.times)

@@ -16,7 +16,7 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, check_kinds, checked_times, members_of
+from poinsot.propagation.arguments import broadcast_members, checked_times, members_of
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
@@ -63,7 +63,6 @@ def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, s
     Attitude by theta functions, momentum kept in space, elements as in Landau and Lifshitz, Mechanics, Sec. 37,
     all in the forms that hold on and near the separatrix and for symmetric bodies.
     """
-    check_kinds("free_motion(body, state, times)", {"body": (body, Body), "state": (state, State)})
     system = System(body, units=units)
     t = checked_times(times, system)
     members = members_of(system, state)
