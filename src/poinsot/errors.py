@@ -75,9 +75,10 @@ def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray
     array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.")
-    array = array.astype(float)
-    if not np.all(np.isfinite(array)):
-        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+    array = array.astype(float, copy=False)
+    finite = np.isfinite(array)
+    if not finite.all():
+        where = tuple(int(i) for i in np.argwhere(~finite)[0])
         place = f"{name}[{', '.join(map(str, where))}]" if where else name
         raise ValueError(f"{name} must be finite, got {place} = {array[where]}.")
     return array

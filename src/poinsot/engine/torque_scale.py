@@ -42,9 +42,10 @@ def momentum_scale(system: System, state: State) -> Any:
 
 def torque_scale(system: System) -> Any:
     """Return the momentum that differences of energies, and torques, at sample states stand for; shape (...)."""
-    if system not in _known:
-        _known[system] = np.sqrt(np.max(system.body.moments, axis=-1) * _strongest(system))
-    return _known[system]
+    scale = _known.get(system)
+    if scale is None:
+        scale = _known[system] = np.sqrt(np.max(system.body.moments, axis=-1) * _strongest(system))
+    return scale
 
 
 def _strongest(system: System) -> Any:

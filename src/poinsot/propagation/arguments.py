@@ -99,10 +99,12 @@ def checked_formulation(formulation: str | Formulation | None) -> Formulation:
             kind = type(formulation).__name__
             raise ValueError(f"formulation must have a name of its own, got {kind} with the name {formulation.name!r}.")
         return formulation
-    name, known = DEFAULT_FORMULATION if formulation is None else formulation, formulations()
-    if not isinstance(name, str) or name not in known:
-        raise ValueError(f"formulation must be one of {', '.join(known)}, got {name!r}.")
-    return known[name]
+    if formulation is None:
+        return FORMULATIONS[DEFAULT_FORMULATION]
+    known = formulations()
+    if not isinstance(formulation, str) or formulation not in known:
+        raise ValueError(f"formulation must be one of {', '.join(known)}, got {formulation!r}.")
+    return known[formulation]
 
 
 def checked_tolerance(tolerance: float | None, precision: str) -> float:
