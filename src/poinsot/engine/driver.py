@@ -21,7 +21,7 @@ from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, 
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.state_vector import StateVector
-from poinsot.engine.termination import INTERRUPTED
+from poinsot.engine.termination import INTERRUPTED, HeldInterrupts
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
 from poinsot.mechanics.state import Phase, State, changed, state_of
@@ -194,9 +194,10 @@ class Report:
             message = f"{what} was interrupted: {self.finished} of {len(self.steps)} members are done."
             raise PropagationInterrupted(message, last, result)
 
-    def check_one(self, result: object) -> None:
+    def check_one(self, last: float, result: object) -> None:
         """Raise what tells why one body stopped, if it did, and has the result up to there."""
-        for stop in self.stops.values():
+        at_end = [Stop(INTERRUPTED, last, last, None)] if self.interrupted else []
+        for stop in [*self.stops.values(), *at_end]:
             kind = PropagationInterrupted if stop.why == INTERRUPTED else PropagationError
             raise kind(stop.sentence, stop.time, result) from stop.cause
 
@@ -272,7 +273,8 @@ class Driver:
         """
         kind = _Members if state.time.ndim else _OneBody
         run = kind(self, state, times, sink, ways)
-        run.go()
+        with HeldInterrupts(run.interrupt):
+            run.go()
         return run.report
 
 
@@ -283,9 +285,13 @@ class _Run:
         self.driver, self.state, self.times, self.sink, self.ways = driver, state, times, sink, ways
         self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
         self.rising, self.origins = times[self.turn], state.time.reshape(-1)
-        self.report = Report(np.zeros(self.origins.size, dtype=int))
+        self.report, self.stop = Report(np.zeros(self.origins.size, dtype=int)), False
         start = driver.variables.from_state(_in_precision(state, driver.precision))
         self.starts = start.reshape(-1, start.shape[-1])
+
+    def interrupt(self) -> None:
+        """Let the run stop after the chunks of steps that are under way, and keep what it has."""
+        self.stop = self.report.interrupted = True
 
     def borrowed(self, lanes: int) -> AbstractContextManager[kernels.Borrowed]:
         """Borrow an integrator."""
@@ -330,11 +336,13 @@ class _OneBody(_Run):
         parts: list[Integration] = []
         with bar("time", max(ends) - min(ends), own.progress) as told, self.borrowed(1) as borrowed:
             out.order, out.tolerance = borrowed.engine.order, float(borrowed.engine.tol)
+            if self.stop:  # while the integrator was built
+                raise KeyboardInterrupt
             began = clock.perf_counter()
             for part, _ in self.integrations(stepper, kernels.FIRST):
                 parts.append(part)
                 self._integrate(part, told)
-                if out.interrupted:
+                if self.stop:
                     break
             out.wall_time = clock.perf_counter() - began
         self.book(parts)
@@ -348,10 +356,13 @@ class _OneBody(_Run):
             for _ in part.chunks():
                 told(abs(part.reached[0] - before))
                 before = part.reached[0]
-        except KeyboardInterrupt:
+                if self.stop:
+                    part.failed[0] = part.failed[0] or INTERRUPTED
+        except KeyboardInterrupt:  # where it is not held
             part.failed[0] = INTERRUPTED
             part.take_events()
-        self.report.interrupted = part.failed[0] == INTERRUPTED
+        if part.failed[0] == INTERRUPTED:
+            self.interrupt()
 
     def _hand_over(self, rows: dict[bool, Array]) -> None:
         """Give the rows of both directions in the order of the times."""
@@ -368,7 +379,7 @@ class _Members(_Run):
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
-        self.width, self.stop = kernels.LANES if np.ndim(self.driver.variables.scale) else 1, False
+        self.width = kernels.LANES if np.ndim(self.driver.variables.scale) else 1
         self._lock = threading.Lock()
         self._slabs = self._cut()
 
@@ -412,10 +423,6 @@ class _Members(_Run):
             self.stop = True
             raise
 
-    def interrupt(self) -> None:
-        """Let all threads stop, and keep the members that are finished."""
-        self.stop, self.report.interrupted = True, True
-
     def _integrate(self, borrowed: kernels.Borrowed, slab: NDArray[np.int_], told: Callable[[float], None]) -> None:
         variables = self.driver.variables
         stepper = BatchStepper(borrowed) if self.width > 1 else ScalarStepper(borrowed, np.float64)
@@ -423,23 +430,25 @@ class _Members(_Run):
         finished = 0
         for first in range(0, slab.size, self.width):
             members = slab[first : first + self.width]
-            self._integrate_batch(stepper, members, rows[first : first + members.size, self.turn])
-            if self.stop:
+            if self.stop or not self._integrate_batch(stepper, members, rows[first : first + members.size, self.turn]):
                 break
             finished = first + members.size
             told(members.size)
         kept = slab[:finished]
         self.sink.take(kept, self.times, Rows(variables.of_members(kept), self.times, rows[:finished]))
 
-    def _integrate_batch(self, stepper: Stepper, members: NDArray[np.int_], rows: Array) -> None:
-        """Put the variables of members at the rising times into rows (members, n, size), outwards from their start."""
+    def _integrate_batch(self, stepper: Stepper, members: NDArray[np.int_], rows: Array) -> bool:
+        """Put the variables of members at the rising times into rows (members, n, size); return whether all are there.
+
+        The integration goes outwards from their start.
+        """
         done = []
         for part, places in self.integrations(lambda _: stepper, members):
             for _ in part.chunks():
                 if INTERRUPTED in part.failed:  # within an action
                     self.interrupt()
-                if self.stop:
-                    return
+                if self.stop and not part.finished:
+                    return False
             done.append(part)
             for lane, place in enumerate(places):
                 found = part.rows(lane)
@@ -450,6 +459,7 @@ class _Members(_Run):
         with self._lock:
             self.report.finished += members.size
             self.book(done)
+        return True
 
 
 def _in_precision(state: State, precision: str) -> State:

@@ -294,6 +294,11 @@ class Integration:
         if self._watch is not None:
             self.cause = self._watch.error
 
+    @property
+    def finished(self) -> bool:
+        """Whether all members are at their end."""
+        return not self._under_way() and INTERRUPTED not in self.failed
+
     def _under_way(self) -> list[int]:
         """Return the lanes that have something ahead."""
         return [lane for lane, grid in enumerate(self._ahead) if grid.size]

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import _signal  # type: ignore[import-not-found]  # `signal` makes members of enumerations, in the time of a short run
+import threading
+from collections.abc import Callable
+
 import numpy as np
 
-__all__ = ["INTERRUPTED", "LONGEST", "TRIES", "reason"]
+__all__ = ["INTERRUPTED", "LONGEST", "TRIES", "HeldInterrupts", "reason"]
 
 INTERRUPTED = "it was interrupted."
 
@@ -44,3 +48,28 @@ def reason(outcome: str, advance: float, reached: float, ahead: float, steps: in
             return f"the steps became so short, {advance / steps:.1g}, that it would not end. {why}."
         return ""
     return REASONS.get(outcome, outcome)
+
+
+class HeldInterrupts:
+    """A context in which Ctrl-C calls a function and raises nothing, so that no result is cut short.
+
+    Ctrl-C again raises at once: what runs may not come to an end by itself. In another thread than the main one, or
+    where the program handles Ctrl-C itself, nothing is held.
+    """
+
+    def __init__(self, heard: Callable[[], None]) -> None:
+        self._heard = heard
+
+    def __enter__(self) -> None:
+        own = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler
+        self._holds = own and threading.current_thread() is threading.main_thread()
+        if self._holds:
+            _signal.signal(_signal.SIGINT, self._hear)
+
+    def _hear(self, *_: object) -> None:
+        _signal.signal(_signal.SIGINT, _signal.default_int_handler)
+        self._heard()
+
+    def __exit__(self, *_: object) -> None:
+        if self._holds:
+            _signal.signal(_signal.SIGINT, _signal.default_int_handler)

@@ -113,7 +113,7 @@ def propagate(
     if members:
         report.check("propagation", float(t[-1]), motion)
     else:
-        report.check_one(motion)
+        report.check_one(float(t[-1]), motion)
     return motion
 
 

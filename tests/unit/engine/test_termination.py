@@ -123,6 +123,24 @@ def test_an_interrupt_in_an_action_is_one():
     assert caught.value.trajectory.times.tolist() == TIMES[BEFORE].tolist()
 
 
+def test_only_a_second_interrupt_breaks_into_an_action():
+    def pressed(times):
+        def press(state):
+            for _ in range(times):
+                os.kill(os.getpid(), signal.SIGINT)
+            after.append(state)
+            return state
+
+        after = []
+        with pytest.raises(pt.PropagationInterrupted, match=r"it was interrupted\.$") as caught:
+            pt.propagate(FREE, spinning(RATES[BAD]), TIMES, events=[event(press)])
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        assert caught.value.time >= SECOND - 1e-14
+        return len(after)
+
+    assert (pressed(1), pressed(2)) == (1, 0)
+
+
 def test_an_interrupt_in_an_action_keeps_the_finished_members(monkeypatch):
     monkeypatch.setattr(kernels, "LANES", 2)
     with pytest.raises(pt.PropagationInterrupted, match="interrupted: 4 of 10 members are done") as caught:
@@ -149,6 +167,24 @@ def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished
     done = np.flatnonzero(np.isfinite(motion.quaternion[:, -1, 0])).tolist()
     assert len(done) == 4
     assert set(motion.events[0].members.tolist()) == set(done)
+
+
+def test_an_interrupt_right_after_a_batch_keeps_its_members(monkeypatch):
+    monkeypatch.setattr(kernels, "LANES", 2)
+    book, times = driver._Members.book, []
+
+    def press(run, parts):
+        book(run, parts)
+        times.append(clock.perf_counter())
+        if len(times) == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+            clock.sleep(0.3)  # until the main thread has heard it
+
+    monkeypatch.setattr(driver._Members, "book", press)
+    with pytest.raises(pt.PropagationInterrupted, match="interrupted: 4 of 10 members are done") as caught:
+        pt.propagate(FREE, spinning(RATES), TIMES, threads=1)
+    done = np.isin(np.arange(RATES.size), np.argsort(-RATES)[:4])
+    assert np.array_equal(np.isfinite(caught.value.trajectory.quaternion).all(axis=(1, 2)), done)
 
 
 def test_what_stops_one_thread_stops_all(monkeypatch):

@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import sys
 import threading
 import time as clock
 
@@ -11,7 +12,8 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.engine import kernels
+from poinsot.engine import driver, integration, kernels
+from poinsot.engine.termination import HeldInterrupts
 
 TIMES = np.linspace(0, 10, 11)
 FORMULATIONS = ("lie_poisson", "canonical", "euler_angles")
@@ -347,6 +349,59 @@ def test_an_interrupt_keeps_what_was_reached(top, start, direction, dense):
     assert 1 <= len(reached) < len(grid)
     assert np.all(np.isfinite(rows(stop.trajectory)))
     assert max(np.max(np.abs(drift)) for drift in stop.trajectory.drift.values()) < 1e-11
+
+
+class PressedAtCall:
+    """Ctrl-C at the n-th call or return of a function in a run, and the time that the engine had reached by then."""
+
+    def __init__(self, at):
+        self.at, self.seen, self.reached = at, 0, 0.0
+
+    def __call__(self, frame, event, function):
+        if frame.f_code is HeldInterrupts.__exit__.__code__:
+            sys.setprofile(None)
+            return
+        self.seen += 1
+        if event == "c_return" and function.__name__ in ("propagate_grid", "propagate_until"):
+            self.reached = float(frame.f_locals["self"].engine.time)
+        if self.seen == self.at:
+            sys.setprofile(None)
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_an_interrupt_at_any_call_loses_no_chunk_of_steps(top, start, dense, monkeypatch):
+    monkeypatch.setattr(integration, "SCALAR_STEPS", 5)
+    grid = np.linspace(0, 40, 401)
+    whole = pt.propagate(top, start, grid, dense=dense)
+    integrate = driver._OneBody._integrate
+
+    def pressed(at):
+        press = PressedAtCall(at)
+
+        def watched(*arguments):
+            sys.setprofile(press)
+            integrate(*arguments)
+
+        monkeypatch.setattr(driver._OneBody, "_integrate", watched)
+        return press
+
+    count = pressed(0)
+    pt.propagate(top, start, grid, dense=dense)
+    lengths = set()
+    for at in range(1, count.seen, count.seen // 40):
+        press = pressed(at)
+        with pytest.raises(pt.PropagationInterrupted) as caught:
+            pt.propagate(top, start, grid, dense=dense)
+        motion = caught.value.trajectory
+        assert caught.value.time >= press.reached
+        assert motion.times.tolist() == grid[grid <= caught.value.time].tolist()
+        assert np.array_equal(rows(motion), rows(whole)[: len(motion.times)])
+        if dense:
+            assert np.array_equal(motion(caught.value.time).quaternion, whole(caught.value.time).quaternion)
+        lengths.add(len(motion.times))
+    assert len(lengths) > 3
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 # ---------------------------------------------------------------------- singular runs
