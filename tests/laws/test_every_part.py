@@ -175,8 +175,9 @@ def members(part):
     return system, system.state(IDENTITY, omega_body=OMEGA, **own)
 
 
-def one_of(system, start, i):
+def one_of(many, i):
     """One of them."""
+    system, start = many
     alone = pt.System(pt.Body(system.body.moments[i]), *system.forces)
     return alone, alone.state(IDENTITY, omega_body=OMEGA, **{name: values[i] for name, values in start.own.items()})
 
@@ -245,7 +246,7 @@ def test_members_and_actions_on_them_are_as_if_alone(part):
     motion = pt.propagate(*many, TIMES[:6], events=[Kick(part, 3.3)])
     assert not motion.failures
     for i in range(3):
-        single = pt.propagate(*one_of(*many, i), TIMES[:6], events=[Kick(part, 3.3)])
+        single = pt.propagate(*one_of(many, i), TIMES[:6], events=[Kick(part, 3.3)])
         np.testing.assert_allclose(motion.quaternion[i], single.quaternion, rtol=0, atol=1e-13)
         np.testing.assert_allclose(motion.energy[i], single.energy, rtol=1e-13)
         for name, values in single.own.items():
@@ -331,10 +332,10 @@ def test_variational_equations_of_members_are_those_of_each_alone(part):
     many = members(part)
     found, spectra = pt.analysis.state_transition(*many, [1.7]), pt.analysis.lyapunov_spectrum(*many, [5.0])
     for i in range(3):
-        single = pt.analysis.state_transition(*one_of(*many, i), [1.7])
+        single = pt.analysis.state_transition(*one_of(many, i), [1.7])
         np.testing.assert_allclose(found.matrix[i], single.matrix, rtol=0, atol=1e-12)
         # The unit of a displacement is of the largest of the members; the volume has none.
-        sums = (np.sum(pt.analysis.lyapunov_spectrum(*one_of(*many, i), [5.0]).exponents), np.sum(spectra.exponents[i]))
+        sums = (np.sum(pt.analysis.lyapunov_spectrum(*one_of(many, i), [5.0]).exponents), np.sum(spectra.exponents[i]))
         assert abs(sums[0] - sums[1]) < 1e-13
 
 

@@ -22,7 +22,6 @@ from poinsot.engine.torque_scale import momentum_scale
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.probing import time_scale
-from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.trajectory import Run
@@ -348,7 +347,7 @@ def _directions(count: int, k: int) -> Array:
 
 def _fastest(system: System, state: State) -> float:
     """Return the rate of the fastest angle that a motion needs to be looked at along: the orbit's, else the body's."""
-    if any(np.any(functions.norm(orbit.velocity_at(orbit.sample_time)) > 0) for orbit in orbits_of(system)):
+    if any(np.any(functions.norm(orbit.velocity_at(orbit.sample_time)) > 0) for orbit in system.orbits):
         return 1 / time_scale(system)
     return float(np.max(momentum_scale(system, state) / np.min(system.body.moments, axis=-1)))
 

@@ -19,7 +19,6 @@ from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import described, same
-from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
@@ -239,7 +238,7 @@ def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:
 def _only_orbit(system: Any) -> KeplerOrbit:
     if not isinstance(system, System):
         raise TypeError(f"system must be a System, got {described(system)}.")
-    found = list(orbits_of(system))
+    found = system.orbits
     if not found or not isinstance(found[0], KeplerOrbit) or any(not same(orbit, found[0]) for orbit in found):
         kinds = ", ".join(type(orbit).__name__ for orbit in found) or "none"
         raise TypeError(f"the forces of the system must have one KeplerOrbit, got {kinds}.")

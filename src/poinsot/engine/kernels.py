@@ -11,7 +11,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import heyoka as hy
@@ -32,10 +32,9 @@ from poinsot.engine.termination import LONGEST
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import ZERO, VariationalEquations
 from poinsot.functions import Vector
-from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock, Views, viewed, views
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.shared_orbits import name_of_orbit, orbits_of, viewed, views
 from poinsot.mechanics.state import State
 
 PRECISIONS: dict[str, Any] = {
@@ -140,22 +139,20 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     """
     smooth, system = problem.between_knots(), problem.system
     formulation.check(system, state)
-    orbits = smooth.orbits
     # A power of two scales without rounding.
     scale = np.exp2(np.round(np.log2(SMALL / momentum_scale(system, state))))
     parts = factors_of_parts(system, state)
-    if formulation.turns and precision == "double":
-        seen = views(orbits, lambda _: True)
-        comoving = StateVector(formulation, scale, parts, viewed(orbits, seen), seen, comoving=True)
-        if set(seen) == {0} and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
+    if smooth.orbits and formulation.turns and precision == "double":
+        comoving = StateVector(formulation, scale, parts, *integrated(smooth, lambda _: True), comoving=True)
+        if set(comoving.views) == {0} and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
             return comoving
-    return in_space(StateVector(formulation, scale, parts), smooth, lambda orbit: orbit.integrated)
+    return StateVector(formulation, scale, parts, *integrated(smooth, lambda orbit: orbit.integrated))
 
 
-def in_space(variables: StateVector, problem: Problem, wanted: Callable[[Orbit], bool]) -> StateVector:
-    """Return the variables along the space axes, with those of the orbits that are wanted."""
+def integrated(problem: Problem, wanted: Callable[[Orbit], bool]) -> tuple[tuple[OrbitBlock, ...], Views]:
+    """Return the blocks of the orbits that are wanted, and which of them each orbit views."""
     seen = views(problem.orbits, wanted)
-    return replace(variables, orbits=viewed(problem.orbits, seen), views=seen, comoving=False)
+    return viewed(problem.orbits, seen), seen
 
 
 class Borrowed:
@@ -412,10 +409,9 @@ def _equations(
 
 def _environment(twin: Problem, variables: StateVector, own: list[Any], time: Any) -> Environment:
     """Return the environment in a kernel: each orbit by the variables of the block that it views, if it views one."""
-    orbits = list(orbits_of(twin))
-    numbers = {id(orbit): number for orbit, number in zip(orbits, variables.views, strict=True)}
-    values = [Vector(own[variables.slots[name_of_orbit(i)].place]) for i in range(len(variables.orbits))]
-    blocks = list(zip(viewed(orbits, variables.views), values, strict=True))
+    numbers = {id(orbit): number for orbit, number in zip(twin.orbits, variables.views, strict=True)}
+    values = [Vector(own[variables.slots[f"orbits[{i}]"].place]) for i in range(len(variables.orbits))]
+    blocks = list(zip(viewed(twin.orbits, variables.views), values, strict=True))
     return Environment(time, blocks, numbers, variables.comoving)
 
 

@@ -10,7 +10,6 @@ from typing_extensions import override
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formula_trials import try_event
-from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.system import System
 
 __all__ = ["Problem"]
@@ -39,12 +38,12 @@ class Problem(Collection):
 
     @property
     @override
-    def parts(self) -> tuple[Parametric, ...]:
-        return (*self.system.parts, *self.events)
+    def parts(self) -> tuple[Any, ...]:
+        return (self.system, *self.events)
 
     @override
     def with_parts(self, parts: Iterable[Any]) -> Problem:
-        parts, count = tuple(parts), len(self.system.parts)
         twin = object.__new__(Problem)
-        twin.system, twin.events = self.system.with_parts(parts[:count]), parts[count:]
+        twin.system, *events = parts
+        twin.events = tuple(events)
         return twin

@@ -16,9 +16,8 @@ from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.environment import Environment, OrbitBlock
+from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.shared_orbits import Views, name_of_orbit, orbits_of, viewed
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 
@@ -101,7 +100,7 @@ class StateVector:
         momenta = range(chart.size)[chart.momenta]
         factors: dict[str, Factors] = {CHART: tuple(None if i in momenta else 1.0 for i in range(chart.size))}
         factors |= self.parts
-        factors |= {name_of_orbit(i): (1.0,) * block.size for i, block in enumerate(self.orbits)}
+        factors |= {f"orbits[{i}]": (1.0,) * block.size for i, block in enumerate(self.orbits)}
         if tangent:
             factors[TANGENT] = tuple(None if i in tangent.momenta else 1.0 for i in range(tangent.size))
         ends = itertools.accumulate(map(len, factors.values()))
@@ -112,7 +111,8 @@ class StateVector:
     @functools.cached_property
     def size(self) -> int:
         """The number of variables."""
-        return sum(len(slot.factors) for slot in self.slots.values())
+        along: int = self.along_orbits.stop
+        return along + (self.variations.size if self.variations else 0)
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -124,12 +124,7 @@ class StateVector:
     def along_orbits(self) -> slice:
         """Where the variables of orbits are."""
         first = self.formulation.size + sum(map(len, self.parts.values()))
-        return slice(first, first + self.orbit_size)
-
-    @property
-    def orbit_size(self) -> int:
-        """How many variables orbits have."""
-        return sum(block.size for block in self.orbits)
+        return slice(first, first + sum(block.size for block in self.orbits))
 
     @property
     def tangent(self) -> slice:
@@ -260,8 +255,7 @@ class StateVector:
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
-        orbits = list(orbits_of(problem.beside(values.shape[:-1])))
-        blocks = viewed(orbits, self.views)
+        blocks = viewed(problem.beside(values.shape[:-1]).orbits, self.views)
         columns = np.moveaxis(values, -1, 0)
         places = itertools.accumulate((block.size for block in blocks), initial=0)
         own = (Vector(columns[place : place + block.size]) for block, place in zip(blocks, places, strict=False))

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of, orbits_of
 from poinsot.mechanics.parameters import Parametric, union_of_knots
-from poinsot.mechanics.shared_orbits import orbits_of
 
 __all__ = ["Collection"]
 
@@ -53,6 +52,11 @@ class Collection(ABC):
         return shapes.pop() if shapes else ()
 
     @functools.cached_property
+    def orbits(self) -> tuple[Orbit, ...]:
+        """The orbits of its parts, one as often as it is there."""
+        return tuple(orbit for part in self.parts for orbit in orbits_of(part))
+
+    @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which the tables of its orbits change their polynomials; of equal ones, the first."""
         knots = union_of_knots(self.parts)
@@ -65,11 +69,6 @@ class Collection(ABC):
         """The first and the last time at which all its orbits are known."""
         spans = [(-np.inf, np.inf), *(orbit.span for orbit in self.orbits)]
         return max(first for first, _ in spans), min(last for _, last in spans)
-
-    @functools.cached_property
-    def orbits(self) -> tuple[Orbit, ...]:
-        """The orbits among its parts and theirs."""
-        return tuple(orbits_of(self))
 
     @functools.cached_property
     def calendar(self) -> Any:

@@ -19,12 +19,11 @@ from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.environment import Environment, viewed, views
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import CompositeBody, Part
-from poinsot.mechanics.shared_orbits import name_of_orbit, orbits_of, viewed, views
 from poinsot.mechanics.state import State
 
 __all__ = ["Dynamics", "scalars"]
@@ -40,8 +39,7 @@ class Dynamics(Collection):
     @functools.cached_property
     def blocks(self) -> tuple[Block, ...]:
         """What is integrated along: parts with variables, and the paths of orbits without a formula for kernels."""
-        orbits = list(orbits_of(self))
-        paths = viewed(orbits, views(orbits, lambda orbit: orbit.integrated))
+        paths = viewed(self.orbits, views(self.orbits, lambda orbit: orbit.integrated))
         return (*(part for part in self.moving_parts if part.size), *paths)
 
     @functools.cached_property
@@ -139,7 +137,7 @@ class Dynamics(Collection):
         pulls = self._pulls(instant, moving)
         rates = {part.name: Vector(part.rates(instant, pulls[part.name])) for part in moving}
         orbits = (block for block, _ in instant.environment.blocks)
-        return rates | {name_of_orbit(i): Vector(block.rates(instant, Vector(()))) for i, block in enumerate(orbits)}
+        return rates | {f"orbits[{i}]": Vector(block.rates(instant, Vector(()))) for i, block in enumerate(orbits)}
 
     def _pulls(self, instant: Instant, moving: list[Part]) -> dict[str, Vector]:
         """Return minus the derivatives of the sum of the potentials by the variables of parts."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,18 @@ if TYPE_CHECKING:
     from poinsot.mechanics.frame import Frame
     from poinsot.mechanics.instant import Instant
 
-__all__ = ["SPACE_AXES_UNNAMED", "Environment", "Orbit", "OrbitBlock", "frames_of"]
+__all__ = [
+    "SPACE_AXES_UNNAMED",
+    "Environment",
+    "Orbit",
+    "OrbitBlock",
+    "Views",
+    "frames_of",
+    "orbits_of",
+    "sample_time",
+    "viewed",
+    "views",
+]
 
 SPACE_AXES_UNNAMED = "space axes"
 """The reference frame of an orbit whose axes have no other name than the user's."""
@@ -262,3 +273,39 @@ class Environment:
 
     def _vector(self, vector: Vector, block: OrbitBlock, own: Vector) -> Vector:
         return ComovingVector(vector) if self._comoving else block.to_space(vector, self.time, own)
+
+
+Views = tuple[int | None, ...]
+"""For each of some orbits the number of the block that it views."""
+
+
+def views(orbits: Iterable[Orbit], wanted: Callable[[Orbit], bool]) -> Views:
+    """Return the number of the block that each orbit views, one for orbits on one path; None if it is not wanted."""
+    blocks: list[OrbitBlock] = []
+    out = []
+    for orbit in orbits:
+        block = orbit.block if wanted(orbit) else None
+        out.append(None if block is None else next((i for i, b in enumerate(blocks) if same(b, block)), len(blocks)))
+        if block is not None and out[-1] == len(blocks):
+            blocks.append(block)
+    return tuple(out)
+
+
+def viewed(orbits: Sequence[Orbit], views: Views) -> tuple[OrbitBlock, ...]:
+    """Return the blocks that orbits view, each of the first that does."""
+    count = len({number for number in views if number is not None})
+    return tuple(block for i in range(count) if (block := orbits[views.index(i)].block) is not None)
+
+
+def orbits_of(record: Any) -> Iterator[Orbit]:
+    """Yield the orbits in a record, in the order of its fields; an orbit within another is no more than its shape."""
+    if isinstance(record, Orbit):
+        yield record
+    else:
+        for part in record.parts:
+            yield from orbits_of(part)
+
+
+def sample_time(orbits: Iterable[Orbit]) -> float:
+    """Return a time at which orbits are felt; of members the first one's."""
+    return next((float(t) for orbit in orbits for t in np.ravel(orbit.sample_time)[:1] if t), 0.0)

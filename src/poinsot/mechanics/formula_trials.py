@@ -10,13 +10,12 @@ import numpy as np
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Potential, derived_torque
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.shared_orbits import sample_time
 
 __all__ = ["try_event", "try_force"]
 
@@ -47,7 +46,7 @@ def try_event(event: Event, body: Body) -> None:
 def _tried(name: str, formula: Callable[[Any, Instant], Any], record: Any, body: Body) -> Any:
     """Return what a formula gives, or raise the sentence about what it does not allow."""
     twin = record.with_numbers(np.ravel(number)[0] * PAIR for number in record.numbers)
-    environment = Environment(sample_time(record) + 0.25 * PAIR)
+    environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
     instant = Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), environment, RATES)
     try:
         with np.errstate(all="ignore"):

@@ -26,7 +26,6 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.probing import samples, time_scale
-from poinsot.mechanics.shared_orbits import orbits_of
 
 if TYPE_CHECKING:
     from poinsot.mechanics.part import Part
@@ -83,7 +82,7 @@ def _energies(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
     if rates.vanish(rates.of_energy, rates.energy_noise) and rates.vanish(rates.between_times, rates.rounding):
         yield Integral("energy", "H", "H = T + U", system.energy, is_energy=True)
         return
-    for orbit in orbits_of(system):
+    for orbit in system.orbits:
         turn = orbit.uniform_rotation
         if turn is None or turn.ndim > 1:
             continue
@@ -274,7 +273,7 @@ def _symmetric(system: Dynamics, axis: Array) -> bool:
 def _space_axes(system: Dynamics) -> Iterator[tuple[str, Array]]:
     """Yield the coordinate axes, and the directions that the orbits at hand single out."""
     axes = [(str(i + 1), np.eye(3)[i]) for i in range(3)]
-    for orbit in orbits_of(system):
+    for orbit in system.orbits:
         for label, vector in orbit.directions.items():
             if vector.ndim > 1:  # each member has its own
                 continue

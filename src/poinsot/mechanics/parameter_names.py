@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.system import System
 
 __all__ = ["named_numbers", "resolve"]
@@ -43,7 +42,7 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
         last = str(name).rpartition(".")[2]
         near = full or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
         raise ValueError(f"parameters must name single numbers of the system, got {name!r}. Near: {', '.join(near)}.")
-    integrated = {own for orbit in orbits_of(system) if not orbit.closed_form for own in _owners(orbit)}
+    integrated = {own for orbit in system.orbits if not orbit.closed_form for own in _owners(orbit)}
     if dict(_names(system))[full[0]][0] in integrated:
         raise ValueError(
             f"parameters must not be those of an orbit that is integrated along, got {name!r}. Take differences "

@@ -15,7 +15,6 @@ from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import same
-from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.plot.curves import against_time, lift_pen, reached, shade
 from poinsot.plot.labels import (
     Unit,
@@ -395,7 +394,7 @@ def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
 def different_orbits(motion: Trajectory) -> list[Orbit]:
     """Return the orbits of a system, each once, in the order of its forces."""
     orbits: list[Orbit] = []
-    for orbit in orbits_of(motion.system):
+    for orbit in motion.system.orbits:
         if not any(same(orbit, known) for known in orbits):
             orbits.append(orbit)
     return orbits

@@ -10,7 +10,6 @@ import numpy as np
 
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import RIGID
 from poinsot.propagation.stored_trajectory import StoredPart
 
@@ -92,7 +91,7 @@ def calendar_of(motion: Trajectory) -> Calendar | None:
 
 def space_axes_of(motion: Trajectory) -> str:
     """Return the name of the space axes of a motion, by its orbits or by the file that had it."""
-    named = (orbit.reference_frame for orbit in orbits_of(motion.system))
+    named = (orbit.reference_frame for orbit in motion.system.orbits)
     own = next((frame for frame in named if frame != SPACE_AXES_UNNAMED), None)
     return str(own or motion.provenance.get("reference_frame", SPACE_AXES_UNNAMED))
 

@@ -94,8 +94,9 @@ def propagate(
     cores = checked_threads(threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
     driver = Driver(problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense)
-    along = {"orbits": (variables.orbit_size,)} if any(orbit.integrated for orbit in problem.orbits) else {}
-    kept = Memory(variables, members[0], t, **along) if members else OneMotion()
+    along = any(orbit.integrated for orbit in problem.orbits)
+    of_orbits = {"orbits": (variables.size - variables.along_orbits.start,)} if along else {}
+    kept = Memory(variables, members[0], t, **of_orbits) if members else OneMotion()
     report = driver.run(state, t, kept)
     method = Method.TAYLOR_OF_MEMBERS if members else Method.TAYLOR
     motion = Trajectory(

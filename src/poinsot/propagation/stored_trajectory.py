@@ -64,7 +64,7 @@ class StoredSystem:
     """
 
     forces = ()
-    parts = ()
+    orbits = ()
     members = ()
     calendar = None
 

@@ -83,7 +83,8 @@ class VariationalRun:
         self.state = broadcast_members(state, self.members or (1,))
         variables = kernels.state_vector(self.problem, self.state, chosen, "double")
         if inputs:  # comoving axes would change with their orbit
-            variables = kernels.in_space(variables, self.problem.between_knots(), lambda orbit: not orbit.closed_form)
+            orbits, views = kernels.integrated(self.problem.between_knots(), lambda orbit: not orbit.closed_form)
+            variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
         self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(momentum_scale(system, self.state))))))
         factors = variables.tangent_factors

@@ -17,7 +17,6 @@ from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, uni
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.shared_orbits import orbits_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import calendar_of as dates_of_motion
@@ -271,5 +270,5 @@ def _refuse_ensemble(motion: Trajectory) -> None:
 
 
 def _frame_of(system: System) -> str:
-    frames = (orbit.reference_frame for orbit in orbits_of(system))
+    frames = (orbit.reference_frame for orbit in system.orbits)
     return next((frame for frame in frames if frame != SPACE_AXES_UNNAMED), SPACE_AXES_UNNAMED)
