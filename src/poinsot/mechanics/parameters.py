@@ -1,10 +1,9 @@
 """Records whose annotated fields are physical parameters: what bodies, forces and orbits have in common.
 
-A field is declared by its annotation: `float` (a scalar), `Vector` (three components),
-`Annotated[Any, (5, 5)]` (any other shape; a length may be the name of an `int` field), what it measures beside it
-(`Angle`, `AngularVelocity`, `Time`, or `Annotated[Vector, Quantity("rate")]`), another record, or structure (`int`,
-`bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may carry a leading
-member axis.
+A field is declared by its annotation: `float` (a scalar), `Vector` (three components), `Annotated[Any, (5, 5)]` (any
+other shape; a length may be the name of an `int` field), what it measures beside it (`Angle`, `AngularVelocity`,
+`Time`, or `Annotated[Vector, Quantity("rate")]`), another record, or structure (`int`, `bool`, `str`, a `Table`), which
+selects a formula and is no number to vary. Every real number may carry a leading member axis.
 """
 
 from __future__ import annotations

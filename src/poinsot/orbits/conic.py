@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -18,13 +19,23 @@ from poinsot.mechanics.environment import Orbit, OrbitBlock
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 
-__all__ = ["ConicBlock", "ConicOrbit", "check_surface", "plane_of"]
+__all__ = ["ConicBlock", "ConicOrbit", "check_surface", "in_plane", "plane_of", "shown"]
+
+
+def shown(path: str, doc: str) -> Any:
+    """Return a property that shows an attribute of a field, such as "orbit.mu"."""
+    return property(operator.attrgetter(path), doc=doc)
 
 
 def plane_of(node: Scalar, inclination: Scalar, argument_of_periapsis: Scalar) -> tuple[functions.Vector, ...]:
     """Return the directions to the periapsis, a quarter turn on, and normal, along space."""
     angles = functions.Vector((node, inclination, argument_of_periapsis))
     return tuple(functions.Vector(column) for column in euler.rotation_matrix_from_angles(angles).T)
+
+
+def in_plane(directions: Sequence[functions.Vector], ahead: Scalar, aside: Scalar) -> functions.Vector:
+    """Return a vector of a plane, given along the first two of its directions, along space."""
+    return functions.Vector(ahead * p + aside * s for p, s in zip(*directions[:2], strict=True))
 
 
 def check_surface(orbit: Any) -> None:
@@ -72,7 +83,7 @@ class ConicOrbit(Orbit):
 
     def in_space(self, ahead: Scalar, aside: Scalar) -> functions.Vector:
         """Return a vector of the plane, given along the first two of its directions."""
-        return functions.Vector(ahead * p + aside * s for p, s in zip(*self.plane[:2], strict=True))
+        return in_plane(self.plane, ahead, aside)
 
 
 class ConicBlock(OrbitBlock):

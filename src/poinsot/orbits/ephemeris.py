@@ -25,7 +25,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.parameters import Points, Table, described, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
-from poinsot.orbits.conic import check_surface
+from poinsot.orbits.conic import check_surface, shown
 from poinsot.quantities import Real, Time, Times
 
 __all__ = ["Ephemeris", "EphemerisFrame"]
@@ -274,11 +274,6 @@ class Ephemeris(Orbit):
         refuse_nonpositive("mu", self.mu)
         check_surface(self)
 
-    @property
-    def periapsis_distance(self) -> float:
-        """The smallest distance found at 17 times of each piece."""
-        return self.pieces.closest
-
     def __repr__(self) -> str:
         first, last = self.span
         return (
@@ -287,48 +282,19 @@ class Ephemeris(Orbit):
             f"{self.velocity_jump:.2g})"
         )
 
-    # ------------------------------------------------------------------ reference frame, calendar and accuracy
-
-    @property
-    def knots(self) -> Array:
-        """The times at which one polynomial follows another, the first and the last time included."""
-        return self.pieces.knots
+    knots = shown("pieces.knots", "The times at which one polynomial follows another, the ends of the span included.")
+    error = shown("pieces.error", "The largest estimated error of a position.")
+    position_jump = shown("pieces.position_jump", "The largest jump of the position at a knot.")
+    velocity_jump = shown("pieces.velocity_jump", "The largest jump of the velocity at a knot.")
+    reference_frame = shown("pieces.reference_frame", "The name of the space axes.")
+    origin = shown("pieces.origin", "The name of the attractor.")
+    calendar = shown("pieces.calendar", "What times mean as dates; None if they are no more than numbers.")
+    periapsis_distance = shown("pieces.closest", "The smallest distance found at 17 times of each piece.")
 
     @property
     @override
     def span(self) -> tuple[float, float]:
         return float(self.knots[0]), float(self.knots[-1])
-
-    @property
-    def error(self) -> float:
-        """The largest estimated error of a position."""
-        return self.pieces.error
-
-    @property
-    def position_jump(self) -> float:
-        """The largest jump of the position at a knot."""
-        return self.pieces.position_jump
-
-    @property
-    def velocity_jump(self) -> float:
-        """The largest jump of the velocity at a knot."""
-        return self.pieces.velocity_jump
-
-    @property
-    @override
-    def reference_frame(self) -> str:
-        return self.pieces.reference_frame
-
-    @property
-    @override
-    def origin(self) -> str:
-        return self.pieces.origin
-
-    @property
-    @override
-    def calendar(self) -> Calendar | None:
-        calendar: Calendar | None = self.pieces.calendar
-        return calendar
 
     @property
     def frame(self) -> EphemerisFrame:
@@ -339,8 +305,6 @@ class Ephemeris(Orbit):
     @override
     def sample_time(self) -> float:
         return float(self.pieces.middles[len(self.pieces.middles) // 2])
-
-    # ------------------------------------------------------------------ motion
 
     def between_knots(self, time: ArrayLike) -> PolynomialArc:  # type: ignore[override]
         """Return the piece around a time; of an array of times, all of theirs side by side."""

@@ -110,15 +110,9 @@ class EscapeOrbit(ConicOrbit):
         anomalies = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
         q = _periapsis_distance(e, *exactly_one("elements", lengths))
         since = _scaled_time(e, *exactly_one("elements", anomalies)) * np.sqrt(q**3 / member_array("mu", mu, ()))
-        elements: Any = {
-            "periapsis_distance": q,
-            "eccentricity": e,
-            "inclination": inclination,
-            "node": node,
-            "argument_of_periapsis": argument_of_periapsis,
-            "time_since_periapsis": since,
-        }
-        return cls(mu, **elements, epoch=epoch, radius=radius)
+        shape = {"periapsis_distance": q, "eccentricity": e, "time_since_periapsis": since}
+        plane = {"inclination": inclination, "node": node, "argument_of_periapsis": argument_of_periapsis}
+        return cls(mu, **shape, **plane, epoch=epoch, radius=radius)
 
     @classmethod
     def from_vectors(
@@ -145,20 +139,9 @@ class EscapeOrbit(ConicOrbit):
         S2 = S1 * S1 / (1 + np.sqrt(1 + (e - 1) * S1 * S1))
         q = here.distance / (1 + e * S2)
         since = universal_time(e, _anomaly_of(e, S1)) * np.sqrt(q**3 / here.mu)
-        periapsis = here.latitude - float(np.arctan2(np.sqrt(1 + e) * S1, 1 - S2))
-        return cls(
-            here.mu,
-            periapsis_distance=q,
-            eccentricity=e,
-            inclination=here.inclination,
-            node=here.node,
-            argument_of_periapsis=periapsis,
-            time_since_periapsis=since,
-            epoch=epoch,
-            radius=radius,
-        )
-
-    # ------------------------------------------------------------------ derived
+        anomaly = float(np.arctan2(np.sqrt(1 + e) * S1, 1 - S2))
+        shape = {"periapsis_distance": q, "eccentricity": e, "time_since_periapsis": since}
+        return cls(here.mu, **shape, **here.plane(anomaly), epoch=epoch, radius=radius)
 
     @property
     def parameter(self) -> Any:
@@ -205,8 +188,6 @@ class EscapeOrbit(ConicOrbit):
     def block(self) -> EscapeBlock:
         """A universal variable integrated along."""
         return EscapeBlock(self)
-
-    # ------------------------------------------------------------------ motion
 
     @override
     def position_at(self, time: Scalar) -> functions.Vector:

@@ -15,10 +15,29 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.quantities import Real, SpaceVector
 
-__all__ = ["FixedPosition", "components"]
+__all__ = ["FixedPosition", "HeldPosition", "components"]
 
 
-class FixedPosition(Orbit):
+class HeldPosition(Orbit):
+    """A body at a constant distance from the attractor: `mu`, and the position at one time."""
+
+    mu: Real
+    _: KW_ONLY
+    position: SpaceVector
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_nonpositive("mu", self.mu)
+        if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
+            raise ValueError("position must not be zero, got a body at the attractor.")
+
+    @property
+    def periapsis_distance(self) -> Any:
+        """The distance, which stays."""
+        return np.linalg.norm(self.position, axis=-1)
+
+
+class FixedPosition(HeldPosition):
     """A body at rest relative to an attractor.
 
     Parameters
@@ -39,16 +58,6 @@ class FixedPosition(Orbit):
     FixedPosition(mu=4902.8, position=[-384400.0, 0.0, 0.0])
     """
 
-    mu: Real
-    _: KW_ONLY
-    position: SpaceVector
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        refuse_nonpositive("mu", self.mu)
-        if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
-            raise ValueError("position must not be zero, but the body is at the attractor.")
-
     @override
     def position_at(self, time: Scalar) -> functions.Vector:
         return components(self.position)
@@ -56,11 +65,6 @@ class FixedPosition(Orbit):
     @override
     def velocity_at(self, time: Scalar) -> functions.Vector:
         return functions.Vector((0.0, 0.0, 0.0))
-
-    @property
-    def periapsis_distance(self) -> Any:
-        """The distance, which stays."""
-        return np.linalg.norm(self.position, axis=-1)
 
     @property
     @override

@@ -47,6 +47,11 @@ class Passage:
         """The length of the eccentricity vector."""
         return float(np.hypot(self.e_cos, self.e_sin))
 
+    def plane(self, true_anomaly: float) -> dict[str, float]:
+        """Return the three angles of the plane and of the periapsis in it."""
+        periapsis = self.latitude - true_anomaly
+        return {"inclination": self.inclination, "node": self.node, "argument_of_periapsis": periapsis}
+
 
 def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
     """Return what position and velocity, space axes, shape (3,), say about the orbit.
@@ -60,7 +65,7 @@ def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
     r, v = real_array("position", position, (3,)), real_array("velocity", velocity, (3,))
     refuse_nonpositive("mu", mu)
     if not np.any(r):
-        raise ValueError("position must not be zero, but the body is at the attractor.")
+        raise ValueError("position must not be zero, got a body at the attractor.")
     distance, h = float(np.linalg.norm(r)), np.cross(r, v)
     size = float(np.linalg.norm(h))
     if not size > 1e-12 * distance * float(np.linalg.norm(v)):

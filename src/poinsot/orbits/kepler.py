@@ -113,15 +113,9 @@ class KeplerOrbit(ConicOrbit):
         if name != "true_anomaly":
             half = 0.5 * anomaly
             anomaly = 2 * np.arctan2(np.sqrt(1 + e) * np.sin(half), np.sqrt(1 - e) * np.cos(half))
-        elements: Any = {
-            "semimajor_axis": semimajor_axis,
-            "eccentricity": eccentricity,
-            "inclination": inclination,
-            "node": node,
-            "argument_of_periapsis": argument_of_periapsis,
-            "true_anomaly": anomaly,
-        }
-        return cls(mu, **elements, epoch=epoch, radius=radius)
+        shape = {"semimajor_axis": semimajor_axis, "eccentricity": eccentricity, "true_anomaly": anomaly}
+        plane = {"inclination": inclination, "node": node, "argument_of_periapsis": argument_of_periapsis}
+        return cls(mu, **shape, **plane, epoch=epoch, radius=radius)
 
     @classmethod
     def from_vectors(
@@ -146,19 +140,8 @@ class KeplerOrbit(ConicOrbit):
         anomaly = float(np.arctan2(here.e_sin, here.e_cos)) if e > 0 else here.latitude
         # From the distance, r = a (1 - e)(1 + e)/(1 + e cos f), for that is what must come back.
         a = here.distance * ((1 - e) + 2 * e * np.cos(0.5 * anomaly) ** 2) / ((1 - e) * (1 + e))
-        return cls(
-            here.mu,
-            semimajor_axis=a,
-            eccentricity=e,
-            inclination=here.inclination,
-            node=here.node,
-            argument_of_periapsis=here.latitude - anomaly,
-            true_anomaly=anomaly,
-            epoch=epoch,
-            radius=radius,
-        )
-
-    # ------------------------------------------------------------------ derived
+        shape = {"semimajor_axis": a, "eccentricity": e, "true_anomaly": anomaly}
+        return cls(here.mu, **shape, **here.plane(anomaly), epoch=epoch, radius=radius)
 
     @property
     def mean_motion(self) -> Any:
@@ -205,8 +188,6 @@ class KeplerOrbit(ConicOrbit):
     def block(self) -> KeplerBlock | EccentricBlock:
         """The true anomaly integrated along, or the eccentric one."""
         return EccentricBlock(self) if self.elongated else KeplerBlock(self)
-
-    # ------------------------------------------------------------------ motion
 
     @override
     def position_at(self, time: Scalar) -> functions.Vector:
@@ -282,8 +263,7 @@ class KeplerOrbit(ConicOrbit):
 class EllipticBlock(ConicBlock):
     """The variable is f - M, the true less the mean anomaly.
 
-    f itself would grow with every revolution and loosen the engine's step control, which looks at the
-    largest variable.
+    f itself would grow with every revolution and loosen the engine's step control, which looks at the largest variable.
     """
 
     @override

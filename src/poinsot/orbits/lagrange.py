@@ -11,20 +11,19 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import member_array, real_array, refuse_nonpositive
+from poinsot.errors import member_array, real_array
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import RotatingFrame
-from poinsot.orbits.fixed import components
+from poinsot.orbits.fixed import HeldPosition, components
 from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
-from poinsot.quantities import AngularVelocity, Real, SpaceVector, Time
+from poinsot.quantities import AngularVelocity, Time
 
 __all__ = ["LagrangePointPath", "RotatingPosition"]
 
 POINTS = ("L1", "L2", "L3", "L4", "L5")
 
 
-class RotatingPosition(Orbit):
+class RotatingPosition(HeldPosition):
     """A body that goes round with its attractor at a constant rate, as if both were on one turning disc.
 
     Parameters
@@ -44,17 +43,9 @@ class RotatingPosition(Orbit):
         If `mu` is not positive, or the body is at the attractor.
     """
 
-    mu: Real
     _: KW_ONLY
-    position: SpaceVector
     rate: AngularVelocity
     epoch: Time = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        refuse_nonpositive("mu", self.mu)
-        if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
-            raise ValueError("position must not be zero, but the body is at the attractor.")
 
     @override
     def position_at(self, time: Scalar) -> functions.Vector:
@@ -76,11 +67,6 @@ class RotatingPosition(Orbit):
         return np.asarray(np.multiply.outer(self.rate, (0.0, 0.0, 1.0)))
 
     @property
-    def periapsis_distance(self) -> Any:
-        """The distance, which stays."""
-        return np.linalg.norm(self.position, axis=-1)
-
-    @property
     def frame(self) -> RotatingFrame:
         """The axes that turn with the position, along the space axes at the epoch."""
         return RotatingFrame((1, 0, 0, 0), self.uniform_rotation, self.epoch)
@@ -91,7 +77,7 @@ class RotatingPosition(Orbit):
 
 
 @dataclass(frozen=True)
-class LagrangePointPath(CirclingPair):
+class LagrangePointPath(CirclingPair[RotatingPosition]):
     """A libration point of two attractors on circles about each other, in the plane of the first two space axes.
 
     At the epoch the secondary is in the direction of the first axis from the primary; the motion is about the third.
@@ -145,20 +131,10 @@ class LagrangePointPath(CirclingPair):
             epoch=self.epoch,
         )
 
-    @property
     @override
-    def from_primary(self) -> RotatingPosition:
-        return RotatingPosition(self.mu_primary, position=self._places[0], rate=self.mean_motion, epoch=self.epoch)
-
-    @property
-    @override
-    def from_secondary(self) -> RotatingPosition:
-        return RotatingPosition(self.mu_secondary, position=self._places[1], rate=self.mean_motion, epoch=self.epoch)
-
-    @property
-    def frame(self) -> RotatingFrame:
-        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
-        return self.from_primary.frame
+    def _seen_from(self, attractor: str) -> RotatingPosition:
+        mu, place = getattr(self, f"mu_{attractor}"), self._places[attractor == "secondary"]
+        return RotatingPosition(mu, position=place, rate=self.mean_motion, epoch=self.epoch)
 
     @functools.cached_property
     def _places(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -14,7 +14,7 @@ from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.orbits.angle_reduction import angle_at, mean_motion_of
-from poinsot.orbits.conic import ConicBlock, plane_of
+from poinsot.orbits.conic import ConicBlock, in_plane, plane_of, shown
 from poinsot.orbits.frame import OrbitFrame
 from poinsot.orbits.kepler import EllipticBlock, KeplerOrbit, LongEllipticBlock, is_circle
 from poinsot.quantities import AngularVelocity
@@ -73,17 +73,12 @@ class PrecessingOrbit(Orbit):
         super().__post_init__()
         refuse_nonpositive("mean_motion", self.mean_motion)
 
-    # ------------------------------------------------------------------ derived
-
-    @property
-    def mu(self) -> Any:
-        """Gravitational parameter of the attractor."""
-        return self.orbit.mu
-
-    @property
-    def epoch(self) -> Any:
-        """The time at which the angles are those of the orbit."""
-        return self.orbit.epoch
+    mu = shown("orbit.mu", "Gravitational parameter of the attractor.")
+    epoch = shown("orbit.epoch", "The time at which the angles are those of the orbit.")
+    eccentricity = shown("orbit.eccentricity", "That of the ellipse.")
+    periapsis_distance = shown("orbit.periapsis_distance", "The smallest distance, a (1 - e).")
+    radius = shown("orbit.radius", "That of the attractor's surface, in the unit of length; 0: a point.")
+    parameter = shown("orbit.parameter", "The semi-latus rectum p = a (1 - e^2).")
 
     @property
     def mean_motion(self) -> Any:
@@ -94,26 +89,6 @@ class PrecessingOrbit(Orbit):
     def period(self) -> Any:
         """The time from periapsis to periapsis."""
         return 2 * np.pi / self.mean_motion
-
-    @property
-    def eccentricity(self) -> Any:
-        """That of the ellipse."""
-        return self.orbit.eccentricity
-
-    @property
-    def periapsis_distance(self) -> Any:
-        """The smallest distance, a (1 - e)."""
-        return self.orbit.periapsis_distance
-
-    @property
-    def radius(self) -> Any:
-        """That of the attractor's surface, in the unit of length; 0: a point."""
-        return self.orbit.radius
-
-    @property
-    def parameter(self) -> Any:
-        """The semi-latus rectum p = a (1 - e^2)."""
-        return self.orbit.parameter
 
     @property
     def frame(self) -> OrbitFrame:
@@ -147,8 +122,6 @@ class PrecessingOrbit(Orbit):
             rate = rate + self.node_rate
         return np.asarray(rate)[..., None] * self.orbit.normal
 
-    # ------------------------------------------------------------------ motion
-
     @override
     def position_at(self, time: Scalar) -> functions.Vector:
         return self._in_space(time, *self.orbit.place(self.phase_at(time)))
@@ -178,9 +151,7 @@ class PrecessingOrbit(Orbit):
         return node, self.orbit.inclination, periapsis
 
     def _in_space(self, time: Scalar, ahead: Scalar, aside: Scalar) -> functions.Vector:
-        node, inclination, periapsis = self.angles_at(time)
-        directions = plane_of(node, inclination, periapsis)[:2]
-        return functions.Vector(ahead * p + aside * s for p, s in zip(*directions, strict=True))
+        return in_plane(plane_of(*self.angles_at(time)), ahead, aside)
 
 
 class _MovingBlock(ConicBlock):

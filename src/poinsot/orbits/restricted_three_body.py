@@ -6,7 +6,7 @@ import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.parameters import Parametric
 from poinsot.orbits import solutions
+from poinsot.orbits.conic import shown
 from poinsot.orbits.fixed import components
 from poinsot.orbits.universal import refuse_symbols
 from poinsot.quantities import Along, Real, Time
@@ -31,23 +32,36 @@ SynodicVector = Annotated[Any, (3,), Along("synodic axes")]
 """Three components along the axes from the primary to the secondary, along the secondary's velocity, and normal."""
 
 
-class CirclingPair(ABC):
+Seen = TypeVar("Seen", bound=Orbit)
+
+
+class CirclingPair(ABC, Generic[Seen]):
     """Two attractors on circles about each other, the primary the heavier one."""
 
     if TYPE_CHECKING:
         mu_primary: Any
         mu_secondary: Any
         separation: Any
+        epoch: Any
+
+    @abstractmethod
+    def _seen_from(self, attractor: str) -> Seen:
+        """Return the orbit of the body about the primary or the secondary."""
 
     @property
-    @abstractmethod
-    def from_primary(self) -> Orbit:
+    def from_primary(self) -> Seen:
         """The orbit of the body about the primary."""
+        return self._seen_from("primary")
 
     @property
-    @abstractmethod
-    def from_secondary(self) -> Orbit:
+    def from_secondary(self) -> Seen:
         """The orbit of the body about the secondary."""
+        return self._seen_from("secondary")
+
+    @property
+    def frame(self) -> RotatingFrame:
+        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
+        return RotatingFrame((1, 0, 0, 0), np.multiply.outer(self.mean_motion, (0.0, 0.0, 1.0)), self.epoch)
 
     @property
     def mass_ratio(self) -> Any:
@@ -71,7 +85,7 @@ class CirclingPair(ABC):
             )
 
 
-class ThreeBodyPath(CirclingPair, Parametric):
+class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
     """The path of a body that two attractors on circles pull: a halo, a Lyapunov orbit, any.
 
     At the epoch the secondary is in the direction of the first space axis from the primary; the motion is about the
@@ -115,22 +129,11 @@ class ThreeBodyPath(CirclingPair, Parametric):
         x, y, z, *_ = self._start
         for name, along in (("secondary", x), ("primary", x + 1)):
             if np.any(np.abs(along) + np.abs(y) + np.abs(z) < 4 * np.finfo(float).eps):
-                raise ValueError(f"position must be apart from both attractors, but the body is at the {name}.")
+                raise ValueError(f"position must be apart from both attractors, got a body at the {name}.")
 
-    @property
     @override
-    def from_primary(self) -> ThreeBodyView:
-        return ThreeBodyView(self, attractor="primary")
-
-    @property
-    @override
-    def from_secondary(self) -> ThreeBodyView:
-        return ThreeBodyView(self, attractor="secondary")
-
-    @property
-    def frame(self) -> RotatingFrame:
-        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
-        return RotatingFrame((1, 0, 0, 0), np.multiply.outer(self.mean_motion, (0.0, 0.0, 1.0)), self.epoch)
+    def _seen_from(self, attractor: str) -> ThreeBodyView:
+        return ThreeBodyView(self, attractor=attractor)
 
     @property
     def jacobi_constant(self) -> Any:
@@ -182,10 +185,7 @@ class ThreeBodyView(Orbit):
         """Gravitational parameter of the attractor."""
         return getattr(self.path, f"mu_{self.attractor}")
 
-    @property
-    def frame(self) -> RotatingFrame:
-        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
-        return self.path.frame
+    frame = shown("path.frame", "The synodic axes: from the primary to the secondary, along its velocity, normal.")
 
     @property
     def block(self) -> SynodicBlock:

@@ -200,8 +200,8 @@ def test_paths_from_a_libration_point():
 
 AT_SECONDARY, AT_PRIMARY = (SEPARATION * MU1 / (MU1 + MU2), 0, 0), (-SEPARATION * MU2 / (MU1 + MU2), 0, 0)
 WRONG = {
-    "position must be apart from both attractors, but the body is at the secondary.": (3.1, 0.4, 2.5, AT_SECONDARY),
-    "position must be apart from both attractors, but the body is at the primary.": (3.1, 0.4, 2.5, AT_PRIMARY),
+    "position must be apart from both attractors, got a body at the secondary.": (3.1, 0.4, 2.5, AT_SECONDARY),
+    "position must be apart from both attractors, got a body at the primary.": (3.1, 0.4, 2.5, AT_PRIMARY),
     "mu_secondary must not exceed mu_primary, got 2.0 and 1.0. The primary is the heavier one.": (1, 2, 1, PLACE),
     "separation must be positive, got 0.0.": (1, 0.1, 0, PLACE),
     "mu_primary must be positive, got -1.0.": (-1, -2, 1, PLACE),
