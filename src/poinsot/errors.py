@@ -21,6 +21,7 @@ __all__ = [
     "refuse_negative",
     "refuse_nonpositive",
     "refuse_other_length",
+    "refuse_zero",
     "scalar",
 ]
 
@@ -103,17 +104,23 @@ def array_of(name: str, value: Any, time_unit: str | None = None) -> NDArray[Any
         return np.array(None)
 
 
-def refuse_nonpositive(name: str, value: Any) -> None:
+def refuse_nonpositive(name: str, value: Any, hint: str = "") -> None:
     """Raise a ValueError that shows the first number that is not positive."""
     wrong = np.atleast_1d(value)[np.atleast_1d(value) <= 0]
     if wrong.size:
-        raise ValueError(f"{name} must be positive, got {wrong.flat[0]}.")
+        raise ValueError(f"{name} must be positive, got {wrong.flat[0]}. {hint}".rstrip())
 
 
-def refuse_negative(name: str, value: Any) -> None:
+def refuse_negative(name: str, value: Any, hint: str = "") -> None:
     """Raise a ValueError that shows the least number if it is negative."""
     if np.any(np.asarray(value) < 0):
-        raise ValueError(f"{name} must not be negative, got {np.min(value)}.")
+        raise ValueError(f"{name} must not be negative, got {np.min(value)}. {hint}".rstrip())
+
+
+def refuse_zero(name: str, vector: Any, hint: str = "") -> None:
+    """Raise a ValueError if a vector, shape (..., n), is zero."""
+    if np.any(np.all(np.asarray(vector) == 0, axis=-1)):
+        raise ValueError(f"{name} must not be zero, got all components 0. {hint}".rstrip())
 
 
 def refuse_other_length(name: str, vector: Any) -> None:

@@ -11,6 +11,7 @@ import contextlib
 import dataclasses
 import functools
 import math
+from collections.abc import Callable
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -31,14 +32,14 @@ __all__ = [
     "Inclination",
     "Quantity",
     "Real",
+    "Rule",
     "SpaceVector",
     "Time",
     "Times",
-    "axes_of",
     "extras_of",
     "plain",
-    "quantities_of",
     "quantity_of",
+    "said_of",
 ]
 
 ANGLE_UNITS = {
@@ -99,6 +100,18 @@ class Along:
     axes: str
 
 
+@dataclasses.dataclass(frozen=True)
+class Rule:
+    """What the values of a field must be: a function that refuses others, and the hint that ends its sentence."""
+
+    refuse: Callable[[str, Any, str], None]
+    hint: str = ""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise a ValueError if a value is another."""
+        self.refuse(name, value, self.hint)
+
+
 _ANGLE, _RATE, _TIME = Quantity("angle"), Quantity("rate"), Quantity("time")
 
 Real = Annotated[float | NDArray[Any], ()]
@@ -132,21 +145,15 @@ def quantity_of(hint: Any) -> Quantity | None:
     return next((extra for extra in extras_of(hint) if isinstance(extra, Quantity)), None)
 
 
-def quantities_of(cls: type) -> dict[str, Quantity]:
-    """Return what the fields of a record measure, by name, of those whose annotations say it."""
-    return _said_of(cls)[0]
-
-
-def axes_of(cls: type) -> dict[str, str]:
-    """Return the axes of the vectors among the fields of a record, by name, of those whose annotations say them."""
-    return _said_of(cls)[1]
+def said_of(cls: Any, kind: Any) -> dict[str, Any]:
+    """Return what the annotations of the fields of a record say of a kind (`Quantity`, `Along`, `Rule`), by name."""
+    return _said_of(cls, kind)
 
 
 @functools.cache
-def _said_of(cls: type) -> tuple[dict[str, Quantity], dict[str, str]]:
-    said = [(name, x) for name, hint in get_type_hints(cls, include_extras=True).items() for x in extras_of(hint)]
-    axes = {name: extra.axes for name, extra in said if isinstance(extra, Along)}
-    return {name: extra for name, extra in said if isinstance(extra, Quantity)}, axes
+def _said_of(cls: type, kind: Any) -> dict[str, Any]:
+    hints = get_type_hints(cls, include_extras=True)
+    return {name: extra for name, hint in hints.items() for extra in extras_of(hint) if isinstance(extra, kind)}
 
 
 def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any:

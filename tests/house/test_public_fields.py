@@ -8,7 +8,7 @@ import pytest
 import poinsot as pt
 from poinsot.checked import hint_of
 from poinsot.mechanics.parameters import Parametric, kinds_of
-from poinsot.quantities import Along, axes_of, extras_of
+from poinsot.quantities import Along, extras_of, said_of
 from public_calls import PUBLIC
 from typed_calls import forces_of_members, orbits_of_members
 
@@ -30,10 +30,10 @@ def heading(cls, field):
 def test_a_vector_says_its_axes_in_its_annotation_and_its_docstring(name):
     cls = RECORDS[name]
     vectors = {field for field, kind in kinds_of(cls).items() if isinstance(kind, tuple) and kind[-1:] == (3,)}
-    axes = axes_of(cls)
+    axes = said_of(cls, Along)
     assert vectors - {field for owner, field in WITHOUT_AXES if owner == name} == set(axes)
-    for field, words in axes.items():
-        assert heading(cls, field).endswith(f", {words}")
+    for field, along in axes.items():
+        assert heading(cls, field).endswith(f", {along.axes}")
 
 
 @pytest.mark.parametrize("name", SHAPES)

@@ -440,7 +440,7 @@ FORCES_AND_ORBITS = {
     "semimajor_axis": (lambda: kepler(semimajor_axis=-2), "semimajor_axis must be positive, got -2.0."),
     "fixed_point_at_zero": (
         lambda: pt.orbits.FixedPosition(1, position=(0, 0, 0)),
-        "position must not be zero, got a body at the attractor.",
+        "position must not be zero, got all components 0. The body would be at the attractor.",
     ),
     "mu_of_a_fixed_point": (lambda: pt.orbits.FixedPosition(-1, position=(1, 0, 0)), "mu must be positive, got -1.0."),
     "frame_of_a_fixed_point": (
@@ -457,7 +457,7 @@ FORCES_AND_ORBITS = {
     ),
     "no_position": (
         lambda: pt.KeplerOrbit.from_vectors(1, position=(0, 0, 0), velocity=(0, 1, 0)),
-        "position must not be zero, got a body at the attractor.",
+        "position must not be zero, got all components 0. The body would be at the attractor.",
     ),
     "hyperbolic_vectors": (
         lambda: pt.KeplerOrbit.from_vectors(1, position=(1, 0, 0), velocity=(0, 2, 0)),

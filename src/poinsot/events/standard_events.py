@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
+from typing import Annotated, Any
 
 import numpy as np
 from typing_extensions import override
@@ -12,9 +13,19 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
-from poinsot.quantities import Angle, AngularVelocity, BodyVector, SpaceVector, Time
+from poinsot.mechanics.parameters import BodyDirection, SpaceDirection
+from poinsot.quantities import Angle, AngularVelocity, Rule, Time
 
 __all__ = ["AndoyerCrossing", "Apsis", "AtTime", "AttractorCrossing", "AxisCrossing", "RateCrossing", "SpinFlip"]
+
+
+def _refuse_other_angle(name: str, angle: Any, hint: str) -> None:
+    wrong = np.atleast_1d(angle)[(np.atleast_1d(angle) <= 0) | (np.atleast_1d(angle) >= np.pi)]
+    if wrong.size:
+        raise ValueError(f"{name} must be in (0, pi), got {wrong[0]}. {hint}")
+
+
+HalfOpening = Annotated[Angle, Rule(_refuse_other_angle, "Along the direction itself nothing crosses.")]
 
 
 class AxisCrossing(Event):
@@ -36,15 +47,9 @@ class AxisCrossing(Event):
         If a vector is zero or the angle is not in (0, pi).
     """
 
-    axis: BodyVector
-    target: SpaceVector
-    angle: Angle = field(default=np.pi / 2, kw_only=True)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _refuse_zero("axis", self.axis)
-        _refuse_zero("target", self.target)
-        _refuse_other_angle(self.angle)
+    axis: BodyDirection
+    target: SpaceDirection
+    angle: HalfOpening = field(default=np.pi / 2, kw_only=True)
 
     @override
     def value(self, instant: Instant) -> Scalar:
@@ -70,14 +75,9 @@ class AttractorCrossing(Event):
         If the axis is zero or the angle is not in (0, pi).
     """
 
-    axis: BodyVector
+    axis: BodyDirection
     orbit: Orbit
-    angle: Angle = field(default=np.pi / 2, kw_only=True)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _refuse_zero("axis", self.axis)
-        _refuse_other_angle(self.angle)
+    angle: HalfOpening = field(default=np.pi / 2, kw_only=True)
 
     @override
     def value(self, instant: Instant) -> Scalar:
@@ -101,12 +101,8 @@ class RateCrossing(Event):
         If the axis is zero.
     """
 
-    axis: BodyVector
+    axis: BodyDirection
     rate: AngularVelocity = field(default=0.0, kw_only=True)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _refuse_zero("axis", self.axis)
 
     @override
     def value(self, instant: Instant) -> Scalar:
@@ -128,11 +124,7 @@ class SpinFlip(Event):
         If the axis is zero.
     """
 
-    axis: BodyVector
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _refuse_zero("axis", self.axis)
+    axis: BodyDirection
 
     @override
     def value(self, instant: Instant) -> Scalar:
@@ -160,11 +152,7 @@ class AndoyerCrossing(Event):
     """
 
     angle: Angle = field(default=0.0, kw_only=True)
-    pole: SpaceVector = field(default=(0.0, 0.0, 1.0), kw_only=True)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _refuse_zero("pole", self.pole)
+    pole: SpaceDirection = field(default=(0.0, 0.0, 1.0), kw_only=True)
 
     @override
     def value(self, instant: Instant) -> Scalar:
@@ -211,15 +199,3 @@ class AtTime(Event):
     @override
     def value(self, instant: Instant) -> Scalar:
         return instant.time - self.time
-
-
-def _refuse_zero(name: str, vector: object) -> None:
-    if np.any(np.all(np.asarray(vector) == 0, axis=-1)):
-        raise ValueError(f"{name} must not be zero, but it is. It is a direction.")
-
-
-def _refuse_other_angle(angle: object) -> None:
-    wrong = np.atleast_1d(np.asarray(angle, dtype=float))
-    wrong = wrong[(wrong <= 0) | (wrong >= np.pi)]
-    if wrong.size:
-        raise ValueError(f"angle must be in (0, pi), got {wrong[0]}. Along the direction itself nothing crosses.")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 from typing_extensions import override
 
 from poinsot.functions import Vector
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.quantities import Real
+from poinsot.mechanics.parameters import NotNegative
 
 __all__ = ["LinearDamping"]
 
@@ -22,12 +21,7 @@ class LinearDamping(Torque):
         Torque per rate, not negative: the unit of inertia over the unit of time.
     """
 
-    coefficient: Real
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if np.any(np.asarray(self.coefficient) < 0):
-            raise ValueError(f"coefficient must not be negative, got {np.min(self.coefficient)}.")
+    coefficient: NotNegative
 
     @override
     def torque(self, instant: Instant) -> Vector:

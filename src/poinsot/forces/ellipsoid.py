@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Annotated
 
 import numpy as np
 from typing_extensions import override
@@ -15,8 +16,9 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.periapsis_warning import warn_below
-from poinsot.quantities import BodyVector, Real
+from poinsot.quantities import BodyVector, Rule
 
 __all__ = ["EllipsoidGravity"]
 
@@ -67,18 +69,14 @@ class EllipsoidGravity(Potential):
     """
 
     orbit: Orbit
-    mass: Real
-    semiaxes: BodyVector
+    mass: Positive
+    semiaxes: Annotated[BodyVector, Rule(refuse_nonpositive)]
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("mass", "semiaxes"):
-            refuse_nonpositive(name, getattr(self, name))
-        distance = getattr(self.orbit, "periapsis_distance", None)
-        if distance is not None:
-            consequence = "inside the ellipsoid the field outside is continued inwards"
-            longest = np.max(self.semiaxes, axis=-1)
-            warn_below(type(self).__name__, distance, longest, "the end of the longest semiaxis", consequence)
+        longest = np.max(self.semiaxes, axis=-1)
+        consequence = "inside the ellipsoid the field outside is continued inwards"
+        warn_below(self, self.orbit, longest, "the end of the longest semiaxis", consequence)
 
     @override
     def energy(self, instant: Instant) -> Scalar:

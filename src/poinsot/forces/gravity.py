@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Annotated
 
 import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.solid_harmonics import SolidHarmonics
-from poinsot.errors import refuse_nonpositive
+from poinsot.errors import refuse_negative
 from poinsot.forces.same_body import deviator, refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
@@ -17,8 +18,9 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import Positive, SpaceDirection
 from poinsot.mechanics.periapsis_warning import warn_below
-from poinsot.quantities import BodyVector, Real, SpaceVector
+from poinsot.quantities import BodyVector, Real, Rule
 
 __all__ = ["GravityGradient", "HarmonicGravity", "Oblateness", "UniformGravity"]
 
@@ -36,15 +38,8 @@ class UniformGravity(Potential):
         From the fixed point. The paper's printed sign is a centre of mass at minus this.
     """
 
-    weight: Real
+    weight: Annotated[Real, Rule(refuse_negative, "Gravity acts along -s3; turn center_of_mass.")]
     center_of_mass: BodyVector
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if np.any(np.asarray(self.weight) < 0):
-            raise ValueError(
-                f"weight must not be negative, got {np.min(self.weight)}. Gravity acts along -s3; turn center_of_mass."
-            )
 
     @override
     def energy(self, instant: Instant) -> Scalar:
@@ -118,10 +113,8 @@ class HarmonicGravity(Potential):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        distance = getattr(self.orbit, "periapsis_distance", None)
-        if distance is not None:
-            consequence = "the series does not converge there"
-            warn_below(type(self).__name__, distance, self.field.extent, "the sphere that holds the body", consequence)
+        consequence = "the series does not converge there"
+        warn_below(self, self.orbit, self.field.extent, "the sphere that holds the body", consequence)
 
     @override
     def check(self, body: Body) -> None:
@@ -160,18 +153,14 @@ class Oblateness(Potential):
 
     orbit: Orbit
     j2: Real
-    equatorial_radius: Real
-    pole: SpaceVector
+    equatorial_radius: Positive
+    pole: SpaceDirection
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        refuse_nonpositive("equatorial_radius", self.equatorial_radius)
-        if np.any(np.all(np.asarray(self.pole) == 0, axis=-1)):
-            raise ValueError("pole must not be zero, but it is. It is a direction, along the attractor's axis.")
-        distance = getattr(self.orbit, "periapsis_distance", None)
-        if distance is not None and not np.any(distance < getattr(self.orbit, "radius", 0.0)):
+        if not np.any(getattr(self.orbit, "periapsis_distance", np.inf) < getattr(self.orbit, "radius", 0.0)):
             consequence = "the field outside the attractor is continued inwards"
-            warn_below(type(self).__name__, distance, self.equatorial_radius, "the equatorial radius", consequence)
+            warn_below(self, self.orbit, self.equatorial_radius, "the equatorial radius", consequence)
 
     @override
     def energy(self, instant: Instant) -> Scalar:

@@ -13,7 +13,7 @@ from poinsot.errors import member_array
 from poinsot.mechanics import euler
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, state_with
-from poinsot.quantities import Quantity, Times, quantities_of
+from poinsot.quantities import Quantity, Times, said_of
 
 __all__ = ["Andoyer"]
 
@@ -51,7 +51,7 @@ class Andoyer:
     H: Any
 
     def __post_init__(self) -> None:
-        measured = quantities_of(type(self))
+        measured = said_of(type(self), Quantity)
         for name in ("l", "g", "h", "L", "G", "H"):
             value = getattr(self, name)
             value = member_array(name, measured[name](name, value) if name in measured else value, ())

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import member_array, real_numbers, refuse_nonpositive
+from poinsot.errors import member_array, real_numbers, refuse_negative
 from poinsot.functions import Scalar
-from poinsot.mechanics.parameters import Matrix, Parametric
-from poinsot.quantities import Real
+from poinsot.mechanics.parameters import Matrix, Parametric, Positive
+from poinsot.quantities import Real, Rule
 
 __all__ = ["GravityField", "norms", "whole_degree"]
 
@@ -52,20 +52,16 @@ class GravityField(Parametric):
     """
 
     degree: int
-    mass: Real
-    radius: Real
+    mass: Positive
+    radius: Positive
     C: Annotated[Any, ("orders", "orders")]
     S: Annotated[Any, ("orders", "orders")]
-    extent: Real = 0.0
+    extent: Annotated[Real, Rule(refuse_negative, "0 means unknown.")] = 0.0
 
     def __post_init__(self) -> None:
         if isinstance(self.degree, int) and self.degree < 2:
             raise ValueError(f"degree must be at least 2, got {self.degree}.")
         super().__post_init__()
-        for name in ("mass", "radius"):
-            refuse_nonpositive(name, getattr(self, name))
-        if np.any(np.asarray(self.extent) < 0):
-            raise ValueError(f"extent must not be negative, got {np.min(self.extent)}. 0 means unknown.")
         first = np.ravel(self.C[..., 0, 0])
         wrong = first[(np.abs(first - 1) > SLACK) & (first != 0)]
         if wrong.size:

@@ -18,15 +18,34 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import member_array
+from poinsot.errors import member_array, refuse_negative, refuse_nonpositive, refuse_zero
 from poinsot.functions import Scalar
-from poinsot.quantities import axes_of, extras_of, quantities_of, quantity_of
+from poinsot.quantities import Along, BodyVector, Quantity, Real, Rule, SpaceVector, extras_of, quantity_of, said_of
 
-__all__ = ["Matrix", "Parametric", "Points", "Table", "Vector", "described", "kinds_of", "same"]
+__all__ = [
+    "BodyDirection",
+    "Matrix",
+    "NotNegative",
+    "Parametric",
+    "Points",
+    "Positive",
+    "SpaceDirection",
+    "Table",
+    "Vector",
+    "described",
+    "kinds_of",
+    "same",
+]
 
 
 Vector = Annotated[Any, (3,)]
 """Annotation of a parameter of three numbers without axes; `BodyVector` and `SpaceVector` say theirs."""
+
+Positive = Annotated[Real, Rule(refuse_nonpositive)]
+NotNegative = Annotated[Real, Rule(refuse_negative)]
+BodyDirection = Annotated[BodyVector, Rule(refuse_zero, "It is a direction.")]
+SpaceDirection = Annotated[SpaceVector, Rule(refuse_zero, "It is a direction.")]
+"""Annotations of parameters whose values a record checks."""
 
 Points = Annotated[ArrayLike, ("n", 3)]
 Matrix = Annotated[ArrayLike, ("n", "n")]
@@ -60,12 +79,15 @@ class Parametric:
                 not isinstance(value, kind) or (kind is int and isinstance(value, bool))
             ):
                 raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
-        quantities, axes = quantities_of(type(self)), axes_of(type(self))
+        quantities, axes = said_of(type(self), Quantity), said_of(type(self), Along)
         for name, kind in _fields_of(self).items():
             if isinstance(kind, tuple):
                 value = getattr(self, name)
                 value = quantities[name](name, value) if name in quantities else value
-                object.__setattr__(self, name, member_array(name, value, kind, axes.get(name, "")))
+                along = axes[name].axes if name in axes else ""
+                object.__setattr__(self, name, member_array(name, value, kind, along))
+        for name, rule in said_of(type(self), Rule).items():
+            rule.check(name, getattr(self, name))
 
     def __repr__(self) -> str:
         fields = ", ".join(f"{name}={listed(getattr(self, name))}" for name in _fields_of(self))

@@ -12,21 +12,23 @@ import numpy as np
 __all__ = ["warn_below"]
 
 
-def warn_below(name: str, periapsis_distance: Any, radius: Any, surface: str, consequence: str) -> None:
+def warn_below(record: Any, orbit: Any, radius: Any, surface: str, consequence: str) -> None:
     """Warn in one sentence, at the user's line, of a periapsis below a radius; of several, tell the lowest.
 
     Parameters
     ----------
-    name : str
-        Of the class whose construction it is.
-    periapsis_distance, radius : float or array (members,)
+    record : Parametric
+        What is made: the orbit itself, or a force.
+    orbit : Orbit
+        One without a periapsis distance gives no warning.
+    radius : float or array (members,)
         In the unit of length.
     surface : str
         What is at the radius.
     consequence : str
         What it means for the result.
     """
-    distances, radii = np.broadcast_arrays(np.atleast_1d(periapsis_distance), radius)
+    distances, radii = np.broadcast_arrays(np.atleast_1d(getattr(orbit, "periapsis_distance", np.inf)), radius)
     depths = radii - distances
     lowest, count = int(np.argmax(depths)), np.count_nonzero(depths > 0)
     if not count:
@@ -37,7 +39,8 @@ def warn_below(name: str, periapsis_distance: Any, radius: Any, surface: str, co
         whose = f"the periapsis of {count} of {depths.size} members is below {surface}, the lowest, member {lowest},"
         surface = "it"
     warnings.warn(
-        f"{name}: {whose} {depth} below {surface} (distance {distance}, radius {height}); {consequence}.",
+        f"{type(record).__name__}: {whose} {depth} below {surface} (distance {distance}, radius {height}); "
+        f"{consequence}.",
         stacklevel=_level_of_user(),
     )
 

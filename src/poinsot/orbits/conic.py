@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,19 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.quaternion import assemble
+from poinsot.errors import refuse_negative
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
 from poinsot.mechanics.environment import Orbit, OrbitBlock
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
+from poinsot.quantities import Real, Rule
 
-__all__ = ["ConicBlock", "ConicOrbit", "check_surface", "in_plane", "plane_of", "shown"]
+__all__ = ["ConicBlock", "ConicOrbit", "Radius", "check_surface", "in_plane", "plane_of", "shown"]
+
+
+Radius = Annotated[Real, Rule(refuse_negative, "A point has the radius 0.")]
+"""Of an attractor's surface."""
 
 
 def shown(path: str, doc: str) -> Any:
@@ -39,11 +45,8 @@ def in_plane(directions: Sequence[functions.Vector], ahead: Scalar, aside: Scala
 
 
 def check_surface(orbit: Any) -> None:
-    """Refuse a negative radius of an orbit's attractor, and warn of a periapsis below it."""
-    if np.any(orbit.radius < 0):
-        raise ValueError(f"radius must not be negative, got {np.min(orbit.radius)}. A point has the radius 0.")
-    consequence = "the motion is computed as if the attractor were a point"
-    warn_below(type(orbit).__name__, orbit.periapsis_distance, orbit.radius, "the surface", consequence)
+    """Warn of a periapsis below the radius of an orbit's attractor."""
+    warn_below(orbit, orbit, orbit.radius, "the surface", "the motion is computed as if the attractor were a point")
 
 
 class ConicOrbit(Orbit):

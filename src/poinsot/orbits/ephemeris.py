@@ -23,9 +23,9 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.parameters import Points, Table, described, listed
+from poinsot.mechanics.parameters import Points, Positive, Table, described, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
-from poinsot.orbits.conic import check_surface, shown
+from poinsot.orbits.conic import Radius, check_surface, shown
 from poinsot.quantities import Real, Time, Times
 
 __all__ = ["Ephemeris", "EphemerisFrame"]
@@ -117,10 +117,10 @@ class Ephemeris(Orbit):
         Of the attractor's surface; 0: a point. An orbit that goes below it warns.
     """
 
-    mu: Real
+    mu: Positive
     _: KW_ONLY
     pieces: _Pieces
-    radius: Real = 0.0
+    radius: Radius = 0.0
 
     @classmethod
     @checked
@@ -271,7 +271,6 @@ class Ephemeris(Orbit):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        refuse_nonpositive("mu", self.mu)
         check_surface(self)
 
     def __repr__(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,13 +13,25 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
-from poinsot.orbits.conic import ConicBlock, ConicOrbit, check_surface
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
-from poinsot.quantities import Angle, Duration, Inclination, Real, Time
+from poinsot.quantities import Angle, Duration, Inclination, Real, Rule, Time
 
 __all__ = ["EscapeBlock", "EscapeOrbit"]
+
+
+def _refuse_bound(name: str, eccentricity: Any, hint: str) -> None:
+    """Raise a ValueError that shows the first eccentricity that is one of an ellipse."""
+    e = np.asarray(eccentricity)
+    if np.any(e < 1):
+        raise ValueError(f"{name} must be at least 1, got {e[e < 1].flat[0]}. {hint}")
+
+
+ESCAPING = Rule(_refuse_bound, "An ellipse is a KeplerOrbit.")
+"""Of an eccentricity."""
 
 
 class EscapeOrbit(ConicOrbit):
@@ -58,22 +70,19 @@ class EscapeOrbit(ConicOrbit):
     3.375
     """
 
-    mu: Real
+    mu: Positive
     _: KW_ONLY
-    periapsis_distance: Real
-    eccentricity: Real
+    periapsis_distance: Positive
+    eccentricity: Annotated[Real, ESCAPING]
     inclination: Inclination = 0.0
     node: Angle = 0.0
     argument_of_periapsis: Angle = 0.0
     time_since_periapsis: Duration = 0.0
     epoch: Time = 0.0
-    radius: Real = 0.0
+    radius: Radius = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("mu", "periapsis_distance"):
-            refuse_nonpositive(name, getattr(self, name))
-        _refuse_bound(self.eccentricity)
         check_surface(self)
 
     @classmethod
@@ -105,7 +114,7 @@ class EscapeOrbit(ConicOrbit):
             If not exactly one of them is given, or they contradict the eccentricity.
         """
         e = member_array("eccentricity", eccentricity, ())
-        _refuse_bound(e)
+        ESCAPING.check("eccentricity", e)
         lengths = {"periapsis_distance": periapsis_distance, "semimajor_axis": semimajor_axis}
         anomalies = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
         q = _periapsis_distance(e, *exactly_one("elements", lengths))
@@ -284,12 +293,6 @@ REACH = 32.0
 
 PARABOLIC = 1e-120
 """Added to e - 1, so that no kernel divides by zero at a parabola."""
-
-
-def _refuse_bound(eccentricity: Any) -> None:
-    e = np.asarray(eccentricity)
-    if np.any(e < 1):
-        raise ValueError(f"eccentricity must be at least 1, got {e[e < 1].flat[0]}. An ellipse is a KeplerOrbit.")
 
 
 def _periapsis_distance(e: Any, name: str, value: Any) -> Any:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import refuse_nonpositive
+from poinsot.errors import refuse_zero
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
-from poinsot.quantities import Real, SpaceVector
+from poinsot.mechanics.parameters import Positive
+from poinsot.quantities import Rule, SpaceVector
 
 __all__ = ["FixedPosition", "HeldPosition", "components"]
 
@@ -21,15 +22,9 @@ __all__ = ["FixedPosition", "HeldPosition", "components"]
 class HeldPosition(Orbit):
     """A body at a constant distance from the attractor: `mu`, and the position at one time."""
 
-    mu: Real
+    mu: Positive
     _: KW_ONLY
-    position: SpaceVector
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        refuse_nonpositive("mu", self.mu)
-        if np.any(np.all(np.asarray(self.position) == 0, axis=-1)):
-            raise ValueError("position must not be zero, got a body at the attractor.")
+    position: Annotated[SpaceVector, Rule(refuse_zero, "The body would be at the attractor.")]
 
     @property
     def periapsis_distance(self) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import real_array, refuse_nonpositive, refuse_zero
 
 __all__ = ["Passage", "exactly_one", "passage"]
 
@@ -64,8 +64,7 @@ def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
     mu = float(real_array("mu", mu, ()))
     r, v = real_array("position", position, (3,)), real_array("velocity", velocity, (3,))
     refuse_nonpositive("mu", mu)
-    if not np.any(r):
-        raise ValueError("position must not be zero, got a body at the attractor.")
+    refuse_zero("position", r, "The body would be at the attractor.")
     distance, h = float(np.linalg.norm(r)), np.cross(r, v)
     size = float(np.linalg.norm(h))
     if not size > 1e-12 * distance * float(np.linalg.norm(v)):

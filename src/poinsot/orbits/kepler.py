@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable
 from dataclasses import KW_ONLY
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,14 +13,27 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import member_array, refuse_nonpositive
+from poinsot.errors import member_array
 from poinsot.functions import Scalar
+from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import angle_at, angle_nearby, mean_motion_of
-from poinsot.orbits.conic import ConicBlock, ConicOrbit, check_surface
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
 from poinsot.orbits.from_cartesian import exactly_one, passage
-from poinsot.quantities import Angle, Inclination, Real, Time
+from poinsot.quantities import Angle, Inclination, Real, Rule, Time
 
 __all__ = ["EccentricBlock", "EllipticBlock", "KeplerBlock", "KeplerOrbit", "LongEllipticBlock"]
+
+
+def _refuse_unbound(name: str, eccentricity: Any, hint: str) -> None:
+    """Raise a ValueError that shows the first eccentricity that is not one of an ellipse."""
+    e = np.asarray(eccentricity)
+    wrong = e[(e < 0) | (e >= 1)]
+    if wrong.size:
+        raise ValueError(f"{name} must be in [0, 1), got {wrong.flat[0]}. {hint}")
+
+
+ELLIPTIC = Rule(_refuse_unbound, "A Kepler orbit is an ellipse.")
+"""Of an eccentricity."""
 
 
 class KeplerOrbit(ConicOrbit):
@@ -59,22 +72,19 @@ class KeplerOrbit(ConicOrbit):
     5828.517
     """
 
-    mu: Real
+    mu: Positive
     _: KW_ONLY
-    semimajor_axis: Real
-    eccentricity: Real
+    semimajor_axis: Positive
+    eccentricity: Annotated[Real, ELLIPTIC]
     inclination: Inclination = 0.0
     node: Angle = 0.0
     argument_of_periapsis: Angle = 0.0
     true_anomaly: Angle = 0.0
     epoch: Time = 0.0
-    radius: Real = 0.0
+    radius: Radius = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("mu", "semimajor_axis"):
-            refuse_nonpositive(name, getattr(self, name))
-        refuse_unbound(self.eccentricity)
         check_surface(self)
 
     @classmethod
@@ -107,7 +117,7 @@ class KeplerOrbit(ConicOrbit):
         given = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
         name, value = exactly_one("elements", given)
         anomaly, e = member_array(name, value, ()), member_array("eccentricity", eccentricity, ())
-        refuse_unbound(e)
+        ELLIPTIC.check("eccentricity", e)
         if name == "mean_anomaly":
             anomaly = functions.eccentric_anomaly(e, anomaly)
         if name != "true_anomaly":
@@ -356,11 +366,3 @@ def centre_equation(eccentricity: Any, mean_anomaly: Angle | None) -> NDArray[np
 def is_circle(orbit: KeplerOrbit) -> bool:
     """Whether the eccentricity is zero to rounding, of all members."""
     return bool(np.all(np.asarray(orbit.eccentricity) < 1e-14))
-
-
-def refuse_unbound(eccentricity: Any) -> None:
-    """Raise a ValueError that shows the first eccentricity that is not one of an ellipse."""
-    e = np.asarray(eccentricity)
-    if np.any((e < 0) | (e >= 1)):
-        wrong = e[(e < 0) | (e >= 1)].flat[0]
-        raise ValueError(f"eccentricity must be in [0, 1), got {wrong}. A Kepler orbit is an ellipse.")

@@ -192,7 +192,7 @@ def test_integrals_about_an_oblate_attractor(orbit, pole, expected):
         ({"radius": 0.0}, "equatorial_radius must be positive, got 0.0."),
         (
             {"pole": (0, 0, 0)},
-            "pole must not be zero, but it is. It is a direction, along the attractor's axis.",
+            "pole must not be zero, got all components 0. It is a direction.",
         ),
         ({"pole": (0, 1)}, "pole must have shape (3,) or (members, 3) along the space axes, got shape (2,)."),
         ({"j2": np.nan}, "j2 must be finite, got j2 = nan."),

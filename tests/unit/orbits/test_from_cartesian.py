@@ -348,7 +348,7 @@ WRONG = {
     ),
     "at_the_attractor": (
         lambda: two_body_orbit(1, position=(0, 0, 0), velocity=(0, 1, 0)),
-        "position must not be zero, got a body at the attractor.",
+        "position must not be zero, got all components 0. The body would be at the attractor.",
     ),
     "radial": (
         lambda: two_body_orbit(1, position=(1, 2, 3), velocity=(2, 4, 6)),
