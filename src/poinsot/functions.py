@@ -48,6 +48,10 @@ Scalar = Any
 """A float, an array of floats, a heyoka or SymPy expression, or an mpmath number."""
 
 
+def _by_components(operation: Callable[[Scalar, Scalar], Scalar]) -> Callable[[Vector, Any], Vector]:
+    return lambda vector, other: vector._each(operation, other)
+
+
 class Vector(Sequence[Any]):
     """The components of a vector in a formula, each a scalar of any kind; `+ - * /` work on each."""
 
@@ -69,29 +73,16 @@ class Vector(Sequence[Any]):
         others = other if isinstance(other, Vector) else (other,) * len(self)
         return Vector(operation(a, b) for a, b in zip(self, others, strict=True))
 
-    def __add__(self, other: Any) -> Vector:
-        return self._each(operator.add, other)
-
-    def __radd__(self, other: Any) -> Vector:
-        return self._each(operator.add, other)
-
-    def __sub__(self, other: Any) -> Vector:
-        return self._each(operator.sub, other)
-
     def __rsub__(self, other: Any) -> Vector:
         return (-self)._each(operator.add, other)
 
-    def __mul__(self, other: Any) -> Vector:
-        return self._each(operator.mul, other)
-
-    def __rmul__(self, other: Any) -> Vector:
-        return self._each(operator.mul, other)
-
-    def __truediv__(self, other: Any) -> Vector:
-        return self._each(operator.truediv, other)
-
     def __neg__(self) -> Vector:
         return Vector(-a for a in self)
+
+    __add__ = __radd__ = _by_components(operator.add)
+    __sub__ = _by_components(operator.sub)
+    __mul__ = __rmul__ = _by_components(operator.mul)
+    __truediv__ = _by_components(operator.truediv)
 
 
 class Comparable:
@@ -136,7 +127,7 @@ class ComovingVector(Vector):
     """A vector of the space, by its components along axes that move; formulas may not look at those.
 
     Sums, multiples, `dot`, `cross` and `norm` of such vectors do not depend on the axes. Anything else (a
-    single component, a sum with a vector fixed in space) raises `NotCarried`.
+    single component, a sum with a vector fixed in space) raises `NotComoving`.
     """
 
     def __getitem__(self, index: Any) -> Any:

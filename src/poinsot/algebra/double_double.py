@@ -38,8 +38,7 @@ class DoubleDouble:
         high, low = _sum_of_ordered(high, low + small)
         return DoubleDouble(*_sum_of_ordered(high, low + smaller))
 
-    def __radd__(self, other: Any) -> DoubleDouble:
-        return _wide(other) + self
+    __radd__ = __add__
 
     def __sub__(self, other: Any) -> DoubleDouble:
         return self + (-_wide(other))
@@ -52,8 +51,7 @@ class DoubleDouble:
         high, low = _product(self.hi, other.hi)
         return DoubleDouble(*_sum_of_ordered(high, low + (self.hi * other.lo + self.lo * other.hi)))
 
-    def __rmul__(self, other: Any) -> DoubleDouble:
-        return _wide(other) * self
+    __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> DoubleDouble:
         other = _wide(other)
