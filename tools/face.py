@@ -28,7 +28,7 @@ SHARED = {
     "*.parsed_scenario *.rebuilt_system *.repetition",
     "forces": "same_body.*",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* piecewise_chebyshev.* solutions.* "
-    "universal.* *.*Axes *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
+    "universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",
     "plot": "curves.* figure.* labels.* panels.* solids.* view.* *.different_orbits *.is_constant",
     "shapes": "cubature.* polyhedron.* winding.*",
