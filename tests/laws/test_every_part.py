@@ -389,7 +389,14 @@ def test_files_bring_back_the_motion_of_every_part(part, tmp_path):
         np.testing.assert_array_equal(read.dataset[name].values, motion.dataset[name].values, err_msg=name)
 
 
-def test_equilibria_refuse_parts():
-    system = pt.System(BODY, PARTS[0])
-    with pytest.raises(ValueError, match="system must be without parts, got Gyrostat"):
-        pt.analysis.equilibria(system)
+@pytest.mark.parametrize("part", [part for part in PARTS if part.size], ids=lambda part: type(part).__name__)
+def test_equilibria_refuse_parts_with_variables(part):
+    with pytest.raises(ValueError, match=f"system must have no parts with variables, got {type(part).__name__}"):
+        pt.analysis.equilibria(pt.System(BODY, part))
+
+
+def test_equilibria_refuse_a_part_that_changes_with_time():
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    system = pt.System(BODY, Boom(0.2, 0.1), pt.GravityGradient(orbit))
+    with pytest.raises(ValueError, match="system must look the same from the frame at all times"):
+        pt.analysis.equilibria(system, orbit.frame)

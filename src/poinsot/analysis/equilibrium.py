@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.dual import Dual, partial
+from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
 from poinsot.engine.torque_scale import momentum_scale
 from poinsot.functions import Vector
@@ -73,8 +74,8 @@ class Equilibrium(ShownInNotebooks):
     frequencies, growth_rates : arrays, ascending
         Positive imaginary and real parts of the eigenvalues, without those below 1e-6 of the fastest rate.
     stability : {"lyapunov", "asymptotic", "linear", "unstable", "undecided"}
-        "lyapunov": U - omega . I omega / 2, omega that of the frame, has a minimum. "asymptotic": all eigenvalues
-        have negative real parts. "linear": the linear equations let nothing grow, but the energy proves nothing.
+        "lyapunov": U - omega . I omega / 2 - h . omega, omega that of the frame and h that of rotors, has a minimum.
+        "asymptotic": all eigenvalues have negative real parts. "linear": the linear equations let nothing grow, but the energy proves nothing.
         "undecided": terms of higher order decide. All this up to motion along the family.
     family : int
         The dimension of the continuous family of equilibria that this one stands for; 0 if it is isolated.
@@ -105,19 +106,19 @@ def equilibria(
 ) -> list[Equilibrium]:
     """Return the relative equilibria of a system: its attitudes at rest in a uniformly turning frame.
 
-    There g x omega + tau = 0 with omega the rate of the frame. Newton's method looks for them from the guesses; that
-    it finds all is not certain. Equilibria along a continuous family (any angle about the vertical) come once.
+    There g x omega + tau = 0 with omega the rate of the frame. If that is a polynomial of fourth degree in the
+    quaternion (gravity gradients, uniform fields, rotors) and all its zeros are isolated, none is missed; else Newton's
+    method looks for them, not certain to find all. A continuous family (any angle about the vertical) comes once.
 
     Parameters
     ----------
     system : System
-        One, not an ensemble.
+        One, not an ensemble; its parts without variables, such as a `Gyrostat`.
     frame : Frame, optional
         `orbit.frame` of a circular orbit; a `RotatingFrame`, about the vertical for a top, about the angular
         momentum for a free body. Default: the space axes, for bodies at rest.
     guesses : scipy Rotation or array (n, 4), optional
-        Attitudes body -> frame; those that lead nowhere give nothing. Default: the principal axes along those of
-        the frame in all 24 ways, and 100 others.
+        Attitudes body -> frame from which Newton's method starts, instead of the search for all.
     time : float
         The time of the states. The equilibria do not depend on it.
 
@@ -126,18 +127,18 @@ def equilibria(
     ValueError
         If the frame does not turn uniformly, or the system is not the same in it at all times.
     """
-    if system.moving_parts:
-        raise ValueError(f"system must be without parts, got {type(system.moving_parts[0]).__name__}.")
+    if moving := [type(part).__name__ for part in system.moving_parts if part.size]:
+        raise ValueError(f"system must have no parts with variables, got {moving[0]}. Hold rotors by a Gyrostat.")
     if system.members:
         raise ValueError(f"system must be a single one, got {system.members[0]} members. Take the members one by one.")
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
     _refuse_span("system", system.span)
     _refuse_span("frame", getattr(getattr(frame, "orbit", None), "span", (-np.inf, np.inf)))
     balance = _Balance(system, frame, float(checked_time("time", time, system)))
-    starts = _starts(system) if guesses is None else np.atleast_2d(unit_quaternion(guesses, "guesses"))
     with np.errstate(all="ignore"):
         _check_frame(balance, frame)
         _check_same_at_all_times(balance, frame)
+        starts = balance.starts() if guesses is None else np.atleast_2d(unit_quaternion(guesses, "guesses"))
         points, settled = balance.settled(starts)
         return [balance.equilibrium(point, frame) for point in balance.distinct(points[settled])]
 
@@ -151,10 +152,12 @@ class _Balance:
     def __init__(self, system: System, frame: Frame, time: Time) -> None:
         self.system, self.time = system, time
         self.to_space, self.omega_space = frame.quaternion(time), np.asarray(frame.omega_space(time))
-        about_rates = float(np.max(system.body.moments) * np.linalg.norm(self.omega_space))
-        at_rest = system.body.state((1, 0, 0, 0), angular_momentum_body=(0, 0, about_rates))
-        self.momentum = float(momentum_scale(system, at_rest))
-        self.stiffness = self.momentum**2 / float(np.max(system.body.moments))
+        self.body = system.body_at({}, time)
+        largest, rate = float(np.max(system.body.moments)), float(np.linalg.norm(self.omega_space))
+        at_rest = system.body.state((1, 0, 0, 0), angular_momentum_body=(0, 0, largest * rate))
+        rotors = float(np.linalg.norm(self.body.angular_momentum(np.zeros(3))))
+        rigid = float(momentum_scale(system, at_rest))
+        self.momentum, self.stiffness = rigid + rotors, rigid**2 / largest + rotors * rate
         self.slenderness = _slenderness(system.body)
         self.slow = min(SLOW * self.slenderness, 0.01)
 
@@ -168,9 +171,9 @@ class _Balance:
             Nested(Dual(q[:, i], {("turn", k): turns[k][:, i] for k in range(3)})) for i in range(4)
         )
         comoving = attitude.to_body(self.omega_space)
-        body, kinetics = self.system.body, self.system.body.kinetics()
-        g = body.angular_momentum(np.stack([component.inner.value for component in comoving], axis=-1))
-        momentum = Vector(Nested(Dual(g[:, i], {("momentum", i): 1.0})) for i in range(3))
+        body, kinetics = self.body, self.body.kinetics()
+        g = body.angular_momentum(Vector(component.inner.value for component in comoving))
+        momentum = Vector(Nested(Dual(component, {("momentum", i): 1.0})) for i, component in enumerate(g))
         omega: Any = kinetics.omega(momentum)
         torque = self.system.torque_at(Instant(body, attitude, Environment(self.time), omega))
         rates = [opened(rate) for rate in (*(omega - comoving), *(kinetics.gyration(momentum) + torque))]
@@ -191,6 +194,17 @@ class _Balance:
         return rates[:, 3:], np.concatenate([matrix[:, 3:, :3], by_omega], axis=-1)
 
     # ------------------------------------------------------------------ search
+
+    def starts(self) -> Array:
+        """Return the ways to lay principal axes along those of the frame, and the zeros of a polynomial or a sample."""
+        from scipy.spatial.transform import Rotation
+
+        ways = Rotation.create_group("O").as_quat(canonical=True, scalar_first=True)
+        ways = ways[np.argsort(-ways[:, 0], kind="stable")]  # the smallest turns first
+        to_principal = self.system.body.principal_axes.inv().as_quat(scalar_first=True)
+        near, all_of_them = zeros_of_quartics(lambda p: self.imbalance(p)[0], _random_attitudes(RANDOM_STARTS))
+        others = [] if all_of_them else [_random_attitudes(RANDOM_STARTS)]
+        return np.concatenate([quat.product(ways, to_principal), near, *others])
 
     def settled(self, p: Array) -> tuple[Array, Array]:
         """Return where Newton's method leads from attitudes, and whether there is an equilibrium, (n,)."""
@@ -268,7 +282,7 @@ class _Balance:
         growth = np.sort(eigenvalues.real[eigenvalues.real > slow])
         family = self._family(p, free)
         stability = "unstable" if growth.size else self._stability(scaled, eigenvalues, slow, free, family)
-        state = self.system.body.state(p, omega_body=(0, 0, 0), time=self.time, frame=frame)
+        state = self.system.state(p, omega_body=(0, 0, 0), time=self.time, frame=frame)
         return Equilibrium(p, state, matrix, eigenvalues, frequencies, growth, stability, family)
 
     def _stability(self, scaled: Array, eigenvalues: Array, slow: float, free: Array, family: int) -> str:
@@ -363,16 +377,6 @@ def _other_times(balance: _Balance) -> list[float]:
 
 
 # ---------------------------------------------------------------------- attitudes
-
-
-def _starts(system: System) -> Array:
-    """Return the 24 ways to lay principal axes along those of the frame, the smallest turns first, and random ones."""
-    from scipy.spatial.transform import Rotation
-
-    ways = Rotation.create_group("O").as_quat(canonical=True, scalar_first=True)
-    ways = ways[np.argsort(-ways[:, 0], kind="stable")]
-    to_principal = system.body.principal_axes.inv().as_quat(scalar_first=True)
-    return np.concatenate([quat.product(ways, to_principal), _random_attitudes(RANDOM_STARTS)])
 
 
 def _random_attitudes(count: int) -> Array:

@@ -11,6 +11,7 @@ import poinsot as pt
 from poinsot import functions as fn
 from poinsot.algebra.quaternion import conjugate, product
 from poinsot.analysis.equilibrium import Equilibrium, equilibria
+from poinsot.parts import Gyrostat
 
 IDENTITY = (1, 0, 0, 0)
 CIRCLE = pt.KeplerOrbit(
@@ -88,6 +89,11 @@ def rotation_vector(p0, p):
 CASES = {
     "satellite": (pt.System(BODY, pt.GravityGradient(CIRCLE)), CIRCLE.frame),
     "satellite, oblique": (pt.System(OBLIQUE, pt.GravityGradient(CIRCLE)), CIRCLE.frame),
+    "gyrostat": (pt.System(OBLIQUE, Gyrostat((0.4, -0.9, 0.3)), pt.GravityGradient(CIRCLE)), CIRCLE.frame),
+    "gyrostat, heavy": (
+        pt.System(OBLIQUE, Gyrostat((0.4, -0.9, 0.3)), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
+        VERTICAL,
+    ),
     "satellite of an oblate planet": (
         pt.System(BODY, pt.GravityGradient(EQUATORIAL), pt.forces.Oblateness(EQUATORIAL, 0.1, 0.7, (0, 0, 1))),
         EQUATORIAL.frame,
