@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 import poinsot as pt
 from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
@@ -67,6 +67,55 @@ def test_kane_damper_brings_the_minor_axis_to_a_flat_spin(formulation):
     assert largest(motion.quaternion - case["quaternion"]) < case["error"]
     assert largest(motion.omega_body - case["omega_body"]) < case["error"]
     assert largest(slips - case["relative_rate"]) < case["error"]
+
+
+def hub_and_mass(hub_inertia, hub_mass, mass, place, line, stiffness, damping):
+    """Newton's and Euler's equations of a free hub and a mass on a line in it, (A, omega, rho, rho').
+
+    F is the force on the mass, r its place from the hub's centre of mass: J omega' + omega x J omega = -r x F,
+    (m M/(m + M)) r'' = F, and F along the line is that of spring and dashpot. No momenta, no tensor of the whole.
+    """
+    reduced = mass * hub_mass / (mass + hub_mass)
+
+    def rates(_, y):
+        A, w, rho, speed = y[:9].reshape(3, 3), y[9:12], y[12], y[13]
+        r = place + rho * line
+        known = np.cross(w, np.cross(w, r)) + 2 * speed * np.cross(w, line)  # r'' without omega' and rho''
+        across = np.cross(np.eye(3), r)  # rows e x r: omega' x r = omega' @ across
+        matrix = np.zeros((4, 4))
+        matrix[:3, :3] = hub_inertia + reduced * np.cross(r, across).T
+        matrix[:3, 3] = reduced * np.cross(r, line)
+        matrix[3] = reduced * np.array([*(across @ line), 1.0])
+        push = -stiffness * rho - damping * speed
+        right = [*(-np.cross(w, hub_inertia @ w) - reduced * np.cross(r, known)), push - reduced * known @ line]
+        *w_rate, acceleration = np.linalg.solve(matrix, right)
+        return np.concatenate([(A @ np.cross(w, np.eye(3)).T).ravel(), w_rate, [speed, acceleration]])
+
+    return rates
+
+
+@each_formulation
+def test_a_mass_on_a_spring_moves_by_newtons_equations(formulation):
+    hub_inertia = np.array([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 7.0)])
+    hub_mass, mass, stiffness, damping = 9.0, 1.2, 5.0, 0.4
+    place, line = np.array([0.4, -0.3, 1.1]), np.array([2.0, 3.0, 6.0]) / 7
+    omega, rho, speed, times = np.array([0.4, -0.9, 0.5]), 0.15, -0.2, np.linspace(0, 20, 9)
+    y = solve_ivp(
+        hub_and_mass(hub_inertia, hub_mass, mass, place, line, stiffness, damping),
+        (0, 20), [*np.eye(3).ravel(), *omega, rho, speed], "DOP853", times, rtol=3e-14, atol=1e-14,
+    ).y.T  # fmt: skip
+
+    reduced = mass * hub_mass / (mass + hub_mass)
+    inertia = hub_inertia + reduced * (place @ place * np.eye(3) - np.outer(place, place))
+    spring = SpringMass(mass, mass + hub_mass, hub_mass / (mass + hub_mass) * place, line, stiffness, damping)
+    system = pt.System(pt.Body.from_inertia(inertia), spring)
+    start = system.state(IDENTITY, omega_body=omega, spring_mass=spring.at_displacement(rho, speed, omega))
+    motion = pt.propagate(system, start, times, formulation=formulation)
+    # The other integration leaves 1e-13 at its tolerance of 3e-14: ten times that.
+    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-12
+    assert largest(motion.omega_body - y[:, 9:12]) < 1e-12
+    assert largest(motion.own["spring_mass"][:, 0] - y[:, 12]) < 1e-12
+    assert largest(spring.speed(motion.own["spring_mass"], motion.omega_body) - y[:, 13]) < 1e-12
 
 
 # ---------------------------------------------------------------------- gyrostats, closed forms

@@ -75,7 +75,8 @@ class Equilibrium(ShownInNotebooks):
         Positive imaginary and real parts of the eigenvalues, without those below 1e-6 of the fastest rate.
     stability : {"lyapunov", "asymptotic", "linear", "unstable", "undecided"}
         "lyapunov": U - omega . I omega / 2 - h . omega, omega that of the frame and h that of rotors, has a minimum.
-        "asymptotic": all eigenvalues have negative real parts. "linear": the linear equations let nothing grow, but the energy proves nothing.
+        "asymptotic": all eigenvalues have negative real parts. "linear": the linear equations let nothing grow, but the
+        energy proves nothing.
         "undecided": terms of higher order decide. All this up to motion along the family.
     family : int
         The dimension of the continuous family of equilibria that this one stands for; 0 if it is isolated.
