@@ -47,8 +47,7 @@ PERIGEE = (
     "the Earth is computed as a point."
 )
 PRINTED_PAIR = State(
-    quaternion=(0.5, -1 / np.sqrt(2), 0, 0.5),
-    conjugate_momenta=(0.3, -0.6 * np.sqrt(2), 0.1 * np.sqrt(2), -1.5),
+    quaternion=(0.5, -1 / np.sqrt(2), 0, 0.5), conjugate_momenta=(0.3, -0.6 * np.sqrt(2), 0.1 * np.sqrt(2), -1.5)
 )
 EULER_SET = State.from_euler(angles=(np.pi / 4, 3 * np.pi / 2, np.pi / 4), momenta=(0.5, 0.6, 0.4))
 

@@ -51,12 +51,7 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that
 
 DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
 
-STATUSES = {
-    0: "done",
-    WRONG: "invalid option, file or value",
-    INTERRUPTED: "Ctrl-C",
-    TERMINATED: "SIGTERM",
-}
+STATUSES = {0: "done", WRONG: "invalid option, file or value", INTERRUPTED: "Ctrl-C", TERMINATED: "SIGTERM"}
 
 SMALLEST = 65536
 """Bytes of a result; a disk with less is full."""

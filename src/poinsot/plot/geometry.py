@@ -10,18 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
 from poinsot.mechanics.attitude import rotation_matrix
-from poinsot.plot.labels import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    VERMILION,
-    Unit,
-    instant,
-    one_body,
-    rate_unit_of,
-    time_unit_of,
-)
+from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, instant, one_body, rate_unit_of, time_unit_of
 from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solids import (
     Ellipsoid,

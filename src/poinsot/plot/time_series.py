@@ -16,15 +16,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import same
 from poinsot.plot.curves import against_time, lift_pen, reached, shade
-from poinsot.plot.labels import (
-    Unit,
-    angle_unit_of,
-    bracketed,
-    energy_unit,
-    momentum_unit,
-    rate_unit_of,
-    time_unit_of,
-)
+from poinsot.plot.labels import Unit, angle_unit_of, bracketed, energy_unit, momentum_unit, rate_unit_of, time_unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.propagation.dataset import components
 from poinsot.propagation.trajectory import Trajectory
