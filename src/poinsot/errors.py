@@ -45,11 +45,27 @@ class PropagationError(_Stopped, RuntimeError):
         The time reached.
     trajectory : Trajectory
         What was computed: every requested time that was reached before the run stopped.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 1.0, 1.0))
+    >>> start = body.state((0.5**0.5, 0.5**0.5, 0, 0), omega_body=(-1, 0, 0))
+    >>> try:
+    ...     pt.propagate(pt.System(body), start, [9.0], formulation="euler_angles")
+    ... except pt.PropagationError as error:
+    ...     print(round(float(error.time), 2))
+    1.57
     """
 
 
 class PropagationInterrupted(_Stopped, KeyboardInterrupt):
-    """A run was stopped by Ctrl-C; it has the attributes of `PropagationError`."""
+    """A run was stopped by Ctrl-C; it has the attributes of `PropagationError`.
+
+    Examples
+    --------
+    >>> issubclass(pt.PropagationInterrupted, KeyboardInterrupt)
+    True
+    """
 
 
 def real_array(

@@ -2,6 +2,11 @@
 
 A formula receives scalars that may be any of these, and vectors that are three such scalars. It uses
 `+ - * / **` and the functions of this module; it has no `if` on their values, but `where`.
+
+>>> pt.functions.interp(1.5, (0.0, 1.0, 2.0), (0.0, 10.0, 30.0)), pt.functions.where(pt.functions.less(1, 2), 3.0, 4.0)
+(array(20.), array(3.))
+>>> pt.functions.cross((1, 0, 0), (0, 1, 0))
+Vector((0, 0, 1))
 """
 
 from __future__ import annotations

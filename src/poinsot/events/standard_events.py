@@ -45,6 +45,14 @@ class AxisCrossing(Event):
     ------
     ValueError
         If a vector is zero or the angle is not in (0, pi).
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 1.6, 2.5))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> event = pt.events.AxisCrossing((1, 0, 0), target=(0, 1, 0), angle=np.pi / 3)
+    >>> pt.propagate(pt.System(body), start, [3.0], events=[event]).events[0].times.round(4)
+    array([0.5236, 2.618 ])
     """
 
     axis: BodyDirection
@@ -73,6 +81,14 @@ class AttractorCrossing(Event):
     ------
     ValueError
         If the axis is zero or the angle is not in (0, pi).
+
+    Examples
+    --------
+    >>> body, orbit = pt.Body((1.0, 1.6, 2.5)), pt.orbits.FixedPosition(1.0, position=(-1, 0, 0))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> event = pt.events.AttractorCrossing((0, 1, 0), orbit)
+    >>> pt.propagate(pt.System(body), start, [5.0], events=[event]).events[0].times.round(4)
+    array([3.1416])
     """
 
     axis: BodyDirection
@@ -99,6 +115,14 @@ class RateCrossing(Event):
     ------
     ValueError
         If the axis is zero.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 1.6, 2.5))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.1))
+    >>> motion = pt.propagate(pt.System(body), start, [20.0], events=[pt.events.RateCrossing((0, 0, 1), rate=0.2)])
+    >>> motion.events[0].omega_body[:, 2].round(4)
+    array([0.2, 0.2, 0.2])
     """
 
     axis: BodyDirection
@@ -122,6 +146,14 @@ class SpinFlip(Event):
     ------
     ValueError
         If the axis is zero.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 1.6, 2.5))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.1))  # about the unstable axis
+    >>> motion = pt.propagate(pt.System(body), start, [20.0], events=[pt.events.SpinFlip((0, 1, 0), direction=-1)])
+    >>> motion.events[0].times.round(2)
+    array([7.97])
     """
 
     axis: BodyDirection
@@ -149,6 +181,14 @@ class AndoyerCrossing(Event):
     ------
     ValueError
         If the pole is zero.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 1.6, 2.5))
+    >>> start = pt.Andoyer(l=0.1, g=-0.2, h=0.3, L=0.5, G=1.0, H=0.4).state()
+    >>> motion = pt.propagate(pt.System(body), start, [2.0], events=[pt.events.AndoyerCrossing(direction=1)])
+    >>> motion.events[0].times.round(4)
+    array([0.3187])
     """
 
     angle: Angle = field(default=0.0, kw_only=True)
@@ -177,6 +217,14 @@ class Apsis(Event):
     Parameters
     ----------
     orbit : Orbit
+
+    Examples
+    --------
+    >>> body, orbit = pt.Body((1.0, 1.6, 2.5)), pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.3)
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> motion = pt.propagate(pt.System(body), start, [7.0], events=[pt.events.Apsis(orbit, direction=-1)])
+    >>> motion.events[0].times.round(4)  # of the apoapsis
+    array([3.1416])
     """
 
     orbit: Orbit
@@ -192,6 +240,13 @@ class AtTime(Event):
     Parameters
     ----------
     time : float
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 1.6, 2.5))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> pt.propagate(pt.System(body), start, [3.0], events=[pt.events.AtTime(1.0)]).events[0].times
+    array([1.])
     """
 
     time: Time

@@ -19,6 +19,12 @@ class LinearDamping(Torque):
     ----------
     coefficient : float
         Torque per rate, not negative: the unit of inertia over the unit of time.
+
+    Examples
+    --------
+    >>> system = pt.System(pt.Body((1, 2, 2.5)), pt.forces.LinearDamping(0.1))
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 2)))
+    array([ 0. ,  0. , -0.2])
     """
 
     coefficient: NotNegative

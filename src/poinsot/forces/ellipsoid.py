@@ -66,6 +66,14 @@ class EllipsoidGravity(Potential):
     ValueError
         If mass or a semiaxis is not positive; by `System`, if the inertia is not the body's to 1e-9 of the largest
         moment.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(3, 1, 0))
+    >>> gravity = pt.forces.EllipsoidGravity(orbit, mass=1.0, semiaxes=(1, 0.8, 0.5))
+    >>> system = pt.System(pt.Body.from_ellipsoid(1.0, (1, 0.8, 0.5)), gravity)
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))).round(6)
+    array([0.     , 0.     , 0.00217])
     """
 
     orbit: Orbit

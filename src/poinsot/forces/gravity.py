@@ -36,6 +36,12 @@ class UniformGravity(Potential):
         M g >= 0.
     center_of_mass : array (3,), body axes
         From the fixed point. The paper's printed sign is a centre of mass at minus this.
+
+    Examples
+    --------
+    >>> top = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.UniformGravity(weight=0.5, center_of_mass=(1, 0, 0)))
+    >>> top.torque_body(top.state((1, 0, 0, 0), omega_body=(0, 0, 0)))
+    array([0. , 0.5, 0. ])
     """
 
     weight: Annotated[Real, Rule(refuse_negative, "Gravity acts along -s3; turn center_of_mass.")]
@@ -66,6 +72,13 @@ class GravityGradient(Potential):
     orbit : Orbit
         Where the body is; `mu` is the orbit's. Moments in mass length^2 with the length of the orbit give
         energies in mass length^2 / time^2.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(1, 1, 0))
+    >>> system = pt.System(pt.Body((1, 2, 2.5)), pt.GravityGradient(orbit))
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))).round(4)
+    array([0.    , 0.    , 0.5303])
     """
 
     orbit: Orbit
@@ -95,6 +108,13 @@ class HarmonicGravity(Potential):
     ValueError
         By `System`, if the differences between the moments of the body, and its products of inertia, are not those of
         the field to 1e-9 of the largest moment.
+
+    Examples
+    --------
+    >>> shape, orbit = pt.shapes.Ellipsoid((1, 0.8, 0.5), mass=1.0), pt.orbits.FixedPosition(1.0, position=(3, 1, 0))
+    >>> system = pt.System(pt.Body.from_shape(shape), pt.forces.HarmonicGravity(orbit, shape.field(degree=8)))
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))).round(6)
+    array([0.     , 0.     , 0.00217])
     """
 
     orbit: Orbit
@@ -149,6 +169,13 @@ class Oblateness(Potential):
     ------
     ValueError
         If the radius is not positive or the pole is zero.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.001)  # km, s
+    >>> earth = pt.forces.Oblateness(orbit, j2=1.0826e-3, equatorial_radius=6378.137, pole=(0, 0, 1))
+    >>> earth.pole
+    array([0., 0., 1.])
     """
 
     orbit: Orbit

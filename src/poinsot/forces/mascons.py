@@ -49,6 +49,15 @@ class MasconGravity(Potential):
     ValueError
         By `System`, if the centre of mass is off the origin by more than 1e-12 of the farthest point, or the inertia is
         not the body's to 1e-9 of the largest moment.
+
+    Examples
+    --------
+    >>> masses, positions = (1, 1, 1), ((1, 0, 0), (-0.5, 0.75, 0), (-0.5, -0.75, 0))
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(3, 1, 0))
+    >>> body = pt.Body.from_point_masses(masses, positions)
+    >>> system = pt.System(body, pt.forces.MasconGravity(orbit, masses, positions))
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))).round(4)
+    array([ 0.    ,  0.    , -0.0278])
     """
 
     orbit: Orbit

@@ -41,6 +41,12 @@ class Andoyer:
     ------
     ValueError
         If G is not positive, |L| or |H| is larger than G, or members do not match.
+
+    Examples
+    --------
+    >>> variables = pt.Andoyer(l=0.1, g=0.2, h=0.3, L=0.5, G=1.0, H=0.4)
+    >>> variables.state().angular_momentum_space.round(3)
+    array([ 0.271, -0.876,  0.4  ])
     """
 
     l: Annotated[Any, Quantity("angle")]

@@ -145,6 +145,12 @@ class Attitude:
         Whether it refers to moving axes, along which formulas see the vectors of the environment alone.
     quaternion : four scalars, optional
         The same attitude.
+
+    Examples
+    --------
+    >>> quarter = pt.Attitude.from_quaternion((0.5**0.5, 0, 0, 0.5**0.5))  # about the third axis
+    >>> [round(float(x), 3) for x in quarter.to_body((1, 0, 0))]
+    [0.0, -1.0, 0.0]
     """
 
     def __init__(self, matrix: Array, comoving: bool = False, quaternion: Any = None) -> None:

@@ -54,6 +54,12 @@ class Body(Parametric):
     Notes
     -----
     `kinetics` is the only place that knows how momentum and rate are related.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> body.omega((0.5, 0.0, 1.5))
+    array([0.4, 0. , 2. ])
     """
 
     moments: Vector

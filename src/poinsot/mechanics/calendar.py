@@ -64,6 +64,12 @@ class Calendar:
     Notes
     -----
     UTC has the leap seconds that astropy knows, and none after them. It begins in 1960.
+
+    Examples
+    --------
+    >>> calendar = pt.Calendar("2000-01-01T12:00:00", "TDB", "d")
+    >>> calendar.time("2000-01-02T12:00:00 TDB")
+    1.0
     """
 
     zero: str

@@ -46,6 +46,18 @@ class Orbit(Parametric, ABC):
     """The position of the body relative to one attractor, space axes; it owns that attractor's `mu`.
 
     Subclasses declare a field `mu` and give position and velocity as formulas of the time.
+
+    Examples
+    --------
+    >>> class Line(pt.Orbit):
+    ...     mu: float
+    ...     speed: float
+    ...     def position_at(self, time):
+    ...         return pt.functions.Vector((self.speed * time, 1.0, 0.0))
+    ...     def velocity_at(self, time):
+    ...         return pt.functions.Vector((self.speed, 0.0, 0.0))
+    >>> round(float(Line(1.0, 2.0).inverse_distance_at(0.5)), 4)
+    0.7071
     """
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -212,6 +224,12 @@ class Environment:
         The `id` of each orbit -> the number of its block, or None. Default: the block with the numbers of the orbit's.
     comoving : bool
         Whether vectors are along the comoving axes of the one block, which all orbits have.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(0, 2, 0))
+    >>> float(pt.Environment(time=0.0).inverse_distance(orbit))
+    0.5
     """
 
     def __init__(

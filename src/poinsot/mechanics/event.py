@@ -35,6 +35,15 @@ class Event(Parametric, ABC):
     ------
     ValueError
         If the direction is another number, or a terminal event also acts.
+
+    Examples
+    --------
+    >>> class Slow(pt.Event):
+    ...     rate: float
+    ...     def value(self, instant):
+    ...         return pt.functions.norm(instant.omega_body) - self.rate
+    >>> Slow(0.5, direction=-1)
+    Slow(rate=0.5, direction=-1)
     """
 
     direction: int = field(default=0, kw_only=True)

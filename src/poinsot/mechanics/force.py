@@ -38,7 +38,19 @@ class Force(Parametric, ABC):
 
 
 class Potential(Force):
-    """A conservative effect, by one scalar formula in body-frame vectors; its torque is derived."""
+    """A conservative effect, by one scalar formula in body-frame vectors; its torque is derived.
+
+    Examples
+    --------
+    >>> class Magnet(pt.Potential):
+    ...     moment: pt.BodyVector
+    ...     field: pt.SpaceVector
+    ...     def energy(self, instant):
+    ...         return -pt.functions.dot(self.moment, instant.attitude.to_body(self.field))
+    >>> system = pt.System(pt.Body((1, 2, 2.5)), Magnet((1, 0, 0), (0, 0, 2)))
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0)))
+    array([ 0., -2.,  0.])
+    """
 
     @abstractmethod
     def energy(self, instant: Instant) -> Scalar:
@@ -46,7 +58,17 @@ class Potential(Force):
 
 
 class Torque(Force):
-    """An effect that has no potential, by one formula with three body components."""
+    """An effect that has no potential, by one formula with three body components.
+
+    Examples
+    --------
+    >>> class Spring(pt.Torque):
+    ...     stiffness: float
+    ...     def torque(self, instant):
+    ...         return pt.functions.cross((0, 0, self.stiffness), instant.attitude.to_body((0, 0, 1)))
+    >>> Spring(0.2)
+    Spring(stiffness=0.2)
+    """
 
     @abstractmethod
     def torque(self, instant: Instant) -> Any:

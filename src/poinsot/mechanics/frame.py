@@ -26,7 +26,14 @@ LEVEL = np.array([0.5, -0.5, -0.5, 0.5])
 
 
 class Frame(ABC):
-    """Axes that move in space; attitudes and rates relative to them go in and come out by name."""
+    """Axes that move in space; attitudes and rates relative to them go in and come out by name.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    >>> orbit.frame.omega_space(0.0)  # of the axes radial, transverse, normal
+    array([0., 0., 1.])
+    """
 
     @abstractmethod
     def quaternion(self, time: Times) -> NDArray[np.float64]:
@@ -75,6 +82,12 @@ class RotatingFrame(Frame):
         Its constant angular velocity, space axes, radians per unit of time.
     epoch : float
         The time of `attitude`.
+
+    Examples
+    --------
+    >>> turning = pt.RotatingFrame((1, 0, 0, 0), omega_space=(0, 0, 0.5))
+    >>> turning.quaternion(np.pi).round(4)
+    array([0.7071, 0.    , 0.    , 0.7071])
     """
 
     def __init__(self, attitude: Rotation | ArrayLike, omega_space: AngularVelocities, epoch: Time = 0.0) -> None:

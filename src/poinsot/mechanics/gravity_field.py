@@ -49,6 +49,12 @@ class GravityField(Parametric):
     ValueError
         If the degree is below 2, mass or radius is not positive, the extent is negative, C_00 is neither 1 nor 0, or
         S_n0 or a coefficient of degree 1 is not zero.
+
+    Examples
+    --------
+    >>> field = pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).field(degree=4)
+    >>> round(float(field.C[2, 0]), 4)
+    -0.1222
     """
 
     degree: int

@@ -31,6 +31,14 @@ class Instant:
         of them gives the other; without both formulas may depend on time, attitude and orbits alone, as energies do.
     scale : scalar
         What momenta in the vector field of a system are multiplied by, and the angular momentum that is given.
+
+    Examples
+    --------
+    >>> body, environment = pt.Body((1.25, 1.0, 0.75)), pt.Environment(time=0.0)
+    >>> attitude = pt.Attitude.from_quaternion((1, 0, 0, 0))
+    >>> instant = pt.Instant(body, attitude, environment, angular_momentum_body=(0.5, 0, 1.5))
+    >>> [float(x) for x in instant.omega_body]
+    [0.4, 0.0, 2.0]
     """
 
     def __init__(

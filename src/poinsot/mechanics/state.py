@@ -60,6 +60,12 @@ class State:
     -----
     A state knows no moments of inertia; rates come from `body.omega` or from a trajectory. One of `body.state` holds g
     in place of Q, which follows from it. The paper's Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
+
+    Examples
+    --------
+    >>> state = pt.State(quaternion=(1, 0, 0, 0), conjugate_momenta=(0, 1.0, 0, 3.0))
+    >>> state.angular_momentum_body
+    array([0.5, 0. , 1.5])
     """
 
     def __init__(
@@ -195,7 +201,13 @@ def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
 
 
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
-    """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere; the angular momentum is kept."""
+    """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere; the angular momentum is kept.
+
+    Examples
+    --------
+    >>> pt.project_to_tangent((1, 0, 0, 0), (0.25, 1.0, 0, 3.0))
+    array([0., 1., 0., 3.])
+    """
     q, Q = (
         member_array(name, value, (4,))
         for name, value in (("quaternion", quaternion), ("conjugate_momenta", conjugate_momenta))

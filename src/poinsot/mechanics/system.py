@@ -46,6 +46,12 @@ class System(Dynamics):
     ------
     TypeError
         If an argument is not what its name says, or a formula does not return what it must.
+
+    Examples
+    --------
+    >>> top = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.UniformGravity(0.5, (1, 0, 0)))
+    >>> [integral.symbol for integral in top.integrals]
+    ['H', 'G3']
     """
 
     def __init__(self, body: Body, *forces: Force, units: Mapping[str, str] | None = None) -> None:

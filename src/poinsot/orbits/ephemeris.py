@@ -115,6 +115,14 @@ class Ephemeris(Orbit):
         What the times mean, where the source has dates.
     radius : float
         Of the attractor's surface; 0: a point. An orbit that goes below it warns.
+
+    Examples
+    --------
+    >>> def position(times):
+    ...     return np.stack([np.cos(times), np.sin(times), 0 * times], axis=-1)
+    >>> orbit = pt.orbits.Ephemeris.from_function(1.0, position=position, start=0.0, stop=6.0)
+    >>> orbit.error < 1e-12
+    True
     """
 
     mu: Positive

@@ -41,6 +41,12 @@ class RotatingPosition(HeldPosition):
     ------
     ValueError
         If `mu` is not positive, or the body is at the attractor.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.RotatingPosition(1.0, position=(2, 0, 0), rate=0.5)
+    >>> [round(float(x), 3) for x in orbit.position_at(np.pi)]
+    [0.0, 2.0, 0.0]
     """
 
     _: KW_ONLY
@@ -98,6 +104,12 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
     ------
     ValueError
         If a parameter is not positive, the secondary is the heavier one, or there is no such point.
+
+    Examples
+    --------
+    >>> moon = pt.orbits.LagrangePointPath(398600.4, 4902.8, separation=384400.0, point="L2")  # km, s
+    >>> round(float(moon.from_secondary.periapsis_distance))
+    64515
     """
 
     mu_primary: float

@@ -80,6 +80,12 @@ def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar
     ------
     ValueError
         If a name is unknown, both are the same, or the span is empty or too far from now.
+
+    Examples
+    --------
+    >>> mars = pt.orbits.planet_orbit("mars", "sun", "2026-01-01T00:00:00 TDB", "2026-01-11T00:00:00 TDB")
+    >>> mars.origin, mars.reference_frame
+    ('SUN', 'ICRF')
     """
     body, attractor = _checked("body", body), _checked("attractor", attractor)
     if body == attractor:

@@ -43,6 +43,13 @@ class PrecessingOrbit(Orbit):
     ------
     ValueError
         If the sum, the mean motion, is not positive.
+
+    Examples
+    --------
+    >>> ellipse = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1, inclination=0.3)
+    >>> orbit = pt.orbits.PrecessingOrbit(ellipse, node_rate=-0.001)
+    >>> [round(float(angle), 4) for angle in orbit.angles_at(100.0)]
+    [-0.1, 0.3, 0.0]
     """
 
     orbit: KeplerOrbit

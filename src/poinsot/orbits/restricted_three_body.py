@@ -113,6 +113,14 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
     Notes
     -----
     Attractors are points. Szebehely, Theory of Orbits (1967), Sec. 1.5.
+
+    Examples
+    --------
+    >>> path = pt.orbits.ThreeBodyPath(0.9, 0.1, separation=1.0, position=(0.5, 0.6, 0), velocity=(0, 0.1, 0))
+    >>> round(float(path.jacobi_constant), 4)
+    2.9987
+    >>> [round(float(x), 4) for x in path.from_primary.position_at(1.0)]
+    [-0.2275, 0.6629, 0.0]
     """
 
     mu_primary: Real

@@ -44,6 +44,13 @@ def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeri
     ------
     ValueError
         If their axes or calendars differ, or the span is empty or without an end.
+
+    Examples
+    --------
+    >>> earth = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    >>> moon = pt.KeplerOrbit(3e-6, semimajor_axis=2.57e-3, eccentricity=0.055)
+    >>> float(pt.orbits.orbit_sum(moon, earth, start=0.0, stop=1.0).mu)
+    1.0
     """
     for orbit in orbits:
         if not isinstance(orbit, Orbit):

@@ -25,6 +25,13 @@ class Assembly(Shape):
     ----------
     parts : sequence of Shape
         Where two of them overlap, both count: that is not checked.
+
+    Examples
+    --------
+    >>> ball = pt.shapes.Ellipsoid((1, 1, 1), mass=1.0)
+    >>> pair = pt.shapes.Assembly([ball.moved((-1, 0, 0)), ball.moved((1, 0, 0))])
+    >>> pair.inertia.diagonal()
+    array([0.8, 2.8, 2.8])
     """
 
     @checked

@@ -30,6 +30,12 @@ class Mascons(Shape):
     ------
     ValueError
         If there are none, or a mass is not positive.
+
+    Examples
+    --------
+    >>> points = pt.shapes.Mascons((1.0, 3.0), ((0, 0, 0), (4, 0, 0)))
+    >>> points.center_of_mass
+    array([3., 0., 0.])
     """
 
     def __init__(self, masses: ArrayLike, positions: ShapePoints) -> None:

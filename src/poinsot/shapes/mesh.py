@@ -49,6 +49,12 @@ class Mesh(Shape):
     -----
     The potential loses digits far away: its relative error grows as 1e-15 times the square of the distance over the
     circumscribing radius. There the series of `field` is better.
+
+    Examples
+    --------
+    >>> box = pt.shapes.Mesh.from_box((1, 2, 3), density=2.0)
+    >>> box.mass
+    12.0
     """
 
     @checked

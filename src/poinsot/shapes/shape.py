@@ -34,6 +34,12 @@ class Shape(ABC):
     """A distribution of mass, along its own axes and from its own origin.
 
     Lengths and the mass are in the user's units. Every tensor, field and vector is along the axes of the shape.
+
+    Examples
+    --------
+    >>> ball = pt.shapes.Ellipsoid((2, 2, 2), mass=1.0).moved((1, 0, 0))
+    >>> float(ball.potential((0, 0, 4)))
+    0.25
     """
 
     # ------------------------------------------------------------------ what a kind of shape says of itself

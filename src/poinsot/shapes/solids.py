@@ -87,6 +87,11 @@ class Ellipsoid(Solid):
     Notes
     -----
     Potential and attraction are Carlson's elliptic integrals (Byrd and Friedman; Carlson 1995), inside and outside.
+
+    Examples
+    --------
+    >>> pt.Body.from_shape(pt.shapes.Ellipsoid((3, 2, 1), mass=5.0))
+    Body(moments=[5.0, 10.0, 13.0])
     """
 
     def __init__(self, semiaxes: ShapeVector, *, mass: float | None = None, density: float | None = None) -> None:
@@ -176,6 +181,11 @@ class Cylinder(Solid):
     1e-12, or to the rounding of the closed forms, which grows with the square of the distance over the smaller of
     radius and half the height; beyond eight circumscribing radii they are those of a cubature exact to degree 16.
     Points so near the surface that 16384 directions are too few are refused.
+
+    Examples
+    --------
+    >>> pt.Body.from_shape(pt.shapes.Cylinder(radius=2.0, height=3.0, mass=4.0))
+    Body(moments=[7.0, 7.0, 8.0])
     """
 
     def __init__(
