@@ -317,7 +317,7 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
 
 
 def sine_defect(angle: Scalar) -> Scalar:
-    """Return x - sin x, right to its last digit also near zero."""
+    """Return x - sin x to machine precision, also near zero."""
     if own := _own("sine_defect", (angle,)):
         return own[0]
     engine = _engine(angle)
@@ -326,7 +326,7 @@ def sine_defect(angle: Scalar) -> Scalar:
 
 
 def asinh_defect(x: Scalar) -> Scalar:
-    """Return x - asinh x, right to its last digit also near zero."""
+    """Return x - asinh x to machine precision, also near zero."""
     if own := _own("asinh_defect", (x,)):
         return own[0]
     engine = _engine(x)

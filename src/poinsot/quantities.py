@@ -75,7 +75,7 @@ class Quantity:
     largest: float = math.inf
 
     def __call__(self, name: str, value: Any) -> Any:
-        """Return an angle without its unit, in radians; anything else, whose unit is not known here, as it is."""
+        """Return an angle without its unit, in radians; any other value unchanged."""
         if self.kind != "angle":
             return value
         value = plain(name, value, "rad")

@@ -360,7 +360,7 @@ OFF_THE_SPHERE = {
     ),
     "projection_of_nothing": (
         lambda: pt.project_to_tangent((0, 0, 0, 0), (0, 1, 0, 0)),
-        "quaternion must not be zero, but |q| = 0.",
+        "quaternion must not be zero, got |q| = 0.",
     ),
     "matrix_scaled": (
         lambda: quaternion_from_matrix(2 * np.eye(3)),

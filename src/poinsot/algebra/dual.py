@@ -1,4 +1,4 @@
-"""Derivatives of formulas: a value with its partial derivatives, carried through by the rules of calculus.
+"""Derivatives of formulas: forward differentiation of a value and its partial derivatives, rule by rule.
 
 Values and partials are scalars of any kind (floats, arrays, heyoka or SymPy expressions, mpmath numbers), so
 that one derivative serves kernels, diagnostics and proofs.

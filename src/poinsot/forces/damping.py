@@ -18,7 +18,12 @@ class LinearDamping(Torque):
     Parameters
     ----------
     coefficient : float
-        Torque per rate, not negative: the unit of inertia over the unit of time.
+        Torque per rate: the unit of inertia over the unit of time.
+
+    Raises
+    ------
+    ValueError
+        If the coefficient is negative.
 
     Examples
     --------

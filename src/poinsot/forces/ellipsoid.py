@@ -47,7 +47,7 @@ class EllipsoidGravity(Potential):
 
     U = -3/4 mu M int_L^inf (1 - sum_i x_i^2 / (T + e_i)) dT / sqrt(prod_i (T + e_i)) + mu M / r, with x the place of
     the attractor along the body axes, e_i = a_i^2 less their mean, and L the largest T at which the bracket vanishes
-    (Kellogg 1929, Foundations of Potential Theory, Ch. VII); that is why a small change of L alone changes nothing. The
+    (Kellogg 1929, Foundations of Potential Theory); that is why a small change of L alone changes nothing. The
     integral is Gauss's with 12 nodes in L / T: the relative error of torques is below 1e-14 from 1.2 times the longest
     semiaxis on, for every ellipsoid; nearer, the flatter it is, the more digits are lost.
 

@@ -37,6 +37,11 @@ class UniformGravity(Potential):
     center_of_mass : array (3,), body axes
         From the fixed point. The paper's printed sign is a centre of mass at minus this.
 
+    Raises
+    ------
+    ValueError
+        If the weight is negative; by `System`, if a part moves the centre of mass.
+
     Examples
     --------
     >>> top = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.UniformGravity(weight=0.5, center_of_mass=(1, 0, 0)))
@@ -152,7 +157,8 @@ class Oblateness(Potential):
     U = 3 mu f / (2 r^3) [5/2 (1 + 3 s^2) J(n) - J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, where n points
     from the attractor to the body, k along the pole, s = n . k and J(v) = v . I v. With `GravityGradient` it is the
     part of -tr(W'' I) / 2 that depends on the attitude, with W'' the second derivatives of -mu/r (1 - f P2(s))
-    (Roithmayr 1990 derives the torque). It goes beside any gravity of the same attractor as a point.
+    (Roithmayr 1990, Flight Mechanics/Estimation Theory Symposium). It goes beside any gravity of the same attractor as
+    a point.
 
     Parameters
     ----------

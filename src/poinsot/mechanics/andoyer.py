@@ -30,7 +30,7 @@ class Andoyer:
     determined by their sum only; the outer one is then zero. The cosines do not tell an I or J below 1e-8 from zero.
     (Andoyer 1923; Deprit 1967, Am. J. Phys. 35, 424.)
 
-    Attributes
+    Parameters
     ----------
     l, g, h : float or array (members,)
         Angles, radians.

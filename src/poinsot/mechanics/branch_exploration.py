@@ -120,7 +120,7 @@ class Explored(Wrapped):
 
 
 class ExploredEnvironment(Environment):
-    """The world at sample times, where conditions on time and orbits go every way, whatever the times are.
+    """The environment at sample times, where conditions on time and orbits go every way, whatever the times are.
 
     Parameters
     ----------
@@ -158,5 +158,5 @@ class ExploredEnvironment(Environment):
 
 
 def opened(scalar: Any) -> Any:
-    """Return what a wrapped scalar stands for, or any other scalar as it is."""
+    """Return what a wrapped scalar stands for, or any other scalar unchanged."""
     return scalar.inner if isinstance(scalar, Wrapped) else scalar

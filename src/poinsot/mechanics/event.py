@@ -1,7 +1,7 @@
 """What is watched for on the way: zeros of a formula, and what is done there.
 
 To add one, inside or outside the package, write a subclass: its fields are its parameters, its one method the
-formula. It is frozen and becomes a dataclass by itself.
+formula. The base class makes it a frozen dataclass.
 """
 
 from __future__ import annotations

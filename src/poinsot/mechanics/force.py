@@ -1,7 +1,7 @@
 """What turns a body: potentials (one energy formula) and torques (one torque formula).
 
 To add one, inside or outside the package, write a subclass: its fields are its parameters, its one method
-its physics. It is frozen and becomes a dataclass by itself.
+its physics. The base class makes it a frozen dataclass.
 """
 
 from __future__ import annotations

@@ -203,7 +203,7 @@ def _rates_at(
     environment: Callable[[Any], Environment],
     another: Callable[[Array], Environment],
 ) -> list[Array]:
-    """Return omega, energy, its rate, its change to another sky, power and g . torque of torques, and torque.
+    """Return omega, energy, its rate, its change to another environment, power and g . torque of torques, and torque.
 
     The power is that of the forces without a potential; the torque is along the body axes, then along the space axes.
     """

@@ -58,7 +58,7 @@ class Table:
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
 class Parametric:
-    """Base of the frozen records: a subclass lists its fields and becomes a dataclass by itself."""
+    """Base of the frozen records, which makes a dataclass of each subclass by its annotated fields."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -252,7 +252,7 @@ def _article(kind: type) -> str:
 
 
 def listed(value: Any) -> str:
-    """Return an array by its numbers, a long one by its shape, anything else as it is written."""
+    """Return an array by its numbers, a long one by its shape, anything else by its repr."""
     if not isinstance(value, np.ndarray):
         return repr(value)
     return repr(value.tolist()) if value.size <= 16 else f"<array {value.shape}>"

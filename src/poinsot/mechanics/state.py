@@ -203,6 +203,16 @@ def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
     """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere; the angular momentum is kept.
 
+    Parameters
+    ----------
+    quaternion, conjugate_momenta : array (4,) or (members, 4)
+        Scalar first; neither is normalised.
+
+    Raises
+    ------
+    ValueError
+        If the quaternion is zero.
+
     Examples
     --------
     >>> pt.project_to_tangent((1, 0, 0, 0), (0.25, 1.0, 0, 3.0))
@@ -213,7 +223,7 @@ def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> N
         for name, value in (("quaternion", quaternion), ("conjugate_momenta", conjugate_momenta))
     )
     if not np.all(np.any(q, axis=-1)):
-        raise ValueError("quaternion must not be zero, but |q| = 0.")
+        raise ValueError("quaternion must not be zero, got |q| = 0.")
     return np.asarray(Q - (quat.dot(q, Q) / quat.dot(q, q))[..., None] * q)
 
 

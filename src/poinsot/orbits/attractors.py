@@ -24,7 +24,7 @@ MU = {
     "NEPTUNE BARYCENTER": 6836527.1005803989,
     "PLUTO BARYCENTER": 975.5,
 }
-"""km3/s2, those of DE440 (Park et al. 2021, Table 2; NAIF's gm_de440.tpc); a barycenter has its moons in it."""
+"""km3/s2, those of DE440 (Park et al. 2021; NAIF's gm_de440.tpc); a barycenter has its moons in it."""
 
 RADIUS = {
     "SUN": 695700.0,

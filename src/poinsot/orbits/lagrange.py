@@ -87,7 +87,8 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
     """A libration point of two attractors on circles about each other, in the plane of the first two space axes.
 
     At the epoch the secondary is in the direction of the first axis from the primary; the motion is about the third.
-    A body held there feels both: `GravityGradient(point.from_primary)` and `GravityGradient(point.from_secondary)`.
+    A body held there feels both: `GravityGradient(point.from_primary)` and `GravityGradient(point.from_secondary)`
+    (Szebehely 1967, Theory of Orbits).
 
     Parameters
     ----------
@@ -166,10 +167,7 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
 
     @functools.cached_property
     def _distance(self) -> float:
-        """The distance from the nearer attractor over the separation: the positive root of Euler's quintic.
-
-        Szebehely, Theory of Orbits (1967), Sec. 4.4.
-        """
+        """The distance from the nearer attractor over the separation: the positive root of Euler's quintic."""
         mu = self.mass_ratio
         quintic = np.polynomial.Polynomial(
             {

@@ -112,7 +112,7 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
 
     Notes
     -----
-    Attractors are points. Szebehely, Theory of Orbits (1967), Sec. 1.5.
+    Attractors are points (Szebehely 1967, Theory of Orbits).
 
     Examples
     --------

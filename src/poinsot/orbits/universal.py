@@ -5,8 +5,8 @@ functions of -(e - 1) x^2,
 
     sqrt(mu / q^3) (t - t_p) = x + e S_3,  r = q (1 + e S_2),  r_space = q (1 - S_2) P + q sqrt(1 + e) S_1 S
 
-(Battin 1999, An Introduction to the Mathematics and Methods of Astrodynamics, Sec. 4.5, started at the
-periapsis). Nothing here is singular at e = 1, and no two terms cancel.
+(Battin 1999, An Introduction to the Mathematics and Methods of Astrodynamics, started at the periapsis). Nothing here
+is singular at e = 1, and no two terms cancel.
 """
 
 from __future__ import annotations

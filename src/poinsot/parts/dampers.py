@@ -23,7 +23,7 @@ class KaneDamper(Part):
     """A homogeneous sphere in a spherical cavity filled with viscous fluid: Kane's damper.
 
     p' = p x omega - coefficient (p / moment - omega), p the sphere's inertial angular momentum, body axes. The fluid
-    has no inertia. Kane and Levinson, Spacecraft Dynamics (1983), treat it as the model of any internal dissipation.
+    has no inertia: a model of any internal dissipation (Kane, Likins and Levinson 1983, Spacecraft Dynamics).
 
     Parameters
     ----------

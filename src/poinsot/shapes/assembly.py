@@ -26,6 +26,11 @@ class Assembly(Shape):
     parts : sequence of Shape
         Where two of them overlap, both count: that is not checked.
 
+    Raises
+    ------
+    ValueError
+        If there are none.
+
     Examples
     --------
     >>> ball = pt.shapes.Ellipsoid((1, 1, 1), mass=1.0)
@@ -38,7 +43,7 @@ class Assembly(Shape):
     def __init__(self, parts: Sequence[Shape]) -> None:
         self.parts = tuple(parts)
         if not self.parts:
-            raise ValueError("parts must not be empty, but there are none.")
+            raise ValueError("parts must not be empty, got none.")
         for part in self.parts:
             if not isinstance(part, Shape):
                 raise TypeError(f"parts must be shapes, got {described(part)}.")

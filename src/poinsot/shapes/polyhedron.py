@@ -46,11 +46,11 @@ def multipoles(vertices: Array, faces: Faces, degree: int) -> NDArray[np.complex
 
 
 def gravity(vertices: Array, faces: Faces, points: Array) -> tuple[Array, Array]:
-    """Return potential (n,) and attraction (n, 3) at points (n, 3), inside or outside (Werner and Scheeres 1997).
+    """Return potential (n,) and attraction (n, 3) at points (n, 3), inside or outside.
 
-    Face by face: with h the height of the face over the point, S = integral of dA / r = sum over edges of
-    (r . m) L - h omega, where m is the outward normal of the edge in the face, L = log((r1 + r2 + e) / (r1 + r2 - e))
-    and omega the solid angle. Then U = sum h S / 2 and grad U = -sum n S.
+    Face by face (Werner and Scheeres 1997, CMDA 65, 313): with h the height of the face over the point, S = integral
+    of dA / r = sum over edges of (r . m) L - h omega, where m is the outward normal of the edge in the face,
+    L = log((r1 + r2 + e) / (r1 + r2 - e)) and omega the solid angle. Then U = sum h S / 2 and grad U = -sum n S.
     """
     triangles = Triangles(vertices, faces)
     potential, attraction = np.empty(len(points)), np.empty((len(points), 3))

@@ -84,9 +84,14 @@ class Ellipsoid(Solid):
     mass, density : float
         Exactly one of them.
 
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or not exactly one of mass and density is given.
+
     Notes
     -----
-    Potential and attraction are Carlson's elliptic integrals (Byrd and Friedman; Carlson 1995), inside and outside.
+    Potential and attraction are Carlson's symmetric elliptic integrals, inside and outside.
 
     Examples
     --------
@@ -135,7 +140,7 @@ class Ellipsoid(Solid):
 
 
 def _mean_of_harmonic(n: int, m: int, a2: float, b2: float, c2: float) -> float:
-    """Return the mean of Z_nm over an ellipsoid with squared semiaxes, n and m even (Balmino 1994; Boyce 1997)."""
+    """Return the mean of Z_nm over an ellipsoid with squared semiaxes, n and m even (Balmino 1994, CMDA 60, 331)."""
     half, order = n // 2, m // 2
     flat, long = c2 - (a2 + b2) / 2, a2 - b2
     terms = (
@@ -174,6 +179,11 @@ class Cylinder(Solid):
         The height is the full one.
     mass, density : float
         Exactly one of them.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or not exactly one of mass and density is given.
 
     Notes
     -----
