@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers
-from poinsot.files.scenarios.errors import Errors, has, maker_at, nearest
+from poinsot.files.scenarios.errors import MISSING, Errors, has, maker_at, nearest
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.scenarios.registry import DEFAULTS, Key, makers
-from poinsot.files.scenarios.schema import STATE, converted, scenario_model, short
+from poinsot.files.scenarios.schema import MOST_TIMES, STATE, converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -35,21 +35,19 @@ FROM = ("from_primary", "from_secondary")
 """What may follow the name of a path beside two attractors."""
 
 RATES = ("omega_body", "omega_space", "angular_momentum_body", "angular_momentum_space")
+PAIRS = {"conjugate_momenta": ("quaternion",), "euler_momenta": ("euler_angles", "sequence")}
+"""What goes with momenta."""
+
 ATTITUDES = ("quaternion", "matrix", "euler_angles", "roll_pitch_yaw")
 
-MOST_TIMES = 10_000_000
 MOST_ROWS = 100_000_000
 """Times of all members together."""
 
 MOST_DRAWN = 10_000_000
 """Numbers in the place of one."""
 
-ENDINGS = {"result": (".nc", ".zarr"), "plot": (".png", ".pdf", ".svg"), "view": (".html",)}
-
 VARIED = ("body", "state", "forces", "orbits")
 """Tables whose numbers an ensemble can vary."""
-
-ONCE = ("body", "state", "times")
 
 STAND_IN: dict[str, Any] = {"state": {}, "times": {}}
 
@@ -80,7 +78,9 @@ class Parts:
     ) -> None:
         self._errors, self._folder = Errors(name, text), folder or Folder(None)
         read = parsed_toml(text, name)
-        self._check_once(read)
+        for table in ("body", "state", "times"):
+            if isinstance(read.get(table), list):
+                raise self._errors.at((table,), f"must be one table, got a list. A scenario has one: [{table}].")
         self._calendar_of(read)
         try:
             model = scenario_model().model_validate(
@@ -95,11 +95,6 @@ class Parts:
         self._spread()
 
     # ------------------------------------------------------------------ what holds for the whole file
-
-    def _check_once(self, data: dict[str, Any]) -> None:
-        for name in ONCE:
-            if isinstance(data.get(name), list):
-                raise self._errors.at((name,), f"must be one table, got a list. A scenario has one: [{name}].")
 
     def _calendar_of(self, data: dict[str, Any]) -> None:
         """Find the unit of time, and what the times are as dates."""
@@ -141,16 +136,21 @@ class Parts:
         if distribution == "isotropic":
             return self._any_turn(random, spread, members, place)
         if spread.get("size") is None:
-            raise self._errors.at((*place, "size"), "must be there, got none.")
+            raise self._errors.at((*place, "size"), MISSING)
         try:
             size = real_numbers("size", converted(spread["size"], spread["kind"], self.time_unit, "size"))
             size = np.broadcast_to(size, value.shape)
         except (TypeError, ValueError) as error:
-            raise self._errors.prefixed((*place, "size"), _about_size(str(error))) from None
+            rule = (
+                ""
+                if str(error).startswith("size")
+                else "size must be one number, or one for each component, got others: "
+            )
+            raise self._errors.prefixed((*place, "size"), f"{rule}{error}") from None
         if np.any(size < 0):
             raise self._errors.at((*place, "size"), f"must not be negative, got {np.min(size):g}.")
-        uniform = distribution == "uniform"
-        return np.asarray(value + size * (random.uniform(-1, 1, shape) if uniform else random.standard_normal(shape)))
+        drawn = random.uniform(-1, 1, shape) if distribution == "uniform" else random.standard_normal(shape)
+        return np.asarray(value + size * drawn)
 
     def _any_turn(self, random: Any, spread: dict[str, Any], members: int, place: Path) -> Array:
         """Return rotation vectors of turns in any direction by any angle, each attitude as likely as another."""
@@ -273,41 +273,36 @@ class Parts:
         table, place = self.values["state"], ("state",)
         time = self._time(table.get("time", 0.0), ("state", "time"))
         own = self._errors.called((*place, "own"), system.given_parts, **table.get("own", {}))
-        if "conjugate_momenta" in table:
-            self._only(table, ("quaternion", "conjugate_momenta"))
-            given = {name: table.get(name) for name in ("quaternion", "conjugate_momenta")}
-            self._refuse_turn()
-            pair: State = self._errors.called(place, State, **given, time=time, own=own)
-            return pair
-        if "euler_momenta" in table:
-            self._only(table, ("euler_angles", "euler_momenta", "sequence"))
-            self._refuse_turn()
-            angles, momenta = self._needed("euler_angles"), table["euler_momenta"]
-            sequence = table.get("sequence", "313")
-            canonical: State = self._errors.called(place, State.from_euler, angles, momenta, sequence, time, own)
-            return canonical
+        for momenta, names in PAIRS.items():
+            if momenta in table:
+                return self._canonical(table, momenta, names, time, own)
         rates = {name: table[name] for name in RATES if name in table}
         frame = self._frame(table["frame"]) if "frame" in table else None
         options = {**rates, "time": time, "frame": frame, **own}
         state: State = self._errors.called(place, system.state, self._attitude(table), **options)
         return state
 
-    def _refuse_turn(self) -> None:
-        """Refuse to turn a canonical pair, whose momenta would have to turn too."""
+    def _canonical(self, table: dict[str, Any], momenta: str, names: tuple[str, ...], time: Any, own: Any) -> State:
+        """Return the state of coordinates and their momenta, which no ensemble can turn: the momenta would turn too."""
+        if names[0] not in table:
+            raise self._errors.at(("state", names[0]), MISSING)
+        self._only("state", (*names, momenta, "time", "own"), momenta)
         if self._turn is not None:
             raise self._errors.at(("state",), "must have a rate or an angular momentum where its attitude is spread.")
+        state: State
+        if momenta == "conjugate_momenta":
+            given = {name: table[name] for name in (names[0], momenta)}
+            state = self._errors.called(("state",), State, **given, time=time, own=own)
+        else:
+            given = (table[names[0]], table[momenta], table.get("sequence", "313"), time, own)
+            state = self._errors.called(("state",), State.from_euler, *given)
+        return state
 
-    def _only(self, table: dict[str, Any], names: tuple[str, ...]) -> None:
-        """Refuse what does not go with momenta, and miss what they need."""
-        self._needed(names[0])
-        for name in table:
-            if name not in (*names, "time", "own"):
-                raise self._errors.at(("state", name), f"must not be beside {names[1]}, got both.")
-
-    def _needed(self, name: str) -> Any:
-        if name not in self.values["state"]:
-            raise self._errors.at(("state", name), "must be there, got none.")
-        return self.values["state"][name]
+    def _only(self, section: str, names: Iterable[str], beside: str) -> None:
+        """Refuse what does not go with something else in a table."""
+        for name in self.values[section]:
+            if name not in names:
+                raise self._errors.at((section, name), f"must not be beside {beside}, got both.")
 
     def _attitude(self, table: dict[str, Any]) -> Array:
         given = [name for name in ATTITUDES if name in table]
@@ -323,18 +318,15 @@ class Parts:
             raise self._errors.at(("state", "frame"), "must be an orbit beside roll_pitch_yaw, got none.")
         ways: dict[str, Callable[..., Any]] = {
             "quaternion": lambda quaternion: unit_quaternion(quaternion, "quaternion"),
-            "matrix": lambda matrix: quaternion_from_matrix(matrix),
+            "matrix": quaternion_from_matrix,
             "euler_angles": lambda euler_angles: quaternion_from_angles(
-                _triple("euler_angles", euler_angles), table.get("sequence", "313")
+                member_array(name, euler_angles, (3,)), table.get("sequence", "313")
             ),
-            "roll_pitch_yaw": lambda roll_pitch_yaw: from_roll_pitch_yaw(_triple("roll_pitch_yaw", roll_pitch_yaw)),
+            "roll_pitch_yaw": lambda roll_pitch_yaw: from_roll_pitch_yaw(member_array(name, roll_pitch_yaw, (3,))),
         }
-        return self._turned(self._errors.called(("state",), ways[name], **{name: table[name]}))
-
-    def _turned(self, q: Array) -> Array:
-        """Return attitudes turned about their body axes by what the ensemble draws."""
+        q = self._errors.called(("state",), ways[name], **{name: table[name]})
         if self._turn is None:
-            return q
+            return np.asarray(q)
         return quat.product(q, np.asarray(Rotation.from_rotvec(self._turn).as_quat(scalar_first=True)))
 
     def _frame(self, reference: str) -> Frame:
@@ -372,7 +364,7 @@ class Parts:
                 rule = "a list of times" if name == "values" else "one number"
                 raise self._errors.at(("times", name), f"must be {rule}, got shape {np.shape(read[name])}.")
         if "values" in read:
-            self._alone("values", table)
+            self._only("times", ("values",), "values")
             times = self._errors.called(("times", "values"), checked_times, np.asarray(read["values"], dtype=float))
         else:
             start = read.get("start", np.ravel(state.time)[0])
@@ -384,11 +376,6 @@ class Parts:
                 ("times",), f"must be at most {MOST_ROWS} with all members, got {times.size * members}."
             )
         return np.asarray(times)
-
-    def _alone(self, name: str, table: dict[str, Any]) -> None:
-        for other in table:
-            if other != name:
-                raise self._errors.at(("times", other), f"must not be beside {name}, got both.")
 
     def _stop(self, start: float, read: dict[str, Any], table: dict[str, Any]) -> float:
         if ("stop" in table) == ("periods" in table):
@@ -407,10 +394,7 @@ class Parts:
         if ("count" in table) == ("step" in table):
             raise self._errors.at(("times",), "must have one of count and step, or values.")
         if "count" in table:
-            count = table["count"]
-            if not 1 <= count <= MOST_TIMES:
-                raise self._errors.at(("times", "count"), f"must be from 1 to {MOST_TIMES}, got {short(count)}.")
-            return np.linspace(start, stop, count)
+            return np.linspace(start, stop, table["count"])
         step = float(table["step"])
         if not (step and (stop - start) / step >= 0):
             raise self._errors.at(("times", "step"), f"must lead from start to stop, got {step}.")
@@ -425,9 +409,7 @@ class Parts:
         if run.get("method") == "closed form":
             if system.forces:
                 raise self._errors.at(("run", "method"), "must be integration beside forces, got 'closed form'.")
-            for name in run:
-                if name != "method":
-                    raise self._errors.at(("run", name), "must not be beside the closed form, got both.")
+            self._only("run", ("method",), "the closed form")
         if isinstance(run.get("tolerance"), np.ndarray):
             precision = run.get("precision", "double")
             run["tolerance"] = self._errors.called(("run",), _one, tolerance=run["tolerance"], precision=precision)
@@ -435,17 +417,7 @@ class Parts:
 
     def outputs(self) -> dict[str, str]:
         """Return the names of the files to write, none of which leads out of its folder."""
-        found = self.values.get("outputs", {})
-        for kind, name in found.items():
-            if re.fullmatch(r"\w[\w .+-]*", name) is None or len(name) > 200:
-                raise self._errors.at(
-                    ("outputs", kind), f"must be the name of a file, without a folder, got {short(name)}."
-                )
-            if not name.endswith(ENDINGS[kind]):
-                raise self._errors.at(
-                    ("outputs", kind), f"must end in {' or '.join(ENDINGS[kind])}, got {short(name)}."
-                )
-        return dict(found)
+        return dict(self.values.get("outputs", {}))
 
 
 def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
@@ -475,20 +447,8 @@ def _places(node: Any, path: str = "") -> Iterator[str]:
             yield from _places(value, f"{path}[{i}]")
 
 
-def _triple(name: str, angles: Array) -> Array:
-    return member_array(name, angles, (3,))
-
-
 def _one(tolerance: Any, precision: str) -> float:
     if np.ndim(tolerance):
         raise ValueError(f"tolerance must be one number, got shape {np.shape(tolerance)}.")
     checked_tolerance(float(tolerance), precision)
     return float(tolerance)
-
-
-def _about_size(sentence: str) -> str:
-    return (
-        sentence
-        if sentence.startswith("size")
-        else f"size must be one number, or one for each component, got others: {sentence}"
-    )

@@ -14,7 +14,7 @@ from poinsot.files.scenarios.registry import DEFAULTS, Maker, makers
 from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
 
-__all__ = ["Errors", "has", "maker_at", "nearest"]
+__all__ = ["MISSING", "Errors", "has", "maker_at", "nearest"]
 
 MISSING = "must be there, got none."
 

@@ -63,17 +63,24 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-        "orbits", "field", "shape", "shapes" or "named": numbers by name.
+        "orbits", "field", "shape", "shapes" or "named": numbers by name; others are in the schema alone.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
+    choices, limits : tuple
+        The words or the ends of names that a text can be, and the least and the largest whole number.
+    keys : tuple of Key
+        Of a table.
     """
 
     name: str
     kind: str
-    rank: int = 0
-    required: bool = True
-    default: float | str | None = None
     help: str = ""
+    rank: int = 0
+    required: bool = False
+    default: float | str | None = None
+    choices: tuple[str, ...] = ()
+    limits: tuple[int, int] | None = None
+    keys: tuple[Key, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -187,7 +194,7 @@ def _maker(call: Callable[..., Any], name: str) -> Maker | None:
             default = parameter.default if isinstance(parameter.default, float | int | str) else None
             axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
             words = " ".join([said.get(parameter.name, ""), *axes]).strip()
-            keys.append(Key(parameter.name, kind, rank, required, default, words))
+            keys.append(Key(parameter.name, kind, words, rank, required, default))
         elif required:
             return None
     return Maker(name, call, tuple(keys), _first_line(call.__doc__), takes_calendar)
@@ -249,9 +256,9 @@ def field_of_shape(shape: Shape, degree: int, radius: float | None = None) -> Gr
 
 
 PLACE = (
-    Key("position", "number", 1, False, help="Where the origin of the shape goes, along the body axes."),
-    Key("quaternion", "number", 1, False, help="Turns the shape before: scalar first, its axes to the body axes."),
-    Key("matrix", "number", 2, False, help="Turns the shape before, as a matrix in place of a quaternion."),
+    Key("position", "number", "Where the origin of the shape goes, along the body axes.", 1),
+    Key("quaternion", "number", "Turns the shape before: scalar first, its axes to the body axes.", 1),
+    Key("matrix", "number", "Turns the shape before, as a matrix in place of a quaternion.", 2),
 )
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import datetime as dt
 import functools
+import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, Literal, Union
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -28,46 +30,97 @@ from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
 from poinsot.files.scenarios.registry import DEFAULTS, Key, Maker, known_classes, makers
 
-__all__ = ["converted", "scenario_model", "schema", "short"]
-
-METHOD_NAMES = ("integration", "closed form")
+__all__ = ["MOST_TIMES", "STATE", "converted", "scenario_model", "schema", "short"]
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
 LARGEST_WHOLE = 2**53
 
+MOST_TIMES = 10_000_000
+
+UNITS = (
+    Key("time", "text", "Such as s; one of s, min, h, d where rates or times have a unit.", default="1"),
+    Key("inertia", "text", "Such as kg m2.", default="1"),
+)
+
+CALENDAR = (
+    Key("zero", "text", "The date of t = 0, such as 2026-11-21T00:00:00.", required=True),
+    Key("scale", "text", "Of that date: UTC, TAI, GPS, TT, TDB, TCB or TCG.", required=True),
+    Key("unit", "text", "Of time: s, min, h or d.", default="s"),
+)
+
 STATE = (
-    Key("quaternion", "number", 1, False, help="Unit quaternion, scalar first, body to space (or to the frame)."),
-    Key("conjugate_momenta", "number", 1, False, help="Q, with a quaternion: the canonical pair."),
-    Key("matrix", "number", 2, False, help="Active rotation matrix, body to space (or to the frame)."),
-    Key("euler_angles", "angle", 1, False, help="Angles of q = r_i(a1) r_j(a2) r_k(a3), by the sequence."),
-    Key("euler_momenta", "number", 1, False, help="The canonical momenta of the Euler angles."),
-    Key("sequence", "text", 0, False, "313", help="Of the Euler angles, such as 313 or 321."),
-    Key(
-        "roll_pitch_yaw",
-        "angle",
-        1,
-        False,
-        help="From forward, against the normal, down of the orbit that is the frame.",
-    ),
-    Key("omega_body", "rate", 1, False, help="Rate along the body axes; with a frame, relative to it."),
-    Key("omega_space", "rate", 1, False, help="Rate along the space axes; with a frame, relative to it and along it."),
-    Key("angular_momentum_body", "number", 1, False, help="Angular momentum along the body axes."),
-    Key("angular_momentum_space", "number", 1, False, help="Angular momentum along the space axes."),
-    Key("frame", "text", 0, False, help="An orbit (radial, transverse, normal), or a table under frames."),
-    Key("time", "time", 0, False, 0.0, help="The time of the state."),
-    Key("own", "named", 1, False, help="Variables of parts, by the name of the part; default: at rest in the body."),
+    Key("quaternion", "number", "Unit quaternion, scalar first, body to space (or to the frame).", 1),
+    Key("conjugate_momenta", "number", "Q, with a quaternion: the canonical pair.", 1),
+    Key("matrix", "number", "Active rotation matrix, body to space (or to the frame).", 2),
+    Key("euler_angles", "angle", "Angles of q = r_i(a1) r_j(a2) r_k(a3), by the sequence.", 1),
+    Key("euler_momenta", "number", "The canonical momenta of the Euler angles.", 1),
+    Key("sequence", "text", "Of the Euler angles, such as 313 or 321.", default="313"),
+    Key("roll_pitch_yaw", "angle", "From forward, against the normal, down of the orbit that is the frame.", 1),
+    Key("omega_body", "rate", "Rate along the body axes; with a frame, relative to it.", 1),
+    Key("omega_space", "rate", "Rate along the space axes; with a frame, relative to it and along it.", 1),
+    Key("angular_momentum_body", "number", "Angular momentum along the body axes.", 1),
+    Key("angular_momentum_space", "number", "Angular momentum along the space axes.", 1),
+    Key("frame", "text", "An orbit (radial, transverse, normal), or a table under frames."),
+    Key("time", "time", "The time of the state.", default=0.0),
+    Key("own", "named", "Variables of parts, by the name of the part; default: at rest in the body.", 1),
 )
 
 TIMES = (
-    Key("start", "time", 0, False, 0.0, help="The first time; default: that of the state."),
-    Key("stop", "time", 0, False, help="The last time."),
-    Key("count", "whole", 0, False, help="How many times, with start and stop."),
-    Key("step", "duration", 0, False, help="The distance of the times, with start and stop."),
-    Key("periods", "number", 0, False, help="In place of stop: so many revolutions of an orbit."),
-    Key("orbit", "orbit", 0, False, help="The orbit of these revolutions."),
-    Key("values", "time", 1, False, help="The times themselves, in place of all others."),
+    Key("start", "time", "The first time; default: that of the state.", default=0.0),
+    Key("stop", "time", "The last time."),
+    Key("count", "whole", "How many times, with start and stop.", limits=(1, MOST_TIMES)),
+    Key("step", "duration", "The distance of the times, with start and stop."),
+    Key("periods", "number", "In place of stop: so many revolutions of an orbit."),
+    Key("orbit", "orbit", "The orbit of these revolutions."),
+    Key("values", "time", "The times themselves, in place of all others.", 1),
 )
+
+OUTPUTS = (
+    Key("result", "output", "Default: the name of this file, with .nc.", choices=(".nc", ".zarr")),
+    Key("plot", "output", choices=(".png", ".pdf", ".svg")),
+    Key("view", "output", choices=(".html",)),
+)
+
+PLACE = "The number to vary by its place, such as state.omega_body; state.turn turns the attitude about body axes."
+NEAR = "Around the value in this file; isotropic: any attitude, of state.turn."
+
+SPREAD = (
+    Key("of", "text", PLACE, required=True),
+    Key("distribution", "text", NEAR, default="normal", choices=("normal", "uniform", "isotropic")),
+    Key("size", "any", "Standard deviation, or half the width: a number, or one for each component."),
+)
+
+ENSEMBLE = (
+    Key("members", "whole", "How many.", required=True, limits=(1, 1_000_000)),
+    Key("seed", "whole", "Makes the same members again.", required=True, limits=(0, 2**63 - 1)),
+    Key("spread", "tables", "What differs between them.", required=True, keys=SPREAD),
+)
+
+
+def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
+    methods = ("integration", "closed form")
+    run = (
+        Key("method", "text", "The closed form is for no forces.", default=methods[0], choices=methods),
+        Key("formulation", "text", "The variables integrated.", default="lie_poisson", choices=charts),
+        Key("tolerance", "number", "Relative error in a step; default: rounding."),
+        Key("precision", "text", "Of the arithmetic.", default="double", choices=tuple(PRECISIONS)),
+        Key("dense", "truth", "Integrate as for dense output; the file has the times alone.", default=False),
+    )
+    return (
+        Key("title", "text", "One line that tells what this is.", default=""),
+        Key("units", "table", "Names of the units of the numbers in this file.", keys=UNITS),
+        Key("calendar", "table", "What the time 0 is as a date.", keys=CALENDAR),
+        Key("body", "body", "The rigid body.", required=True),
+        Key("state", "table", "The start: attitude, and rate or momentum, at a time.", required=True, keys=STATE),
+        Key("forces", "force", "What turns the body; none: free motion."),
+        Key("orbits", "tables of orbits", "Where the body is, by name."),
+        Key("frames", "tables of frames", "Axes that turn evenly, by name."),
+        Key("times", "table", "The times at which the motion is wanted.", required=True, keys=TIMES),
+        Key("run", "table", "How to compute.", keys=run),
+        Key("outputs", "table", "Names of the files to write.", keys=OUTPUTS),
+        Key("ensemble", "table", "Many members, spread around this one.", keys=ENSEMBLE),
+    )
 
 
 def schema() -> dict[str, Any]:
@@ -83,36 +136,18 @@ def scenario_model() -> type[BaseModel]:
 
 @functools.lru_cache(maxsize=1)
 def _scenario_model(_: tuple[type, ...], charts: tuple[str, ...]) -> type[BaseModel]:
-    several, named, frame = _several(_union("force", "field")), _named(_union("orbit", "field")), makers("frame")
-    model: type[BaseModel] = _created(
-        "Scenario",
-        __doc__="A body, its state, the forces on it, and the times at which its motion is wanted.",
-        title=(StrictStr, Field("", description="One line that tells what this is.")),
-        units=(_units(), Field(default_factory=dict, description="Names of the units of the numbers in this file.")),
-        calendar=(_calendar() | None, Field(None, description="What the time 0 is as a date.")),
-        body=(_union("body", "field"), Field(description="The rigid body.")),
-        state=(_table("State", STATE, "Attitude, and rate or momentum, at a time."), Field(description="The start.")),
-        forces=(several, Field([], description="What turns the body; none: free motion.")),
-        orbits=(named, Field({}, description="Where the body is, by name.")),
-        frames=(
-            _named(_model(frame["RotatingFrame"], "")),
-            Field({}, description="Axes that turn evenly, by name."),
-        ),
-        times=(_table("Times", TIMES, "When the motion is wanted."), Field(description="The times of the result.")),
-        run=(_run(charts), Field(default_factory=dict, description="How to compute.")),
-        outputs=(_outputs(), Field(default_factory=dict, description="Names of the files to write.")),
-        ensemble=(_ensemble() | None, Field(None, description="Many members, spread around this one.")),
-    )
+    doc = "A body, its state, the forces on it, and the times at which its motion is wanted."
+    model: type[BaseModel] = _table("Scenario", _scenario(charts), doc)
     return model
 
 
 # ------------------------------------------------------------------ tables
 
 
-def _created(model: str, /, **fields: Any) -> Any:
-    """Return a model that refuses keys that it does not know."""
+def _table(name: str, keys: Iterable[Key], doc: str | None = None, **more: Any) -> Any:
+    """Return a model of a table that refuses keys that it does not know."""
     create: Any = create_model
-    return create(model, __config__=STRICT, **fields)
+    return create(name, __config__=STRICT, __doc__=doc, **more, **{key.name: _field(key) for key in keys})
 
 
 def _one_of(names: Iterable[str]) -> Any:
@@ -120,75 +155,9 @@ def _one_of(names: Iterable[str]) -> Any:
     return literal[tuple(names)]
 
 
-def _several(model: Any) -> Any:
-    return list[model]
-
-
-def _named(model: Any) -> Any:
-    return dict[StrictStr, model]
-
-
-def _units() -> Any:
-    return _created(
-        "Units",
-        time=(StrictStr, Field("1", description="Such as s; one of s, min, h, d where rates or times have a unit.")),
-        inertia=(StrictStr, Field("1", description="Such as kg m2.")),
-    )
-
-
-def _calendar() -> Any:
-    return _created(
-        "Calendar",
-        zero=(StrictStr, Field(description="The date of t = 0, such as 2026-11-21T00:00:00.")),
-        scale=(StrictStr, Field(description="Of that date: UTC, TAI, GPS, TT, TDB, TCB or TCG.")),
-        unit=(StrictStr, Field("s", description="Of time: s, min, h or d.")),
-    )
-
-
-def _run(charts: tuple[str, ...]) -> Any:
-    return _created(
-        "Run",
-        method=(_one_of(METHOD_NAMES), Field("integration", description="The closed form is for no forces.")),
-        formulation=(_one_of(charts), Field("lie_poisson", description="The variables integrated.")),
-        tolerance=(_number("number"), Field(None, description="Relative error in a step; default: rounding.")),
-        precision=(_one_of(PRECISIONS), Field("double", description="Of the arithmetic.")),
-        dense=(StrictBool, Field(False, description="Integrate as for dense output; the file has the times alone.")),
-    )
-
-
-def _outputs() -> Any:
-    names = {"result": ".nc or .zarr; default: the name of this file", "plot": ".png, .pdf or .svg", "view": ".html"}
-    return _created(
-        "Outputs",
-        **{name: (StrictStr, Field(None, description=f"A name that ends in {end}.")) for name, end in names.items()},
-    )
-
-
-def _ensemble() -> Any:
-    place = "The number to vary by its place, such as state.omega_body; state.turn turns the attitude about body axes."
-    spread = _created(
-        "Spread",
-        of=(StrictStr, Field(description=place)),
-        distribution=(
-            _one_of(("normal", "uniform", "isotropic")),
-            Field("normal", description="Around the value in this file; isotropic: any attitude, of state.turn."),
-        ),
-        size=(
-            Any,
-            Field(None, description="Standard deviation, or half the width: a number, or one for each component."),
-        ),
-    )
-    return _created(
-        "Ensemble",
-        members=(Annotated[StrictInt, Field(ge=1, le=1_000_000)], Field(description="How many.")),
-        seed=(Annotated[StrictInt, Field(ge=0, lt=2**63)], Field(description="Makes the same members again.")),
-        spread=(_several(spread), Field(description="What differs between them.")),
-    )
-
-
-def _union(group: str, inner: str) -> Any:
+def _union(group: str) -> Any:
     """Return a table that says by its type which keys it has."""
-    models = [Annotated[_model(maker, inner), Tag(name)] for name, maker in makers(group).items()]
+    models = [Annotated[_made(maker), Tag(name)] for name, maker in makers(group).items()]
     default = DEFAULTS.get(group)
 
     def type_of(value: Any) -> Any:
@@ -199,40 +168,47 @@ def _union(group: str, inner: str) -> Any:
     return Annotated[Union[tuple(models)], Discriminator(type_of)]  # noqa: UP007
 
 
-def _model(maker: Maker, inner: str) -> Any:
-    default = maker.name if maker.name in DEFAULTS.values() else ...
-    fields = {key.name: _field(key, inner) for key in maker.keys}
-    return _created(
-        maker.name.replace(".", "_"),
-        __doc__=maker.help,
-        type=(_one_of((maker.name,)), Field(default)),
-        **fields,
-    )
+def _made(maker: Maker) -> Any:
+    kind = (_one_of((maker.name,)), Field(maker.name if maker.name in DEFAULTS.values() else ...))
+    return _table(maker.name.replace(".", "_"), maker.keys, maker.help, type=kind)
 
 
-def _table(name: str, keys: Iterable[Key], said: str) -> Any:
-    return _created(name, __doc__=said, **{key.name: _field(key, "") for key in keys})
-
-
-def _field(key: Key, inner: str) -> Any:
+def _field(key: Key) -> Any:
     kinds: dict[str, Callable[[], Any]] = {
-        "text": lambda: StrictStr,
+        "text": lambda: _one_of(key.choices) if key.choices else StrictStr,
         "texts": lambda: StrictStr | list[StrictStr],
         "whole": lambda: StrictInt,
         "truth": lambda: StrictBool,
+        "any": lambda: Any,
         "file": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": FILE_NAME})],
         "files": lambda: list[StrictStr],
-        "shape": lambda: _union("shape", ""),
-        "shapes": lambda: _several(_union("part", "")),
+        "output": lambda: Annotated[StrictStr, AfterValidator(functools.partial(_output, key.choices))],
+        "shape": lambda: _union("shape"),
+        "shapes": lambda: list[_union("part")],  # type: ignore[misc]
         "orbit": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": ORBIT_NAME})],
         "orbits": lambda: list[StrictStr],
-        "named": lambda: _named(_number("number", key.rank)),
-        "field": lambda: _union(inner, inner),
+        "named": lambda: dict[StrictStr, _number("number", key.rank)],  # type: ignore[misc]
+        "field": lambda: _union("field"),
+        "body": lambda: _union("body"),
+        "force": lambda: list[_union("force")],  # type: ignore[misc]
+        "tables of orbits": lambda: dict[StrictStr, _union("orbit")],  # type: ignore[misc]
+        "tables of frames": lambda: dict[StrictStr, _made(makers("frame")["RotatingFrame"])],  # type: ignore[misc]
+        "table": lambda: _table(key.name.capitalize(), key.keys),
+        "tables": lambda: list[_table(key.name.capitalize(), key.keys)],  # type: ignore[misc]
     }
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank)
-    if key.required:
-        return annotation, Field(description=key.help or None)
-    return annotation, Field(key.default, description=key.help or None)
+    words = f"A name that ends in {' or '.join(key.choices)}. {key.help}" if key.kind == "output" else key.help
+    bounds = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
+    return annotation, Field(... if key.required else key.default, description=words or None, **bounds)
+
+
+def _output(endings: tuple[str, ...], name: str) -> str:
+    """Return the name of a file that does not lead out of its folder."""
+    if re.fullmatch(r"\w[\w .+-]*", name) is None or len(name) > 200:
+        raise ValueError(f"name must be the name of a file, without a folder, got {short(name)}.")
+    if not name.endswith(endings):
+        raise ValueError(f"name must end in {' or '.join(endings)}, got {short(name)}.")
+    return name
 
 
 FILE_NAME = "The path of a file, from the folder of this one: in it or below."

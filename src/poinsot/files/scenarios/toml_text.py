@@ -71,112 +71,74 @@ def _told(error: str, text: str, name: str) -> str:
 
 def lines_of(text: str) -> dict[Path, int]:
     """Return the line of each key and table of a text that is TOML, by its path: ("forces", 0, "orbit") -> 12."""
-    return _Lines(text).found
+    lines, line = _Lines(), 1
+    for word in _TOKEN.findall(text + "\n"):
+        if not word.startswith("#"):
+            lines.take(word, line)
+        line += word.count("\n")
+    return lines.found
 
 
 class _Lines:
-    """Walks over the words, and notes the line of each key."""
+    """Takes the words of a text one by one, and notes the line of each key."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self) -> None:
         self.found: dict[Path, int] = {}
-        self._words: list[tuple[str, int]] = []
-        line = 1
-        for word in _TOKEN.findall(text):
-            if not word.startswith("#"):
-                self._words.append((word, line))
-            line += word.count("\n")
-        self._at = 0
         self._table: Path = ()
         self._counts: dict[Path, int] = {}
-        while self._at < len(self._words):
-            self._statement()
+        self._key: list[str] = []  # before = or in a heading
+        self._value: Path | None = None  # after =
+        self._open: list[tuple[Path, bool]] = []  # inline tables and lists, and which are lists
+        self._heading = 0  # brackets
 
-    def _peek(self) -> str:
-        return self._words[self._at][0] if self._at < len(self._words) else "\n"
-
-    def _take(self) -> str:
-        word = self._peek()
-        self._at += 1
-        return word
-
-    def _statement(self) -> None:
-        word = self._peek()
-        if word == "\n":
-            self._take()
-        elif word == "[":
-            self._header()
-        else:
-            self._pair(self._table)
-
-    def _header(self) -> None:
-        line = self._words[self._at][1]
-        self._take()
-        several = self._peek() == "["
-        if several:
-            self._take()
-        *outer, last = self._key("]")
-        path = self._resolved((), outer)
-        self._take()
-        if several:
-            self._take()
-            self._counts[*path, last] = self._counts.get((*path, last), -1) + 1
-            self.found.setdefault((*path, last), line)
-        self._table = self._resolved(path, [last])
-        self.found.setdefault(self._table, line)
-
-    def _resolved(self, path: Path, parts: list[str]) -> Path:
-        for part in parts:
-            path = (*path, part)
-            if path in self._counts:
-                path = (*path, self._counts[path])
-        return path
-
-    def _key(self, end: str) -> list[str]:
-        parts: list[str] = []
-        while self._peek() not in (end, "\n"):
-            word = self._take()
-            if word != ".":
-                parts.append(word[1:-1] if word[0] in "\"'" else word)
-        return parts or [""]
-
-    def _pair(self, table: Path) -> None:
-        line = self._words[self._at][1]
-        path = table
-        for part in self._key("="):
-            path = (*path, part)
+    def take(self, word: str, line: int) -> None:
+        is_list = bool(self._open) and self._open[-1][1]
+        if self._heading or (word == "[" and not self._open and self._value is None):
+            self._take_heading(word, line)
+        elif word in ("[", "{"):
+            path = self._element() if is_list else self._value or ()
             self.found.setdefault(path, line)
-        self._take()
-        self._value(path)
-
-    def _value(self, path: Path) -> None:
-        word = self._peek()
-        if word == "{":
-            self._inline(path)
-        elif word == "[":
-            self._list(path)
+            self._open.append((path, word == "["))
+            self._counts[path] = 0
+            self._value = None
+        elif word in ("]", "}"):
+            self._counts.pop(self._open.pop()[0])
+        elif is_list:
+            self._counts[self._open[-1][0]] += word == ","
         else:
-            while self._peek() not in (",", "]", "}", "\n"):
-                self._take()
+            self._take_pair(word, line)
 
-    def _inline(self, path: Path) -> None:
-        self._take()
-        while self._peek() != "}" and self._at < len(self._words):
-            if self._peek() in (",", "\n"):
-                self._take()
-            else:
-                self._pair(path)
-        self._take()
+    def _element(self) -> Path:
+        return (*self._open[-1][0], self._counts[self._open[-1][0]])
 
-    def _list(self, path: Path) -> None:
-        self._take()
-        index = 0
-        while self._peek() != "]" and self._at < len(self._words):
-            word = self._peek()
-            if word in (",", "\n"):
-                index += word == ","
-                self._take()
-            else:
-                if word in ("{", "["):
-                    self.found.setdefault((*path, index), self._words[self._at][1])
-                self._value((*path, index))
-        self._take()
+    def _take_heading(self, word: str, line: int) -> None:
+        if word == "[":
+            self._heading += 1
+        elif word == "\n":
+            path: Path = ()
+            for i, part in enumerate(self._key):
+                path = (*path, part)
+                if i == len(self._key) - 1 and self._heading == 2:
+                    self._counts[path] = self._counts.get(path, -1) + 1
+                    self.found.setdefault(path, line)
+                path = (*path, self._counts[path]) if path in self._counts else path
+            self.found.setdefault(path, line)
+            self._table, self._key, self._heading = path, [], 0
+        elif word not in ("]", "."):
+            self._key.append(_bare(word))
+
+    def _take_pair(self, word: str, line: int) -> None:
+        if word == "=":
+            path = self._open[-1][0] if self._open else self._table
+            for part in self._key:
+                path = (*path, part)
+                self.found.setdefault(path, line)
+            self._value, self._key = path, []
+        elif word in (",", "\n"):
+            self._key, self._value = [], None
+        elif self._value is None and word != ".":
+            self._key.append(_bare(word))
+
+
+def _bare(word: str) -> str:
+    return word[1:-1] if word[0] in "\"'" else word

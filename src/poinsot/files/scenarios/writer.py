@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import math
 from collections.abc import Iterable, Iterator
@@ -177,33 +176,14 @@ def _table(heading: str, fields: dict[str, Any]) -> str:
     return "\n".join([heading, *lines, ""])
 
 
-@functools.singledispatch
 def _written(value: Any) -> str:
-    array = np.asarray(value)
-    return _nested(array.tolist())
-
-
-@_written.register
-def _(value: str) -> str:
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
-
-
-@_written.register
-def _(value: dict) -> str:  # type: ignore[type-arg]
-    return f"{{{', '.join(f'{key} = {_written(item)}' for key, item in value.items())}}}"
-
-
-@_written.register
-def _(value: bool) -> str:
-    return str(value).lower()
-
-
-@_written.register
-def _(value: int) -> str:
-    return str(value)
-
-
-def _nested(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_nested, value))}]"
-    return repr(value) if math.isfinite(value) else str(value)
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key} = {_written(item)}' for key, item in value.items())}}}"
+    if isinstance(value, bool):
+        return str(value).lower()
+    plain = value if isinstance(value, int | list) else np.asarray(value).tolist()
+    if isinstance(plain, list):
+        return f"[{', '.join(map(_written, plain))}]"
+    return repr(plain) if math.isfinite(plain) else str(plain)

@@ -453,7 +453,7 @@ WRONG = {
     "line 22: times.stop must be a time in s, min, h, d, got '2 km'.": ("2 h", "2 km"),
     "line 5: body must be one table, got a list. A scenario has one: [body].": ("[body]", "[[body]]"),
     "line 23: times.count must be a whole number, got 1.5.": ("11", "1.5"),
-    "line 23: times.count must be from 1 to 10000000, got a large number.": ("11", "9" * 40),
+    "line 23: times.count must be at most 10000000, got a large number.": ("11", "9" * 40),
     "line 10: in state, body and forces must have equally many members, got 2 and 3.": (
         "400, 500, 600]\n",
         "[1, 1, 1], [1, 1, 1.5]]\n[[forces]]\ntype = 'LinearDamping'\ncoefficient = [1, 2, 3]\n",
