@@ -24,7 +24,7 @@ SHARED = {
     "analysis": "family.* multipliers.* period_map.* polhodes.* *.LOOSE *.bifurcations *.recognised",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
-    "scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.check_rising *.attitude_formats "
+    "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "
     "*.parsed_scenario *.rebuilt_system *.repetition",
     "forces": "same_body.*",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* piecewise_chebyshev.* solutions.* "

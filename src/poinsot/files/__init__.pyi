@@ -3,7 +3,7 @@
 from .attitudes.aem import read_aem, write_aem
 from .attitudes.apm import read_apm, write_apm
 from .attitudes.attitude_format import AttitudeFormat
-from .attitudes.attitude_table import AttitudeTable, dated_calendar
+from .attitudes.attitude_table import AttitudeTable
 from .attitudes.ck import read_ck, spice_attitude, write_ck
 from .attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
 from .attitudes.stk import read_stk_attitude, write_stk_attitude
@@ -13,17 +13,13 @@ from .netcdf import load, save
 from .orbits.oem import read_oem
 from .orbits.spk import spice_orbit
 from .orbits.tle import omm_orbit, tle_orbit
-from .rows import Rows, number
 from .scenarios.scenario import Scenario, read_scenario
 
 __all__ = [
     "AttitudeFormat",
     "AttitudeTable",
-    "Rows",
     "Scenario",
-    "dated_calendar",
     "load",
-    "number",
     "omm_orbit",
     "read_aem",
     "read_apm",

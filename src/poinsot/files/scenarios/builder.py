@@ -291,11 +291,13 @@ class Parts:
             raise self._errors.at(("state",), "must have a rate or an angular momentum where its attitude is spread.")
         state: State
         if momenta == "conjugate_momenta":
-            given = {name: table[name] for name in (names[0], momenta)}
-            state = self._errors.called(("state",), State, **given, time=time, own=own)
+            pair = {name: table[name] for name in (names[0], momenta)}
+            state = self._errors.called(("state",), State, **pair, time=time, own=own)
         else:
-            given = (table[names[0]], table[momenta], table.get("sequence", "313"), time, own)
-            state = self._errors.called(("state",), State.from_euler, *given)
+            sequence = table.get("sequence", "313")
+            state = self._errors.called(
+                ("state",), State.from_euler, table[names[0]], table[momenta], sequence, time, own
+            )
         return state
 
     def _only(self, section: str, names: Iterable[str], beside: str) -> None:

@@ -198,7 +198,7 @@ def _field(key: Key) -> Any:
     }
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank)
     words = f"A name that ends in {' or '.join(key.choices)}. {key.help}" if key.kind == "output" else key.help
-    bounds = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
+    bounds: Any = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
     return annotation, Field(... if key.required else key.default, description=words or None, **bounds)
 
 
