@@ -1,4 +1,4 @@
-"""Trajectories as files, NetCDF-4 or Zarr, from which they come back to the bit."""
+"""Trajectories as files, NetCDF-4 or Zarr, which are read bit for bit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from poinsot.engine.problem import Problem
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.scenarios.writer import SYSTEM, WITH_FILES, Text, shape_of, text_of
-from poinsot.files.zarr_store import GROUP, read_store, write_store
+from poinsot.files.zarr_store import GROUP, plain, read_store, write_store
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
@@ -50,20 +50,16 @@ PROVENANCE = ("title", "seed", "scenario", "scenario_of", "scenario_read")
 
 SUFFIXES = (".nc", ".zarr")
 
-NEEDED = ("time", "initial_time")
 PHASES = ({"quaternion": 4, "angular_momentum_body": 3}, {"quaternion": 4, "conjugate_momenta": 4})
 """What states may be made of, with the sizes."""
-BODY = ("moments", "principal_axes")
-RECORDED = ("potential_energy",)
-NAMED = ("system_", "shape_")
-"""Beginnings of the names of arrays that a text names."""
 OF_PARTS = ("omega_body", "kinetic_energy")
 """What needs the formulas of parts to follow from the state; a file of a body with parts has it as recorded_... too."""
 
 OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"initial_{each}")}
-NAMES = (*NEEDED, *sorted(OF_STATES), *BODY, *RECORDED, "carried")
-BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", *NAMED)
-"""Of all variables that are read."""
+BODY = ("time", "initial_time", "moments", "principal_axes", "potential_energy", "carried")
+NAMES = (*BODY, *sorted(OF_STATES))
+BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", "system_", "shape_")
+"""Of all variables that are read; the last two are of arrays that a text names."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
 SUMMARY = (*RUN, "norm_error", "tangency_error", "integrals")
@@ -98,14 +94,14 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
         If the first argument is no trajectory, the name ends in something else, its folder does not exist, or the
         file does.
     """
-    if not isinstance(motion, Trajectory):
-        raise TypeError(f"motion must be a Trajectory, got {described(motion)}. The order is save(motion, path).")
     path = _checked_path(path)
     data = _with_texts(motion)
     data.attrs["digest"] = _digest(data)
     if path.suffix == ".nc":
         with new_file(path, overwrite) as part:
-            data.to_netcdf(part, engine="netcdf4", encoding=_encoding(data))
+            floats = [name for name, array in data.variables.items() if array.dtype.kind == "f"]
+            no_fill_values = {str(name): {"_FillValue": None} for name in floats}  # missing numbers to others
+            data.to_netcdf(part, engine="netcdf4", encoding=no_fill_values)
     else:
         with new_folder(path, overwrite, GROUP) as part:
             write_store(data, part)
@@ -138,10 +134,9 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     path = _checked_path(source)
     data = _opened(path)
     reading = _Reading(data, str(path))
-    if "digest" not in data.attrs:
-        raise ValueError(f"{path} must have a digest, as save writes it, got none.")
-    if data.attrs["digest"] != _digest(data):
-        raise ValueError(f"{path} must have the numbers that were saved, got others: the digest differs.")
+    if data.attrs.get("digest") != _digest(data):
+        given = "others: the digest differs" if "digest" in data.attrs else "no digest"
+        raise ValueError(f"{path} must have the numbers that were saved, got {given}.")
     return reading.trajectory()
 
 
@@ -151,10 +146,9 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
 def _checked_path(path: Any) -> Path:
     if not isinstance(path, str | Path):
         raise TypeError(f"path must be a str or a Path, got {described(path)}.")
-    checked = Path(path)
-    if checked.suffix not in SUFFIXES:
-        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {checked.name!r}.")
-    return checked
+    if Path(path).suffix not in SUFFIXES:
+        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {Path(path).name!r}.")
+    return Path(path)
 
 
 def _with_texts(motion: Trajectory) -> xarray.Dataset:
@@ -165,7 +159,10 @@ def _with_texts(motion: Trajectory) -> xarray.Dataset:
     texts, arrays = _texts_of(motion)
     data = motion.dataset
     kept = {f"recorded_{name}": data[name] for name in OF_PARTS} if motion.system.moving_parts else {}
-    named = {name: _named(name, values) for name, values in arrays.items()}
+    about = {"units": "1", "long_name": "named in a text"}
+    named = {
+        name: ([f"{name}_axis{i}" for i in range(np.ndim(values))], values, about) for name, values in arrays.items()
+    }
     return data.assign({**kept, **named}).assign_attrs(texts)
 
 
@@ -173,27 +170,17 @@ def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the texts of scenario and shape, or why there is none, and the arrays that they name."""
     known = {key: motion.provenance[key] for key in PROVENANCE if motion.provenance.get(key) is not None}
     shape = shape_of(motion) or Text("", {})
-    shaped = {"shape": shape.text} if shape.text else {}
+    known |= {"shape": shape.text} if shape.text else {}
     if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
-        return {**known, **shaped}, {**motion.provenance.get("data", {}), **shape.data}
+        return known, {**motion.provenance.get("data", {}), **shape.data}
     if not isinstance(motion.system, System):
-        return {**known, "not_rerunnable": motion.system.not_rerunnable, **shaped}, shape.data
+        return known | {"not_rerunnable": motion.system.not_rerunnable}, shape.data
     try:
         text = text_of(motion)
     except ValueError as error:
-        return {**known, "not_rerunnable": str(error), **shaped}, shape.data
+        return known | {"not_rerunnable": str(error)}, shape.data
     read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
-    return {**known, **read, **shaped}, {**text.data, **shape.data}
-
-
-def _named(name: str, values: Any) -> tuple[list[str], Any, dict[str, str]]:
-    """Return an array that a text names, as a variable with axes of its own."""
-    return [f"{name}_axis{i}" for i in range(np.ndim(values))], values, {"units": "1", "long_name": "named in a text"}
-
-
-def _encoding(data: xarray.Dataset) -> dict[str, dict[str, Any]]:
-    """Return no fill values, which would be missing numbers to others."""
-    return {str(name): {"_FillValue": None} for name, array in data.variables.items() if array.dtype.kind == "f"}
+    return known | read, {**text.data, **shape.data}
 
 
 def _opened(path: Path) -> xarray.Dataset:
@@ -227,12 +214,12 @@ def _refuse_others(path: Path) -> None:
     if path.suffix == ".zarr":
         if not (path / GROUP).is_file():
             raise ValueError(f"{path} must be a Zarr store, got none: it has no {GROUP}.")
-        return
-    if not path.is_file():
+    elif not path.is_file():
         raise ValueError(f"{path} must be a file, got a folder or a device.")
-    with path.open("rb") as stream:
-        if stream.read(len(MAGIC)) != MAGIC:
-            raise ValueError(f"{path} must be a NetCDF-4 file, got other first bytes.")
+    else:
+        with path.open("rb") as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                raise ValueError(f"{path} must be a NetCDF-4 file, got other first bytes.")
 
 
 def _is_needed(name: str) -> bool:
@@ -245,14 +232,9 @@ def _digest(data: xarray.Dataset) -> str:
     for name in sorted(str(name) for name in data.variables if _is_needed(str(name))):
         digest.update(f"{name}{data[name].shape}".encode())
         digest.update(np.ascontiguousarray(data[name].values, dtype="<f8").tobytes())
-    attributes = {str(key): _plain(value) for key, value in data.attrs.items() if key != "digest"}
+    attributes = {str(key): plain(value) for key, value in data.attrs.items() if key != "digest"}
     digest.update(json.dumps(attributes, sort_keys=True).encode())
     return digest.hexdigest()
-
-
-def _plain(value: Any) -> Any:
-    """Return a number of NumPy as one of Python."""
-    return value.item() if isinstance(value, np.generic) else str(value) if isinstance(value, np.ndarray) else value
 
 
 # ------------------------------------------------------------------ from a dataset
@@ -268,16 +250,13 @@ class _Reading:
         self.own = {part.name: part.size for part in self.parts if part.size}
         self.sizes = next((sizes for sizes in PHASES if " ".join((*sizes, *self.own)) == said), PHASES[0])
         self.initial = next((s for s in PHASES if all(f"initial_{each}" in data.variables for each in s)), PHASES[0])
-        own = [f"{kind}_{name}" for kind in ("own", "initial_own") for name in self.own]
-        for needed in (*NEEDED, *self.sizes, *(f"initial_{each}" for each in self.initial), *own, *BODY):
-            if needed not in data.variables:
-                raise ValueError(f"{name} must have the variable {needed}, got none.")
+        own = {f"{kind}_{name}": size for kind in ("own", "initial_own") for name, size in self.own.items()}
+        self._check_variables(own)
         for key in (*RUN, "units_time", "units_inertia", "state_variables"):
             if key not in data.attrs:
                 raise ValueError(f"{name} must have the attribute {key}, got none.")
         if said != " ".join((*self.sizes, *self.own)):
             raise ValueError(f"{name} must have state_variables that are q and momenta, got {described(said)}.")
-        self._check_shapes()
 
     def _parts(self) -> tuple[StoredPart, ...]:
         """Return what the file says of parts."""
@@ -289,47 +268,55 @@ class _Reading:
                 f"{self.name} must have parts by name with their variables, got {described(said)}."
             ) from None
 
-    def _check_shapes(self) -> None:
-        shape = self.data["quaternion"].shape
-        count, members = self.data["time"].size, shape[:-2]
-        allowed = {name: [(*members, count, size)] for name, size in self.sizes.items()}
-        allowed |= {f"initial_{name}": [(size,), (*members, size)] for name, size in self.initial.items()}
-        allowed |= {f"own_{name}": [(*members, count, size)] for name, size in self.own.items()}
-        allowed |= {f"initial_own_{name}": [(size,), (*members, size)] for name, size in self.own.items()}
-        allowed |= {"initial_time": [(), members], "moments": [(3,), (*members, 3)], "time": [(count,)]}
-        allowed |= {"principal_axes": [(3, 3), (*members, 3, 3)]}
+    def _check_variables(self, own: dict[str, int]) -> None:
+        """Refuse variables that are missing, no real numbers, or of shapes that do not go together."""
+        variables = self.data.variables
+        shape = variables["quaternion"].shape if "quaternion" in variables else (0, 4)
+        count, members = variables["time"].size if "time" in variables else 0, shape[:-2]
+        allowed: dict[str, list[tuple[int, ...]]] = {"time": [(count,)], "initial_time": [(), members]}
+        for name, size in {**self.sizes, **{f"initial_{each}": n for each, n in self.initial.items()}, **own}.items():
+            allowed[name] = [(size,), (*members, size)] if name.startswith("initial_") else [(*members, count, size)]
+        allowed |= {"moments": [(3,), (*members, 3)], "principal_axes": [(3, 3), (*members, 3, 3)]}
         for name, shapes in allowed.items():
-            array = self.data[name]
+            array = self._variable(name)
             if array.shape not in shapes or array.dtype.kind != "f" or len(members) > 1:
                 raise ValueError(
                     f"{self.name} must have numbers of shape {shapes[-1]} in {name}, got shape {array.shape}."
                 )
 
+    def _variable(self, name: str) -> Any:
+        if name not in self.data.variables:
+            raise ValueError(f"{self.name} must have the variable {name}, got none.")
+        return self.data[name].values
+
+    def _array(self, name: str) -> Array:
+        return np.array(self._variable(name), dtype=float)
+
     def trajectory(self) -> Trajectory:
         motion = self._motion()
-        motion.failures = {int(member): str(why) for member, why in self._failures().items()}
+        try:
+            failures = json.loads(self.data.attrs.get("failures", "{}"))
+        except (ValueError, RecursionError):
+            failures = None
+        if not isinstance(failures, dict):
+            raise ValueError(f"{self.name} must have failures by member, got something else.")
+        motion.failures = {int(member): str(why) for member, why in failures.items()}
         motion.provenance = self._provenance(isinstance(motion.system, System))
         return motion
 
     def _provenance(self, whole: bool) -> dict[str, Any]:
         """Return what is known of the scenario; of a system that cannot be run, no more than what its times mean."""
-        known = {key: self.data.attrs[key] for key in PROVENANCE if key in self.data.attrs}
-        data = self._named_arrays("system_")
-        calendar = self._calendar()
-        return {
-            **(known if whole and "scenario" in known else {}),
-            **({"seed": int(known["seed"])} if whole and "seed" in known else {}),
-            **({"data": data} if data and whole else {}),
-            **({"calendar": calendar} if calendar else {}),
-            **({"reference_frame": str(frame)} if (frame := self.data.attrs.get("reference_frame")) else {}),
-        }
-
-    def _calendar(self) -> Calendar | None:
-        """Return what the times mean as dates."""
-        said = self.data["time"].attrs
-        if "epoch" not in said or "scale" not in said:
-            return None
-        return Calendar(str(said["epoch"]), str(said["scale"]), str(said.get("units", "s")))
+        said, times = self.data.attrs, self.data["time"].attrs
+        known = {key: said[key] for key in PROVENANCE if key in said} if whole and "scenario" in said else {}
+        if whole and "seed" in said:
+            known["seed"] = int(said["seed"])
+        if whole and (data := self._named_arrays("system_")):
+            known["data"] = data
+        if "epoch" in times and "scale" in times:
+            known["calendar"] = Calendar(str(times["epoch"]), str(times["scale"]), str(times.get("units", "s")))
+        if said.get("reference_frame"):
+            known["reference_frame"] = str(said["reference_frame"])
+        return known
 
     def _named_arrays(self, beginning: str) -> dict[str, Any]:
         return {str(name): self.data[name].values for name in self.data.variables if str(name).startswith(beginning)}
@@ -377,15 +364,10 @@ class _Reading:
     def _recorded(self, reason: str) -> StoredTrajectory:
         """Return the motion of a body whose forces are not at hand."""
         data = self.data
-        names = [str(name).removeprefix("integral_") for name in data.variables if str(name).startswith("integral_")]
-        kept = {f"{kind}_{name}" for name in names for kind in ("integral", "drift")} | {"potential_energy"}
+        names = [name.removeprefix("integral_") for name in self._named_arrays("integral_")]
         recorded = {name: f"recorded_{name}" for name in OF_PARTS if self.parts}
         if not set(recorded.values()) & set(data.variables):  # a dataset that no file had
             recorded = {name: name for name in recorded}
-        kept |= set(recorded.values())
-        missing = kept - {str(name) for name in data.variables}
-        if missing:
-            raise ValueError(f"{self.name} must have the variable {min(missing)}, got none.")
         moments, axes = self._array("moments"), self._array("principal_axes")
         body = Body(moments) if np.array_equal(axes, np.eye(3)) else ObliqueBody(moments, axes)
         object.__setattr__(body, "shape", self._shape())
@@ -405,9 +387,6 @@ class _Reading:
         environment = StoredEnvironment(times, self._array("carried")) if "carried" in data.variables else None
         return StoredTrajectory(system, self._initial(), times, self._phase(), self._run(), record, environment)
 
-    def _array(self, name: str) -> Array:
-        return np.array(self.data[name].values, dtype=float)
-
     def _units(self) -> dict[str, str]:
         return {name: str(self.data.attrs[f"units_{name}"]) for name in ("time", "inertia")}
 
@@ -422,33 +401,12 @@ class _Reading:
 
     def _run(self) -> Run:
         said = self.data.attrs
-        versions = {
-            str(key).removeprefix("version_"): str(value)
-            for key, value in said.items()
-            if str(key).startswith("version_")
-        }
+        versions = {name.removeprefix("version_"): str(said[name]) for name in said if name.startswith("version_")}
         method, formulation, precision = (str(said[key]) for key in RUN[:3])
         if method not in list(Method):
             raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {method[:40]!r}.")
-        return Run(
-            Method(method),
-            formulation,
-            precision,
-            float(said["tolerance"]),
-            int(said["order"]),
-            int(said["steps"]),
-            math.nan,
-            versions,
-        )
-
-    def _failures(self) -> dict[str, Any]:
-        try:
-            found = json.loads(self.data.attrs.get("failures", "{}"))
-        except (ValueError, RecursionError):
-            found = None
-        if not isinstance(found, dict):
-            raise ValueError(f"{self.name} must have failures by member, got something else.")
-        return found
+        tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
+        return Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions)
 
 
 def _said(name: str, says: dict[Any, Any]) -> Integral:
@@ -457,6 +415,5 @@ def _said(name: str, says: dict[Any, Any]) -> Integral:
             f"{name} must have its forces to be computed, got none in the file. The motion has its values."
         )
 
-    return Integral(
-        name, str(says.get("symbol", name)), str(says.get("long_name", name)), gone, says.get("kind") == "energy"
-    )
+    symbol, words = str(says.get("symbol", name)), str(says.get("long_name", name))
+    return Integral(name, symbol, words, gone, says.get("kind") == "energy")

@@ -18,7 +18,7 @@ from poinsot.files.untrusted import read_bytes, read_text
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["GROUP", "read_store", "write_store"]
+__all__ = ["GROUP", "plain", "read_store", "write_store"]
 
 GROUP, ARRAY, ATTRIBUTES, DIMENSIONS = ".zgroup", ".zarray", ".zattrs", "_ARRAY_DIMENSIONS"
 
@@ -32,18 +32,18 @@ MOST_OF_JSON = 8 * 1024 * 1024
 def write_store(data: xarray.Dataset, folder: Path) -> None:
     """Write a dataset into a new folder."""
     folder.mkdir()
-    _write_json(folder / GROUP, {"zarr_format": 2})
-    _write_json(folder / ATTRIBUTES, {str(name): _plain(value) for name, value in data.attrs.items()})
+    texts = {GROUP: {"zarr_format": 2}, ATTRIBUTES: {str(name): plain(value) for name, value in data.attrs.items()}}
     for name, variable in data.variables.items():
         values = np.ascontiguousarray(variable.values).reshape(variable.shape)
         values = values.astype(values.dtype.newbyteorder("<"))
-        own = folder / str(name)
-        own.mkdir()
-        _write_json(own / ARRAY, _about(values.dtype.str, list(values.shape)))
-        attributes = {str(key): _plain(value) for key, value in variable.attrs.items()}
-        _write_json(own / ATTRIBUTES, {DIMENSIONS: list(variable.dims)} | attributes)
+        (folder / str(name)).mkdir()
+        texts[f"{name}/{ARRAY}"] = _about(values.dtype.str, list(values.shape))
+        attributes = {str(key): plain(value) for key, value in variable.attrs.items()}
+        texts[f"{name}/{ATTRIBUTES}"] = {DIMENSIONS: list(variable.dims)} | attributes
         if values.size:
-            (own / _chunk(values.ndim)).write_bytes(values.tobytes())
+            (folder / str(name) / _chunk(values.ndim)).write_bytes(values.tobytes())
+    for path, text in texts.items():
+        (folder / path).write_text(json.dumps(text, indent=1), encoding="utf-8")
 
 
 def read_store(folder: Path, needed: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -80,8 +80,7 @@ def _listed(values: Any, kind: type) -> list[Any]:
 
 
 def _numbers(folder: Path, name: str, kind: str, shape: list[int]) -> NDArray[Any]:
-    count = math.prod(shape)
-    content = b""
+    count, content = math.prod(shape), b""
     if count:
         path = _inside(folder, name, _chunk(len(shape)))
         size = path.stat().st_size
@@ -126,9 +125,6 @@ def _read_json(folder: Path, *names: str) -> dict[str, Any]:
     return found
 
 
-def _write_json(path: Path, value: dict[str, Any]) -> None:
-    path.write_text(json.dumps(value, indent=1), encoding="utf-8")
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
+def plain(value: Any) -> Any:
+    """Return a number of NumPy as one of Python."""
+    return value.item() if isinstance(value, np.generic) else str(value) if isinstance(value, np.ndarray) else value
