@@ -122,10 +122,8 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
 
     Raises
     ------
-    OSError
-        If the file cannot be opened.
-    ValueError
-        If it is no such file, or not whole.
+    OSError, ValueError
+        If the file cannot be opened; or it is no such file, or not whole.
     """
     import xarray
 

@@ -73,10 +73,8 @@ def _checked(path: Path) -> Path:
 
     Raises
     ------
-    FileNotFoundError
-        If there is no such file.
-    ValueError
-        If it is another kind, or one that loads others.
+    FileNotFoundError, ValueError
+        If there is no such file; or it is another kind, or one that loads others.
     """
     if not path.is_file():
         raise FileNotFoundError(f"No such file: {path}")

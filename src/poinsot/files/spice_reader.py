@@ -10,7 +10,7 @@ import numpy as np
 import spiceypy as spice
 from numpy.typing import NDArray
 
-__all__ = ["check_inertial", "instants", "load", "mu", "name", "number", "positions", "turned"]
+__all__ = ["check_inertial", "instants", "load", "name_and_mu", "number", "positions", "turned"]
 
 Array = NDArray[np.float64]
 
@@ -49,14 +49,10 @@ def number(rule: str, body: str) -> Answer:
         raise ValueError(rule) from None
 
 
-def name(body: int) -> Answer:
-    """Return the name of a body."""
-    return str(spice.bodc2s(body)), []
-
-
-def mu(center: int) -> Answer:
-    """Return the gravitational parameter of a body in the kernels, None without one."""
-    return float(spice.bodvcd(center, "GM", 1)[1][0]) if spice.bodfnd(center, "GM") else None, []
+def name_and_mu(body: int) -> Answer:
+    """Return the name of a body, and its gravitational parameter in the kernels, None without one."""
+    mu = float(spice.bodvcd(body, "GM", 1)[1][0]) if spice.bodfnd(body, "GM") else None
+    return [str(spice.bodc2s(body)), mu], []
 
 
 def check_inertial(frame: str) -> Answer:

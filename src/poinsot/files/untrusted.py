@@ -27,10 +27,8 @@ def read_bytes(path: str | Path, most: int) -> bytes:
 
     Raises
     ------
-    OSError
-        If it cannot be read.
-    ValueError
-        If it is no file, or longer than the most bytes.
+    OSError, ValueError
+        If it cannot be read; or it is no file, or longer than the most bytes.
     """
     path = Path(path)
     if not path.exists():
@@ -50,10 +48,9 @@ def read_text(path: str | Path, most: int | None = None) -> str:
 
     Raises
     ------
-    OSError
-        If it cannot be read.
-    ValueError
-        If it is no file, no text, or longer than the most bytes, 16 MiB or 120,000 lines of a message.
+    OSError, ValueError
+        If it cannot be read; or it is no file, no text, or longer than the most bytes, 16 MiB or 120,000 lines of a
+        message.
     """
     content = read_bytes(path, MOST_OF_MESSAGE if most is None else most)
     try:

@@ -51,11 +51,9 @@ def read_store(folder: Path, needed: Any) -> tuple[dict[str, Any], dict[str, Any
 
     Raises
     ------
-    OSError
-        If a file cannot be read.
-    ValueError
-        If an array is stored in another way than `write_store` does, has not the size that it announces, or leads out
-        of the folder.
+    OSError, ValueError
+        If a file cannot be read; or an array is stored in another way than `write_store` does, has not the size that it
+        announces, or leads out of the folder.
     """
     attributes = _read_json(folder, ATTRIBUTES)
     names = sorted(path.name for path in folder.iterdir() if needed(path.name))

@@ -118,10 +118,10 @@ def test_a_reader_that_dies_is_told_and_another_one_starts():
     process = reader_process.ReaderProcess("poinsot.files.spice_reader", "it must be whole, got ")
     os.kill(process._pid, signal.SIGSEGV)
     with pytest.raises(ValueError, match=r"^it must be whole, got its reader leaves the memory that it has\.$"):
-        process.call("name", 399)
+        process.call("name_and_mu", 399)
     process.close()
     process = reader_process.ReaderProcess("poinsot.files.spice_reader", "it must be whole, got ")
-    assert process.call("name", 399)[0] == "EARTH"
+    assert process.call("name_and_mu", 399)[0] == ["EARTH", None]
     process.close()
 
 
@@ -139,7 +139,7 @@ def test_the_process_that_is_forked_may_end_too(ends):
         if not child:
             try:
                 ours = reader_process.ReaderProcess(module, "it: ")
-                os._exit(0 if ours.call("name", 399)[0] == "EARTH" else 1)
+                os._exit(0 if ours.call("name_and_mu", 399)[0] == ["EARTH", None] else 1)
             finally:
                 os._exit(2)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

@@ -60,13 +60,9 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If the file is no such message or is not whole, a frame rotates, a quaternion is off unit norm by more than a
-        thousandth, times do not rise, or segments differ.
-    ImportError
-        If astropy is missing.
+    OSError, ValueError, ImportError
+        If the file cannot be read; the file is no such message or is not whole, a frame rotates, a quaternion is off
+        unit norm by more than a thousandth, times do not rise, or segments differ; or astropy is missing.
     """
     text, name = read_text(path), str(path)
     version, segments = ccsds.segments_of(text, name, "AEM", "12", NEEDED, _columns)

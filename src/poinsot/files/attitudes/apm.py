@@ -99,13 +99,10 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If the file is no such message, has no attitude between the body and a frame that does not rotate, a
-        quaternion is off unit norm by more than a thousandth, or no rigid body has the inertia.
-    ImportError
-        If astropy is missing.
+    OSError, ValueError, ImportError
+        If the file cannot be read; the file is no such message, has no attitude between the body and a frame that does
+        not rotate, a quaternion is off unit norm by more than a thousandth, or no rigid body has the inertia; or
+        astropy is missing.
     """
     text, name = read_text(path), str(path)
     version, header, blocks = _of_xml(text, name) if ccsds.is_xml(text) else _of_kvn(text, name)

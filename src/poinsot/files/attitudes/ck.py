@@ -19,7 +19,7 @@ from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
-from poinsot.files.spice import ET, loaded
+from poinsot.files.spice import ET, Kernels, loaded
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.propagation.trajectory import Trajectory
@@ -109,23 +109,17 @@ def spice_attitude(
 
     Raises
     ------
-    OSError, ValueError
+    OSError, ValueError, ImportError
         If a kernel is missing or no kernel, a frame is unknown, the reference frame rotates, or the kernels do not
-        cover the times.
-    ImportError
-        If spiceypy is missing.
+        cover the times; or spiceypy is missing.
     """
-    if not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, got {type(calendar).__name__}.")
     t = real_array("times", calendar.time(times), (None,))
     with loaded(kernels) as spice:
-        matrices, *rates = spice.ask("turned", frame, reference_frame, times=ET.converted(t, calendar))[1]
-    return _table(t, matrices, rates, frame, reference_frame, calendar)
+        return _table(spice, frame, reference_frame, t, calendar)
 
 
-def _table(
-    t: Array, matrices: Array, rates: list[Array], frame: str, reference_frame: str, calendar: Calendar
-) -> AttitudeTable:
+def _table(spice: Kernels, frame: str, reference_frame: str, t: Array, calendar: Calendar) -> AttitudeTable:
+    matrices, *rates = spice.ask("turned", frame, reference_frame, times=ET.converted(t, calendar))[1]
     q = quaternion_from_matrix(np.swapaxes(matrices, -1, -2))
     omega = quat.rotate(quat.conjugate(q), rates[0]) * SECONDS[calendar.unit] if rates else None
     named = "ICRF" if reference_frame.upper() == "J2000" else reference_frame.upper()
@@ -141,10 +135,8 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
 
     Raises
     ------
-    OSError, ValueError
-        If a kernel is missing or none, or what is in it is something else.
-    ImportError
-        If spiceypy is missing.
+    OSError, ValueError, ImportError
+        If a kernel is missing or none, or what is in it is something else; or spiceypy is missing.
     """
     path = Path(path)
     kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
@@ -156,9 +148,7 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
             )
     with loaded(kernels) as spice:
         (frame, reference), (ets,) = spice.ask("instants", str(path), OWN)
-        t = np.asarray(calendar.converted(ets, ET))
-        matrices, *rates = spice.ask("turned", frame, reference, times=ET.converted(t, calendar))[1]
-    return _table(t, matrices, rates, frame, reference, calendar)
+        return _table(spice, frame, reference, np.asarray(calendar.converted(ets, ET)), calendar)
 
 
 # ------------------------------------------------------------------ writing
@@ -201,11 +191,9 @@ def write_ck(
 
     Raises
     ------
-    TypeError, ValueError, OSError
+    TypeError, ValueError, OSError, ImportError
         If an argument is not what its name says, the motion is an ensemble or has fewer than two times, or a file
-        exists.
-    ImportError
-        If spiceypy is missing.
+        exists; or spiceypy is missing.
     """
     spice = optional("spiceypy", "SPICE kernels")
     table = table_of(motion, calendar, reference_frame, body_frame)
@@ -213,18 +201,17 @@ def write_ck(
     _check_arguments(table, frame, path, spacecraft)
     zero, seconds, date = _clock_of(table)
     names = {"frame": frame, "spacecraft": spacecraft, "number": 1000 * spacecraft, "clock": -spacecraft}
-    texts = (CLOCK.format(**names, ticks=TICKS, zero=zero, date=date), FRAME.format(**names))
     others = (path.with_suffix(".tsc"), path.with_suffix(".tf"))
     with contextlib.ExitStack() as stack:
-        kernel, *parts = (stack.enter_context(new_file(name, overwrite)) for name in (path, *others))
-        for part, text in zip(parts, texts, strict=True):
-            part.write_text(text, encoding="ascii")
+        kernel, clock, frames = (stack.enter_context(new_file(name, overwrite)) for name in (path, *others))
+        clock.write_text(CLOCK.format(**names, ticks=TICKS, zero=zero, date=date), encoding="ascii")
+        frames.write_text(FRAME.format(**names), encoding="ascii")
         with _opened(spice, kernel) as handle:
             _write_segment(spice, handle, table, seconds, 1000 * spacecraft, rates)
     return path, *others
 
 
-def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: Any) -> None:
+def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: int) -> None:
     if path.suffix != ".bc":
         raise ValueError(f"path must end in .bc, got {path.name!r}.")
     if FRAMES[table.reference_frame] != "ICRF":
@@ -232,8 +219,8 @@ def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: A
     body_and_reference(table.reference_frame, frame, "reference_frame and body_frame")
     if not re.fullmatch(r"[A-Z]\w{0,25}", frame, re.ASCII):
         raise ValueError(f"body_frame must be up to 26 letters, digits and underscores, got {frame!r}.")
-    if isinstance(spacecraft, bool) or not isinstance(spacecraft, int) or not -2_000_000 < spacecraft < 0:
-        raise ValueError(f"spacecraft must be a negative number above -2000000, got {spacecraft!r}.")
+    if not -2_000_000 < spacecraft < 0:
+        raise ValueError(f"spacecraft must be a negative number above -2000000, got {spacecraft}.")
     if table.times.size < 2:
         raise ValueError(f"motion must have two times or more for a C-kernel, got {table.times.size}.")
 
@@ -267,26 +254,13 @@ def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array
     """Write the attitudes, as quaternions of the matrices from space to body, and rates along the space axes."""
     known = rates_per_second(table, rates)
     omega = np.zeros((seconds.size, 3)) if known is None else known
-    before, after = (
-        quat.product(table.quaternion[i], _small_turn(omega[i] * ahead)) for i, ahead in ((0, -MARGIN), (-1, MARGIN))
-    )
-    q = np.concatenate([before[None], table.quaternion, after[None]])
-    omega = np.concatenate([omega[:1], omega, omega[-1:]])
+    ends = [quat.product(table.quaternion[i], _small_turn(omega[i] * t)) for i, t in ((0, -MARGIN), (-1, MARGIN))]
+    q = np.concatenate([ends[:1], table.quaternion, ends[1:]])
+    along_space = quat.rotate(q, np.concatenate([omega[:1], omega, omega[-1:]]))
     ticks = TICKS * np.concatenate([[0.0], seconds, [seconds[-1] + MARGIN]])
+    span, said = (ticks[0], ticks[-1]), known is not None
     spice.ckw03(
-        handle,
-        ticks[0],
-        ticks[-1],
-        number,
-        "J2000",
-        known is not None,
-        OWN,
-        ticks.size,
-        ticks,
-        quat.conjugate(q),
-        quat.rotate(q, omega),
-        1,
-        ticks[:1],
+        handle, *span, number, "J2000", said, OWN, ticks.size, ticks, quat.conjugate(q), along_space, 1, ticks[:1]
     )
 
 
@@ -302,11 +276,7 @@ class Ck(AttitudeFormat):
     title = "SPICE CK"
     suffixes = (".bc",)
     in_python = "pt.files.spice_attitude, with the kernels of its clock and its frame"
-    conventions = (
-        "scalar first",
-        "of the matrix from space to body: the conjugate of ours",
-        "rad/s along space",
-    )
+    conventions = ("scalar first", "of the matrix from space to body: the conjugate of ours", "rad/s along space")
     read, write = staticmethod(read_ck), staticmethod(write_ck)
 
     @staticmethod

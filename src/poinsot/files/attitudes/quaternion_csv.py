@@ -57,13 +57,9 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If the file does not say what its numbers are, a row is not whole, a quaternion is off unit norm by more than a
-        thousandth, or times do not rise.
-    ImportError
-        If astropy is missing and the file has dates.
+    OSError, ValueError, ImportError
+        If the file cannot be read; the file does not say what its numbers are, a row is not whole, a quaternion is off
+        unit norm by more than a thousandth, or times do not rise; or astropy is missing and the file has dates.
     """
     name = str(path)
     rows = _parsed(read_text(path), name)

@@ -66,13 +66,9 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If the file is no such file or is not whole, its axes rotate, a quaternion is off unit norm by more than a
-        thousandth, or times do not rise.
-    ImportError
-        If astropy is missing.
+    OSError, ValueError, ImportError
+        If the file cannot be read; the file is no such file or is not whole, its axes rotate, a quaternion is off unit
+        norm by more than a thousandth, or times do not rise; or astropy is missing.
     """
     rows, kind = _parsed(read_text(path), str(path))
     axes = rows.word("CoordinateAxes")

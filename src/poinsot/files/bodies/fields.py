@@ -64,11 +64,9 @@ def read_field(
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If a line is not right, a coefficient is missing or there twice, the field changes with time, the degree is
-        beyond the table, or it is no `GravityField`.
+    OSError, ValueError
+        If the file cannot be read; or a line is not right, a coefficient is missing or there twice, the field changes
+        with time, the degree is beyond the table, or it is no `GravityField`.
     """
     text, factor = read_text(path, MOST_BYTES), float(real_array("unit", unit, ()))
     refuse_nonpositive("unit", factor)

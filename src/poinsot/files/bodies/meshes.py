@@ -71,10 +71,9 @@ def read_mesh(
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is too large, is not in its format, or has no closed surface around a volume; see `Mesh`.
+    OSError, ValueError
+        If the file cannot be read; or it is too large, is not in its format, or has no closed surface around a volume;
+        see `Mesh`.
     """
     path = Path(path)
     kind = KINDS.get(path.suffix.lower())

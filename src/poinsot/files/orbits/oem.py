@@ -55,13 +55,9 @@ def read_oem(
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If the file is no such message or is not whole, its frame rotates or is unknown, its times do not rise or
-        have a gap, or its segments do not join.
-    ImportError
-        If astropy is missing.
+    OSError, ValueError, ImportError
+        If the file cannot be read; the file is no such message or is not whole, its frame rotates or is unknown, its
+        times do not rise or have a gap, or its segments do not join; or astropy is missing.
     """
     text, name = read_text(path), str(path)
     _, segments = ccsds.segments_of(text, name, "OEM", "123", NEEDED, lambda *_: COMPONENTS)

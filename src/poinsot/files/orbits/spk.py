@@ -62,11 +62,9 @@ def spice_orbit(
 
     Raises
     ------
-    OSError, ValueError
-        If a kernel is missing or no kernel, a body or frame is unknown, the frame rotates, or the kernels do not
-        cover the span.
-    ImportError
-        If spiceypy is missing.
+    OSError, ValueError, ImportError
+        If a kernel is missing or no kernel, a body or frame is unknown, the frame rotates, or the kernels do not cover
+        the span; or spiceypy is missing.
     """
     first, last = span_of(calendar, start, stop)
     with loaded(kernels) as spice:
@@ -74,8 +72,8 @@ def spice_orbit(
         if target_id == center_id:
             raise ValueError(f"target and center must be two bodies, got {target!r} twice.")
         spice.ask("check_inertial", frame)
-        origin = str(spice.ask("name", center_id)[0])
-        mu = attractor_mu(origin, spice.ask("mu", center_id)[0] if mu is None else mu)
+        origin, own_mu = spice.ask("name_and_mu", center_id)[0]
+        mu = attractor_mu(origin, own_mu if mu is None else mu)
         rule = f"kernels must cover {target!r} from {center!r} at all times from start to stop"
 
         left = MOST_TIMES + spice.size

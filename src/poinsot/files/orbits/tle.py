@@ -111,10 +111,9 @@ def tle_orbit(
 
     Raises
     ------
-    ValueError
-        If a line is not right, the span too far from the epoch, or SGP4 stops in it (a satellite that decays).
-    ImportError
-        If the package sgp4 is missing.
+    ValueError, ImportError
+        If a line is not right, the span too far from the epoch, or SGP4 stops in it (a satellite that decays); or the
+        package sgp4 is missing.
     """
     first, second = _set_of(lines)
     satellite = optional("sgp4.api", "two-line element sets").Satrec.twoline2rv(first, second)
@@ -147,10 +146,9 @@ def omm_orbit(
 
     Raises
     ------
-    ValueError
-        If a field is missing or wrong, the elements are not for SGP4, or as `tle_orbit`.
-    ImportError
-        If the package sgp4 is missing.
+    ValueError, ImportError
+        If a field is missing or wrong, the elements are not for SGP4, or as `tle_orbit`; or the package sgp4 is
+        missing.
     """
     fields = _checked_fields(_fields_of(message))
     satellite = optional("sgp4.api", "mean elements").Satrec()

@@ -86,10 +86,9 @@ def read_scenario(path: str | Path) -> Scenario:
 
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is not right: the sentence has the file, the line and the key, what must be there and what is.
+    OSError, ValueError
+        If the file cannot be read; or it is not right: the sentence has the file, the line and the key, what must be
+        there and what is.
     """
     path = Path(path)
     if path.suffix != ".toml":
