@@ -172,12 +172,11 @@ class _Balance:
             Nested(Dual(q[:, i], {("turn", k): turns[k][:, i] for k in range(3)})) for i in range(4)
         )
         comoving = attitude.to_body(self.omega_space)
-        body, kinetics = self.body, self.body.kinetics()
-        g = body.angular_momentum(Vector(component.inner.value for component in comoving))
+        g = self.body.angular_momentum(Vector(component.inner.value for component in comoving))
         momentum = Vector(Nested(Dual(component, {("momentum", i): 1.0})) for i, component in enumerate(g))
-        omega: Any = kinetics.omega(momentum)
-        torque = self.system.torque_at(Instant(body, attitude, Environment(self.time), omega))
-        rates = [opened(rate) for rate in (*(omega - comoving), *(kinetics.gyration(momentum) + torque))]
+        instant = Instant(self.body, attitude, Environment(self.time), angular_momentum_body=momentum)
+        change = self.system.momentum_rate(instant, self.system.torque_at(instant))
+        rates = [opened(rate) for rate in (*(instant.omega_body - comoving), *change)]
         names = [(block, i) for block in ("turn", "momentum") for i in range(3)]
         values = [getattr(rate, "value", rate) for rate in rates]
         slopes = [[partial(rate, *name) for name in names] for rate in rates]
