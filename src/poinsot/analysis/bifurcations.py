@@ -65,8 +65,8 @@ class Bifurcation(ShownInNotebooks):
     change : int
         How many multipliers more are outside the unit circle after it.
     motion : PeriodicMotion
-    tangent : array (7,)
-        How the branch goes on there: rotation vector, angular momentum, value of the parameter.
+    tangent : array (k + 1,)
+        How the branch goes on there: rotation vector, angular momentum, variables of parts, value of the parameter.
     after : int
         The point of the branch before it.
     """
@@ -95,7 +95,7 @@ class _Segment:
         self.length = float(np.linalg.norm(chord))
         self.chord, self.places = chord / self.length, {0.0: a, self.length: b}
         self.paired = a.multipliers.paired and b.multipliers.paired
-        self.level = max(abs(a.tangent[6]), abs(b.tangent[6])) < LEVEL
+        self.level = max(abs(a.tangent[-1]), abs(b.tangent[-1])) < LEVEL
 
     # ------------------------------------------------------------------ places
 
@@ -109,8 +109,8 @@ class _Segment:
         near = nodes[0][1]
         curve = KroghInterpolator([s for s, _ in nodes], [near.to(place) for _, place in nodes])
         step, row = curve(distance), curve.derivative(distance)
-        point = near.once.displaced(near.point, step[:6])
-        place = self.family.corrected(point, near.u + step[6], row / np.linalg.norm(row), self.length, LOOSE)
+        point = near.once.displaced(near.point, step[:-1])
+        place = self.family.corrected(point, near.u + step[-1], row / np.linalg.norm(row), self.length, LOOSE)
         self.places[distance] = place
         return place
 
@@ -163,7 +163,7 @@ class _Segment:
         return np.asarray(self._multipliers(b).outside - self._multipliers(a).outside)
 
     def _turns(self, a: Place, b: Place) -> bool:
-        return not self.level and bool(a.tangent[6] * b.tangent[6] < 0)
+        return not self.level and bool(a.tangent[-1] * b.tangent[-1] < 0)
 
     def _kind(self, a: Place, b: Place) -> str:
         """Return the one event that explains what differs between two places."""
@@ -190,7 +190,7 @@ class _Segment:
 
     def _test(self, kind: str, known: int) -> Callable[[Place], float]:
         if kind == "fold":
-            return lambda place: float(place.tangent[6])
+            return lambda place: float(place.tangent[-1])
         if kind == "apart":
             return lambda place: self._multipliers(place).apart(known)
         return lambda place: self._multipliers(place).beside(SIGNS[kind], known)

@@ -76,7 +76,7 @@ class Branch(ShownInNotebooks):
     def state(self) -> State:
         """Where the motions start, as one State of n members."""
         states = [motion.state for motion in self.motions]
-        phase = {name: np.array([getattr(state, name) for state in states]) for name in states[0].phase}
+        phase = {name: np.array([state.phase[name] for state in states]) for name in states[0].phase}
         return state_of(phase, np.array([state.time for state in states]))
 
     @property
@@ -86,7 +86,7 @@ class Branch(ShownInNotebooks):
 
     @property
     def multipliers(self) -> Array:
-        """Floquet's, complex (n, 6)."""
+        """Floquet's, complex (n, k); k = 6 without parts."""
         return np.array([motion.multipliers for motion in self.motions])
 
     @property
@@ -176,9 +176,9 @@ def _parameter(
 def _first(family: Family, motion: PeriodicMotion) -> Place:
     """Return where the curve begins, with its tangent towards the end."""
     once = family.once(0.0)
-    once.check(motion.state.angular_momentum_body)
+    once.check()
     try:
-        return family.corrected(once.point(motion.state), 0.0, np.eye(7)[6], SMALLEST_STEP)
+        return family.corrected(once.point(motion.state), 0.0, family.by_parameter, SMALLEST_STEP)
     except LostError:
         raise ValueError(
             f"motion must repeat itself after the period and in the frame of {family.name} = "
@@ -194,15 +194,15 @@ def _crossing(family: Family, found: Bifurcation) -> list[Place]:
     if found.kind not in ("branching", "doubling"):
         raise ValueError(f"motion must be a branching or a doubling where it is a Bifurcation, got a {found.kind}.")
     once = family.once(0.0)
-    once.check(found.motion.state.angular_momentum_body)
+    once.check()
     along = found.tangent / np.append(once.units, family.span)
-    along *= np.copysign(1 / np.linalg.norm(along), along[6])
-    origin = family.corrected(once.point(found.motion.state), 0.0, np.eye(7)[6], SMALLEST_STEP, LOOSE)
+    along *= np.copysign(1 / np.linalg.norm(along), along[-1])
+    origin = family.corrected(once.point(found.motion.state), 0.0, family.by_parameter, SMALLEST_STEP, LOOSE)
     across = FIRST_STEP * _across(family, origin.point, along)
     lost = True
     for step in (across, -across):
         try:
-            point = once.displaced(origin.point, step[:6])
+            point = once.displaced(origin.point, step[:-1])
             beside = family.corrected(point, 0.0, step / FIRST_STEP, CROSSING * FIRST_STEP)
         except (LostError, ValueError):
             continue
@@ -219,12 +219,12 @@ def _crossing(family: Family, found: Bifurcation) -> list[Place]:
 def _across(family: Family, point: Point, along: Array) -> Array:
     """Return the direction, at right angles to a branch, that is in the null space at a point of it and not beside."""
     near = FIRST_STEP * along
-    beside = family.corrected(family.once(0.0).displaced(point, near[:6]), near[6], along)
+    beside = family.corrected(family.once(0.0).displaced(point, near[:-1]), near[-1], along)
     slopes = [family.equations(family.once(u), x, u)[1] for x, u in ((point, 0.0), (beside.point, beside.u))]
     sizes = np.linalg.svd(slopes[0], compute_uv=False)
     count = 1 + int(np.sum(sizes < SINGULAR * sizes[0]))
     here, there = (
-        np.linalg.svd(slope)[2][7 - k :].T for slope, k in zip(slopes, (count, max(count - 1, 1)), strict=True)
+        np.linalg.svd(slope)[2][along.size - k :].T for slope, k in zip(slopes, (count, max(count - 1, 1)), strict=True)
     )
     way = here @ np.linalg.svd(here - there @ (there.T @ here))[2][0]
     way = way - along * (along @ way)
@@ -264,7 +264,7 @@ class _Curve:
                     return f"beyond {name} = {self.family.value(here.u):.6g}: {reason}"
                 size /= 2
                 continue
-            place.once.check(place.point[1])
+            place.once.check()
             self._add(place)
             tell(f"{len(self.places)} motions, {name} = {self.family.value(place.u):.6g}")
             if last is not None:
@@ -274,13 +274,13 @@ class _Curve:
 
     def _next(self, here: Place, size: float) -> tuple[Place, float | None]:
         """Return the next place, and the end of the way if it is there."""
-        row, last, ahead = here.tangent, None, here.u + size * here.tangent[6]
-        if not 0 < ahead < 1 and here.tangent[6]:
+        row, last, ahead = here.tangent, None, here.u + size * here.tangent[-1]
+        if not 0 < ahead < 1 and here.tangent[-1]:
             last = float(ahead >= 1)
-            size, row = (last - here.u) / here.tangent[6], np.eye(7)[6]
+            size, row = (last - here.u) / here.tangent[-1], self.family.by_parameter
         step = size * here.tangent
-        point = here.once.displaced(here.point, step[:6])
-        u = here.u + step[6] if last is None else last
+        point = here.once.displaced(here.point, step[:-1])
+        u = here.u + step[-1] if last is None else last
         place = self.family.corrected(point, u, row, max(FARTHEST * size, SMALLEST_STEP))
         tangent = place.tangent * (1 if place.tangent @ here.tangent > 0 else -1)
         if tangent @ here.tangent < STRAIGHT:

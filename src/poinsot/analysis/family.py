@@ -1,6 +1,6 @@
 """Periodic motions of a family of systems: the corrector of pseudo-arclength continuation.
 
-Displacements x of a point and the parameter u obey x(period) - x = 0: a curve in seven dimensions. Its tangent is in
+Displacements x of a point and the parameter u obey x(period) - x = 0: a curve in k + 1 dimensions. Its tangent is in
 the null space of (matrix - 1, derivative by u), from the state-transition matrix and the sensitivity of the motion.
 """
 
@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra import quaternion as quat
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.period_map import FIRM, SETTLED, PeriodMap, Point, largest_part
 from poinsot.analysis.periodic import PeriodicMotion, recognised
@@ -52,7 +51,7 @@ class Place:
         return recognised(self.once, self.point, self.matrix)
 
     def to(self, other: Place) -> Array:
-        """Return what leads to another place, (7,)."""
+        """Return what leads to another place, (k + 1,)."""
         return np.append(self.once.displacement(self.point, other.point), other.u - self.u)
 
     @functools.cached_property
@@ -94,6 +93,11 @@ class Family:
         None: those of the motion.
     turns : int
         How many periods make one.
+
+    Attributes
+    ----------
+    by_parameter : array (k + 1,)
+        The direction in which the parameter alone changes.
     """
 
     def __init__(
@@ -109,10 +113,11 @@ class Family:
         self.start, self.span = parameter.value, to - parameter.value
         if not self.span:
             raise ValueError(f"to must be another value than that of {self.name}, got {to!r}.")
-        self._time = float(motion.state.time)
+        self._origin = motion.state
         self._period = period or (lambda _: motion.period)
         self._frame = frame or (lambda _: motion.frame)
         self._fixed = period is None and frame is None
+        self.by_parameter = np.eye(len(motion.matrix) + 1)[-1]
 
     def value(self, u: float) -> float:
         """Return the value of the parameter."""
@@ -123,17 +128,17 @@ class Family:
         system = self._parameter.system(self.value(u))
         period = float(real_array("period", self._period(system), ()))
         refuse_nonpositive("period", period)
-        return PeriodMap(system, checked_frame(self._frame(system)), self._time, self._turns * period)
+        return PeriodMap(system, checked_frame(self._frame(system)), self._origin, self._turns * period)
 
     def equations(self, once: PeriodMap, point: Point, u: float) -> tuple[Array, Array]:
-        """Return what a period changes, (6,), and minus its derivative by displacement and u, (6, 7)."""
+        """Return what a period changes, (k,), and minus its derivative by displacement and u, (k, k + 1)."""
         ends = max(u - DIFFERENCE, 0.0), min(u + DIFFERENCE, 1.0)  # beyond there may be no system
         names, rates = self._changing(once.system, ends)
         passage = once.passage(point, names)
         slope = passage.slope @ rates
         if not self._fixed:
             slope = slope + self._slope_of_times_and_axes(once, point, passage.end, passage.matrix, ends)
-        return passage.change, np.column_stack([np.eye(6) - passage.matrix, -slope])
+        return passage.change, np.column_stack([np.eye(len(slope)) - passage.matrix, -slope])
 
     def _changing(self, here: System, ends: tuple[float, float]) -> tuple[list[str], Array]:
         """Return which numbers of the system change with u, and their derivatives."""
@@ -157,36 +162,31 @@ class Family:
             for share in (0, 1)
         )
         longer = (around[1].period - around[0].period) / apart
-        there = once.time + once.period
-        to_space = quat.product(once.frame.quaternion(there), end[0])
-        state = once.system.body.state(to_space, angular_momentum_body=end[1], time=there)
-        omega, g = once.system.omega_body(state), end[1]
-        flow = np.concatenate([omega, np.cross(g, omega) + once.system.torque_body(state)]) / once.units
-        begun, ended = (
-            np.concatenate([rotation(p).inv().apply(w), np.zeros(3)]) for p, w in ((point[0], first), (end[0], last))
-        )
-        return np.asarray(matrix @ begun + flow * longer - ended)
+        turned = (rotation(p).inv().apply(w) for p, w in ((point[0], first), (end[0], last)))
+        begun, ended = (np.append(turn, np.zeros(len(matrix) - 3)) for turn in turned)
+        return np.asarray(matrix @ begun + once.flow(end) * longer - ended)
 
     def corrected(self, point: Point, u: float, row: Array, farthest: float = np.inf, firm: float = FIRM) -> Place:
         """Return the place on the curve near a point, in the plane through it at right angles to a row.
 
         Where a singular value is below `firm`, of the largest, the point stays where it is in that direction.
         """
-        gone = np.zeros(7)
+        gone = np.zeros(row.size)
         for rounds in range(1, ROUNDS + 1):
             once = self.once(u)
             change, slopes = self.equations(once, point, u)
             step = _solution(slopes, row, np.append(change, 0.0), firm)
-            step[6] *= row[6] != 1  # the parameter is given
+            step[-1] *= row[-1] != 1  # the parameter is given
             gone += step
             if not np.linalg.norm(gone) < farthest:
                 raise LostError
-            point, u = once.displaced(point, step[:6]), u + step[6]
-            if max(largest_part(change), largest_part(step[:6]), abs(step[6])) < SETTLED:
+            point, u = once.displaced(point, step[:-1]), u + step[-1]
+            if max(largest_part(change), largest_part(step[:-1]), abs(step[-1])) < SETTLED:
                 once = self.once(u)
                 _, slopes = self.equations(once, point, u)
-                tangent = _solution(slopes, row, np.eye(7)[6], firm)
-                return Place(once, point, u, np.eye(6) - slopes[:, :6], tangent / np.linalg.norm(tangent), rounds)
+                tangent = _solution(slopes, row, np.eye(row.size)[-1], firm)
+                matrix = np.eye(len(slopes)) - slopes[:, :-1]
+                return Place(once, point, u, matrix, tangent / np.linalg.norm(tangent), rounds)
         raise LostError
 
 

@@ -1,15 +1,16 @@
 """Floquet's multipliers of a period map, accurate where they coincide.
 
 A symplectic matrix has its multipliers in pairs m, 1/m. Where two of them meet, at 1 or at -1, rounding e moves each by
-sqrt(e), but their sum m + 1/m by e only: the three sums are the roots of a cubic whose coefficients are smooth
+sqrt(e), but their sum m + 1/m by e only: the sums are the roots of a polynomial whose coefficients are smooth
 (Broucke 1969, AIAA J. 7, 1003, for the 4 x 4 matrix). A sum passes 2 where another branch crosses, -2 where the period
-doubles, and two sums meet where two pairs leave the unit circle. Other matrices have six multipliers, which pass 1, -1
-or the circle.
+doubles, and two sums meet where two pairs leave the unit circle. Among an odd number one more is 1, that of a constant
+such as the momentum of a wheel without friction. The multipliers of other matrices pass 1, -1 or the circle alone.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 from typing import Any
 
 import numpy as np
@@ -30,33 +31,35 @@ NOISE = 1e-12
 
 
 class Multipliers:
-    """The eigenvalues of a matrix (6, 6).
+    """The eigenvalues of a matrix.
 
     Parameters
     ----------
-    matrix : array (6, 6)
+    matrix : array (k, k)
     paired : bool, optional
         Whether they come as m, 1/m. Default: what the matrix says.
     """
 
     def __init__(self, matrix: Array, paired: bool | None = None) -> None:
         self._raw = np.linalg.eigvals(matrix).astype(complex)
-        polynomial = np.poly(self._raw)
+        single: Any = np.argmin(np.abs(self._raw - 1)) if len(matrix) % 2 else []
+        pairs = np.delete(self._raw, single)
+        polynomial = np.poly(pairs)
         mirrored = np.max(np.abs(polynomial - polynomial[::-1])) <= PAIRED * np.max(np.abs(polynomial))
         self.paired = bool(mirrored) if paired is None else paired
         self._unit = 2.0 if self.paired else 1.0
-        self._roots = _sums(self._raw) if self.paired else self._raw
+        self._roots = _sums(pairs) if self.paired else self._raw
 
     @functools.cached_property
     def values(self) -> Array:
-        """All six, complex; those that cannot be told from 1 or -1 are it."""
+        """All, complex; those that cannot be told from 1 or -1 are it."""
         roots = _parted(self._roots) if self.paired else self._roots.copy()
         for sign in (1, -1):
             away = np.abs(roots - sign * self._unit)
             nearest = np.argsort(away)[: self.count_at(sign)]
             # Several slow ones multiply to less than rounding, though each is known.
             roots[nearest[away[nearest] < NOISE * (2 + np.max(np.abs(roots))) ** 2]] = sign * self._unit
-        return _pairs(roots) if self.paired else roots
+        return np.append(_pairs(roots), np.ones(self._raw.size % 2)) if self.paired else roots
 
     @functools.cached_property
     def outside(self) -> Array:
@@ -83,8 +86,7 @@ class Multipliers:
         Of pairs m, 1/m it is the discriminant of the sums, two of which meet.
         """
         if self.paired:
-            a, b, c = self._roots
-            return float(((a - b) ** 2 * (b - c) ** 2 * (c - a) ** 2).real)
+            return float(np.prod([(a - b) ** 2 for a, b in itertools.combinations(self._roots, 2)]).real)
         growth = np.sort(np.log(np.abs(self._raw[self._raw.imag > SLOW])))[::-1]
         return float(growth[known]) - SHARP if known < growth.size else -SHARP
 
@@ -94,7 +96,7 @@ class Multipliers:
 
 
 def _sums(values: Array) -> Array:
-    """Return m + 1/m of each of the three pairs, from the larger of the two, which is known better."""
+    """Return m + 1/m of each of the pairs, from the larger of the two, which is known better."""
     left, sums = list(range(len(values))), []
     own, weight = values + 1 / values, np.abs(values) ** 2
     while left:

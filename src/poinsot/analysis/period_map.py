@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.transition_matrix import state_transition
+from poinsot.engine.state_vector import factors_of_parts
 from poinsot.errors import PropagationError
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import State, changed, state_of, state_with
 from poinsot.mechanics.system import System
 
 __all__ = ["ROUNDS", "Passage", "PeriodMap", "Point"]
@@ -22,10 +24,10 @@ __all__ = ["ROUNDS", "Passage", "PeriodMap", "Point"]
 Array = NDArray[Any]
 
 Point = tuple[Array, Array]
-"""A unit quaternion body -> frame and an angular momentum, body axes."""
+"""A unit quaternion body -> frame; and an angular momentum, body axes, with the variables of parts behind it."""
 
 SAME = 1e-9
-"""By how much a torque or a rate, relative to its size, may change from one period to the next."""
+"""By how much a torque or a rate may change from one period to the next, relative to its size."""
 ROUNDS = 40
 LARGEST_STEP = 0.3
 """Of Newton's method, radians; of the momentum, what turns the body by so much in a period."""
@@ -44,12 +46,12 @@ class Passage:
     Attributes
     ----------
     end : Point
-    change : array (6,)
+    change : array (k,)
         From the start to the end.
-    matrix : array (6, 6)
-        What becomes of small displacements.
-    slope : array (6, p)
-        The displacement of the end by the named numbers.
+    matrix : array (k, k)
+        The derivative of the end by the start.
+    slope : array (k, p)
+        That by the named numbers.
     """
 
     end: Point
@@ -61,17 +63,22 @@ class Passage:
 class PeriodMap:
     """The motion over one period.
 
-    Displacements of points are rotation vectors and momenta times period / largest moment, shape (..., 6), radians.
+    Displacements of points have shape (k,), k = 6 and the variables of parts: a rotation vector, momenta times period /
+    largest moment, other variables over about ten times the size that they have from the start.
+
+    Attributes
+    ----------
+    units : array (k,)
+        What turns displacements into rotation vectors, momenta and variables.
     """
 
-    def __init__(self, system: System, frame: Frame, time: float, period: float) -> None:
-        self.system, self.frame, self.time, self.period = system, frame, time, period
-        self.momentum = float(np.max(system.body.moments)) / period
-
-    @property
-    def units(self) -> Array:
-        """What displacements are multiplied by to become rotation vectors and momenta, (6,)."""
-        return np.array([1.0] * 3 + [self.momentum] * 3)
+    def __init__(self, system: System, frame: Frame, start: State, period: float) -> None:
+        self.system, self.frame, self.start, self.period = system, frame, start, period
+        self.time = float(start.time)
+        momentum = float(np.max(system.body.moments)) / period
+        factors = itertools.chain.from_iterable(factors_of_parts(system, start).values())
+        own = (momentum if factor is None else 1 / factor for factor in factors)
+        self.units = np.array([1.0] * 3 + [momentum] * 3 + [*own])
 
     # ------------------------------------------------------------------ points
 
@@ -79,24 +86,39 @@ class PeriodMap:
         """Return the point at a displacement from one."""
         from scipy.spatial.transform import Rotation
 
-        p, g = point
+        p, rest = point
         turned = rotation(p) * Rotation.from_rotvec(x[:3])
-        return turned.as_quat(scalar_first=True), g + self.momentum * x[3:]
+        return turned.as_quat(scalar_first=True), rest + self.units[3:] * x[3:]
 
     def displacement(self, point: Point, other: Point) -> Array:
         """Return what leads from one point to another."""
         turn = rotation(point[0]).inv() * rotation(other[0])
-        return np.concatenate([turn.as_rotvec(), (other[1] - point[1]) / self.momentum])
+        return np.concatenate([turn.as_rotvec(), (other[1] - point[1]) / self.units[3:]])
 
     def point(self, state: State) -> Point:
         """Return the point of a state at the start."""
         to_frame = quat.conjugate(self.frame.quaternion(self.time))
-        return quat.product(to_frame, state.quaternion), np.asarray(state.angular_momentum_body)
+        return quat.product(to_frame, state.quaternion), self._rest(state)
 
-    def state(self, point: Point) -> State:
-        """Return the state of a point at the start."""
-        to_space = quat.product(self.frame.quaternion(self.time), point[0])
-        return self.system.body.state(to_space, angular_momentum_body=point[1], time=self.time)
+    def state(self, point: Point, time: float | None = None) -> State:
+        """Return the state of a point at a time, by default at the start."""
+        time = self.time if time is None else time
+        return self._state(quat.product(self.frame.quaternion(time), point[0]), point[1], time)
+
+    def _state(self, q: Array, rest: Array, time: Any) -> State:
+        sizes = {part.name: part.size for part in self.system.moving_parts if part.size}
+        g, *values = np.split(rest, list(itertools.accumulate(sizes.values(), initial=3)), axis=-1)
+        return state_with(q, g, time, dict(zip(sizes, values, strict=False)))
+
+    def _rest(self, state: State) -> Array:
+        own = [state.own[part.name] for part in self.system.moving_parts if part.size]
+        return np.concatenate([state.angular_momentum_body, *own], axis=-1)
+
+    def flow(self, end: Point) -> Array:
+        """Return the displacement per time at the end of the period, seen from the axes that the frame has there."""
+        instant = self.system.at(self.state(end, self.time + self.period))
+        rates = self.system.rates(instant) | {"quaternion": instant.omega_body}
+        return np.asarray(np.concatenate([list(map(float, values)) for values in rates.values()]) / self.units)
 
     def passage(self, point: Point, names: Sequence[str] = ()) -> Passage:
         """Return what a period does, with the derivatives by named numbers of the system."""
@@ -106,7 +128,8 @@ class PeriodMap:
         except PropagationError as error:
             raise ValueError(f"guess must lead to a motion without end, but {error}") from None
         to_frame = quat.conjugate(self.frame.quaternion(end))
-        there = quat.product(to_frame, found.motion.quaternion[0]), found.motion.angular_momentum_body[0]
+        last = state_of(changed(found.motion.phase, lambda x: x[0]), end)
+        there = quat.product(to_frame, last.quaternion), self._rest(last)
         matrix = found.matrix[0] * self.units / self.units[:, None]
         growth = float(np.max(np.abs(matrix)))
         if not growth < GROWTH:
@@ -124,7 +147,7 @@ class PeriodMap:
         point = self.point(guess)
         for _ in range(ROUNDS):
             passage = self.passage(point)
-            step = np.linalg.lstsq(np.eye(6) - passage.matrix, passage.change, rcond=FIRM)[0]
+            step = np.linalg.lstsq(np.eye(self.units.size) - passage.matrix, passage.change, rcond=FIRM)[0]
             missed, size = (largest_part(x) for x in (passage.change, step))
             point = self.displaced(point, step * (LARGEST_STEP / max(size, LARGEST_STEP)))
             if max(missed, size) < SETTLED:
@@ -136,60 +159,58 @@ class PeriodMap:
 
     # ------------------------------------------------------------------ checks
 
-    def check(self, angular_momentum_body: Array) -> None:
-        """Refuse a system or a frame that does not repeat itself."""
-        self._check_system(angular_momentum_body)
-        self._check_frame()
+    def check(self) -> None:
+        """Refuse a frame whose angular velocity does not repeat itself, or a system whose torques do not in the frame.
 
-    def _check_frame(self) -> None:
-        """Refuse a frame whose angular velocity along its own axes does not repeat itself."""
-        here, there = (
-            quat.rotate(quat.conjugate(self.frame.quaternion(times)), self.frame.omega_space(times))
-            for times in self._times()
-        )
-        change, fastest = np.max(np.abs(there - here)), np.max(np.abs(here))
-        if change > self._slack * fastest:
-            raise ValueError(
-                f"frame must turn in the same way in every period, but its angular velocity changes by "
-                f"{change / fastest:.2g} of its size. A RotatingFrame turns at a constant rate."
-            )
-
-    def _check_system(self, g: Array) -> None:
-        """Refuse a system whose torques, seen from the frame, do not repeat themselves."""
+        Of a system with parts also the rates of their variables and the angular velocity at the momenta of the start.
+        """
         first, last = self.system.span
         if self.time < first or self.time + 2 * self.period > last:
             raise ValueError(
                 f"period must fit twice into the span of the orbits, [{first!r}, {last!r}], got {self.period!r}, "
                 f"from {self.time!r}."
             )
-        attitudes = np.random.default_rng(20061027).normal(size=(4, 1, 4))
-        attitudes /= np.linalg.norm(attitudes, axis=-1, keepdims=True)
-        here, there = (self._torques(times, attitudes, g) for times in self._times())
-        change, size = np.max(np.abs(there - here)), np.max(np.abs(here))
-        if not change <= self._slack * size:
+        for name, change in self._changes(self._vectors_of_system):
             raise ValueError(
-                f"system must repeat itself in the frame after the period {self.period:.6g}, but its torque changes "
-                f"by {change / size:.2g} of its size. Name the period of the orbit, and the frame that turns with its "
-                "node."
+                f"system must repeat itself in the frame after the period {self.period:.6g}, but its {name} changes "
+                f"by {change:.2g} of its size. Name the period of the orbit, and the frame that turns with its node."
+            )
+        for _, change in self._changes(self._omega_of_frame):
+            raise ValueError(
+                f"frame must turn in the same way in every period, but its angular velocity changes by "
+                f"{change:.2g} of its size. A RotatingFrame turns at a constant rate."
             )
 
-    def _torques(self, times: Array, attitudes: Array, g: Array) -> Array:
-        q = quat.product(self.frame.quaternion(times), attitudes).reshape(-1, 4)
-        state = self.system.body.state(
-            q, angular_momentum_body=np.broadcast_to(g, (len(q), 3)), time=np.tile(times, len(attitudes))
-        )
-        return np.asarray(self.system.torque_body(state))
-
-    def _times(self) -> tuple[Array, Array]:
-        """Return times in one period and in the next."""
+    def _changes(self, vectors: Callable[[Array], dict[str, Array]]) -> Iterator[tuple[str, float]]:
+        """Yield which vectors, as functions of time, change from one period to the next, and by which share."""
         times = self.time + self.period * np.array([0.0, 0.13, 0.37, 0.71])
-        return times, times + self.period
+        slack = SAME + 10 * float(np.spacing(abs(self.time) + self.period)) / self.period
+        here, there = (vectors(each) for each in (times, times + self.period))
+        for name, values in here.items():
+            change, size = np.max(np.abs(there[name] - values)), np.max(np.abs(values))
+            if not change <= slack * size:
+                yield name, change / size
 
-    @property
-    def _slack(self) -> float:
-        return SAME + 10 * float(np.spacing(abs(self.time) + self.period)) / self.period
+    def _omega_of_frame(self, times: Array) -> dict[str, Array]:
+        """Return the angular velocity of the frame along its own axes."""
+        to_frame = quat.conjugate(self.frame.quaternion(times))
+        return {"angular velocity": quat.rotate(to_frame, self.frame.omega_space(times))}
+
+    def _vectors_of_system(self, times: Array) -> dict[str, Array]:
+        """Return torque, angular velocity and rates of parts, at some attitudes in the frame."""
+        attitudes = np.random.default_rng(20061027).normal(size=(4, 1, 4))
+        attitudes /= np.linalg.norm(attitudes, axis=-1, keepdims=True)
+        q = quat.product(self.frame.quaternion(times), attitudes).reshape(-1, 4)
+        rest = self._rest(self.start)
+        state = self._state(q, np.broadcast_to(rest, (len(q), rest.size)), np.tile(times, len(attitudes)))
+        vectors = {"torque": np.asarray(self.system.torque_body(state))}
+        if self.system.moving_parts:
+            vectors["angular velocity"] = np.asarray(self.system.omega_body(state))
+            rates = self.system.block_rates(self.system.at(state))
+            vectors |= {name: np.stack(np.broadcast_arrays(*values)) for name, values in rates.items()}
+        return vectors
 
 
 def largest_part(x: Array) -> float:
-    """Return the larger of the sizes of the turn and of the change of momentum of a displacement."""
-    return float(np.max(np.linalg.norm(x.reshape(2, 3), axis=-1)))
+    """Return the largest of the sizes of the turn, of the change of momentum and of those of the variables of parts."""
+    return float(max(*np.linalg.norm(x[:6].reshape(2, 3), axis=-1), *np.abs(x[6:])))

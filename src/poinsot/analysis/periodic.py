@@ -53,10 +53,10 @@ class PeriodicMotion(ShownInNotebooks):
         Where it starts.
     period : float
     frame : Frame
-    matrix : array (6, 6)
+    matrix : array (k, k)
         x(t + period) = matrix x(t) from the time of the state, x = (rotation vector relative to the frame, change of
-        angular momentum), body axes.
-    multipliers : complex array (6,)
+        angular momentum, body axes, changes of the variables of parts); k = 6 without parts.
+    multipliers : complex array (k,)
         Its eigenvalues.
     frequencies : array, ascending
         Positive angles of the multipliers over the period, in (0, pi/period]: a motion looked at once in a period
@@ -99,7 +99,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     Parameters
     ----------
     system : System
-        One, not an ensemble. Seen from the frame its torques must repeat themselves after the period.
+        One, not an ensemble. Seen from the frame its torques must repeat themselves after the period, and its parts.
     guess : State
         Its time is where the period starts.
     period : float
@@ -117,8 +117,8 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     period = float(real_array("period", period, (), system.units["time"]))
     refuse_nonpositive("period", period)
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
-    once = PeriodMap(system, frame, float(guess.time), period)
-    once.check(guess.angular_momentum_body)
+    once = PeriodMap(system, frame, guess, period)
+    once.check()
     return recognised(once, *once.settled(guess))
 
 

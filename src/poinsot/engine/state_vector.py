@@ -30,7 +30,7 @@ SMALL = 0.1
 largest variable, keeps its grip on the attitude."""
 
 AT_REST = 1e-9
-"""Of the rate of a variable whose part has no momentum; what is slower is at rest, and its rate mostly rounding."""
+"""Of the rate of a variable whose part has no momentum: what is slower is at rest, and its rate mostly rounding."""
 
 BLOCK = 8192
 """Rows converted together: their intermediate results stay in the processor's cache."""
@@ -277,23 +277,34 @@ class StateVector:
 def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     """Return factors that bring the variables of parts near a tenth, along the motion from a state."""
     parts = [block for block in system.blocks if isinstance(block, Part)]
-    if not parts:
-        return {}
-    twin = system.beside(state.quaternion.shape[:-1])
-    at_zero = state_of({**state.rigid, **changed(state.own, np.zeros_like)}, state.time)
-    with np.errstate(all="ignore"):
-        each = [twin.block_rates(twin.at(start)) for start in (state, at_zero)]
-        fastest = float(np.max(np.linalg.norm(system.omega_body(state), axis=-1)))
+    others = [part.name for part in parts if part.momenta < set(part.variables)]
+    sizes = _sizes(system, state, others) if others else {}
     factors = {}
     for part in parts:
-        changes, from_zero = (np.abs(np.stack(np.broadcast_arrays(*rates[part.name]), axis=-1)) for rates in each)
-        changes = np.where(changes > AT_REST * from_zero, changes, from_zero) / (fastest or 1.0)
-        sizes = np.maximum(np.abs(state.own[part.name]), changes).reshape(-1, part.size)
         momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
-        factors[part.name] = tuple(
-            None if i in momenta else _power(size) for i, size in enumerate(np.max(sizes, axis=0))
-        )
+        factors[part.name] = tuple(None if i in momenta else _power(sizes[part.name][i]) for i in range(part.size))
     return factors
+
+
+def _sizes(system: System, state: State, names: list[str]) -> dict[str, Array]:
+    """Return how large variables of parts are, or how far they go while the body turns by a radian.
+
+    A part at rest goes as far as one without momentum in a body that turns as fast, about any axis.
+    """
+    twin, g = system.beside(state.quaternion.shape[:-1]), np.linalg.norm(state.angular_momentum_body, axis=-1)
+    without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
+    turning = [state_of(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)]
+    with np.errstate(all="ignore"):
+        fastest = float(np.max(np.linalg.norm(system.omega_body(state), axis=-1))) or 1.0
+        each = [twin.block_rates(twin.at(start)) for start in (state, *turning)]
+    sizes = {}
+    for name in names:
+        here, *there = (np.abs(np.stack(np.broadcast_arrays(*rates[name]), axis=-1)) for rates in each)
+        farthest = np.max(there, axis=0)
+        changes = np.where(here > AT_REST * farthest, here, farthest) / fastest
+        own = np.abs(state.own[name])
+        sizes[name] = np.max(np.maximum(own, changes).reshape(-1, own.shape[-1]), axis=0)
+    return sizes
 
 
 def _power(size: float) -> float:

@@ -107,7 +107,7 @@ def test_derivative_by_the_parameter_is_that_of_differences(name):
 
     def end(u):
         other = family.once(u)
-        other.momentum = once.momentum
+        other.units = once.units
         return other.passage(point).end
 
     middle, h = end(0.5), 1e-3
