@@ -179,7 +179,7 @@ def _brick() -> Comparisons:
     body = Body((0.001894220, 0.006211019, 0.007194665))  # slug ft^2
     start = body.state(IDENTITY, omega_body=np.radians([10, 20, 30]))
     for way, motion in _both(body, start, [*BRICK_RATES]):
-        yield f"rate [deg/s], {way}", np.degrees(motion.omega_body), [*BRICK_RATES.values()], 4e-10
+        yield f"angular velocity [deg/s], {way}", np.degrees(motion.omega_body), [*BRICK_RATES.values()], 4e-10
 
 
 DETEST_B5 = {  # (sn, cn, dn)(t | 0.51), the second after two periods 4K
@@ -233,7 +233,7 @@ def _constant_momentum() -> Comparisons:
     start = body.state(IDENTITY, angular_momentum_body=momentum)
     turned = Rotation.from_rotvec(10 * momentum / 3)
     for way, motion in _both(body, start, [10.0]):
-        yield f"rate after 10 s, {way}", motion.omega_body[0], momentum / 3, 1e-14
+        yield f"angular velocity after 10 s, {way}", motion.omega_body[0], momentum / 3, 1e-14
         yield f"attitude after 10 s [rad], {way}", (motion.attitude[0] * turned.inv()).magnitude(), 0, 2e-14
 
 
@@ -290,7 +290,7 @@ def _jeod() -> Comparisons:  # kg m^2, m, s
     attitude = Rotation.from_matrix(np.transpose(JEOD_TO_BODY))
     start = body.state(attitude, omega_body=(-1.97989570839746e-05, -0.001134281491669957, 0))
     motion = propagate(System(body, GravityGradient(orbit)), start, [28800.0])
-    yield "rate [rad/s] at 28800 s", motion.omega_body[0], JEOD_RATE, 4e-16
+    yield "angular velocity [rad/s] at 28800 s", motion.omega_body[0], JEOD_RATE, 4e-16
     # The same with 64 bits of mantissa and a Cartesian orbit is 5.0e-13 away from JEOD's matrix too.
     yield "first row of the matrix", motion.attitude.as_matrix()[0, :, 0], JEOD_ROW, 6e-13
     yield "position [m], of 6.8e6", [*orbit.position_at(28800.0)], JEOD_POSITION, 4e-6
@@ -313,7 +313,7 @@ def _flyby() -> Comparisons:
     start = body.state(attitude, omega_body=(2e-5, 0, 5.6e-5), time=-far)
     motion = propagate(System(body, GravityGradient(orbit)), start, [far])
     yield "attitude, matrix", motion.attitude.as_matrix()[0], FLYBY_MATRIX, 2e-12
-    yield "rate [rad/s], of 9e-5", motion.omega_body[0], FLYBY_RATE, 1e-16
+    yield "angular velocity [rad/s], of 9e-5", motion.omega_body[0], FLYBY_RATE, 1e-16
 
 
 CIRCLE = KeplerOrbit(1.7, semimajor_axis=1.3, eccentricity=0.0, inclination=0.4, node=-0.8, true_anomaly=0.3)
@@ -485,7 +485,7 @@ def _hyperion() -> Comparisons:
     motion = propagate(HYPERION_SYSTEM, _planar_state(HYPERION_ANGLE), [span])
     apart = Rotation.from_rotvec((0, 0, theta)).inv() * motion.attitude[0]
     yield "angle [rad] after 5 orbits", apart.magnitude(), 0, 1e-10
-    yield "rate after 5 orbits", motion.omega_body[0, 2], rate, 1e-10
+    yield "angular velocity after 5 orbits", motion.omega_body[0, 2], rate, 1e-10
     starts = _planar_state(HYPERION_ANGLE + np.linspace(-5e-4, 5e-4, 100))
     found = lyapunov_spectrum(
         HYPERION_SYSTEM, starts, [200 * HYPERION_ORBIT.period], formulation="planar", progress=False

@@ -180,7 +180,7 @@ def spin_orbit_section(
         return np.mod(np.arctan2(aside, ahead), np.pi), points.omega_body[:, 2]
 
     unit = system.units["time"]
-    named = "rate [rad / unit of time]" if unit == "1" else f"rate [rad/{unit}]"
+    named = "angular velocity [rad / unit of time]" if unit == "1" else f"angular velocity [rad/{unit}]"
     return section(motion, coordinates, labels=("angle from the periapsis [rad]", named))
 
 

@@ -25,20 +25,8 @@ from poinsot.cli.terminal import (
 
 __all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
 
-KINDS = (
-    "angular_momentum",
-    "angular_velocity",
-    "difference",
-    "drift",
-    "euler_angles",
-    "herpolhode",
-    "momentum_sphere",
-    "part_variables",
-    "poinsot_construction",
-    "polhode",
-    "quaternions",
-    "roll_pitch_yaw",
-)
+OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty"}
+KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
 Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0; default: all.")]

@@ -67,13 +67,24 @@ def map(  # noqa: A001
     >>> pt.plot.map(x, y, np.hypot(*np.meshgrid(x, y)), "x [m]", "y [m]", "distance [m]", center=1.0).get_xlabel()
     'x [m]'
     """
+    from matplotlib.colors import Normalize, TwoSlopeNorm
+
     columns, rows = (_monotonic(name, axis) for name, axis in (("x", x), ("y", y)))
     grid = _grid(values, (rows.size, columns.size))
     center = None if center is None else float(real_array("center", center, ()))
     low, high = _limits(grid, center) if limits is None else _checked_limits(limits, center)
     panel = one_panel(ax, (7, 5), title)
-    _draw(panel, (columns, rows, grid), (low, high, center), label)
+    norm, colours = (
+        (Normalize(low, high), ONE_SIDED) if center is None else (TwoSlopeNorm(center, low, high), TWO_SIDED)
+    )
+    mesh = panel.pcolormesh(columns, rows, grid, norm=norm, cmap=colours, shading="nearest", rasterized=True)
+    panel.set_facecolor(GREY)
     panel.set(xlabel=x_label, ylabel=y_label)
+    beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}
+    extend = beyond[bool(np.any(grid < low)), bool(np.any(grid > high))]
+    bar = panel.figure.colorbar(mesh, ax=panel, label=label, extend=extend)
+    if center is not None:
+        bar.set_ticks(sorted({low, center, high, 0.5 * (low + center), 0.5 * (center + high)}))
     return panel
 
 
@@ -112,39 +123,15 @@ def chaos(
     left, right = drawn = panels(axes, 2, (11, 4), title)
     unit = time_unit_of(found.system.units, time_unit)
     since = unit.factor * np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), megno.shape)
+    few = len(megno) <= len(COLOURS)
+    style: Any = {"linewidth": 1.1} if few else {"linewidth": 0.6, "alpha": 0.4}
     for panel, quantity, values in ((left, "mean MEGNO", megno), (right, "fast Lyapunov indicator", fli)):
-        for i, (time, curve) in enumerate(zip(since, values, strict=True)):
-            panel.plot(time, curve, **_style(i, len(values)), label=labels[i] if labels else None)
+        panel.set_prop_cycle(color=COLOURS if few else [BLUE])
+        panel.plot(since.T, values.T, label=list(labels) or None, **style)
         dress(panel, f"time from the start{unit.label}", quantity)
     left.axhline(REGULAR, color=GREY, linestyle="--", linewidth=1.0, zorder=0)
     right.set_xscale("log")
     return drawn
-
-
-def _style(i: int, members: int) -> dict[str, Any]:
-    if members > len(COLOURS):
-        return {"color": BLUE, "linewidth": 0.6, "alpha": 0.4}
-    return {"color": COLOURS[i], "linewidth": 1.1}
-
-
-def _draw(
-    panel: Axes, map_of: tuple[Array, Array, Array], scale: tuple[float, float, float | None], label: str
-) -> None:
-    from matplotlib.colors import Normalize, TwoSlopeNorm
-
-    (x, y, grid), (low, high, center) = map_of, scale
-    norm = Normalize(low, high) if center is None else TwoSlopeNorm(center, low, high)
-    colours = ONE_SIDED if center is None else TWO_SIDED
-    mesh = panel.pcolormesh(x, y, grid, norm=norm, cmap=colours, shading="nearest", rasterized=True)
-    panel.set_facecolor(GREY)
-    bar = panel.figure.colorbar(mesh, ax=panel, label=label, extend=_beyond(grid, low, high))
-    if center is not None:
-        bar.set_ticks(sorted({low, center, high, 0.5 * (low + center), 0.5 * (center + high)}))
-
-
-def _beyond(grid: Array, low: float, high: float) -> str:
-    below, above = bool(np.any(grid < low)), bool(np.any(grid > high))
-    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
 
 
 def _limits(grid: Array, center: float | None) -> tuple[float, float]:

@@ -106,7 +106,7 @@ def test_rates_of_a_spin_orbit_section_are_those_of_the_unit_of_time():
         )
         system = pt.System(BODY, pt.GravityGradient(orbit), units={"time": unit})
         section = pt.analysis.spin_orbit_section(system, 0.3, 1.4 * hour, 3)
-        assert section.labels[1] == f"rate [rad/{unit}]"
+        assert section.labels[1] == f"angular velocity [rad/{unit}]"
         seen.append((section.x, section.y / hour))
     np.testing.assert_allclose(seen[1], seen[0], rtol=1e-10)
     assert seen[0][1][0, 0] == pytest.approx(1.4, rel=1e-14)
@@ -151,7 +151,7 @@ def test_the_picture_has_all_points_and_the_labels():
     assert sorted(map(tuple, drawn.tolist())) == sorted(
         zip(section.x[seen].tolist(), section.y[seen].tolist(), strict=True)
     )
-    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()) == ("t [s]", "rate", "title")
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.figure.get_suptitle()) == ("t [s]", "rate", "title")
     mpl.pyplot.close("all")
 
 
