@@ -113,9 +113,9 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
 
     Times, q, the momenta, the start and the orbits that were integrated along come back to the bit. Body, forces and
     orbits are made again from the text in the file and the arrays that it names. Where it has none (classes from
-    outside the package), the trajectory has the body alone: its potential energy and its integrals are those of the
-    file, and its system says why it cannot be run, `motion.system.not_rerunnable`. The wall time is NaN, and there is
-    no dense output.
+    outside the package; every `motion.dataset`), the trajectory has the body alone: its potential energy and its
+    integrals are those of the file, and its system says why it cannot be run, `motion.system.not_rerunnable`. The wall
+    time is NaN, and there is no dense output.
 
     Only what `save` writes is read, no chunks and no codecs: a dataset that xarray made of another file that you trust
     is taken as it is.
@@ -345,7 +345,8 @@ class _Reading:
         """Return body and forces, made again from the text in the file."""
         attributes = self.data.attrs
         if "scenario" not in attributes:
-            raise ValueError(attributes.get("not_rerunnable", f"{self.name} has no scenario."))
+            alone = f"{self.name} names its forces and has nothing that makes them again. `save` writes that."
+            raise ValueError(attributes.get("not_rerunnable", alone))
         text = attributes["scenario"]
         if attributes.get("scenario_of") == WITH_FILES:
             if "scenario_read" not in attributes:

@@ -285,7 +285,9 @@ def test_datasets_that_xarray_opens_are_read_too(motions, tmp_path):
         assert_same(motions["in orbit"], read)
         assert repr(read.system) == repr(motions["in orbit"].system)
     bare: Any = pt.load(motions["in orbit"].dataset)
-    assert bare.system.not_rerunnable == "the dataset has no scenario."
+    assert bare.system.not_rerunnable == (
+        "the dataset names its forces and has nothing that makes them again. `save` writes that."
+    )
 
 
 def test_orbits_are_where_they_were_integrated(motions, tmp_path):

@@ -170,6 +170,14 @@ ENSEMBLES = {
     "moments and starts of their own": (pt.System(pt.Body([(1, 2, 2.5), (2, 2, 3), (1, 1, 1)])), [0.0, 1.0, -0.5]),
     "one oblique body": (pt.System(OBLIQUE, pt.UniformGravity(0.5, (1.0, 0.2, -0.3))), 0.0),
     "stored without forces": (pt.System(OBLIQUE, Pushed([0.1, 0.2, 0.3])), 0.0),
+    "parts of their own": (
+        pt.System(
+            pt.Body((2.0, 2.3, 2.6)),
+            pt.parts.ReactionWheel((0, 0, 1), [0.1, 0.2, 0.3], friction=0.01),
+            pt.parts.KaneDamper(0.2, [0.1, 0.0, 0.3]),
+        ),
+        0.0,
+    ),
 }
 
 
@@ -177,7 +185,7 @@ ENSEMBLES = {
 def members(request):
     system, time = ENSEMBLES[request.param]
     quaternions = [(0.1, 0.7, -0.5, 0.5), (0.5, -0.5, 0.5, 0.5), (1, 0, 0, 0)]
-    start = system.body.state(quaternions, omega_body=0.3 * np.eye(3), time=time)
+    start = system.state(quaternions, omega_body=0.3 * np.eye(3), time=time)
     return pt.propagate(system, start, TIMES)
 
 
@@ -193,6 +201,7 @@ def read(motion):
     )
     names += ("kinetic_energy", "potential_energy", "energy", "norm_error", "tangency_error", "quaternion")
     found = {name: getattr(motion, name) for name in names} | {"relative": relative.omega_body}
+    found |= {f"own {name}": values for name, values in motion.own.items()}
     found |= {f"integral {name}": values for name, values in motion.integrals.items()}
     return found | {f"drift {name}": values for name, values in motion.drift.items()}
 
