@@ -21,7 +21,8 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
-    "analysis": "family.* multipliers.* period_map.* polhodes.* polynomial_search.* *.LOOSE *.bifurcations *.recognised",
+    "analysis": "family.* multipliers.* period_map.* polhodes.* polynomial_search.* *.LOOSE *.bifurcations "
+    "*.recognised",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "

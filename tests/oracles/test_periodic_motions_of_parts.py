@@ -106,5 +106,5 @@ def test_part_that_changes_for_good_is_refused():
             square = (0.1 + self.speed * time) ** 2
             return ((0.0, 0.0, 0.0), (0.0, square, 0.0), (0.0, 0.0, square))
 
-    with pytest.raises(ValueError, match="system must repeat itself in the frame after the period 0.8, but its "):
+    with pytest.raises(ValueError, match=r"system must repeat itself in the frame after the period 0\.8, but its "):
         upright(Boom(0.01))
