@@ -200,11 +200,25 @@ class Along(pt.Torque):
 @pytest.mark.parametrize("formulation", ["lie_poisson", "canonical"])
 @each_orbit
 def test_a_kernel_has_the_position_of_the_formulas(orbit, formulation):
-    """The angular momentum in space grows by the integral of the torque; Gauss's rule gives it without the kernel."""
+    check_kernel(orbit, pt.System(BODY, Along(orbit)), formulation)
+
+
+@pytest.mark.parametrize("orbit", [pytest.param(o, id=name) for name, o in ORBITS.items() if o.integrated])
+def test_a_kernel_has_it_beside_the_variables_of_a_part(orbit):
+    wheel = pt.parts.ReactionWheel((0.6, 0, 0.8), 2.0, 0.3, 0.1)
+    motion = check_kernel(orbit, pt.System(BODY, Along(orbit), wheel))
+    assert np.ptp(motion.own["reaction_wheel"]) > 1e-2
+
+
+def check_kernel(orbit, system, formulation=None):
+    """The angular momentum in space grows by the integral of the torque, whatever moves inside.
+
+    Gauss's rule gives the integral without the kernel.
+    """
     if isinstance(orbit, PolynomialArc):  # a kernel has it through its table
-        return
-    system = pt.System(BODY, Along(orbit))
-    motion = pt.propagate(system, START, [-0.4, 1.7], formulation=formulation)
+        return None
+    start = system.state(START.quaternion, omega_body=(0, 0, 0), time=-0.4)
+    motion = pt.propagate(system, start, [-0.4, 1.7], formulation=formulation)
 
     def torque(times):
         r, v = stacked(orbit.position_at(times), times), stacked(orbit.velocity_at(times), times)
@@ -215,6 +229,25 @@ def test_a_kernel_has_the_position_of_the_formulas(orbit, formulation):
     assert np.max(np.abs(found - expected)) < 1e-12
     place = np.stack(np.broadcast_arrays(*motion.environment.position(orbit), motion.times)[:3], axis=-1)
     assert np.max(np.abs(place - stacked(orbit.position_at(motion.times), motion.times))) < 1e-13
+    return motion
+
+
+@each_orbit
+def test_a_block_has_the_position_and_the_rates_of_the_formulas(orbit):
+    if (block := orbit.block) is None:
+        return
+    own = block.start_at(TIMES)
+    here = pt.Environment(TIMES, [(block, np.moveaxis(own, -1, 0))])
+    place, change = stacked(orbit.position_at(TIMES), TIMES), stacked(orbit.velocity_at(TIMES), TIMES)
+    # A rounding of an angle is one of the place times the distance, times 1/(1 - e) or q/r where the body is fast.
+    assert np.max(np.abs(stacked(here.position(orbit), TIMES) - place)) < 64 * EPS * np.max(np.abs(place))
+    assert np.max(np.abs(stacked(here.velocity(orbit), TIMES) - change)) < 64 * EPS * np.max(np.abs(change))
+    system, h = pt.System(BODY, Along(orbit)), 1e-3
+    state = pt.State(np.broadcast_to(START.quaternion, (len(TIMES), 4)), np.zeros((len(TIMES), 4)), TIMES)
+    rates = stacked(system.rates(system.at(state, here))["orbits[0]"], TIMES)
+    ahead, twice = (block.start_at(TIMES + k * h) - block.start_at(TIMES - k * h) for k in (1, 2))
+    differences = (8 * ahead - twice) / (12 * h)  # off by h^4/30 times the fifth derivative
+    assert np.max(np.abs(rates - differences)) < 1e-9 * max(1.0, float(np.max(np.abs(rates))))
 
 
 # ---------------------------------------------------------------------- in a scenario
