@@ -14,6 +14,7 @@ __all__ = [
     "PropagationError",
     "PropagationInterrupted",
     "array_of",
+    "exactly_one",
     "member_array",
     "optional",
     "real_array",
@@ -21,6 +22,7 @@ __all__ = [
     "refuse_negative",
     "refuse_nonpositive",
     "refuse_other_length",
+    "refuse_other_members",
     "refuse_zero",
     "scalar",
 ]
@@ -145,6 +147,23 @@ def refuse_other_length(name: str, vector: Any) -> None:
     worst = lengths[np.argmax(np.abs(lengths - 1))]
     if abs(worst - 1) > 1e-9:
         raise ValueError(f"{name} must be a unit vector, got length {worst:.10g}. Divide by the length.")
+
+
+def refuse_other_members(**counts: tuple[int, ...]) -> None:
+    """Raise a ValueError unless those shapes of members, by name, that are not () are equal."""
+    (first, members), *others = [(name, count) for name, count in counts.items() if count] or [("", ())]
+    for name, count in others:
+        if count != members:
+            raise ValueError(f"{name} must have as many members as {first}, got {count[0]} and {members[0]}.")
+
+
+def exactly_one(what: str, given: dict[str, Any]) -> tuple[str, Any]:
+    """Return name and value of the one that is given, or raise a ValueError."""
+    chosen = [(name, value) for name, value in given.items() if value is not None]
+    if len(chosen) != 1:
+        named = " and ".join(name for name, _ in chosen) or "none"
+        raise ValueError(f"{what} must have exactly one of {', '.join(given)}, got {named}.")
+    return chosen[0]
 
 
 def optional(name: str, purpose: str) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.errors import member_array
+from poinsot.errors import member_array, refuse_other_members
 from poinsot.mechanics import euler
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, state_with
@@ -62,10 +62,7 @@ class Andoyer:
             value = getattr(self, name)
             value = member_array(name, measured[name](name, value) if name in measured else value, ())
             object.__setattr__(self, name, value if value.ndim else float(value))
-        (first, members), *others = [(name, len(x)) for name, x in vars(self).items() if np.ndim(x)] or [("", 0)]
-        for name, count in others:
-            if count != members:
-                raise ValueError(f"{name} must have as many members as {first}, got {count} and {members}.")
+        refuse_other_members(**{name: np.shape(x) for name, x in vars(self).items()})
         if not np.all(self.G > 0):
             raise ValueError(f"G must be positive, got {np.min(self.G)}. A body at rest has no such variables.")
         for name in ("L", "H"):

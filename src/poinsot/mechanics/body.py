@@ -12,7 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import assemble
-from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpositive, scalar
+from poinsot.errors import exactly_one, member_array, real_array, real_numbers, refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
@@ -352,7 +352,9 @@ def started(
 
     refuse_date("time", time)
     q = unit_quaternion(attitude)
-    name, value = _exactly_one(given, frame)
+    name, value = exactly_one("state", given)
+    if frame is not None and not name.startswith("omega"):
+        raise ValueError(f"a rate relative to a frame must be omega_body or omega_space, got {name}.")
     value = member_array(name, value, (3,))
     along_body = quat.rotate(quat.conjugate(q), value) if name.endswith("_space") else value
     if frame is not None:
@@ -434,13 +436,3 @@ def _three(name: str, vectors: ArrayLike) -> Any:
     if array.shape[-1:] != (3,):
         raise ValueError(f"{name} must have shape (..., 3), got shape {array.shape}.")
     return array
-
-
-def _exactly_one(given: dict[str, Any], frame: Any) -> tuple[str, Any]:
-    chosen = [(name, value) for name, value in given.items() if value is not None]
-    if len(chosen) != 1:
-        named = " and ".join(name for name, _ in chosen) or "none"
-        raise ValueError(f"state must have exactly one of {', '.join(given)}, got {named}.")
-    if frame is not None and not chosen[0][0].startswith("omega"):
-        raise ValueError(f"a rate relative to a frame must be omega_body or omega_space, got {chosen[0][0]}.")
-    return chosen[0]

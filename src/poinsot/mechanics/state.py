@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.errors import member_array, real_numbers
+from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.parameters import listed
@@ -81,7 +81,7 @@ class State:
         self.time = member_array("time", time, ())
         parts = {name: _own_values(name, values) for name, values in (own or {}).items()}
         counts = {name: values.shape[:-1] for name, values in parts.items()}
-        _check_members(quaternion=q.shape[:-1], conjugate_momenta=Q.shape[:-1], time=self.time.shape, **counts)
+        refuse_other_members(quaternion=q.shape[:-1], conjugate_momenta=Q.shape[:-1], time=self.time.shape, **counts)
         members = np.broadcast_shapes(q.shape[:-1], Q.shape[:-1], *counts.values())
         q, Q = np.broadcast_to(q, (*members, 4)), np.broadcast_to(Q, (*members, 4))
         _check_tangent(q, Q)
@@ -232,13 +232,6 @@ def _own_values(name: str, value: ArrayLike) -> NDArray[np.float64]:
     if array.ndim not in (1, 2) or 0 in array.shape:
         raise ValueError(f"{name} must have shape (k,) or (members, k), got shape {array.shape}.")
     return array
-
-
-def _check_members(**counts: tuple[int, ...]) -> None:
-    (first, members), *others = [(name, count) for name, count in counts.items() if count] or [("", ())]
-    for name, count in others:
-        if count != members:
-            raise ValueError(f"{name} must have as many members as {first}, got {count[0]} and {members[0]}.")
 
 
 def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:

@@ -11,12 +11,12 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import member_array, refuse_nonpositive
+from poinsot.errors import exactly_one, member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
-from poinsot.orbits.from_cartesian import exactly_one, passage
+from poinsot.orbits.from_cartesian import passage
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
 from poinsot.quantities import Angle, Duration, Inclination, Real, Rule, Time
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array, refuse_nonpositive, refuse_zero
 
-__all__ = ["Passage", "exactly_one", "passage"]
+__all__ = ["Passage", "passage"]
 
 
 @dataclass(frozen=True)
@@ -85,12 +85,3 @@ def _orientation(radial: NDArray[np.float64], normal: NDArray[np.float64]) -> tu
     along_node = np.array([np.cos(node), np.sin(node), 0.0])
     latitude = float(np.arctan2(radial @ np.cross(normal, along_node), radial @ along_node))
     return float(np.arctan2(across, normal[2])), node, latitude
-
-
-def exactly_one(what: str, given: dict[str, Any]) -> tuple[str, Any]:
-    """Return name and value of the one that is given, or raise a ValueError."""
-    chosen = [(name, value) for name, value in given.items() if value is not None]
-    if len(chosen) != 1:
-        named = " and ".join(name for name, _ in chosen) or "none"
-        raise ValueError(f"{what} must have exactly one of {', '.join(given)}, got {named}.")
-    return chosen[0]

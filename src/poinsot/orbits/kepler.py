@@ -13,12 +13,12 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import member_array
+from poinsot.errors import exactly_one, member_array
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import angle_at, angle_nearby, mean_motion_of
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
-from poinsot.orbits.from_cartesian import exactly_one, passage
+from poinsot.orbits.from_cartesian import passage
 from poinsot.quantities import Angle, Inclination, Real, Rule, Time
 
 __all__ = ["EccentricBlock", "EllipticBlock", "KeplerBlock", "KeplerOrbit", "LongEllipticBlock"]

@@ -47,19 +47,11 @@ class Assembly(Shape):
         for part in self.parts:
             if not isinstance(part, Shape):
                 raise TypeError(f"parts must be shapes, got {described(part)}.")
+        self._mass = sum(part.mass for part in self.parts)
+        self._center = np.asarray(sum(part.mass * part.center_of_mass for part in self.parts) / self._mass)
 
     def __repr__(self) -> str:
         return f"Assembly([{', '.join(map(repr, self.parts))}])"
-
-    @property
-    @override
-    def mass(self) -> float:
-        return sum(part.mass for part in self.parts)
-
-    @property
-    @override
-    def center_of_mass(self) -> Array:
-        return np.asarray(sum(part.mass * part.center_of_mass for part in self.parts) / self.mass)
 
     @property
     @override

@@ -45,19 +45,11 @@ class Mascons(Shape):
             raise ValueError("masses must not be empty, got shape (0,).")
         self.positions = real_array("positions", positions, (self.masses.size, 3))
         self.masses.flags.writeable = self.positions.flags.writeable = False
+        self._mass = float(self.masses.sum())
+        self._center = np.asarray(self.masses @ self.positions / self._mass)
 
     def __repr__(self) -> str:
         return f"Mascons({len(self.masses)} points, mass={self.mass:g})"
-
-    @property
-    @override
-    def mass(self) -> float:
-        return float(self.masses.sum())
-
-    @property
-    @override
-    def center_of_mass(self) -> Array:
-        return np.asarray(self.masses @ self.positions / self.mass)
 
     @property
     @override

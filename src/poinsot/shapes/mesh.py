@@ -94,16 +94,6 @@ class Mesh(Shape):
 
     @property
     @override
-    def mass(self) -> float:
-        return self._mass
-
-    @property
-    @override
-    def center_of_mass(self) -> Array:
-        return self._center.copy()
-
-    @property
-    @override
     def inertia(self) -> Array:
         density = self.mass / self.volume
         return inertia_of_spread(density * polyhedron.second_moments(self.vertices - self._center, self.faces))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import real_array, real_numbers, refuse_nonpositive
+from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
@@ -44,15 +44,18 @@ class Shape(ABC):
 
     # ------------------------------------------------------------------ what a kind of shape says of itself
 
-    @property
-    @abstractmethod
-    def mass(self) -> float:
-        """The mass."""
+    _mass: float
+    _center: Array
 
     @property
-    @abstractmethod
+    def mass(self) -> float:
+        """The mass."""
+        return self._mass
+
+    @property
     def center_of_mass(self) -> Array:
         """The centre of mass from the origin of the shape, shape (3,)."""
+        return self._center.copy()
 
     @property
     @abstractmethod
@@ -171,10 +174,7 @@ def _points(points: ArrayLike) -> tuple[Array, Array]:
 
 def mass_of(volume: float, mass: float | None, density: float | None) -> float:
     """Return the mass of a homogeneous solid of which exactly one of mass and density is given."""
-    given = {name: value for name, value in {"mass": mass, "density": density}.items() if value is not None}
-    if len(given) != 1:
-        raise ValueError(f"a solid must have exactly one of mass, density, got {' and '.join(given) or 'none'}.")
-    ((name, value),) = given.items()
+    name, value = exactly_one("a solid", {"mass": mass, "density": density})
     number = float(real_array(name, value, ()))
     refuse_nonpositive(name, number)
     return number if name == "mass" else number * volume

@@ -30,14 +30,6 @@ class Solid(Shape):
         self._center, self._axes = np.zeros(3), np.eye(3)
 
     @property
-    def mass(self) -> float:
-        return self._mass
-
-    @property
-    def center_of_mass(self) -> Array:
-        return self._center.copy()
-
-    @property
     def inertia(self) -> Array:
         return np.asarray(self._axes @ self._own_body().inertia @ self._axes.T)
 
