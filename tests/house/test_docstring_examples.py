@@ -28,7 +28,6 @@ WITHOUT_EXAMPLES = {
     *("poinsot.propagate", "poinsot.save"),
     *(f"poinsot.analysis.{name}" for name in pt.analysis.__all__),
     *(f"poinsot.files.{name}" for name in pt.files.__all__),
-    *(f"poinsot.parts.{name}" for name in pt.parts.__all__),
 }
 """Those that have no example yet."""
 

@@ -12,7 +12,9 @@ from poinsot.quantities import Along, extras_of, said_of
 from public_calls import PUBLIC
 from typed_calls import forces_of_members, orbits_of_members
 
-RECORDS = {name: cls for name, cls in PUBLIC.items() if inspect.isclass(cls) and issubclass(cls, Parametric)}
+PARTS = {name: getattr(pt.parts, name) for name in pt.parts.__all__}
+CLASSES = {name: cls for name, cls in {**PUBLIC, **PARTS}.items() if inspect.isclass(cls)}
+RECORDS = {name: cls for name, cls in CLASSES.items() if issubclass(cls, Parametric)}
 SHAPES = {name: getattr(pt.shapes, name) for name in pt.shapes.__all__ if name != "Shape"}
 
 WITHOUT_AXES = {("Body", "moments")}

@@ -18,12 +18,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import member_array, refuse_negative, refuse_nonpositive, refuse_zero
+from poinsot.errors import member_array, refuse_negative, refuse_nonpositive, refuse_other_length, refuse_zero
 from poinsot.functions import Scalar
 from poinsot.quantities import Along, BodyVector, Quantity, Real, Rule, SpaceVector, extras_of, quantity_of, said_of
 
 __all__ = [
     "BodyDirection",
+    "BodyUnitVector",
     "Matrix",
     "NotNegative",
     "Parametric",
@@ -44,6 +45,7 @@ Vector = Annotated[Any, (3,)]
 Positive = Annotated[Real, Rule(refuse_nonpositive)]
 NotNegative = Annotated[Real, Rule(refuse_negative)]
 BodyDirection = Annotated[BodyVector, Rule(refuse_zero, "It is a direction.")]
+BodyUnitVector = Annotated[BodyVector, Rule(refuse_other_length, "Divide by the length.")]
 SpaceDirection = Annotated[SpaceVector, Rule(refuse_zero, "It is a direction.")]
 """Annotations of parameters whose values a record checks."""
 

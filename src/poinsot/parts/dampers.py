@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import refuse_negative, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix
+from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.mechanics.part import Part
 
 __all__ = ["KaneDamper"]
@@ -34,17 +34,25 @@ class KaneDamper(Part):
         Torque per angular velocity of the sphere relative to the body, not negative.
     name : str
         Of the damper; several of a system need different ones.
+
+    Raises
+    ------
+    ValueError
+        If the moment is not positive or the coefficient is negative.
+
+    Examples
+    --------
+    >>> system = pt.System(pt.Body((1.0, 1.6, 2.5)), pt.parts.KaneDamper(0.1, 0.05))
+    >>> start = system.state((1, 0, 0, 0), omega_body=(1, 0.1, 0))  # about the axis of the smallest moment
+    >>> motion = pt.propagate(system, start, [0.0, 50.0])
+    >>> bool(motion.energy[1] < motion.energy[0])
+    True
     """
 
-    moment: float
-    coefficient: float
+    moment: Positive
+    coefficient: NotNegative
     variables: ClassVar[Mapping[str, int]] = {"momentum": 3}
     momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        refuse_nonpositive("moment", self.moment)
-        refuse_negative("coefficient", self.coefficient)
 
     @override
     def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:

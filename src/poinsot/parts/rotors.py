@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
-from poinsot.mechanics.parameters import Vector
+from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
+from poinsot.quantities import BodyVector, Real
 
 __all__ = ["Gyrostat", "ReactionWheel"]
 
@@ -27,12 +27,18 @@ class Gyrostat(Part):
 
     Parameters
     ----------
-    rotor_momentum : array (3,)
-        h, the sum over rotors of axial moment times relative speed times unit axis, body axes. The body's inertia
-        tensor is that with the rotors locked.
+    rotor_momentum : array (3,), body axes
+        h, the sum over rotors of axial moment times relative speed times unit axis. The body's inertia tensor is that
+        with the rotors locked.
+
+    Examples
+    --------
+    >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.parts.Gyrostat((0, 0, 0.5)))
+    >>> system.state((1, 0, 0, 0), omega_body=(0, 0, 2)).angular_momentum_body  # I omega + h
+    array([0., 0., 2.])
     """
 
-    rotor_momentum: Vector
+    rotor_momentum: BodyVector
 
     @override
     def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
@@ -46,8 +52,8 @@ class ReactionWheel(Part):
 
     Parameters
     ----------
-    axis : array (3,)
-        Unit vector along the wheel's axis, body axes.
+    axis : array (3,), body axes
+        Unit vector along the wheel's axis.
     moment : float
         Moment of inertia about the axis, positive. The body's inertia tensor is that with the wheel locked.
     friction : float
@@ -56,20 +62,27 @@ class ReactionWheel(Part):
         Of the motor on the wheel, constant.
     name : str
         Of the wheel; several of a system need different ones.
+
+    Raises
+    ------
+    ValueError
+        If the axis is no unit vector, the moment is not positive, or the friction is negative.
+
+    Examples
+    --------
+    >>> wheel = pt.parts.ReactionWheel((0, 0, 1), moment=0.1, torque=0.02)
+    >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), wheel)
+    >>> start = system.state((1, 0, 0, 0), omega_body=(0, 0, 0))
+    >>> pt.propagate(system, start, [10.0]).omega_body.round(4)  # the body turns the other way
+    array([[ 0.    ,  0.    , -0.3077]])
     """
 
-    axis: Vector
-    moment: float
-    friction: float = 0.0
-    torque: float = 0.0
+    axis: BodyUnitVector
+    moment: Positive
+    friction: NotNegative = 0.0
+    torque: Real = 0.0
     variables: ClassVar[Mapping[str, int]] = {"momentum": 1}
     momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        refuse_other_length("axis", self.axis)
-        refuse_nonpositive("moment", self.moment)
-        refuse_negative("friction", self.friction)
 
     @override
     def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:

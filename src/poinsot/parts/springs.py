@@ -11,12 +11,12 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.quaternion import components
-from poinsot.errors import refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer, spread
-from poinsot.mechanics.parameters import Vector
+from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
+from poinsot.quantities import BodyVector, Real
 
 __all__ = ["SpringMass"]
 
@@ -34,32 +34,39 @@ class SpringMass(Part):
         The mass, positive, less than the total.
     total_mass : float
         Of body and mass.
-    position : array (3,)
-        Of the mass with the spring relaxed, from the centre of mass of body and mass then, body axes. The body's
-        inertia tensor is that of body and mass in this position, about this centre.
-    direction : array (3,)
-        Unit vector along the line, body axes.
+    position : array (3,), body axes
+        Of the mass with the spring relaxed, from the centre of mass of body and mass then. The body's inertia tensor
+        is that of body and mass in this position, about this centre.
+    direction : array (3,), body axes
+        Unit vector along the line.
     stiffness : float
         Force per displacement, not negative.
     damping : float
         Force per speed, not negative.
+
+    Raises
+    ------
+    ValueError
+        If the mass is not between 0 and the total, the direction is no unit vector, or another number is negative.
+
+    Examples
+    --------
+    >>> spring = pt.parts.SpringMass(0.1, 1.0, position=(1, 0, 0), direction=(0, 1, 0), stiffness=2.0)
+    >>> round(float(spring.reduced_mass), 4)
+    0.09
     """
 
-    mass: float
-    total_mass: float
-    position: Vector
-    direction: Vector
-    stiffness: float
-    damping: float = 0.0
+    mass: Positive
+    total_mass: Real
+    position: BodyVector
+    direction: BodyUnitVector
+    stiffness: NotNegative
+    damping: NotNegative = 0.0
     variables: ClassVar[Mapping[str, int]] = {"displacement": 1, "momentum": 1}
     moves_center_of_mass: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        refuse_other_length("direction", self.direction)
-        refuse_nonpositive("mass", self.mass)
-        refuse_negative("stiffness", self.stiffness)
-        refuse_negative("damping", self.damping)
         if np.any(np.asarray(self.mass) >= np.asarray(self.total_mass)):
             raise ValueError(f"mass must be less than total_mass, got {self.mass} and {self.total_mass}.")
 
