@@ -3,14 +3,14 @@
 A quantity is an integral if its time derivative, taken with the system's own torques and energies, vanishes
 at sample states, to the rounding of that derivative; so a user's forces are served as well as the package's. Tried are
 the energy, the Jacobi integral of a circular orbit, the angular momentum along the axes of space and those that orbits
-single out, its size, also with that of a rotor, and that along the symmetry axes of the body.
+single out, its size, also with that of a rotor, that along the symmetry axes of the body, and those of parts.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,7 +73,13 @@ def integrals_of(system: Dynamics) -> tuple[Integral, ...]:
     rates = _Rates(system)
     components = tuple(_space_components(system, rates))
     sizes = () if len(components) >= 3 else _sizes(rates)
-    return (*_energies(system, rates), *components, *sizes, *_body_components(system, rates))
+    return (
+        *_energies(system, rates),
+        *components,
+        *sizes,
+        *_body_components(system, rates),
+        *_part_momenta(system, rates),
+    )
 
 
 def _energies(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
@@ -120,6 +126,25 @@ def _body_components(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
             yield Integral(f"angular_momentum_body_{name}", f"g{name}", "g along the body's symmetry axis", value)
 
 
+def _part_momenta(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
+    """Yield momenta of parts that nothing changes, such as that of a wheel that turns freely."""
+    for number, ((part, place), (rate, noise)) in enumerate(zip(_places(system), rates.of_momenta, strict=True), 1):
+        if rates.vanish(rate, noise):
+            name = f"angular_momentum_{part.name}" + f"_{place + 1}" * (part.size > 1)
+            value = functools.partial(_part_momentum, part.name, place)
+            yield Integral(name, f"p{number}", f"the angular momentum of {part.name}", value)
+
+
+def _places(system: Dynamics) -> list[tuple[Part, int]]:
+    """Return where the angular momenta of parts are among their variables."""
+    found = ((part, place) for part in system.moving_parts for place in part.momentum_places)
+    return [(part, i) for part, place in found for i in range(place.start, place.stop)]
+
+
+def _part_momentum(name: str, place: int, state: State) -> Any:
+    return state.own[name][..., place]
+
+
 def _jacobi(system: Dynamics, rate: Array, state: State) -> Any:
     return system.energy(state) - state.angular_momentum_space @ rate
 
@@ -154,7 +179,8 @@ class _Rates:
         self._in_body, self._in_space, self._gyration = (np.stack(plain[i : i + 3]) for i in (6, 9, 12))
         moved = [_largest(other - value) for value, other in zip(plain, shaken, strict=True)]
         self.torque_noise = np.maximum.reduce(moved[6:12]) + EPS * np.max(np.abs(self._in_body), axis=(0, -1))
-        self.gyration_noise = self.torque_noise + np.maximum.reduce(moved[12:])
+        self.gyration_noise = self.torque_noise + np.maximum.reduce(moved[12:15])
+        self.of_momenta = list(zip(plain[15:], moved[15:], strict=True))
         self.power_noise = self.gyration_noise * np.max(np.linalg.norm(self.omega, axis=0))
         self.twist_noise = self.power_noise * np.max(system.body.moments, axis=-1)
         self.energy_noise = moved[2] + SAME * np.ptp(energy, axis=-1) / time_scale(system)
@@ -220,23 +246,17 @@ def _rates_at(
     here, there = (opened(twin.potential_at(at(world))) for world in (environment(t), another(t)))
     torque = [opened(x) for x in twin.torque_at(at(environment(t)))]
     others = [force.torque(at(environment(t))) for force in twin.forces if isinstance(force, Torque)]
-    g = (
-        at(environment(t)).angular_momentum_body
-        if twin.moving_parts
-        else np.moveaxis(system.body.inertia @ omega.T, -2, 0)
-    )
+    g = at(environment(t)).angular_momentum_body
     explicit = opened(partial(energy, "time", 0))
     values = opened(getattr(energy, "value", energy)), explicit, here - there
     power = sum(opened(functions.dot(other, rate)) for other in others)
+    gyration, momenta = functions.Vector((0.0, 0.0, 0.0)), []  # without parts symmetry is a matter of the tensor
     if twin.moving_parts:
-        power = _change_of_energy(twin, at(environment(t)), environment) - explicit
-    rows = (*values, power, functions.dot(g, torque), *torque, *attitude.to_space(torque), *_gyration(twin, g, rate))
-    return [omega.T, *(np.broadcast_to(np.asarray(row, dtype=float), (*system.members, t.size)) for row in rows)]
-
-
-def _gyration(system: Dynamics, g: Any, omega: functions.Vector) -> functions.Vector:
-    """Return g x omega of a body with parts; zeros without, whose symmetry is a matter of the tensor."""
-    return functions.cross(g, omega) if system.moving_parts else functions.Vector((0.0, 0.0, 0.0))
+        rates = twin.rates(at(environment(t)))
+        power = _change_of_energy(twin, at(environment(t)), rates, environment) - explicit
+        gyration, momenta = functions.cross(g, rate), [rates[part.name][i] for part, i in _places(twin)]
+    rows = (*values, power, functions.dot(g, torque), *torque, *attitude.to_space(torque), *gyration, *momenta)
+    return [omega.T, *(np.broadcast_to(np.asarray(opened(x), dtype=float), (*system.members, t.size)) for x in rows)]
 
 
 def _own_samples(part: Part, time: Any, omega: functions.Vector) -> functions.Vector:
@@ -245,9 +265,10 @@ def _own_samples(part: Part, time: Any, omega: functions.Vector) -> functions.Ve
     return functions.Vector(x + x * random.normal() + 0.1 * random.normal() for x in part.start(time, omega))
 
 
-def _change_of_energy(system: Dynamics, instant: Instant, environment: Callable[[Any], Environment]) -> Any:
+def _change_of_energy(
+    system: Dynamics, instant: Instant, rates: Mapping[str, functions.Vector], environment: Callable[[Any], Environment]
+) -> Any:
     """Return the rate of T + U along the equations of motion, those of the parts included."""
-    rates = system.rates(instant)
 
     def along(values: Any, change: Any) -> functions.Vector:
         return functions.Vector(Dual(x, {("time", 0): rate}) for x, rate in zip(values, change, strict=True))

@@ -148,6 +148,8 @@ def test_a_state_of_the_body_alone_is_refused():
 
 SYMMETRIC = pt.Body((6, 6, 10))
 SPACE = {f"angular_momentum_space_{i}" for i in (1, 2, 3)}
+ENERGY_AND_G3 = {"energy", "angular_momentum_space_3"}
+OF_WHEEL = {"angular_momentum_reaction_wheel"}
 
 
 @pytest.mark.parametrize(
@@ -156,14 +158,21 @@ SPACE = {f"angular_momentum_space_{i}" for i in (1, 2, 3)}
         (BODY, [Gyrostat((0.1, 0.2, 0.3))], {"energy"} | SPACE),
         (SYMMETRIC, [Gyrostat((0, 0, 0.3))], {"energy", "angular_momentum_body_3"} | SPACE),
         (SYMMETRIC, [Gyrostat((0.1, 0, 0.3))], {"energy"} | SPACE),
-        (BODY, [WHEEL], {"energy"} | SPACE),
+        (BODY, [WHEEL], {"energy"} | SPACE | OF_WHEEL),
+        (BODY, [Gyrostat((0.1, 0.2, 0.3)), pt.UniformGravity(0.3, (0.1, 0.2, 0.3))], ENERGY_AND_G3),
+        (
+            SYMMETRIC,
+            [Gyrostat((0, 0, 0.3)), pt.UniformGravity(0.3, (0, 0, 1))],
+            ENERGY_AND_G3 | {"angular_momentum_body_3"},
+        ),
+        (BODY, [Gyrostat((0.1, 0.2, 0.3)), pt.GravityGradient(EARTH_ORBIT)], {"jacobi_energy"}),
         (BODY, [ReactionWheel((1, 0, 0), 0.1, friction=0.1)], SPACE),
         (BODY, [ReactionWheel((1, 0, 0), 0.1, torque=0.1)], SPACE),
         (BODY, [KaneDamper(0.4, 0.0)], {"energy"} | SPACE),
         (BODY, [KaneDamper(0.4, 0.1)], SPACE),
-        (BODY, [SPRING, WHEEL, Gyrostat((0, 0, 1)), pt.GravityGradient(EARTH_ORBIT)], {"jacobi_energy"}),
-        (BODY, [WHEEL, pt.UniformGravity(0.3, (0.1, 0.2, 0.3))], {"energy", "angular_momentum_space_3"}),
-        (BODY, [WHEEL, pt.forces.LinearDamping(0.1)], set()),
+        (BODY, [SPRING, WHEEL, Gyrostat((0, 0, 1)), pt.GravityGradient(EARTH_ORBIT)], {"jacobi_energy"} | OF_WHEEL),
+        (BODY, [WHEEL, pt.UniformGravity(0.3, (0.1, 0.2, 0.3))], ENERGY_AND_G3 | OF_WHEEL),
+        (BODY, [WHEEL, pt.forces.LinearDamping(0.1)], OF_WHEEL),
     ],
 )
 def test_integrals(body, forces, expected):
