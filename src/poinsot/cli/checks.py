@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, answer, check_new, sentences
+from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, answer, check_new
 from poinsot.engine.progress import Report, bar
 
 __all__ = ["paper", "verify"]
@@ -30,31 +30,30 @@ def paper(
     - `poinsot paper`
     - `poinsot paper --out problems --overwrite`
     """
-    with sentences():
-        import matplotlib as mpl
-        from rich.console import Console
+    import matplotlib as mpl
+    from rich.console import Console
 
-        mpl.use("Agg")
-        from poinsot import paper as problems
-        from poinsot.atomic_write import write_text
+    mpl.use("Agg")
+    from poinsot import paper as problems
+    from poinsot.atomic_write import write_text
 
-        console = Console()
-        out.mkdir(parents=True, exist_ok=True)
-        for name in [f"{problem.name}{end}" for problem in problems.PROBLEMS for end in (".png", ".pdf", ".nc")]:
-            check_new(out / name, overwrite)
-        check_new(out / "table.md", overwrite)
-        rows: list[problems.Row] = []
-        with _bar("The paper's problems", len(problems.PROBLEMS), console) as report:
-            for problem in problems.PROBLEMS:
-                report(bool(rows), problem.title)
-                motion, found = problems.solve(problem)
-                problems.write(motion, problem, out)
-                rows += found
-                console.print(_table(problem.title, found))
-                write_text(out / "table.md", problems.markdown_table(rows), overwrite=True)
-        console.print(problems.PERIGEE, highlight=False)
-        first = out / f"{problems.PROBLEMS[0].name}.png"
-        answer(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {first}")
+    console = Console()
+    out.mkdir(parents=True, exist_ok=True)
+    for name in [f"{problem.name}{end}" for problem in problems.PROBLEMS for end in (".png", ".pdf", ".nc")]:
+        check_new(out / name, overwrite)
+    check_new(out / "table.md", overwrite)
+    rows: list[problems.Row] = []
+    with _bar("The paper's problems", len(problems.PROBLEMS), console) as report:
+        for problem in problems.PROBLEMS:
+            report(bool(rows), problem.title)
+            motion, found = problems.solve(problem)
+            problems.write(motion, problem, out)
+            rows += found
+            console.print(_table(problem.title, found))
+            write_text(out / "table.md", problems.markdown_table(rows), overwrite=True)
+    console.print(problems.PERIGEE, highlight=False)
+    first = out / f"{problems.PROBLEMS[0].name}.png"
+    answer(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {first}")
 
 
 def verify() -> None:
@@ -67,33 +66,32 @@ def verify() -> None:
 
     - `poinsot verify`
     """
-    with sentences():
-        from rich.console import Console
+    from rich.console import Console
 
-        from poinsot import verify as checks
+    from poinsot import verify as checks
 
-        console = Console()
-        found: list[Any] = []
-        interrupted = False
-        with _bar("Verifying", len(checks.CASES), console) as report:
-            try:
-                for case in checks.CASES:
-                    report(bool(found), case.title)
-                    found.append((case, checks.rows_of(case)))
-            except KeyboardInterrupt:
-                interrupted = True
-        rows = [row for _, rows in found for row in rows]
-        failed = sum(not row.holds for row in rows)
-        if rows:
-            console.print(_comparisons(found))
-            told = f"{failed} of {len(rows)} comparisons fail." if failed else f"All {len(rows)} comparisons hold."
-            console.print(told)
-        console.print(checks.installation(), highlight=False)
-        if interrupted:
-            console.print(f"Interrupted: {len(found)} of {len(checks.CASES)} cases were compared.")
-            raise typer.Exit(INTERRUPTED)
-        if failed:
-            raise typer.Exit(DIFFERS)
+    console = Console()
+    found: list[Any] = []
+    interrupted = False
+    with _bar("Verifying", len(checks.CASES), console) as report:
+        try:
+            for case in checks.CASES:
+                report(bool(found), case.title)
+                found.append((case, checks.rows_of(case)))
+        except KeyboardInterrupt:
+            interrupted = True
+    rows = [row for _, rows in found for row in rows]
+    failed = sum(not row.holds for row in rows)
+    if rows:
+        console.print(_comparisons(found))
+        told = f"{failed} of {len(rows)} comparisons fail." if failed else f"All {len(rows)} comparisons hold."
+        console.print(told)
+    console.print(checks.installation(), highlight=False)
+    if interrupted:
+        console.print(f"Interrupted: {len(found)} of {len(checks.CASES)} cases were compared.")
+        raise typer.Exit(INTERRUPTED)
+    if failed:
+        raise typer.Exit(DIFFERS)
 
 
 def _bar(what: str, total: int, console: Any) -> AbstractContextManager[Report]:

@@ -20,7 +20,6 @@ from poinsot.cli.terminal import (
     check_there,
     hand_over,
     listed_formats,
-    sentences,
     tell,
     writing,
 )
@@ -45,15 +44,14 @@ def info(
     - `poinsot info top.nc --scenario > again.toml`
     - `poinsot info attitude.aem`
     """
-    with sentences():
-        with busy(f"Reading {file}"):
-            lines, text = _in_file(file)
-        if not scenario:
-            answer(*lines)
-        elif text is None:
-            raise ValueError(f"{file} must have a scenario to print, but it has none.")
-        else:
-            hand_over(text)
+    with busy(f"Reading {file}"):
+        lines, text = _in_file(file)
+    if not scenario:
+        answer(*lines)
+    elif text is None:
+        raise ValueError(f"{file} must have a scenario to print, but it has none.")
+    else:
+        hand_over(text)
 
 
 def convert(
@@ -79,17 +77,16 @@ def convert(
     - `poinsot convert sat.nc sat.aem --zero "2026-11-21T00:00:00 UTC" --frame ICRF`
     - `poinsot convert sat.aem sat.nc --scenario sat.toml`
     """
-    with sentences():
-        from poinsot.files.conversions import convert as write
+    from poinsot.files.conversions import convert as write
 
-        if source.resolve() == target.resolve():
-            raise ValueError(f"{target} must be another file than the one to convert, but it is the same.")
-        for file in (source, scenario or source):
-            check_there(file)
-        check_new(target, overwrite)
-        with writing(target):
-            write(source, target, scenario=scenario, zero=zero, frame=frame, overwrite=overwrite)
-        tell(target)
+    if source.resolve() == target.resolve():
+        raise ValueError(f"{target} must be another file than the one to convert, but it is the same.")
+    for file in (source, scenario or source):
+        check_there(file)
+    check_new(target, overwrite)
+    with writing(target):
+        write(source, target, scenario=scenario, zero=zero, frame=frame, overwrite=overwrite)
+    tell(target)
 
 
 # ------------------------------------------------------------------ what a file has

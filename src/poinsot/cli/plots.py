@@ -18,7 +18,6 @@ from poinsot.cli.terminal import (
     check_ending,
     check_new,
     checked_result,
-    sentences,
     tell,
     writing,
 )
@@ -69,15 +68,14 @@ def plot(
     - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
     """
-    with sentences():
-        checked_result(file)
-        path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
-        words = {"part": part, "angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
-        _check_options(kind, {"other": other, "orbit": orbit, **words})
-        check_new(path, overwrite)
-        with busy(f"Reading {file}"):
-            motion = _loaded(file, member)
-        tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, **words))
+    checked_result(file)
+    path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
+    words = {"part": part, "angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
+    _check_options(kind, {"other": other, "orbit": orbit, **words})
+    check_new(path, overwrite)
+    with busy(f"Reading {file}"):
+        motion = _loaded(file, member)
+    tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, **words))
 
 
 def view(
@@ -93,14 +91,13 @@ def view(
     - `poinsot view top.nc`
     - `poinsot view top.nc talk/top.html`
     """
-    with sentences():
-        checked_result(file)
-        path = page or file.with_suffix(".html")
-        check_new(path, overwrite)
-        check_ending(path, ".html")
-        with busy(f"Reading {file}"):
-            motion = _loaded(file, member)
-        tell(viewed(motion, path, overwrite))
+    checked_result(file)
+    path = page or file.with_suffix(".html")
+    check_new(path, overwrite)
+    check_ending(path, ".html")
+    with busy(f"Reading {file}"):
+        motion = _loaded(file, member)
+    tell(viewed(motion, path, overwrite))
 
 
 def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> Path:

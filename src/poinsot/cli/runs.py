@@ -22,7 +22,6 @@ from poinsot.cli.terminal import (
     check_there,
     kept,
     say,
-    sentences,
     tell,
     writing,
 )
@@ -48,22 +47,21 @@ def new(
     - `poinsot new satellite.toml`, then `poinsot run satellite.toml`
     - `poinsot new --schema > scenario.schema.json`
     """
-    with sentences():
-        if schema:
-            import json
+    if schema:
+        import json
 
-            from poinsot.files.scenarios.schema import schema as of_scenarios
+        from poinsot.files.scenarios.schema import schema as of_scenarios
 
-            answer(*json.dumps(of_scenarios(), indent=1).split("\n"))
-            return
-        from poinsot.atomic_write import write_text
-        from poinsot.files.scenarios.template import START
+        answer(*json.dumps(of_scenarios(), indent=1).split("\n"))
+        return
+    from poinsot.atomic_write import write_text
+    from poinsot.files.scenarios.template import START
 
-        check_ending(file, ".toml")
-        check_new(file, overwrite)
-        with writing(file):
-            write_text(file, START, overwrite)
-        tell(file)
+    check_ending(file, ".toml")
+    check_new(file, overwrite)
+    with writing(file):
+        write_text(file, START, overwrite)
+    tell(file)
 
 
 def run(
@@ -88,17 +86,16 @@ def run(
     - `poinsot run top.nc`
     - `poinsot run tops.toml --out results --threads 4`
     """
-    with sentences():
-        job, original = _job_in(file)
-        names = _output_names(job, original is not None, file, out)
-        _check_outputs(job, names, overwrite)
-        motion = _propagated(job, names["partial"], overwrite, threads)
-        _write_outputs(motion, names, overwrite)
-        if original is not None and not _compare(original, motion):
-            raise typer.Exit(DIFFERS)
-        if motion.failures:
-            _tell_failures(motion)
-            raise typer.Exit(STOPPED)
+    job, original = _job_in(file)
+    names = _output_names(job, original is not None, file, out)
+    _check_outputs(job, names, overwrite)
+    motion = _propagated(job, names["partial"], overwrite, threads)
+    _write_outputs(motion, names, overwrite)
+    if original is not None and not _compare(original, motion):
+        raise typer.Exit(DIFFERS)
+    if motion.failures:
+        _tell_failures(motion)
+        raise typer.Exit(STOPPED)
 
 
 def _job_in(file: Path) -> tuple[Any, Any]:

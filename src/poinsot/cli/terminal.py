@@ -41,7 +41,6 @@ __all__ = [
     "kept",
     "listed_formats",
     "say",
-    "sentences",
     "shown",
     "tell",
     "writing",
@@ -100,14 +99,14 @@ def answer(*lines: str) -> None:
 def hand_over(text: str) -> None:
     """Write a text to the standard output: as it is for a file or a program, and as it can be seen for a terminal."""
     if sys.stdout.isatty():
-        answer(*text.split("\n"))
+        answer(*text.removesuffix("\n").split("\n"))
     else:
         typer.echo(text, nl=False)
 
 
 def tell(path: Path) -> None:
     """Write the path of a file that was written."""
-    hand_over(f"{path}\n" if not sys.stdout.isatty() else str(path))
+    hand_over(f"{path}\n")
 
 
 def listed_formats() -> str:
@@ -118,7 +117,12 @@ def listed_formats() -> str:
 
 
 class Command(TyperCommand):
-    """A command whose help names the formats that there are when it is asked for, and no type of flags."""
+    """A command that tells errors in a sentence; its help names the formats that there are, and no type of flags."""
+
+    @override
+    def invoke(self, ctx: Any) -> Any:
+        with _sentences():
+            return super().invoke(ctx)
 
     @override
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -179,7 +183,7 @@ def _terminated() -> Iterator[list[int]]:
 
 
 @contextlib.contextmanager
-def sentences() -> Iterator[None]:
+def _sentences() -> Iterator[None]:
     """Tell errors, warnings and Ctrl-C as one sentence each, and end with the exit status that says which."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
