@@ -303,7 +303,7 @@ class _Run:
     ) -> Iterator[tuple[Integration, NDArray[np.int_]]]:
         """Yield the integration of members in each direction, and where in the rising times each of them starts."""
         origins, starts = self.origins[members], self.starts[members]
-        places = np.searchsorted(self.rising, origins)
+        places = self.rising.searchsorted(origins)
         for forwards in self.ways:
             grids = [self.rising[place:] if forwards else self.rising[:place][::-1] for place in places]
             if any(grid.size for grid in grids):

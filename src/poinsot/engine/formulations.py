@@ -7,6 +7,7 @@ The equations run on scalars of any kind; a state vector is a flat sequence in t
 
 from __future__ import annotations
 
+import functools
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
@@ -51,18 +52,18 @@ class Formulation(ABC):
     def check_variables(self, variables: NDArray[np.float64]) -> None:  # noqa: B027
         """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
 
-    @property
+    @functools.cached_property
     def momenta(self) -> slice:
         """Where the momenta are among the variables: the last block."""
         return slice(self.size - list(self.blocks.values())[-1], self.size)
 
-    @property
+    @functools.cached_property
     def quaternions(self) -> list[slice]:
         """Where the quaternions are among the variables: what turns with the axes that the attitude refers to."""
         ends = np.cumsum(list(self.blocks.values()))
         return [slice(end - 4, end) for end, n in zip(ends, self.blocks.values(), strict=True) if n == 4]
 
-    @property
+    @functools.cached_property
     def size(self) -> int:
         """The number of variables."""
         return sum(self.blocks.values())

@@ -144,7 +144,7 @@ class Constants:
         known = {**self._fixed, **dict(zip(self._inputs, numbers, strict=False))}
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
             for place, function, places in self._needed:
-                known[place] = function(*[known[argument] for argument in places])
+                known[place] = function(*map(known.__getitem__, places))
         return [known[place] for place in self._parameters]
 
     def derivatives(self, inputs: Iterable[int]) -> dict[int, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import KW_ONLY
 from typing import Annotated, Any
 
@@ -193,7 +194,7 @@ class EscapeOrbit(ConicOrbit):
     def closed_form(self) -> bool:
         return False
 
-    @property
+    @functools.cached_property
     def block(self) -> EscapeBlock:
         """A universal variable integrated along."""
         return EscapeBlock(self)

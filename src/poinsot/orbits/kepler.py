@@ -194,7 +194,7 @@ class KeplerOrbit(ConicOrbit):
     def integrated(self) -> bool:
         return self.elongated
 
-    @property
+    @functools.cached_property
     def block(self) -> KeplerBlock | EccentricBlock:
         """The true anomaly integrated along, or the eccentric one."""
         return EccentricBlock(self) if self.elongated else KeplerBlock(self)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import KW_ONLY
 from typing import Any
 
@@ -107,7 +108,7 @@ class PrecessingOrbit(Orbit):
     def integrated(self) -> bool:
         return self.orbit.elongated
 
-    @property
+    @functools.cached_property
     def block(self) -> PrecessingBlock | LongPrecessingBlock:
         """The true anomaly integrated along, or the eccentric one."""
         return LongPrecessingBlock(self) if self.orbit.elongated else PrecessingBlock(self)

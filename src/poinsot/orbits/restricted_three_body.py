@@ -195,7 +195,7 @@ class ThreeBodyView(Orbit):
 
     frame = shown("path.frame", "The synodic axes: from the primary to the secondary, along its velocity, normal.")
 
-    @property
+    @functools.cached_property
     def block(self) -> SynodicBlock:
         """The path integrated along."""
         return SynodicBlock(self.path)

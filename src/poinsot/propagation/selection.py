@@ -51,12 +51,13 @@ def numbers_of_members(record: Any, members: Chosen) -> Any:
     own: dict[str, Any] = {}
     for name, value in vars(record).items():
         kind = kinds.get(name)
+        if isinstance(getattr(type(record), name, None), functools.cached_property):
+            continue
         if isinstance(value, Parametric):
             own[name] = numbers_of_members(value, members)
-        elif isinstance(kind, tuple) and np.ndim(value) > len(kind):
-            own[name] = np.asarray(value[members])
-        elif not isinstance(getattr(type(record), name, None), functools.cached_property):
-            own[name] = value
+        else:
+            chosen = isinstance(kind, tuple) and np.ndim(value) > len(kind)
+            own[name] = np.asarray(value[members]) if chosen else value
     return record.unchecked(**own)
 
 
