@@ -192,12 +192,12 @@ def text(path, written):
 
 
 def kernel(path):
-    """Write a kernel of SPICE with the ellipse, of the body -999 from the Earth."""
+    """Write a kernel of SPICE with the ellipse, of the body -999 from Ceres."""
     path.unlink(missing_ok=True)
     times = np.linspace(0.0, 3.0, 40)
     rows = np.stack([*ELLIPSE.position_at(times), *ELLIPSE.velocity_at(times)], axis=-1)
     handle = spice.spkopn(str(path), "a", 0)
-    spice.spkw13(handle, -999, 399, "J2000", 0.0, 3.0, "a", 11, 40, np.ascontiguousarray(rows), times)
+    spice.spkw13(handle, -999, 2000001, "J2000", 0.0, 3.0, "a", 11, 40, np.ascontiguousarray(rows), times)
     spice.spkcls(handle)
     return path
 
@@ -601,7 +601,7 @@ def public_calls(folder):
         "spice_orbit": (
             pt.files.spice_orbit,
             {
-                **{"target": -999, "center": 399, "start": 0.5, "stop": 2.0, "kernels": [at["spk"]]},
+                **{"target": -999, "center": 2000001, "start": 0.5, "stop": 2.0, "kernels": [at["spk"]]},
                 **{"frame": "J2000", "mu": 2.0, "calendar": J2000},
             },
         ),

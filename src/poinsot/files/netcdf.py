@@ -75,7 +75,7 @@ SECONDS_OF_BYTE = 1e-8
 
 @checked
 def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a trajectory, with units, frames and provenance, and return its path; `load` reads it to the bit.
+    """Write a trajectory, with units, frames and provenance, and return its path; `load` reads it bit for bit.
 
     The file has nothing of the machine that wrote it. If body, forces and orbits are the package's own and made of
     parameters, it has the text of a scenario too, and `poinsot run` on it repeats the motion.
@@ -84,15 +84,21 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     ----------
     motion : Trajectory
     path : str or Path
-        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder).
+        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder, Zarr format 2 without codecs).
     overwrite : bool
         Whether an existing file of that name is replaced.
 
     Raises
     ------
-    TypeError, ValueError, FileNotFoundError, FileExistsError
-        If the first argument is no trajectory, the name ends in something else, its folder does not exist, or the
-        file does.
+    TypeError, ValueError, OSError
+        If the first argument is no trajectory, the name ends in something else, its folder does not exist, or the file
+        does.
+
+    Examples
+    --------
+    >>> path = pt.save(motion, "new.nc")
+    >>> bool(np.all(pt.load(path).quaternion == motion.quaternion))
+    True
     """
     path = _checked_path(path)
     data = _with_texts(motion)
@@ -111,19 +117,27 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
 def load(source: str | Path | xarray.Dataset) -> Trajectory:
     """Return the trajectory in a file that `save` wrote, or in the dataset that xarray made of one.
 
-    Times, q, the momenta, the start and the orbits that were integrated along come back to the bit. Body, forces and
+    Times, quaternions (n, 4), momenta, initial state and orbits integrated along are read bit for bit. Body, forces and
     orbits are made again from the text in the file and the arrays that it names. Where it has none (classes from
     outside the package; every `motion.dataset`), the trajectory has the body alone: its potential energy and its
     integrals are those of the file, and its system says why it cannot be run, `motion.system.not_rerunnable`. The wall
     time is NaN, and there is no dense output.
 
-    Only what `save` writes is read, no chunks and no codecs: a dataset that xarray made of another file that you trust
-    is taken as it is.
+    Parameters
+    ----------
+    source : str, Path or xarray.Dataset
+        Only what `save` writes is read, no chunks and no codecs: a dataset that xarray made of another file that you
+        trust is taken as it is.
 
     Raises
     ------
     OSError, ValueError
         If the file cannot be opened; or it is no such file, or not whole.
+
+    Examples
+    --------
+    >>> pt.load("m.nc").system.body
+    Body(moments=[1.25, 1.0, 0.75])
     """
     import xarray
 

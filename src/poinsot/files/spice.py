@@ -22,7 +22,7 @@ __all__ = ["ET", "Kernels", "loaded"]
 ET = Calendar("2000-01-01T12:00:00", "TDB")
 
 SUMMARIES = {b"DAF/SPK": (2, 6), b"DAF/CK": (2, 6), b"DAF/PCK": (2, 5)}
-"""Double precision and integer numbers in the summary of a segment."""
+"""Double precision and integer numbers in the summary of a segment, by the kind of a binary kernel."""
 
 TEXT = re.compile(rb"KPL/(FK|IK|LSK|PCK|SCLK)\s")
 
@@ -69,19 +69,17 @@ def loaded(kernels: Sequence[str | Path]) -> Iterator[Kernels]:
 
 
 def _checked(path: Path) -> Path:
-    """Return the path of a kernel: an SPK, CK or PCK, or a text of frames, clocks, constants or leap seconds.
-
-    Raises
-    ------
-    FileNotFoundError, ValueError
-        If there is no such file; or it is another kind, or one that loads others.
-    """
+    """Return the path of a kernel: an SPK, CK or PCK, or a text of frames, clocks, constants or leap seconds."""
     if not path.is_file():
         raise FileNotFoundError(f"No such file: {path}")
     with path.open("rb") as stream:
         head = stream.read(96)
     if head.startswith(b"DAF/"):
-        _check_summaries(path, head)
+        kind, order = head[:8].rstrip(), "<" if head[88:96] == b"LTL-IEEE" else ">"
+        sizes = struct.unpack(f"{order}2i", head[8:16]) if len(head) == 96 else None
+        if kind not in SUMMARIES or sizes != SUMMARIES[kind]:
+            given = kind.decode("ascii", "replace")
+            raise ValueError(f"{path} must be a whole SPICE kernel of the kind {given!r}, got a broken first record.")
     elif not TEXT.match(head):
         raise ValueError(
             f"{path} must be a SPICE kernel: SPK, CK, PCK, or a text that begins with KPL/ and FK, IK, LSK, PCK or "
@@ -90,14 +88,3 @@ def _checked(path: Path) -> Path:
     elif INDEX in read_bytes(path, MOST_OF_TEXT).upper():
         raise ValueError(f"{path} must be a kernel that loads no others, got one that does. Name all of them.")
     return path
-
-
-def _check_summaries(path: Path, head: bytes) -> None:
-    """Refuse a binary kernel whose summaries are of a size that its kind does not have."""
-    kind, order = head[:8].rstrip(), "<" if head[88:96] == b"LTL-IEEE" else ">"
-    sizes = struct.unpack(f"{order}2i", head[8:16]) if len(head) == 96 else None
-    if kind not in SUMMARIES or sizes != SUMMARIES[kind]:
-        raise ValueError(
-            f"{path} must be a whole SPICE kernel of the kind {kind.decode('ascii', 'replace')!r}, "
-            "got a broken first record."
-        )

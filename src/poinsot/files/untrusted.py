@@ -23,13 +23,7 @@ ENDS = "\n\r\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029"
 
 
 def read_bytes(path: str | Path, most: int) -> bytes:
-    """Return the content of a file.
-
-    Raises
-    ------
-    OSError, ValueError
-        If it cannot be read; or it is no file, or longer than the most bytes.
-    """
+    """Return the content of a file; refuse what is no file, or longer than the most bytes."""
     path = Path(path)
     if not path.exists():
         raise FileNotFoundError(f"No such file: {path}")
@@ -79,10 +73,7 @@ def lazy_lines(text: str) -> Iterator[tuple[int, str]]:
 def parsed_xml(text: str, name: str) -> ET.Element:
     """Return the root of a text in XML, which may declare no document type and no entities.
 
-    Raises
-    ------
-    ValueError
-        If it does, has more than 400,000 tags or 200,000 attributes, or is no XML.
+    A ValueError refuses these, and more than 400,000 tags or 200,000 attributes.
     """
     for what, mark, most in (("tags", "<", MOST_TAGS), ("attributes", "=", MOST_ATTRIBUTES)):
         if text.count(mark) > most:

@@ -38,31 +38,36 @@ XML_RATES = {"QUATERNION/DERIVATIVE": "quaternionRate", "QUATERNION/ANGVEL": "an
 
 @checked
 def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar | None = None) -> AttitudeTable:
-    """Return the attitudes in a CCSDS Attitude Ephemeris Message, version 1 or 2, KVN or XML.
+    """Return the attitudes in a CCSDS Attitude Ephemeris Message (504.0-B-1 and B-2, annex F), KVN or XML.
 
     All types of attitude are read: quaternions in either order, Euler angles in any sequence, spin, with their
     derivatives and angular velocities, from A to B or from B to A. Of version 1 the columns of /RATE and /NUTATION are
-    passed over, because the standard does not say what they are; so are interpolation and usable times.
+    passed over, because the standard does not define them; so are interpolation and usable times.
 
     Parameters
     ----------
     path : str or Path
     segment : int, optional
-        Which one of several, from 0. Segments of one object that follow each other are read as one table.
+        Which one of several, from 0; default: all, which must follow each other and be of one object.
     calendar : Calendar, optional
         Counts the times; default: from the first epoch, in seconds, in the time system of the message.
 
     Returns
     -------
     AttitudeTable
-        Rates in radians per unit of the calendar. One of the two frames of the message must be one that does not
-        rotate (named as `read_oem` names them), the other is the body.
+        Rates along the body axes in radians per unit of the calendar. One of the two frames of the message must be one
+        that does not rotate (named as `read_oem` names them), the other is the body.
 
     Raises
     ------
     OSError, ValueError, ImportError
         If the file cannot be read; the file is no such message or is not whole, a frame rotates, a quaternion is off
         unit norm by more than a thousandth, times do not rise, or segments differ; or astropy is missing.
+
+    Examples
+    --------
+    >>> pt.files.read_aem("m.aem")
+    AttitudeTable(SC_BODY_1 -> ICRF, 9 times, 0 ... 2, with rates, Calendar(...))
     """
     text, name = read_text(path), str(path)
     version, segments = ccsds.segments_of(text, name, "AEM", "12", NEEDED, _columns)
@@ -161,11 +166,11 @@ def write_aem(
     version: str = "2.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write the attitudes of a motion, or of a table, as a CCSDS Attitude Ephemeris Message; return its path.
+    """Write the attitudes of a motion, or of a table, as a CCSDS Attitude Ephemeris Message (504.0-B); return its path.
 
-    The quaternion leads from REF_FRAME_A, the space axes, to REF_FRAME_B, the body, scalar last: the annex F of the
-    standard turns the axes of A into those of B, so that Q1, Q2, Q3, QC are q1, q2, q3, q0. Rates go along as
-    QUATERNION/ANGVEL along the body, in version 1 as QUATERNION/DERIVATIVE.
+    The quaternion leads from REF_FRAME_A, the space axes, to REF_FRAME_B, the body, scalar last: annex F turns the axes
+    of A into those of B, so that Q1, Q2, Q3, QC are q1, q2, q3, q0. Rates go along as QUATERNION/ANGVEL in degrees per
+    second along the body, in version 1 as QUATERNION/DERIVATIVE.
 
     Parameters
     ----------
@@ -188,6 +193,13 @@ def write_aem(
     ------
     TypeError, ValueError, OSError
         If an argument is not what its name says, the motion is an ensemble, or the file exists.
+
+    Examples
+    --------
+    >>> calendar = pt.Calendar("2026-11-21T00:00:00", "UTC")
+    >>> path = pt.files.write_aem(motion, "new.aem", calendar=calendar, reference_frame="ICRF")
+    >>> float(np.max(pt.files.read_aem(path).angle_to(motion))) < 1e-14  # rad
+    True
     """
     table = table_of(motion, calendar, reference_frame, body_frame)
     ccsds.check_version(version)

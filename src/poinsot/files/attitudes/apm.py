@@ -79,7 +79,7 @@ class _Block(NamedTuple):
 
 @checked
 def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[AttitudeTable, Body | None]:
-    """Return the attitude in a CCSDS Attitude Parameter Message, as a table of one row, and the body if it says one.
+    """Return the attitude in a CCSDS Attitude Parameter Message (504.0-B), and the body if it says its inertia.
 
     `table.state(body)` is then the state from which a propagation starts. The attitude is that of the first block of
     quaternion, Euler angles or spin between the body and a frame that does not rotate; its rate is that of the block
@@ -88,12 +88,14 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     Parameters
     ----------
     path : str or Path
+        KVN or XML, version 1 or 2.
     calendar : Calendar, optional
         Counts the times; default: from the epoch of the message, in seconds, in its time system.
 
     Returns
     -------
     AttitudeTable
+        Of one row.
     Body or None
         With moments in kg m2 about the axes of the attitude; None if the inertia is missing or along other axes.
 
@@ -103,6 +105,12 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
         If the file cannot be read; the file is no such message, has no attitude between the body and a frame that does
         not rotate, a quaternion is off unit norm by more than a thousandth, or no rigid body has the inertia; or
         astropy is missing.
+
+    Examples
+    --------
+    >>> table, body = pt.files.read_apm("m.apm")
+    >>> body, table.state(body).time
+    (Body(moments=[1.25, 1.0, 0.75]), array(0.))
     """
     text, name = read_text(path), str(path)
     version, header, blocks = _of_xml(text, name) if ccsds.is_xml(text) else _of_kvn(text, name)
@@ -256,7 +264,7 @@ def write_apm(
     version: str = "2.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write a body and its state as a CCSDS Attitude Parameter Message; return its path.
+    """Write a body and its state as a CCSDS Attitude Parameter Message (504.0-B); return its path.
 
     Attitude and rate as `write_aem` writes them, and the inertia about the body axes.
 
@@ -265,21 +273,26 @@ def write_apm(
     body : Body
         With moments in kg m2.
     state : State
-    path : str or Path
-        XML if it ends in .xml, KVN otherwise.
+    path, version, overwrite, originator
+        As of `write_aem`.
     calendar : Calendar
         What instant t = 0 is, and the unit of time.
     reference_frame : str
         The name of the space axes, such as "ICRF".
-    body_frame, object_name, object_id, center_name, originator : str
-    version : {"2.0", "1.0"}
-    overwrite : bool
-        Whether an existing file may be replaced.
+    body_frame, object_name, object_id, center_name : str
 
     Raises
     ------
     TypeError, ValueError, OSError
         If an argument is not what its name says, there are several members, or the file exists.
+
+    Examples
+    --------
+    >>> body, calendar = pt.Body((5.0, 6.0, 7.0)), pt.Calendar("2026-11-21T00:00:00", "UTC")
+    >>> state = body.state((1, 0, 0, 0), omega_body=(0, 0, 0.1))
+    >>> path = pt.files.write_apm(body, state, "new.apm", calendar=calendar, reference_frame="ICRF")
+    >>> pt.files.read_apm(path)[0].omega_body.round(12).tolist()
+    [[0.0, 0.0, 0.1]]
     """
     if state.quaternion.ndim > 1 or body.inertia.ndim > 2:
         raise ValueError("state must be one state of one body, got an ensemble.")

@@ -28,6 +28,14 @@ class AttitudeFormat(ABC):
         What reads a file in Python, with {path} in the place of its name.
     conventions : (str, str, str)
         Order and direction of the quaternions, and the rates.
+
+    Examples
+    --------
+    >>> class Spaced(pt.files.AttitudeFormat):
+    ...     title, suffixes, in_python = "rows", (".rows",), "np.loadtxt({path!r})"
+    ...     conventions = ("scalar first", "body to space", "none")
+    >>> Spaced.suffixes
+    ('.rows',)
     """
 
     title: ClassVar[str]

@@ -60,6 +60,12 @@ class AttitudeTable(ShownInNotebooks):
     ------
     TypeError, ValueError
         If an argument is not what its name says.
+
+    Examples
+    --------
+    >>> table = pt.files.AttitudeTable([0.0, 1.0], [(1, 0, 0, 0), (0, 0, 0, 1)])
+    >>> float(table.attitude.magnitude()[1])  # rad
+    3.141592653589793
     """
 
     times: Array

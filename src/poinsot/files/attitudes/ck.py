@@ -112,6 +112,11 @@ def spice_attitude(
     OSError, ValueError, ImportError
         If a kernel is missing or no kernel, a frame is unknown, the reference frame rotates, or the kernels do not
         cover the times; or spiceypy is missing.
+
+    Examples
+    --------
+    >>> pt.files.spice_attitude("SC_BODY_1", ["2026-11-21T00:00:01 TAI"], ["m.bc", "m.tsc", "m.tf"])
+    AttitudeTable(SC_BODY_1 -> ICRF, 1 times, ...)
     """
     t = real_array("times", calendar.time(times), (None,))
     with loaded(kernels) as spice:
@@ -131,12 +136,28 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     """Return the attitudes in a C-kernel at its own instants; clock and frame are beside it, with .tsc and .tf.
 
     The kernel has one segment, of type 3, relative to an inertial frame. Of one written here the millisecond at both
-    ends is left out. Times are 0.1 microseconds apart, and those of the calendar: SPICE's ET by default.
+    ends is left out. Times are 0.1 microseconds apart.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of the C-kernel.
+    calendar : Calendar
+        Counts the times; default: SPICE's ET.
+
+    Returns
+    -------
+    AttitudeTable
 
     Raises
     ------
     OSError, ValueError, ImportError
         If a kernel is missing or none, or what is in it is something else; or spiceypy is missing.
+
+    Examples
+    --------
+    >>> pt.files.read_ck("m.bc").times.size
+    9
     """
     path = Path(path)
     kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
@@ -173,27 +194,29 @@ def write_ck(
 
     Parameters
     ----------
-    motion : Trajectory or AttitudeTable
+    motion, calendar, rates, overwrite
+        As of `write_aem`.
     path : str or Path
         Of the C-kernel, ending in .bc; clock and frame take the same name with .tsc and .tf.
-    calendar : Calendar, optional
-        What instant t = 0 is and the unit of the times; default: that of the system's orbits or of the table.
     reference_frame : str, optional
         The name of the space axes; a C-kernel refers to the ICRF, which SPICE calls J2000.
     body_frame : str
         The name of the frame: up to 26 letters, digits and underscores.
     spacecraft : int
         Its number in SPICE, negative; frame and structure have a thousand times that number.
-    rates : bool
-        Whether angular velocities go along.
-    overwrite : bool
-        Whether existing files may be replaced.
 
     Raises
     ------
     TypeError, ValueError, OSError, ImportError
         If an argument is not what its name says, the motion is an ensemble or has fewer than two times, or a file
         exists; or spiceypy is missing.
+
+    Examples
+    --------
+    >>> calendar = pt.Calendar("2026-11-21T00:00:00", "UTC")
+    >>> paths = pt.files.write_ck(motion, "new.bc", calendar=calendar, reference_frame="ICRF")
+    >>> [path.name for path in paths]
+    ['new.bc', 'new.tsc', 'new.tf']
     """
     spice = optional("spiceypy", "SPICE kernels")
     table = table_of(motion, calendar, reference_frame, body_frame)

@@ -60,6 +60,11 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     OSError, ValueError, ImportError
         If the file cannot be read; the file does not say what its numbers are, a row is not whole, a quaternion is off
         unit norm by more than a thousandth, or times do not rise; or astropy is missing and the file has dates.
+
+    Examples
+    --------
+    >>> pt.files.read_quaternion_csv("m.csv").omega_body.shape
+    (9, 3)
     """
     name = str(path)
     rows = _parsed(read_text(path), name)
@@ -136,21 +141,21 @@ def write_quaternion_csv(
 
     Parameters
     ----------
-    motion : Trajectory or AttitudeTable
-    path : str or Path
-    calendar : Calendar, optional
-        What instant t = 0 is and the unit of the times; default: that of the system's orbits or of the table, if any.
-    reference_frame, body_frame : str, optional
-        Names that the file says; default: those of the motion, if any.
-    rates : bool
-        Whether angular velocities go along.
-    overwrite : bool
-        Whether an existing file may be replaced.
+    motion, path, rates, overwrite
+        As of `write_aem`.
+    calendar, reference_frame, body_frame : optional
+        What the file says of its times and axes; default: those of the motion, if any.
 
     Raises
     ------
     TypeError, ValueError, OSError
         If an argument is not what its name says, the motion is an ensemble, or the file exists.
+
+    Examples
+    --------
+    >>> path = pt.files.write_quaternion_csv(motion, "new.csv")
+    >>> path.read_text().splitlines()[6]
+    't,q0,q1,q2,q3,omega_1,omega_2,omega_3'
     """
     table = table_of(motion, calendar, reference_frame, body_frame, dated=False)
     columns, names = [table.times[:, None], table.quaternion], "t,q0,q1,q2,q3"

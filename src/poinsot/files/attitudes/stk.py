@@ -46,7 +46,7 @@ MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", 
 
 @checked
 def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> AttitudeTable:
-    """Return the attitudes in an STK attitude file.
+    """Return the attitudes in an STK attitude file (.a).
 
     Read are AttitudeTimeQuaternions, AttitudeTimeQuatScalarFirst, AttitudeTimeQuatAngVels and AttitudeTimeEulerAngles.
     Their quaternions turn the reference axes into those of the body, as ours do, with the scalar last (or first, as
@@ -69,6 +69,11 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
     OSError, ValueError, ImportError
         If the file cannot be read; the file is no such file or is not whole, its axes rotate, a quaternion is off unit
         norm by more than a thousandth, or times do not rise; or astropy is missing.
+
+    Examples
+    --------
+    >>> pt.files.read_stk_attitude("m.a").quaternion.shape
+    (9, 4)
     """
     rows, kind = _parsed(read_text(path), str(path))
     axes = rows.word("CoordinateAxes")
@@ -158,24 +163,23 @@ def write_stk_attitude(
 
     Parameters
     ----------
-    motion : Trajectory or AttitudeTable
+    motion, calendar, reference_frame, rates, overwrite
+        As of `write_aem`; the instant t = 0 becomes the ScenarioEpoch.
     path : str or Path
         STK expects the ending .a.
-    calendar : Calendar, optional
-        What instant t = 0 is, which becomes the ScenarioEpoch, and the unit of the times; default: that of the
-        system's orbits or of the table.
-    reference_frame : str, optional
-        The name of the space axes, such as "ICRF"; default: that of the system's orbits or of the table.
     central_body : str
-    rates : bool
-        Whether angular velocities go along.
-    overwrite : bool
-        Whether an existing file may be replaced.
 
     Raises
     ------
     TypeError, ValueError, OSError
         If an argument is not what its name says, the motion is an ensemble, or the file exists.
+
+    Examples
+    --------
+    >>> calendar = pt.Calendar("2026-11-21T00:00:00", "UTC")
+    >>> path = pt.files.write_stk_attitude(motion, "new.a", calendar=calendar, reference_frame="ICRF")
+    >>> path.read_text().splitlines()[4]
+    'ScenarioEpoch 21 Nov 2026 00:00:00.000000000'
     """
     table = table_of(motion, calendar, reference_frame)
     zero = calendar_of(table).date(0.0).utc

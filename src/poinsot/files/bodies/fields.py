@@ -67,12 +67,19 @@ def read_field(
     OSError, ValueError
         If the file cannot be read; or a line is not right, a coefficient is missing or there twice, the field changes
         with time, the degree is beyond the table, or it is no `GravityField`.
+
+    Examples
+    --------
+    >>> pt.files.read_field("g.tab", mass=1.0).degree
+    2
     """
     text, factor = read_text(path, MOST_BYTES), float(real_array("unit", unit, ()))
     refuse_nonpositive("unit", factor)
     try:
         table = _icgem(text) if "end_of_head" in text else _shadr(text)
-        last = _checked_degree(table.degree if degree is None else degree, table.degree)
+        last, highest = whole_degree(table.degree if degree is None else degree), min(table.degree, HIGHEST_DEGREE)
+        if not 2 <= last <= highest:
+            raise ValueError(f"degree must be from 2 to {highest}, got {last}. The table has {table.degree}.")
         C, S = _coefficients(table, last)
         radius = factor * table.radius
         size = max(radius, 0.0) if extent is None else extent
@@ -81,13 +88,6 @@ def read_field(
         return GravityField(last, mass, radius, C, S, size)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-
-
-def _checked_degree(degree: int, most: int) -> int:
-    degree, highest = whole_degree(degree), min(most, HIGHEST_DEGREE)
-    if not 2 <= degree <= highest:
-        raise ValueError(f"degree must be from 2 to {highest}, got {degree}. The table has {most}.")
-    return degree
 
 
 def _shadr(text: str) -> _Table:
@@ -107,7 +107,8 @@ def _shadr(text: str) -> _Table:
 
 def _icgem(text: str) -> _Table:
     head, _, body = text.partition("end_of_head")
-    known = dict(_pairs(head.rpartition("begin_of_head")[2]))
+    words = (line.split() for _, line in lazy_lines(head.rpartition("begin_of_head")[2][:MOST_OF_HEADER]))
+    known = {line[0]: line[1] for line in words if len(line) >= 2}
     for name in ("radius", "max_degree"):
         if name not in known:
             raise ValueError(f"the header must have {name}, got none.")
@@ -116,13 +117,6 @@ def _icgem(text: str) -> _Table:
         raise ValueError(f"norm must be fully_normalized or unnormalized, got {norm[:40]}.")
     degree = _whole(0, known["max_degree"])
     return _Table(_number(0, known["radius"]), degree, degree, norm == "fully_normalized", _static(head, body))
-
-
-def _pairs(head: str) -> Iterator[tuple[str, str]]:
-    for _, line in lazy_lines(head[:MOST_OF_HEADER]):
-        words = line.split()
-        if len(words) >= 2:
-            yield words[0], words[1]
 
 
 def _static(head: str, body: str) -> Iterator[tuple[int, list[str]]]:
@@ -152,17 +146,13 @@ def _coefficients(table: _Table, degree: int) -> tuple[Array, Array]:
             raise ValueError(f"a coefficient must come once, got n = {n}, m = {m} again in line {line}.")
         seen.add((n, m))
         C[n, m], S[n, m] = _number(line, fields[2]), _number(line, fields[3])
-    _check_coefficients(C, S, table.order)
-    return np.tril(C), np.tril(S)
-
-
-def _check_coefficients(C: Array, S: Array, order: int) -> None:
-    n, m = np.tril_indices(len(C))
-    beyond = m > order
+    n, m = np.tril_indices(degree + 1)
+    beyond = m > table.order
     C[n[beyond], m[beyond]] = S[n[beyond], m[beyond]] = 0
     missing = np.flatnonzero(np.isnan(C[n, m]))
     if missing.size:
         raise ValueError(f"every coefficient must be there, got none for n = {n[missing[0]]}, m = {m[missing[0]]}.")
+    return np.tril(C), np.tril(S)
 
 
 def _fields(line: str) -> list[str]:

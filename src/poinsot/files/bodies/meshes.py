@@ -74,6 +74,11 @@ def read_mesh(
     OSError, ValueError
         If the file cannot be read; or it is too large, is not in its format, or has no closed surface around a volume;
         see `Mesh`.
+
+    Examples
+    --------
+    >>> pt.files.read_mesh("m.obj", mass=1.0)
+    Mesh(4 vertices, 4 faces, mass=1)
     """
     path = Path(path)
     kind = KINDS.get(path.suffix.lower())

@@ -58,6 +58,11 @@ def read_oem(
     OSError, ValueError, ImportError
         If the file cannot be read; the file is no such message or is not whole, its frame rotates or is unknown, its
         times do not rise or have a gap, or its segments do not join; or astropy is missing.
+
+    Examples
+    --------
+    >>> pt.files.read_oem("m.oem").span  # s
+    (0.0, 120.0)
     """
     text, name = read_text(path), str(path)
     _, segments = ccsds.segments_of(text, name, "OEM", "123", NEEDED, lambda *_: COMPONENTS)

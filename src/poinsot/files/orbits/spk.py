@@ -65,6 +65,11 @@ def spice_orbit(
     OSError, ValueError, ImportError
         If a kernel is missing or no kernel, a body or frame is unknown, the frame rotates, or the kernels do not cover
         the span; or spiceypy is missing.
+
+    Examples
+    --------
+    >>> pt.files.spice_orbit(-999, "CERES", 0.5, 2.0, ["m.bsp"], mu=2.0).reference_frame
+    'ICRF'
     """
     first, last = span_of(calendar, start, stop)
     with loaded(kernels) as spice:

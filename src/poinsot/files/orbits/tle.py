@@ -114,6 +114,15 @@ def tle_orbit(
     ValueError, ImportError
         If a line is not right, the span too far from the epoch, or SGP4 stops in it (a satellite that decays); or the
         package sgp4 is missing.
+
+    Examples
+    --------
+    >>> lines = (
+    ...     "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753",
+    ...     "2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667",
+    ... )
+    >>> pt.files.tle_orbit(lines, 0.0, 600.0).origin
+    'EARTH'
     """
     first, second = _set_of(lines)
     satellite = optional("sgp4.api", "two-line element sets").Satrec.twoline2rv(first, second)
@@ -149,6 +158,13 @@ def omm_orbit(
     ValueError, ImportError
         If a field is missing or wrong, the elements are not for SGP4, or as `tle_orbit`; or the package sgp4 is
         missing.
+
+    Examples
+    --------
+    >>> fields = dict(EPOCH="2000-06-27T18:50:19.73", MEAN_MOTION=10.824, ECCENTRICITY=0.186, INCLINATION=34.27)
+    >>> fields |= dict(RA_OF_ASC_NODE=348.7, ARG_OF_PERICENTER=331.8, MEAN_ANOMALY=19.3, BSTAR=2.8e-5)
+    >>> pt.files.omm_orbit(fields, 0.0, 600.0).reference_frame
+    'TEME'
     """
     fields = _checked_fields(_fields_of(message))
     satellite = optional("sgp4.api", "mean elements").Satrec()

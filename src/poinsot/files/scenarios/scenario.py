@@ -44,6 +44,11 @@ class Scenario:
         Names of files, of `result`, `plot` and `view`; those that the scenario asks for.
     provenance : mapping
         What a result keeps: `title`, `seed`, and the text, `scenario`.
+
+    Examples
+    --------
+    >>> pt.files.read_scenario("top.toml").system
+    System(Body(moments=[1.25, 1.0, 0.75]))
     """
 
     name: str
@@ -89,6 +94,12 @@ def read_scenario(path: str | Path) -> Scenario:
     OSError, ValueError
         If the file cannot be read; or it is not right: the sentence has the file, the line and the key, what must be
         there and what is.
+
+    Examples
+    --------
+    >>> scenario = pt.files.read_scenario("top.toml")
+    >>> scenario.propagate(progress=False).times.tolist()
+    [0.0, 0.5, 1.0, 1.5, 2.0]
     """
     path = Path(path)
     if path.suffix != ".toml":
