@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import parts
+from poinsot.engine import kernels
 from poinsot.functions import Vector
 from poinsot.mechanics.part import Part
 from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
@@ -180,6 +181,17 @@ def one_of(many, i):
     system, start = many
     alone = pt.System(pt.Body(system.body.moments[i]), *system.forces)
     return alone, alone.state(IDENTITY, omega_body=OMEGA, **{name: values[i] for name, values in start.own.items()})
+
+
+@each_part
+def test_other_values_of_the_variables_build_no_other_kernel(part, monkeypatch):
+    system = pt.System(BODY, part)
+    start = started(system)
+    pt.propagate(system, start, [1.0])
+    monkeypatch.setattr(kernels, "_build", None)
+    for factor in (1e-6, 1.0, 3e4):
+        own = {name: factor * values for name, values in start.own.items()}
+        pt.propagate(system, system.state(IDENTITY, omega_body=OMEGA, **own), [0.01])
 
 
 class Level(pt.Event):

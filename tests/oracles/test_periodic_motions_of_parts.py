@@ -67,13 +67,14 @@ def test_gyrostat_loses_its_stability_where_the_potential_is_flat():
     assert_allclose(branch.values[-1], -3.0)
 
 
-def test_continuation_keeps_a_constant_momentum():
+def test_family_of_wheels():
     start = upright(ReactionWheel((0, 0, 1.0), 0.1), reaction_wheel=[0.3])
     branch = pt.analysis.continue_motion(start, "forces[0].moment", 0.4, progress=False)
-    assert_allclose(branch.state.own["reaction_wheel"], 0.3, rtol=0, atol=1e-9)
+    assert branch.values[-1] == 0.4
     for moment, motion in zip(branch.values, branch.motions, strict=True):
-        pitch = np.sqrt(STIFFNESS / (C - moment))
-        assert np.min(np.abs(motion.frequencies - pitch)) < 1e-8
+        (p,) = motion.state.own["reaction_wheel"]
+        expected = np.sort([*roll_and_yaw(p - moment), np.sqrt(STIFFNESS / (C - moment))])
+        assert_allclose(motion.frequencies, expected, rtol=1e-10)
 
 
 ELLIPSE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.05)
@@ -106,5 +107,5 @@ def test_part_that_changes_for_good_is_refused():
             square = (0.1 + self.speed * time) ** 2
             return ((0.0, 0.0, 0.0), (0.0, square, 0.0), (0.0, 0.0, square))
 
-    with pytest.raises(ValueError, match=r"system must repeat itself in the frame after the period 0\.8, but its "):
+    with pytest.raises(ValueError, match="system must repeat itself in the frame after the period"):
         upright(Boom(0.01))

@@ -181,7 +181,7 @@ class Borrowed:
             typed = np.frompyfunc(kind, 1, 1)
 
         def values(smooth: Problem) -> list[Any]:
-            numbers = (variables.scale, *smooth.numbers)
+            numbers = (variables.scale, *variables.factors, *smooth.numbers)
             return built.constants.values(tuple(map(typed, numbers)))
 
         self._values, self._problem, self.variables = values, problem, variables
@@ -377,7 +377,7 @@ def _equations(
 ) -> tuple[list[Any], tuple[list[Any], list[Any]]]:
     """Return the rates of the variables, and the values and conditions of the events."""
     inputs = constants.inputs()
-    scale, twin = next(inputs), problem.with_numbers(inputs)
+    scale, variables, twin = next(inputs), variables.with_factors(inputs), problem.with_numbers(inputs)
     own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
     chart, system, variations = variables.formulation, twin.system, variables.variations
     environment = _environment(twin, variables, own, time)

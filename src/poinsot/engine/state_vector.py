@@ -38,7 +38,7 @@ BLOCK = 8192
 CHART, TANGENT = "attitude and momentum", "tangent vectors"
 """Names of slots that no part has."""
 
-Factors = tuple[float | None, ...]
+Factors = tuple[Any, ...]
 """What each variable of a slot is multiplied by, powers of two; None for the scale of the momenta."""
 
 
@@ -143,7 +143,18 @@ class StateVector:
         """What selects the equations, without any real number of the system."""
         variations = self.variations and replace(self.variations, initial=None)
         blocks = tuple(block.structure for block in self.orbits)
-        return self.formulation, tuple(self.parts.items()), blocks, self.views, self.comoving, variations
+        parts = tuple((name, *(factor is None for factor in own)) for name, own in self.parts.items())
+        return self.formulation, parts, blocks, self.views, self.comoving, variations
+
+    @property
+    def factors(self) -> tuple[float, ...]:
+        """The factors of parts that are numbers: parameters of a kernel."""
+        return tuple(factor for own in self.parts.values() for factor in own if factor is not None)
+
+    def with_factors(self, factors: Iterator[Any]) -> StateVector:
+        """Return the same with other factors of parts in place of the numbers, scalars of any kind."""
+        parts = {n: tuple(x if x is None else next(factors) for x in own) for n, own in self.parts.items()}
+        return replace(self, parts=parts)
 
     @property
     def of_one(self) -> bool:

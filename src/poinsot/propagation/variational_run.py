@@ -91,7 +91,8 @@ class VariationalRun:
         self._scaled = tuple(factor is None for factor in factors)
         self.units = np.array([self.scale if factor is None else factor for factor in factors])
         self.variables = dataclasses.replace(variables, scale=np.full(self.members, self.scale)[()])
-        self._inputs = tuple(tuple(1 + number for number in together) for together in inputs)  # the scale is the first
+        first = 1 + len(variables.factors)  # behind the scales
+        self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
 
     def integrate(
         self,
