@@ -128,6 +128,52 @@ class Commuting(Comparable):
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
 
+class Combining(Comparable):
+    """The operators of a kind of scalar, by one method that takes the operation and its operands in their order."""
+
+    __array_ufunc__ = None
+
+    if TYPE_CHECKING:
+
+        def combined(self, operation: Callable[..., Any], *operands: Any) -> Any: ...
+
+    def __add__(self, other: Any) -> Any:
+        return self.combined(operator.add, self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return self.combined(operator.add, other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self.combined(operator.sub, self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self.combined(operator.sub, other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self.combined(operator.mul, self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self.combined(operator.mul, other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        return self.combined(operator.truediv, self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self.combined(operator.truediv, other, self)
+
+    def __pow__(self, other: Any) -> Any:
+        return self.combined(operator.pow, self, other)
+
+    def __rpow__(self, other: Any) -> Any:
+        return self.combined(operator.pow, other, self)
+
+    def __neg__(self) -> Any:
+        return self.combined(operator.neg, self)
+
+    def __abs__(self) -> Any:
+        return self.combined(operator.abs, self)
+
+
 class ComovingVector(Vector):
     """A vector of the space, by its components along axes that move; formulas may not look at those.
 

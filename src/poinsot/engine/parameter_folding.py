@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from poinsot import functions as formulas
 from poinsot.algebra.dual import Dual
-from poinsot.functions import Commuting, Comparable, Vector
+from poinsot.functions import Combining, Commuting, Vector
 
 __all__ = ["Constant", "Constants", "Multiple"]
 
@@ -41,6 +41,10 @@ POWERS: dict[Any, Callable[[Any, Any, Any], Any]] = {
     formulas.sqrt: lambda a, _, __: a / 2,
 }
 """The power of what a function makes of two arguments, from theirs and the number that the second one is."""
+
+
+NEUTRAL = {operator.add: 0, operator.sub: 0, operator.mul: 1}
+"""The operand that leaves the other one as it is; of a difference the second."""
 
 
 class Constants:
@@ -194,61 +198,31 @@ class Constants:
         return [(place, *recipe) for place, recipe in self._recipes.items() if place in needed]
 
 
-class Constant(Comparable):
+class Constant(Combining):
     """A number of a run; arithmetic with numbers and constants gives constants, with variables expressions."""
-
-    __array_ufunc__ = None
 
     def __init__(self, home: Constants, place: int) -> None:
         self.home, self.place = home, place
 
-    def _with(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        if not all(isinstance(a, Constant | int | float) for a in arguments):
+    def combined(self, operation: Callable[..., Any], *operands: Any) -> Any:
+        """Return the constant that an operation makes of constants and numbers; zero and one are no operands."""
+        if not all(isinstance(operand, Constant | int | float) for operand in operands):
             return NotImplemented
-        return self.home.derived(function, arguments)
-
-    def __add__(self, other: Any) -> Any:
-        return self if _is(other, 0) else self._with(operator.add, self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self if _is(other, 0) else self._with(operator.add, other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self if _is(other, 0) else self._with(operator.sub, self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._with(operator.sub, other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return _product(self, other, self._with)
-
-    def __rmul__(self, other: Any) -> Any:
-        return _product(self, other, self._with)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self._with(operator.truediv, self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self._with(operator.truediv, other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return self._with(operator.pow, self, other)
-
-    def __rpow__(self, other: Any) -> Any:
-        return self._with(operator.pow, other, self)
-
-    def __neg__(self) -> Any:
-        return self._with(operator.neg, self)
-
-    def __abs__(self) -> Any:
-        return self._with(operator.abs, self)
+        neutral = NEUTRAL.get(operation)
+        if operation is operator.mul and any(_is(operand, 0) for operand in operands):
+            return 0.0
+        if _is(operands[-1], neutral):
+            return operands[0]
+        if operation is not operator.sub and _is(operands[0], neutral):
+            return operands[1]
+        return self.home.derived(operation, operands)
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""
-        return self._with(getattr(formulas, name), *arguments)
+        return self.combined(getattr(formulas, name), *arguments)
 
 
 class Condition:
@@ -403,11 +377,5 @@ def _merged(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(sorted(a + b))
 
 
-def _is(value: Any, number: int) -> bool:
+def _is(value: Any, number: int | None) -> bool:
     return isinstance(value, int | float) and value == number
-
-
-def _product(constant: Constant, other: Any, combine: Callable[..., Any]) -> Any:
-    if _is(other, 0):
-        return 0.0
-    return constant if _is(other, 1) else combine(operator.mul, constant, other)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable
 from typing import Any
 
@@ -20,10 +19,8 @@ BRANCHES = 16
 """Samples that take all ways of four conditions."""
 
 
-class Wrapped(functions.Comparable):
+class Wrapped(functions.Combining):
     """A scalar that duals take for a plain one; what is computed from it is wrapped again."""
-
-    __array_ufunc__ = None
 
     def __init__(self, inner: Any) -> None:
         self.inner = inner
@@ -32,53 +29,18 @@ class Wrapped(functions.Comparable):
         """Return the result of an operation as a scalar of this kind."""
         return type(self)(value)
 
-    def _of(self, operation: Callable[..., Any], *arguments: Any) -> Any:
-        if any(isinstance(argument, Dual | Vector) for argument in arguments):
+    def combined(self, operation: Callable[..., Any], *operands: Any) -> Any:
+        """Return what an operation makes of what the operands stand for; a dual or a vector has its own rules."""
+        if any(isinstance(operand, Dual | Vector) for operand in operands):
             return NotImplemented
-        return self.wrapped(operation(*map(opened, arguments)))
-
-    def __add__(self, other: Any) -> Any:
-        return self._of(operator.add, self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._of(operator.add, other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._of(operator.sub, self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._of(operator.sub, other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self._of(operator.mul, self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._of(operator.mul, other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self._of(operator.truediv, self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self._of(operator.truediv, other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return self._of(operator.pow, self, other)
-
-    def __rpow__(self, other: Any) -> Any:
-        return self._of(operator.pow, other, self)
-
-    def __neg__(self) -> Any:
-        return self.wrapped(-self.inner)
-
-    def __abs__(self) -> Any:
-        return functions.abs(self)
+        return self.wrapped(operation(*map(opened, operands)))
 
     def __bool__(self) -> bool:
         return bool(self.inner)
 
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""
-        return self._of(getattr(functions, name), *arguments)
+        return self.combined(getattr(functions, name), *arguments)
 
 
 class Nested(Wrapped):
