@@ -22,8 +22,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.probing import time_scale
-from poinsot.mechanics.state import Phase, State, computed_state
+from poinsot.mechanics.state import Phase, State
 
 __all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation", "formulation_of", "formulations"]
 
@@ -46,8 +45,8 @@ class Formulation(ABC):
     tangent: tuple[int, ...] = ()
     """Which of the six tangent coordinates it has: rotation vector, change of angular momentum, body axes."""
 
-    def check(self, system: Any, state: State) -> None:  # noqa: B027
-        """Raise a ValueError if the variables cannot hold the motion of a system from a state."""
+    planar = False
+    """Whether it holds motions about the third body axis alone."""
 
     def check_variables(self, variables: NDArray[np.float64]) -> None:  # noqa: B027
         """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
@@ -67,10 +66,6 @@ class Formulation(ABC):
     def size(self) -> int:
         """The number of variables."""
         return sum(self.blocks.values())
-
-    def active(self, variables: Any) -> Any:
-        """Return a flat sequence with literal zeros for the variables that are always zero."""
-        return variables
 
     def split(self, variables: Any) -> list[Any]:
         """Return the blocks of a flat sequence of scalars."""
@@ -144,21 +139,7 @@ class Planar(LiePoisson):
 
     name = "planar"
     tangent = (2, 5)
-
-    @override
-    def check(self, system: Any, state: State) -> None:
-        if system.moving_parts:
-            raise ValueError(
-                f"formulation 'planar' must be for a body without parts, got {type(system.moving_parts[0]).__name__}. "
-                "Use the default formulation."
-            )
-        for name, vectors in _about_third_axis(system, state).items():
-            aside = np.max(np.abs(vectors[..., :2]), initial=0.0)
-            if aside > FLAT * np.max(np.abs(vectors), initial=0.0):
-                raise ValueError(
-                    "formulation 'planar' must be for a body that turns about its third axis alone, but its "
-                    f"{name} has components along the others, up to {aside:.2g}. Use the default formulation."
-                )
+    planar = True
 
     @override
     def check_variables(self, variables: NDArray[np.float64]) -> None:
@@ -170,34 +151,20 @@ class Planar(LiePoisson):
             )
 
     @override
-    def active(self, variables: Any) -> Any:
-        q0, _, _, q3, _, _, g3 = variables
-        return q0, 0.0, 0.0, q3, 0.0, 0.0, g3
-
-    @override
     def physical(self, variables: Any) -> tuple[Attitude, Vector]:
-        return super().physical(self.active(variables))
+        return super().physical(_planar(variables))
 
     @override
     def rates(
         self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
-        return list(self.active(super().rates(self.active(variables), omega, g_rate, torque, turning)))
+        return _planar(super().rates(_planar(variables), omega, g_rate, torque, turning))
 
 
-def _about_third_axis(system: Any, state: State) -> dict[str, NDArray[np.float64]]:
-    """Return vectors along the body axes that a planar motion has along the third one alone, largest first axis."""
-    first, last = system.span
-    torques = []
-    for angle in np.arange(5) * 1.3:
-        turned = quat.product(state.quaternion, (np.cos(angle), 0, 0, np.sin(angle)))
-        time = np.clip(state.time + angle**3 * time_scale(system), first, last)
-        torques.append(system.torque_body(computed_state(turned, np.zeros_like(turned), time)))
-    return {
-        "angular momentum": state.angular_momentum_body,
-        "inertia tensor": system.body.inertia[..., 2],
-        "torque": np.reshape(torques, (-1, 3)),
-    }
+def _planar(variables: Any) -> list[Scalar]:
+    """Return the variables with literal zeros for those that are always zero."""
+    q0, _, _, q3, _, _, g3 = variables
+    return [q0, 0.0, 0.0, q3, 0.0, 0.0, g3]
 
 
 class Canonical(Formulation):

@@ -23,6 +23,7 @@ from poinsot.engine.discontinuities import Pieces, Switches, event_class, lane_o
 from poinsot.engine.event_detection import Watch, event_functions
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
 from poinsot.engine.scales import Scales
@@ -138,7 +139,8 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     Extended precision stays in the space axes, as an independent check of the comoving ones.
     """
     smooth, system = problem.between_knots(), problem.system
-    formulation.check(system, state)
+    if formulation.planar:
+        refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
     scale = np.exp2(np.round(np.log2(SMALL / momentum_scale(system, state))))
     parts = factors_of_parts(system, state)
