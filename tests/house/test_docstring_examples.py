@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import shutil
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -60,8 +61,8 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_the_example_prints_what_it_says(name, folder, monkeypatch):
-    monkeypatch.chdir(folder)
+def test_the_example_prints_what_it_says(name, folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(shutil.copytree(folder, tmp_path, dirs_exist_ok=True))
     mpl.use("Agg")
     runner = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)
     said: list[str] = []

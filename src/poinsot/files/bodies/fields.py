@@ -146,12 +146,13 @@ def _coefficients(table: _Table, degree: int) -> tuple[Array, Array]:
             raise ValueError(f"a coefficient must come once, got n = {n}, m = {m} again in line {line}.")
         seen.add((n, m))
         C[n, m], S[n, m] = _number(line, fields[2]), _number(line, fields[3])
-    n, m = np.tril_indices(degree + 1)
-    beyond = m > table.order
-    C[n[beyond], m[beyond]] = S[n[beyond], m[beyond]] = 0
-    missing = np.flatnonzero(np.isnan(C[n, m]))
+    rows, columns = np.tril_indices(degree + 1)
+    beyond = columns > table.order
+    C[rows[beyond], columns[beyond]] = S[rows[beyond], columns[beyond]] = 0
+    missing = np.argwhere(np.isnan(C[rows, columns]))
     if missing.size:
-        raise ValueError(f"every coefficient must be there, got none for n = {n[missing[0]]}, m = {m[missing[0]]}.")
+        place = int(missing[0, 0])
+        raise ValueError(f"every coefficient must be there, got none for n = {rows[place]}, m = {columns[place]}.")
     return np.tril(C), np.tril(S)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import datetime as dt
 import json
-import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -69,7 +69,13 @@ UNUSED = {
 }
 """Fields of a message that no position depends on, with values that SGP4's initialisation takes."""
 
-ONLY = {"CENTER_NAME": ("EARTH",), "REF_FRAME": ("TEME",), "TIME_SYSTEM": ("UTC",), "EPHEMERIS_TYPE": ("0", "2")}
+ONLY = {
+    "CENTER_NAME": ("EARTH",),
+    "REF_FRAME": ("TEME",),
+    "TIME_SYSTEM": ("UTC",),
+    "EPHEMERIS_TYPE": ("0", "2"),
+    "MEAN_ELEMENT_THEORY": ("SGP4", "SGP/SGP4"),
+}
 """What these fields of a message must say, where they are there."""
 
 FRAMES = ("TEME", "ICRF")
@@ -168,8 +174,7 @@ def omm_orbit(
     """
     fields = _checked_fields(_fields_of(message))
     satellite = optional("sgp4.api", "mean elements").Satrec()
-    date, microseconds = _epoch_of_message(fields["EPOCH"])
-    fields["EPOCH"] = f"{date}.{microseconds}"
+    fields["EPOCH"] = _epoch_of_message(fields["EPOCH"])
     optional("sgp4.omm", "mean elements").initialize(satellite, fields)
     epoch = Calendar(fields["EPOCH"], "UTC")
     return _orbit(satellite, epoch, start, stop, max_age, reference_frame, calendar)
@@ -188,7 +193,14 @@ def _orbit(
         raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {reference_frame!r}.")
     calendar = epoch if calendar is None else calendar
     first, last = span_of(calendar, start, stop)
-    _check_age(epoch, epoch.converted(np.array([first, last]), calendar), max_age)
+    ages, most = epoch.converted(np.array([first, last]), calendar) / 86400, float(real_array("max_age", max_age, ()))
+    oldest = ages[np.argmax(np.abs(ages))]
+    if abs(oldest) > most:
+        raise ValueError(
+            f"start and stop must be at most {most:.6g} days from the epoch {epoch.zero} UTC of the elements, got "
+            f"{abs(oldest):.6g} days {'after' if oldest > 0 else 'before'} it. Take newer elements, or say how old they"
+            " may be: max_age."
+        )
 
     def position(times: Array) -> Array:
         elapsed = epoch.converted(times, calendar)
@@ -206,18 +218,6 @@ def _orbit(
         calendar=calendar,
         radius=attractor_radius("EARTH"),
     )
-
-
-def _check_age(epoch: Calendar, span: Array, max_age: float) -> None:
-    most = float(real_array("max_age", max_age, ()))
-    ages = span / 86400
-    oldest = ages[np.argmax(np.abs(ages))]
-    if abs(oldest) > most:
-        side = "after" if oldest > 0 else "before"
-        raise ValueError(
-            f"start and stop must be at most {most:.6g} days from the epoch {epoch.zero} UTC of the elements, got "
-            f"{abs(oldest):.6g} days {side} it. Take newer elements, or say how old they may be: max_age."
-        )
 
 
 def _propagated(satellite: Any, seconds: Array, epoch: Calendar) -> Array:
@@ -352,27 +352,19 @@ def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
         if not fields.get(name):
             raise ValueError(f"message must have the field {name}, got none.")
     for name, (low, high) in ELEMENTS.items():
-        if not low <= _number(fields[name]) <= high:
-            raise ValueError(f"{name} must be a number from {low} to {high}, got {fields[name][:40]!r}.")
+        with contextlib.suppress(ValueError):
+            if low <= float(fields[name]) <= high:
+                continue
+        raise ValueError(f"{name} must be a number from {low} to {high}, got {fields[name][:40]!r}.")
     for name, allowed in ONLY.items():
         if fields.get(name) and fields[name].upper() not in allowed:
             raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, got {fields[name][:40]!r}.")
-    theory = fields.get("MEAN_ELEMENT_THEORY") or "SGP4"
-    if theory.upper() not in ("SGP4", "SGP/SGP4"):
-        raise ValueError(f"MEAN_ELEMENT_THEORY must be SGP4, got {theory[:40]!r}.")
     return UNUSED | {name: fields[name] for name in ("EPOCH", *ELEMENTS)}
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
-def _epoch_of_message(text: str) -> tuple[str, str]:
-    """Return the date to the second, and six digits of the second."""
+def _epoch_of_message(text: str) -> str:
+    """Return the date, with six digits of the second as the package sgp4 needs them."""
     date, _, fraction = Calendar(text.removesuffix("Z"), "UTC").zero.partition(".")
     if len(fraction) > 6 and fraction[6:].strip("0"):
         raise ValueError(f"EPOCH must have at most six digits of a second, got {text[:40]!r}.")
-    return date, fraction[:6].ljust(6, "0")
+    return f"{date}.{fraction[:6].ljust(6, '0')}"

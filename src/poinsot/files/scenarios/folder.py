@@ -25,32 +25,21 @@ class Folder:
         self._path, self.used = path, list[str]()
 
     def file(self, name: str) -> Path:
-        """Return the path of a file.
-
-        Raises
-        ------
-        ValueError
-            With the second half of a sentence, if the name leads out of the folder, or to no file.
-        """
+        """Return the path of a file; a ValueError has the second half of a sentence, if the name leads elsewhere."""
         if self._path is None:
             raise ValueError("must not be in a text without a folder, got the name of a file.")
+        given = repr(name) if len(name) <= 60 else repr(name[:57] + "...")
         parts = PurePosixPath(name).parts
         if not parts or name.startswith(("/", "~")) or ".." in parts or any(mark in name for mark in "\\:\0\n"):
-            raise ValueError(
-                f"must be a path from the folder of the scenario to a file in it or below, got {_short(name)}."
-            )
+            raise ValueError(f"must be a path from the folder of the scenario to a file in it or below, got {given}.")
         path = self._path / name
         try:
             inside = path.resolve(strict=True).is_relative_to(self._path.resolve())
         except (OSError, RuntimeError):
-            raise ValueError(f"must be a file beside the scenario, got {_short(name)}: no such file.") from None
+            raise ValueError(f"must be a file beside the scenario, got {given}: no such file.") from None
         if not inside:
-            raise ValueError(f"must be a file in the scenario's folder, got {_short(name)}, which links out of it.")
+            raise ValueError(f"must be a file in the scenario's folder, got {given}, which links out of it.")
         if not path.is_file():
-            raise ValueError(f"must be a file, got {_short(name)}, a folder or a device.")
+            raise ValueError(f"must be a file, got {given}, a folder or a device.")
         self.used.append(name)
         return path
-
-
-def _short(name: str) -> str:
-    return repr(name) if len(name) <= 60 else repr(name[:57] + "...")
