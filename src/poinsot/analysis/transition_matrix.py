@@ -1,7 +1,7 @@
 """The state-transition matrix of a motion, parameter sensitivities, and covariance propagation.
 
 xi = (rotation vector, change of angular momentum), along the body axes, changes (q, g) to
-(q exp(theta / 2), g + gamma).
+(q exp(theta / 2), g + gamma); behind it are the changes of the variables of parts.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.parameter_names import resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
+from poinsot.propagation.dataset import components
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import VariationalRun
 from poinsot.quantities import Times
@@ -38,12 +39,19 @@ class StateTransition(ShownInNotebooks):
     parameters : tuple of str
         Names of the parameters p.
     directions : array (n, k, k + p)
-        Columns of the matrix, then of the sensitivity, each divided by exp(growth): k = 6, or 2 of planar motion,
-        the rotation about the third axis and the third component of the momentum.
+        Columns of the matrix, then of the sensitivity, each divided by exp(growth).
     growth : array (n, k + p)
         Natural logarithms, which do not overflow.
     second : array (n, k, k + p, k + p) or None
         Second derivatives of xi(t) by xi(t0) and the parameters; None of order 1.
+
+    Examples
+    --------
+    >>> wheel = pt.parts.ReactionWheel((0, 0, 1), 0.1)
+    >>> system = pt.System(pt.Body((6.0, 8.0, 10.0)), wheel)
+    >>> start = system.state((1, 0, 0, 0), omega_body=(0.8, 0.02, 0.05))
+    >>> pt.analysis.state_transition(system, start, [1.0]).coordinates[3:]
+    ('g_1', 'g_2', 'g_3', 'reaction_wheel.momentum')
     """
 
     def __init__(
@@ -60,6 +68,17 @@ class StateTransition(ShownInNotebooks):
     def _k(self) -> int:
         return int(self.directions.shape[-2])
 
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the k coordinates: radians, units of angular momentum, and those of the variables of parts.
+
+        k = 6 without parts; of planar motion 2, the rotation about the third axis and the third component of g.
+        """
+        if self._k == 2:
+            return "theta_3", "g_3"
+        rigid = [f"{name}_{i}" for name in ("theta", "g") for i in (1, 2, 3)]
+        return *rigid, *(f"{part.name}.{name}" for part in self.motion.system.moving_parts for name in components(part))
+
     @functools.cached_property
     def _columns(self) -> Array:
         with np.errstate(over="ignore"):
@@ -67,12 +86,12 @@ class StateTransition(ShownInNotebooks):
 
     @property
     def matrix(self) -> Array:
-        """Phi(t, t0), shape (n, 6, 6); infinite where it is beyond 1e308."""
+        """Phi(t, t0), shape (n, k, k); infinite where it is beyond 1e308."""
         return self._columns[..., : self._k]
 
     @property
     def sensitivity(self) -> Array:
-        """Derivatives of xi by the parameters at fixed attitude and angular momentum at the start; shape (n, 6, p)."""
+        """Derivatives of xi by the parameters, of a start that stays the same in q, g and own; shape (n, k, p)."""
         return self._columns[..., self._k :]
 
     def covariance(self, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Array:
@@ -80,14 +99,14 @@ class StateTransition(ShownInNotebooks):
 
         Parameters
         ----------
-        initial : array (6, 6)
-            Of xi at the start: rad^2, rad times momentum, momentum^2.
+        initial : array (k, k)
+            Of xi at the start: rad^2, rad times momentum, momentum^2, ...
         of_parameters : array (p, p), optional
             Of the parameters, without correlation to the state; default: they are known.
 
         Returns
         -------
-        array (n, 6, 6)
+        array (n, k, k)
         """
         start = _covariance("initial", initial, self._k)
         total = self.matrix @ start @ np.swapaxes(self.matrix, -1, -2)
@@ -129,10 +148,20 @@ def state_transition(
         jump where the attitude crosses something.
     PropagationError, PropagationInterrupted
         As `propagate`.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> found = pt.analysis.state_transition(pt.System(body), start, [5.0], ["moments[0]"])
+    >>> found.matrix.shape, found.sensitivity.shape, round(float(np.linalg.det(found.matrix[0])), 12)
+    ((1, 6, 6), (1, 6, 1), 1.0)
     """
-    inputs = tuple(_checked(system, name) for name in _listed(parameters))
+    if isinstance(parameters, str):
+        raise TypeError(f"parameters must be a list of names, got {parameters!r}. Write [{parameters!r}].")
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
+    inputs = tuple(resolve(system, name) for name in parameters)
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order)
     k = len(job.units)
     out = _Columns(job, k, k + len(inputs), order)
@@ -178,16 +207,6 @@ class _Columns(Memory):
             with np.errstate(over="ignore"):
                 bent = pairs[..., i, :] / unit * (by[a] * by[b]) * np.exp2(bits[..., a] + bits[..., b])[..., None]
             self.second[members, :, :, a, b] = self.second[members, :, :, b, a] = bent
-
-
-def _listed(parameters: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(parameters, str):
-        raise TypeError(f"parameters must be a list of names, got {parameters!r}. Write [{parameters!r}].")
-    return tuple(parameters)
-
-
-def _checked(system: System, name: str) -> tuple[int, ...]:
-    return resolve(system, name)
 
 
 def _covariance(name: str, value: ArrayLike, size: int) -> Array:
