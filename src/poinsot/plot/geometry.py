@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
 from poinsot.mechanics.attitude import rotation_matrix
-from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, instant, one_body, rate_unit_of, time_unit_of
+from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, instant, one_body, rate_unit_of
 from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solids import (
     Ellipsoid,
@@ -90,11 +90,11 @@ def poinsot_construction(
     _check_torque_free(motion)
     index = int(checked_index("time_index", time_index, motion.times.size))
     upright, (moments, axes) = _upright(motion), principal(motion.system.body)
-    unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
+    unit = rate_unit_of(motion.system.units, rate_unit)
     omega, g = unit.factor * motion.omega_space @ upright.T, unit.factor * motion.angular_momentum_body[index] @ axes
     turned = upright @ rotation_matrix(motion.quaternion[index]) @ axes
     eye = view_direction(VIEW if view is None else view)
-    panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index, time)}", ax)
+    panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index, time_unit)}", ax)
     semiaxes = unit.factor * np.sqrt(2 * motion.kinetic_energy[index] / moments)
     solid = Solid(panel, Ellipsoid(turned, semiaxes), eye)
     solid.family(map(solid.ellipsoid.section, np.eye(3)), GREY, 0.6)
@@ -146,12 +146,12 @@ def polhode(
     True
     """
     _check_turning(motion)
-    unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
+    unit = rate_unit_of(motion.system.units, rate_unit)
     omega = unit.factor * motion.omega_body
     moments, axes = principal(motion.system.body)
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
     panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes", ax)
-    path, last = r"path of $\omega$", f"at {instant(motion, -1, time)}"
+    path, last = r"path of $\omega$", f"at {instant(motion, -1, time_unit)}"
     if not motion.system.moving_parts and is_constant(motion.kinetic_energy[:, None]):
         energy = unit.factor**2 * motion.kinetic_energy[-1]
         solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy / moments)), eye)
@@ -204,7 +204,7 @@ def herpolhode(
     True
     """
     _check_torque_free(motion)
-    unit, time = rate_unit_of(motion.system.units, rate_unit), time_unit_of(motion.system.units, time_unit)
+    unit = rate_unit_of(motion.system.units, rate_unit)
     omega = unit.factor * motion.omega_space @ _upright(motion).T
     moments, axes = principal(motion.system.body)
     radii = herpolhode_radii(moments, unit.factor * motion.angular_momentum_body[-1] @ axes)
@@ -212,7 +212,9 @@ def herpolhode(
     for radius in radii:
         panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
     draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")
-    panel.plot(*omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, -1, time)}")
+    panel.plot(
+        *omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, -1, time_unit)}"
+    )
     panel.plot(0, 0, "+", color=BLACK, markersize=9, label=r"$\mathbf{G}$, towards the eye")
     room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))
     panel.set(xlim=(-room, room), ylim=(-room, room), aspect="equal")

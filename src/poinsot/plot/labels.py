@@ -132,8 +132,9 @@ def time_label(motion: Trajectory, unit: Unit) -> str:
     return f"time{unit.label}{since}"
 
 
-def instant(motion: Trajectory, index: int, unit: Unit) -> str:
+def instant(motion: Trajectory, index: int, time_unit: str | None) -> str:
     """Return one of the times of a motion in words: "time 12.5 s"."""
+    unit = time_unit_of(motion.system.units, time_unit)
     return f"time {unit.factor * motion.times[index]:.6g}" + ("" if unit.written == "1" else f" {unit.written}")
 
 

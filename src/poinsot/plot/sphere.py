@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.analysis.polhodes import energy_curve, energy_curves, principal, separatrices, spherical
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import State
-from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, instant, one_body, time_unit_of
+from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, instant, one_body
 from poinsot.plot.panels import plot
 from poinsot.plot.solids import Ellipsoid, Solid, legend, solid_axes, view_direction
 from poinsot.propagation.trajectory import Trajectory
@@ -82,7 +82,7 @@ def momentum_sphere(
     _draw_states(solid, moments, marked)
     if path is not None:
         solid.curve(n, GREEN, 2.2, "motion")
-        solid.mark(n[-1], GREEN, f"at {instant(path, -1, time_unit_of(path.system.units, time_unit))}")
+        solid.mark(n[-1], GREEN, f"at {instant(path, -1, time_unit)}")
     _draw_axes(panel, moments, eye)
     panel.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
     panel.set_box_aspect((1, 1, 1), zoom=1.2)

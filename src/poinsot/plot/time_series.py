@@ -357,30 +357,31 @@ def difference(
     'difference of attitude [arcsec]'
     """
     reached(motion), reached(other, "other")
-    unit = angle_unit_of(angle_unit)
-    angle = np.asarray(rotation_angle(_attitudes_at(motion, other), other.quaternion))
+    unit, alike = angle_unit_of(angle_unit), _at_same_times(motion, other)
+    first = motion if alike else motion(other.times)
+    angle = np.asarray(rotation_angle(first.quaternion, other.quaternion))
     smallest = np.min(angle, where=angle > 0, initial=np.inf)
     angle = unit.factor * np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
-    label = f"difference of attitude{unit.label}"
-    panel: Axes = against_time(other, {label: {"": angle}}, ax, time_unit, title, log=True)[0]
+    curves = {f"difference of attitude{unit.label}": {"": angle}}
+    panel: Axes = against_time(motion if alike else other, curves, ax, time_unit, title, log=True)[0]
     return panel
 
 
 # ---------------------------------------------------------------------- what is drawn
 
 
-def _attitudes_at(motion: Trajectory, other: Trajectory) -> Array:
-    """Return the quaternions of a motion at the times of another one."""
+def _at_same_times(motion: Trajectory, other: Trajectory) -> bool:
+    """Return whether two motions have the same times; refuse others where the first has no dense output."""
     slack = SAME_INSTANT / SECONDS.get(motion.system.units["time"], np.inf)
     if motion.times.shape == other.times.shape and np.all(np.abs(motion.times - other.times) <= slack):
-        return motion.quaternion
+        return True
     if not motion.has_dense_output:
         theirs, ours = (f"{x.times.size} times from {x.times[0]:.6g} to {x.times[-1]:.6g}" for x in (other, motion))
         raise ValueError(
             f"other must have the same times, got {theirs} and {ours}. "
             "Compute both at the same times, or the first with dense output."
         )
-    return np.asarray(motion(other.times).quaternion)
+    return False
 
 
 def different_orbits(motion: Trajectory) -> list[Orbit]:
