@@ -98,9 +98,7 @@ def test_every_plot_of_a_motion_takes_parts_and_ensembles_or_says_why_not(calls,
     motion = with_parts() if kind == "parts" else ensemble()
     arguments = {**arguments, "motion": motion, **({"other": motion} if name == "difference" else {})}
     if name in REFUSED[kind]:
-        with pytest.raises(
-            ValueError, match=r"^(motion must be of (a rigid|one) body|part must be the name of .*), got .*\.$"
-        ):
+        with pytest.raises(ValueError, match=r"^motion must be of (a rigid|one|a) body.*, got .*\.$"):
             draw(**arguments)
     else:
         assert all(panel.has_data() for panel in np.ravel(draw(**arguments)))

@@ -28,7 +28,7 @@ OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty"}
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
-Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0; default: all.")]
+Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0.")]
 
 
 def plot(
@@ -138,7 +138,7 @@ def _check_options(kind: str, given: dict[str, Any]) -> None:
     for name, value in given.items():
         if value and name not in _wanted(kind):
             kinds = " or ".join(known for known in KINDS if name in _wanted(known))
-            raise ValueError(f"{OPTIONS.get(name, f'--{name}')} must go with --kind {kinds}, got --kind {kind}.")
+            raise ValueError(f"{OPTIONS[name]} must go with --kind {kinds}, got --kind {kind}.")
     if "other" in _wanted(kind):
         if given["other"] is None:
             raise ValueError("--with must be another result, such as --with other.nc, got none.")

@@ -58,14 +58,10 @@ SMALLEST = 65536
 RESULTS = (".nc", ".zarr")
 
 OPTIONS = {
-    **{"overwrite": "--overwrite", "scenario": "--scenario", "other": "--with", "motion": "the result"},
-    **dict.fromkeys(("frame", "reference_frame"), "--frame"),
-    **dict.fromkeys(("zero", "epoch", "calendar"), "--zero"),
-    "scale": "the scale in --zero",
-    **{
-        name: f"--{name.replace(chr(95), chr(45))}"
-        for name in ("angle_unit", "rate_unit", "time_unit", "member", "part")
-    },
+    **{name: f"--{name}" for name in ("frame", "member", "orbit", "overwrite", "part", "scenario", "zero")},
+    **{"angle_unit": "--angle-unit", "rate_unit": "--rate-unit", "time_unit": "--time-unit", "other": "--with"},
+    **{"reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},
+    **{"scale": "the scale in --zero", "motion": "the result"},
 }
 """What the command line calls the arguments of functions."""
 
@@ -194,7 +190,7 @@ def _sentences() -> Iterator[None]:
         except KeyboardInterrupt:
             say("poinsot: interrupted. What is not named above was not written.")
             raise typer.Exit(INTERRUPTED) from None
-        except (OSError, ValueError, ImportError, MemoryError, RuntimeError) as error:
+        except (OSError, ValueError, IndexError, ImportError, MemoryError, RuntimeError) as error:
             say(f"poinsot: {_sentence(error)}")
             raise typer.Exit(WRONG) from None
         finally:
@@ -206,7 +202,8 @@ def _sentence(error: Exception) -> str:
     """Return what an error says, in the words of the command line."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename or 'the output'} must be a file that can be used, but {_said(error)}."
-    name, _, rest = (str(error) or f"it ended in {type(error).__name__}.").partition(" ")
+    said = (str(error) or f"it ended in {type(error).__name__}.").replace("motion.member(0)", "--member 0")
+    name, _, rest = said.partition(" ")
     return KEYWORD.sub(_option, f"{OPTIONS.get(name, name) if rest.startswith('must ') else name} {rest}")
 
 

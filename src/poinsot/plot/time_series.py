@@ -276,8 +276,10 @@ def part_variables(
     own = {each.name: each for each in motion.system.moving_parts if each.size}
     if not part and len(own) == 1:
         [part] = own
+    if not own:
+        raise ValueError("motion must be of a body with a part that has variables, got one without.")
     if part not in own:
-        raise ValueError(f"part must be the name of a part with variables, {', '.join(own) or 'none'}, got {part!r}.")
+        raise ValueError(f"part must be one of {', '.join(own)}, got {part or 'none'}.")
     names, values = components(own[part]), np.moveaxis(motion.own[part], -1, 0)
     momenta = set(own[part].momenta) == set(own[part].variables)
     label = f"variables of {part}" + (bracketed(momentum_unit(motion.system.units)) if momenta else "")
