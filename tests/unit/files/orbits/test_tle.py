@@ -219,7 +219,10 @@ def test_units_and_day_of_year_in_a_message():
     [
         (MESSAGE | {"BSTAR": ""}, "message must have the field BSTAR, got none"),
         (MESSAGE | {"EPHEMERIS_TYPE": "4"}, "EPHEMERIS_TYPE must be 0 or 2 for SGP4, got '4'"),
-        (MESSAGE | {"MEAN_ELEMENT_THEORY": "DSST"}, "MEAN_ELEMENT_THEORY must be SGP4 or SGP/SGP4 for SGP4, got 'DSST'"),
+        (
+            MESSAGE | {"MEAN_ELEMENT_THEORY": "DSST"},
+            "MEAN_ELEMENT_THEORY must be SGP4 or SGP/SGP4 for SGP4, got 'DSST'",
+        ),
         (MESSAGE | {"REF_FRAME": "ICRF"}, "REF_FRAME must be TEME for SGP4, got 'ICRF'"),
         (MESSAGE | {"TIME_SYSTEM": "TDB"}, "TIME_SYSTEM must be UTC"),
         (MESSAGE | {"CENTER_NAME": "MARS"}, "CENTER_NAME must be EARTH"),
