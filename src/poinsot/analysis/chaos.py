@@ -18,7 +18,6 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.engine.driver import Memory, Report, Rows
 from poinsot.engine.progress import bar
-from poinsot.engine.torque_scale import momentum_scale
 from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.probing import time_scale
@@ -349,7 +348,7 @@ def _fastest(system: System, state: State) -> float:
     """Return the rate of the fastest angle that a motion needs to be looked at along: the orbit's, else the body's."""
     if any(np.any(functions.norm(orbit.velocity_at(orbit.sample_time)) > 0) for orbit in system.orbits):
         return 1 / time_scale(system)
-    return float(np.max(momentum_scale(system, state) / np.min(system.body.moments, axis=-1)))
+    return float(np.max(system.momentum_scale(state) / np.min(system.body.moments, axis=-1)))
 
 
 def _momentum_unit(system: System, rate: float) -> float:

@@ -18,7 +18,6 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.dual import Dual, partial
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
-from poinsot.engine.torque_scale import momentum_scale
 from poinsot.functions import Vector
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.attitude import Attitude, rotation_angle, unit_quaternion
@@ -157,7 +156,7 @@ class _Balance:
         largest, rate = float(np.max(system.body.moments)), float(np.linalg.norm(self.omega_space))
         at_rest = system.body.state((1, 0, 0, 0), angular_momentum_body=(0, 0, largest * rate))
         rotors = float(np.linalg.norm(self.body.angular_momentum(np.zeros(3))))
-        rigid = float(momentum_scale(system, at_rest))
+        rigid = float(system.momentum_scale(at_rest))
         self.momentum, self.stiffness = rigid + rotors, rigid**2 / largest + rotors * rate
         self.slenderness = _slenderness(system.body)
         self.slow = min(SLOW * self.slenderness, 0.01)

@@ -30,7 +30,6 @@ from poinsot.engine.scales import Scales
 from poinsot.engine.state_vector import SMALL, StateVector, factors_of_parts
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME, Variations
 from poinsot.engine.termination import LONGEST
-from poinsot.engine.torque_scale import momentum_scale
 from poinsot.engine.variational import ZERO, VariationalEquations
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock, Views, viewed, views
@@ -142,7 +141,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
-    scale = np.exp2(np.round(np.log2(SMALL / momentum_scale(system, state))))
+    scale = np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state))))
     parts = factors_of_parts(system, state)
     if smooth.orbits and formulation.turns and precision == "double":
         comoving = StateVector(formulation, scale, parts, *integrated(smooth, lambda _: True), comoving=True)

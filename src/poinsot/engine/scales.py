@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.state_vector import SMALL, StateVector
-from poinsot.engine.torque_scale import torque_scale
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.system import System
@@ -124,7 +123,7 @@ class Scales:
 
     @functools.cached_property
     def _push(self) -> Array:
-        return np.ravel(torque_scale(self._system) * self._variables.scale)
+        return np.ravel(self._system.torque_scale * self._variables.scale)
 
     @functools.cached_property
     def _inertia(self) -> Array:

@@ -9,16 +9,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import member_array
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Vector
+from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body, started
+from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
 from poinsot.mechanics.dynamics import Dynamics, scalars
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Force, Potential, Torque
 from poinsot.mechanics.formula_trials import PAIR, RATES, try_force
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
+from poinsot.mechanics.probing import samples
 from poinsot.mechanics.state import Phase, State, state_with
 from poinsot.mechanics.units import checked_units, dated_units
 
@@ -144,10 +150,38 @@ class System(Dynamics):
         own = {part.name: Vector(x + 0.0 * PAIR for x in part.start(time, omega)) for part in twin.moving_parts}
         return twin.body_at(own, time)
 
-    def body_at_rest(self, time: Scalar) -> Body:
-        """Return the body with its parts at rest."""
-        at_rest = Vector((0.0, 0.0, 0.0))
-        return self.body_at({part.name: part.start(time, at_rest) for part in self.moving_parts}, time)
+    def momentum_scale(self, state: State) -> Any:
+        """Return the size of the angular momentum that the motion from a state will have, roughly; shape (...).
+
+        The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
+        """
+        own = [state.own[part.name][..., place] for part in self.moving_parts for place in part.momentum_places]
+        sizes = [np.linalg.norm(momenta, axis=-1) for momenta in (state.angular_momentum_body, *own)]
+        largest = functools.reduce(np.maximum, sizes, self.torque_scale)
+        return np.where(largest > 0, largest, 1.0)
+
+    @functools.cached_property
+    def torque_scale(self) -> Any:
+        """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
+        return np.sqrt(np.max(self.body.moments, axis=-1) * self._strongest)
+
+    @property
+    def _strongest(self) -> Any:
+        branching = _branches(_Alike(self))
+        if not branching and not self.members:
+            return self.sample_torque
+        q, t, _ = samples(self, BRANCHES)
+        environments = [Environment(t), *[ExploredEnvironment(t)] * branching]
+        return functools.reduce(np.maximum, [self.strongest_at(q, environment) for environment in environments])
+
+    def strongest_at(self, q: NDArray[np.float64], environment: Environment) -> Any:
+        """Return the largest energy, over the least, or torque of each member's forces on a body at rest."""
+        twin, time, at_rest = self.beside_samples, environment.time, Vector((0.0, 0.0, 0.0))
+        body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.moving_parts}, time)
+        instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), environment, at_rest)
+        with np.errstate(all="ignore"):
+            sizes = [np.atleast_1d(_size(force, instant)) for force in twin.forces]
+        return sum(np.nan_to_num(np.max(size, axis=-1), posinf=0.0) for size in sizes)
 
     @property
     def _displaced(self) -> Body:
@@ -167,3 +201,34 @@ def _check_force(force: Any) -> None:
         raise TypeError(f"a force must be an instance, got the class {force.__name__}. Write {force.__name__}(...).")
     if not isinstance(force, Potential | Torque | Part):
         raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.")
+
+
+def _size(force: Any, instant: Instant) -> Any:
+    if isinstance(force, Part):
+        return 0.0
+    if isinstance(force, Potential):
+        energy = np.atleast_1d(opened(force.energy(instant)))
+        return energy - np.min(energy, axis=-1, keepdims=True)
+    return opened(functions.norm(force.torque(instant)))
+
+
+class _Alike:
+    """A system, equal to another of the same structure: their formulas are one."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+
+    def __hash__(self) -> int:
+        return hash(self.system.structure)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Alike) and self.system.structure == other.system.structure
+
+
+@functools.lru_cache(1024)
+def _branches(alike: _Alike) -> bool:
+    """Whether the formula of a force has a condition on the time or an orbit."""
+    q, t, _ = samples(alike.system, BRANCHES)
+    environment = ExploredEnvironment(t)
+    alike.system.strongest_at(q, environment)
+    return bool(environment.asked)

@@ -14,7 +14,6 @@ from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import Variations
-from poinsot.engine.torque_scale import momentum_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
@@ -86,7 +85,7 @@ class VariationalRun:
             orbits, views = kernels.integrated(self.problem.between_knots(), lambda orbit: not orbit.closed_form)
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
-        self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(momentum_scale(system, self.state))))))
+        self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(system.momentum_scale(self.state))))))
         factors = variables.tangent_factors
         self._scaled = tuple(factor is None for factor in factors)
         self.units = np.array([self.scale if factor is None else factor for factor in factors])
