@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 from poinsot.engine.parameter_folding import Constants
 from poinsot.engine.problem import Problem
 
-__all__ = ["AT_ONCE", "LARGE", "SMALL", "Pieces", "Switches", "event_class", "lane_of", "time_scale", "with_rates"]
+__all__ = [
+    "AT_ONCE",
+    "LARGE",
+    "SMALL",
+    "Discontinuities",
+    "Pieces",
+    "event_class",
+    "lane_of",
+    "time_scale",
+    "with_rates",
+]
 
 SMALL, LARGE = 0.05, 0.5
 """What the functions of events are scaled to, and where they are scaled anew.
@@ -79,7 +89,7 @@ class Pieces:
         return [np.atleast_2d(value) for value in self._values(problem)]
 
 
-class Switches:
+class Discontinuities:
     """The events of one integrator, and the parameters that they change.
 
     Parameters

@@ -1,6 +1,6 @@
 """The user's events on an integrator: they are recorded, act on the state and end a motion.
 
-Their functions are scaled by parameters of the kernel, as those of the switches are, so that they change a motion by
+Their functions are scaled by parameters of the kernel, as those of discontinuities are, so that they change a motion by
 rounding only. What happens at the instant of another event is found there, and not left to the engine's rounding.
 """
 
@@ -36,7 +36,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, changed, state_of
 
-__all__ = ["Recorded", "Watch", "event_functions"]
+__all__ = ["EventDetection", "Recorded", "event_functions"]
 
 HASTE = 1e-5
 """Actions are without end where the time between them shrinks from one to the next, by this at last."""
@@ -51,7 +51,7 @@ Recorded = tuple[int, int, float, int, NDArray[Any]]
 """Number of the event, lane, time, sign of the rate in time, variables."""
 
 
-class Watch:
+class EventDetection:
     """The user's events of one integrator.
 
     Parameters

@@ -261,7 +261,7 @@ class Integration:
         grids: list[Array],
         forwards: bool,
     ) -> None:
-        self._stepper, self._borrowed, self._watch = stepper, stepper.borrowed, stepper.borrowed.watch
+        self._stepper, self._borrowed, self._detection = stepper, stepper.borrowed, stepper.borrowed.detection
         self.members, self._starts, self._origins, self.forwards = members, starts, origins, forwards
         self.steps, self.reached = np.zeros(members.size, dtype=int), origins.copy()
         self.failed = [""] * members.size
@@ -291,8 +291,8 @@ class Integration:
             self._advance(under_way)
             yield
             under_way = self._under_way()
-        if self._watch is not None:
-            self.cause = self._watch.error
+        if self._detection is not None:
+            self.cause = self._detection.error
 
     @property
     def finished(self) -> bool:
@@ -307,8 +307,8 @@ class Integration:
         """Put the members of some lanes into the engine's, with states in the scale of the start."""
         self._stepper.place(time, state)
         self._borrowed.begin(self.forwards, self.members[lanes])
-        if self._watch is not None:
-            self._watch.records = []
+        if self._detection is not None:
+            self._detection.records = []
 
     def _limit_steps(self, tries: int) -> None:
         self._tries = tries
@@ -393,17 +393,17 @@ class Integration:
 
     def _look_at_end(self, lane: int) -> str:
         """Let happen what is due at the end of a lane, and return how it ended."""
-        if self._watch is None:
+        if self._detection is None:
             return "time_limit"
-        self._watch.look(self._stepper.engine, lane)
-        return self._watch.stopped[lane] or "time_limit"
+        self._detection.look(self._stepper.engine, lane)
+        return self._detection.stopped[lane] or "time_limit"
 
     def take_events(self) -> None:
         """Keep what happened in the last steps."""
-        if self._watch is not None:
-            for record in self._watch.records:
+        if self._detection is not None:
+            for record in self._detection.records:
                 self.events[record[1]].append(record)
-            self._watch.records = []
+            self._detection.records = []
 
 
 def _has_room(ahead: Array, here: float, length: int) -> bool:

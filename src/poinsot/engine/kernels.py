@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.engine.discontinuities import Pieces, Switches, event_class, lane_of
-from poinsot.engine.event_detection import Watch, event_functions
+from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
+from poinsot.engine.event_detection import EventDetection, event_functions
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.parameter_folding import Constants
 from poinsot.engine.planar_motion import refuse_spatial_motion
@@ -73,43 +73,33 @@ hy.set_logger_level_error()  # it warns of each event at each step of each membe
 
 
 @dataclass(frozen=True)
-class Kernel:
-    """What an integrator is built for: hashable, without any real number of the system but the tolerance."""
-
-    structure: tuple[Any, ...]
-    precision: str
-    tolerance: float
-    lanes: int
-
-
-@dataclass(frozen=True)
 class _Built:
     """An integrator, the arithmetic of its parameters, and what changes them on the way, if anything does."""
 
     engine: Any
     constants: Constants
     roots: Roots
-    switches: Switches | None
-    watch: Watch | None
+    discontinuities: Discontinuities | None
+    detection: EventDetection | None
 
 
 class _Pool:
-    """Idle integrators by kernel, the least recently used dropped first."""
+    """Idle integrators by what they are built for, the least recently used dropped first."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._idle: OrderedDict[Kernel, list[_Built]] = OrderedDict()
+        self._idle: OrderedDict[Any, list[_Built]] = OrderedDict()
         self._decided: OrderedDict[Any, bool] = OrderedDict()
 
-    def take(self, kernel: Kernel) -> _Built | None:
+    def take(self, key: Any) -> _Built | None:
         with self._lock:
-            idle = self._idle.get(kernel)
+            idle = self._idle.get(key)
             return idle.pop() if idle else None
 
-    def give(self, kernel: Kernel, built: _Built) -> None:
+    def give(self, key: Any, built: _Built) -> None:
         with self._lock:
-            self._idle.setdefault(kernel, []).append(built)
-            self._idle.move_to_end(kernel)
+            self._idle.setdefault(key, []).append(built)
+            self._idle.move_to_end(key)
             while sum(map(len, self._idle.values())) > IDLE_INTEGRATORS:
                 oldest = next(iter(self._idle))
                 self._idle[oldest].pop()
@@ -163,7 +153,7 @@ class Borrowed:
     ----------
     engine : the engine's integrator
         Its state and its time are the borrower's to set.
-    watch : Watch or None
+    detection : EventDetection or None
         The user's events.
     variables : StateVector
     scales : Scales
@@ -173,7 +163,7 @@ class Borrowed:
     """
 
     def __init__(self, built: _Built, problem: Problem, variables: StateVector, precision: str, lanes: int) -> None:
-        self.engine, self._switches, self.watch = built.engine, built.switches, built.watch
+        self.engine, self._discontinuities, self.detection = built.engine, built.discontinuities, built.detection
         self._roots = built.roots
         self._variations, self._first = variables.variations, variables.tangent.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
@@ -187,11 +177,11 @@ class Borrowed:
 
         self._values, self._problem, self.variables = values, problem, variables
         self.scales = Scales(problem.system, variables, built.constants.powers, lanes, self.engine.order)
-        for part in (self._switches, self.watch):
-            if part is not None:
-                part.scales = self.scales
+        self._monitors = [part for part in (self.detection, self._discontinuities) if part is not None]
+        for part in self._monitors:
+            part.scales = self.scales
         self.limits: dict[str, Any] = {}
-        self._limited, self._kind = precision == "double" or self._looks, PRECISIONS[precision]
+        self._limited, self._kind = precision == "double" or bool(self._monitors), PRECISIONS[precision]
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes.
@@ -200,8 +190,8 @@ class Borrowed:
         """
         pars, self._members = self.engine.pars, np.array(members)  # the only record of who is in which lane
         self.scales.begin(self.engine.state, self._members)
-        if self._switches is not None:
-            self._switches.begin(self.engine, self._pieces, forwards, self._members)
+        if self._discontinuities is not None:
+            self._discontinuities.begin(self.engine, self._pieces, forwards, self._members)
         else:
             table = self._table[:, members] if pars.ndim > 1 else self._values(self._problem)[: len(pars)]
             pars[: len(table)] = table
@@ -209,8 +199,8 @@ class Borrowed:
                 own = lane_of(pars, lane)[: len(table)]
                 own[:] = self.scales.parameters(own, lane)
         self._roots.begin(self.engine)
-        if self.watch is not None:
-            self.watch.begin(self.engine, self._problem, self.variables, forwards, self._members)
+        if self.detection is not None:
+            self.detection.begin(self.engine, self._problem, self.variables, forwards, self._members)
         if self.engine.with_events:
             self.engine.reset_cooldowns()
 
@@ -225,17 +215,12 @@ class Borrowed:
     def _pieces(self) -> Pieces:
         return Pieces(self._problem, self._values)
 
-    @property
-    def _looks(self) -> bool:
-        return self._switches is not None or self.watch is not None
-
     def limit_steps(self, spans: NDArray[Any], tries: int = 0) -> None:
         """Let no step be too long for the time that a run takes in each lane, the shorter the more tries there were."""
-        for part in (self._switches, self.watch):
-            if part is not None:
-                part.spans = spans
+        for part in self._monitors:
+            part.spans = spans
         self._longest = np.full(spans.size, LONGEST)
-        if self._looks:
+        if self._monitors:
             share = np.maximum(SHARE * SHORTER**tries * spans, np.finfo(float).tiny)  # no step is of length 0
             self._longest = np.minimum(self._longest, np.where(spans > 0, share, LONGEST))
         if self._limited:
@@ -244,27 +229,26 @@ class Borrowed:
 
     def overlooked(self, lane: int = 0) -> bool:
         """Return whether a zero of an event or of a condition was lost since this was asked last."""
-        lost = self.watch is not None and self.watch.overlooked(self.engine, lane)
-        return lost or (self._switches is not None and self._switches.overlooked(self.engine, lane))
+        return any(part.overlooked(self.engine, lane) for part in self._monitors)
 
     def settle(self, lane: int = 0) -> None:
         """Set the conditions as their functions say: one of them jumped over zero."""
-        if self._switches is not None:
-            self._switches.settle(self.engine, lane)
+        if self._discontinuities is not None:
+            self._discontinuities.settle(self.engine, lane)
 
     def outcome(self, engines: Any, lane: int = 0) -> str:
-        """Return how steps ended: the engine's name for it, what the watch says, "switch" or "angles"."""
+        """Return how steps ended: the engine's name for it, what the detection says, "switch" or "angles"."""
         name = OUTCOMES.get(int(engines), "")
-        if name == "step_limit" and self.watch is not None and self.watch.stopped[lane]:
-            return self.watch.stopped[lane]  # in the last step the engine says nothing of an event
+        if name == "step_limit" and self.detection is not None and self.detection.stopped[lane]:
+            return self.detection.stopped[lane]  # in the last step the engine says nothing of an event
         if name:
             return name
         if int(engines) >= 0:  # an event after which the lane goes on, in the step in which another lane stopped
             return "success"
-        if self.watch is not None and self.watch.stopped[lane]:
-            return self.watch.stopped[lane]
-        switches = len(self._switches.events) if self._switches else 0
-        return "switch" if -int(engines) <= switches else "angles"
+        if self.detection is not None and self.detection.stopped[lane]:
+            return self.detection.stopped[lane]
+        discontinuities = len(self._discontinuities.events) if self._discontinuities else 0
+        return "switch" if -int(engines) <= discontinuities else "angles"
 
     def steps_at_a_time(self, most: int, first: bool = False) -> int:
         """Return after how many steps the borrower shall come back, to `rescale`."""
@@ -286,7 +270,7 @@ class Borrowed:
         return any(self._doubtful(lane, results[lane], looked_at[:, :, lane]) for lane in lanes)
 
     def _doubtful(self, lane: int, result: Any, rows: NDArray[Any]) -> bool:
-        if self.watch is not None and self.watch.stopped[lane] == "act":  # they were within before
+        if self.detection is not None and self.detection.stopped[lane] == "act":  # they were within before
             return False
         return (
             not self.scales.fits(self.engine.state, lane)
@@ -299,8 +283,8 @@ class Borrowed:
 
         Actions are not taken. The engine is to be brought back by `begin`.
         """
-        if self.watch is not None:
-            self.watch.rehearsing = True
+        if self.detection is not None:
+            self.detection.rehearsing = True
         count = 0
         while count < most and np.any(ends != self.engine.time):
             outcomes = self._step_towards(ends)
@@ -326,14 +310,14 @@ class Borrowed:
 
     def certain(self, certain: bool) -> None:
         """Say whether the steps to come begin with momenta in the band of their scale: actions wait for that."""
-        if self.watch is not None:
-            self.watch.certain = certain
+        if self.detection is not None:
+            self.detection.certain = certain
 
     def rescale(self) -> None:
         """Choose the scales anew of momenta that left their band, and those of tangent vectors."""
         self.scales.rescale(self.engine.state, self.engine.pars)
-        if self.watch is not None:
-            self.watch.go_on()
+        if self.detection is not None:
+            self.detection.go_on()
         if self._variations is not None:
             self._variations.rescale(self.engine.state[self._first :].T)
 
@@ -345,10 +329,8 @@ class Borrowed:
             self._longest[idle] = self._longest[busy]
             self.limits["max_delta_t"] = list(self._longest)
         self.scales.bits[idle] = self.scales.bits[busy]
-        if self._switches is not None:
-            self._switches.repeat(busy, idle)
-        if self.watch is not None:
-            self.watch.repeat(busy, idle)
+        for part in self._monitors:
+            part.repeat(busy, idle)
 
 
 @contextmanager
@@ -357,11 +339,11 @@ def integrator(
 ) -> Iterator[Borrowed]:
     """Lend an integrator for a system and events."""
     smooth = problem.between_knots()
-    structure = (smooth.structure, smooth is not problem, variables.structure)
-    kernel = Kernel(structure, precision, tolerance, lanes)
-    built = _pool.take(kernel) or _build(smooth, variables, kernel, smooth is not problem)
+    asked = precision, tolerance, lanes, smooth is not problem
+    key = smooth.structure, variables.structure, asked  # without any real number of the system
+    built = _pool.take(key) or _build(smooth, variables, *asked)
     yield Borrowed(built, problem, variables, precision, lanes)
-    _pool.give(kernel, built)
+    _pool.give(key, built)
 
 
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
@@ -440,42 +422,44 @@ def available(precision: str) -> bool:
     return kind is not None
 
 
-def _build(problem: Problem, variables: StateVector, kernel: Kernel, with_knots: bool) -> _Built:
+def _build(
+    problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int, with_knots: bool
+) -> _Built:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
     equations, (values, conditions) = _equations(problem, variables, symbols, constants)
-    kind: Any = PRECISIONS[kernel.precision]
+    kind: Any = PRECISIONS[precision]
     attitude = next(iter(variables.formulation.blocks.values()))
-    switches, watch, stops = None, None, {}
+    discontinuities, detection, stops = None, None, {}
     if with_knots or constants.conditions:
-        switches = Switches(symbols, equations, constants, attitude, kernel.lanes, kind)
-        stops["t_events"] = switches.events
+        discontinuities = Discontinuities(symbols, equations, constants, attitude, lanes, kind)
+        stops["t_events"] = discontinuities.events
     if values:
-        first = switches.parameters if switches else constants.next_parameter()
-        watch = Watch(problem.events, values, conditions, symbols, equations, first, attitude, kernel.lanes, kind)
-        stops = {"t_events": [*stops.get("t_events", []), *watch.stops], "nt_events": watch.passed}
-        if switches:
-            switches.look, watch.settle = watch.look, switches.settle
+        first = discontinuities.parameters if discontinuities else constants.next_parameter()
+        detection = EventDetection(problem.events, values, conditions, symbols, equations, first, attitude, lanes, kind)
+        stops = {"t_events": [*stops.get("t_events", []), *detection.stops], "nt_events": detection.passed}
+        if discontinuities:
+            discontinuities.look, detection.settle = detection.look, discontinuities.settle
     nearness = variables.formulation.nearness(symbols)
     if nearness is not None:
-        stops["t_events"] = [*stops.get("t_events", []), event_class(kernel.lanes, kind)(nearness)]
+        stops["t_events"] = [*stops.get("t_events", []), event_class(lanes, kind)(nearness)]
     roots = Roots(constants, symbols, variables.momenta, kind)
-    build = hy.taylor_adaptive if kernel.lanes == 1 else hy.taylor_adaptive_batch
-    zeros = np.full((variables.size, *(kernel.lanes,) * (kernel.lanes > 1)), kind(0.0))
+    build = hy.taylor_adaptive if lanes == 1 else hy.taylor_adaptive_batch
+    zeros = np.full((variables.size, *(lanes,) * (lanes > 1)), kind(0.0))
 
     def compiled(compact: bool) -> Any:
         return build(
             list(zip(symbols, equations, strict=True)),
             zeros,
-            tol=kind(kernel.tolerance),
+            tol=kind(tolerance),
             fp_type=kind,
             compact_mode=compact,
             **stops,
         )
 
     many_vectors = variables.variations is not None and variables.variations.total > 1
-    if many_vectors or kernel.precision != "double" or sum(map(len, equations)) > MANY_TERMS:
+    if many_vectors or precision != "double" or sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
-        if many_vectors or len(built.decomposition) > LARGE[kernel.precision]:
-            return _Built(built, constants, roots, switches, watch)
-    return _Built(compiled(compact=False), constants, roots, switches, watch)
+        if many_vectors or len(built.decomposition) > LARGE[precision]:
+            return _Built(built, constants, roots, discontinuities, detection)
+    return _Built(compiled(compact=False), constants, roots, discontinuities, detection)
