@@ -25,7 +25,7 @@ from poinsot.checked import checked
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.replaced import NamedNumber
+from poinsot.mechanics.named_parameters import NamedNumber
 from poinsot.mechanics.state import State, state_of
 from poinsot.mechanics.system import System
 

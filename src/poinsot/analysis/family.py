@@ -20,9 +20,8 @@ from poinsot.analysis.periodic import PeriodicMotion, recognised
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
-from poinsot.mechanics.parameter_names import named_numbers
+from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.replaced import NamedNumber
 from poinsot.mechanics.system import System
 
 __all__ = ["Family", "LostError", "NamedFunction", "Place"]

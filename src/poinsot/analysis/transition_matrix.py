@@ -17,7 +17,7 @@ from poinsot.checked import checked
 from poinsot.engine.driver import Memory, Rows
 from poinsot.errors import PropagationError, real_numbers
 from poinsot.html_text import ShownInNotebooks
-from poinsot.mechanics.parameter_names import resolve
+from poinsot.mechanics.named_parameters import resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import components

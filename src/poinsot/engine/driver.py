@@ -6,7 +6,7 @@ import functools
 import os
 import threading
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
@@ -52,7 +52,7 @@ VARIATIONS = ("vectors", "pairs", "exponents")
 Array = NDArray[Any]
 
 
-class Rows(Mapping[str, Array]):
+class Rows:
     """Variables along times by name, converted when they are asked for.
 
     `quaternion`, the momenta that are integrated and the variables of parts; `orbits`, those of all orbits; of
@@ -81,12 +81,6 @@ class Rows(Mapping[str, Array]):
         if name == "orbits":
             return self._values[..., self._variables.along_orbits]
         return self._variations[name] if name in VARIATIONS else self.phase[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter([*self.phase, "orbits", *self._variations])
-
-    def __len__(self) -> int:
-        return len(list(iter(self)))
 
 
 class Sink(Protocol):

@@ -57,7 +57,7 @@ class Dynamics(Collection):
 
     @checked
     def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
-        """Return the sum of the energies of the potentials at a state, in the world at its time; shape (...)."""
+        """Return the sum of the energies of the potentials at a state; shape (...)."""
         shape = state.quaternion.shape[:-1]
         twin = self.beside(shape)
         return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
@@ -87,7 +87,7 @@ class Dynamics(Collection):
 
     @checked
     def torque_body(self, state: State, environment: Environment | None = None) -> Any:
-        """Return the sum of all torques at a state along the body axes, in the world at its time; shape (..., 3)."""
+        """Return the sum of all torques at a state along the body axes; shape (..., 3)."""
         shape = state.quaternion.shape[:-1]
         twin = self.beside(shape)
         torque = twin.torque_at(twin.at(state, environment))

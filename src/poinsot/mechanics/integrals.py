@@ -163,14 +163,14 @@ class _Rates:
 
     def __init__(self, system: Dynamics) -> None:
         parts = [_at_samples(system, samples(system), Environment, lambda t: Environment(np.roll(t, 1)))]
-        skies: list[ExploredEnvironment] = []
+        branching: list[ExploredEnvironment] = []
 
         def explored(time: Any, other: bool = False) -> Environment:
-            skies.append(ExploredEnvironment(time, other))
-            return skies[-1]
+            branching.append(ExploredEnvironment(time, other))
+            return branching[-1]
 
         branches = _at_samples(system, samples(system, BRANCHES), explored, lambda t: explored(t, other=True))
-        if any(environment.asked for environment in skies):
+        if any(environment.asked for environment in branching):
             parts.append(branches)
         plain, shaken = (
             [np.concatenate(values, axis=-1) for values in zip(*half, strict=True)] for half in zip(*parts, strict=True)
@@ -239,11 +239,11 @@ def _rates_at(
 
     body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.moving_parts}, t)
 
-    def at(world: Environment) -> Instant:
-        return Instant(body, attitude, world, rate)
+    def at(here: Environment) -> Instant:
+        return Instant(body, attitude, here, rate)
 
     energy = twin.potential_at(at(environment(seeded([t], "time")[0])))
-    here, there = (opened(twin.potential_at(at(world))) for world in (environment(t), another(t)))
+    here, there = (opened(twin.potential_at(at(each))) for each in (environment(t), another(t)))
     torque = [opened(x) for x in twin.torque_at(at(environment(t)))]
     others = [force.torque(at(environment(t))) for force in twin.forces if isinstance(force, Torque)]
     g = at(environment(t)).angular_momentum_body

@@ -1,18 +1,63 @@
-"""A system with another value of one of its named numbers."""
+"""The real numbers of a system by name, `body.moments[0]`, `forces[0].orbit.eccentricity`, and other values of them."""
 
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import re
 from typing import Any
 
 import numpy as np
 
-from poinsot.mechanics.parameter_names import named_numbers, resolve
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.system import System
 
-__all__ = ["NamedNumber"]
+__all__ = ["NamedNumber", "named_numbers", "resolve"]
+
+
+def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
+    """Return which of the numbers each name stands for: several where forces share one orbit.
+
+    They are counted between two knots, and the numbers of tables have no names.
+    """
+    count = {name: i for i, (name, _) in enumerate(_names(system.between_knots()))}
+    groups: dict[tuple[int, str], list[str]] = {}
+    for name, own in _names(system):
+        groups.setdefault(own, []).append(name)
+    return {names[0]: tuple(count[name] for name in names) for names in groups.values() if names[0] in count}
+
+
+def _names(system: System) -> list[tuple[str, tuple[int, str]]]:
+    records = [("body", system.body), *((f"forces[{i}]", force) for i, force in enumerate(system.forces))]
+    return [(f"{start}.{name}", own) for start, record in records for name, own in record.number_names()]
+
+
+def resolve(system: System, name: str) -> tuple[int, ...]:
+    """Return which of the numbers a name stands for; its last parts will do where they say which.
+
+    Raises
+    ------
+    ValueError
+        With the nearest names if there is none or more than one; or if an orbit is integrated from it.
+    """
+    known = named_numbers(system)
+    full = [each for each in known if each == name or each.endswith(f".{name}")]
+    if len(full) != 1:
+        tails = {each.rpartition(".")[2]: each for each in known}
+        last = str(name).rpartition(".")[2]
+        near = full or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
+        raise ValueError(f"parameters must name single numbers of the system, got {name!r}. Near: {', '.join(near)}.")
+    integrated = {own for orbit in system.orbits if not orbit.closed_form for own in _owners(orbit)}
+    if dict(_names(system))[full[0]][0] in integrated:
+        raise ValueError(
+            f"parameters must not be those of an orbit that is integrated along, got {name!r}. Take differences "
+            "of two runs."
+        )
+    return known[full[0]]
+
+
+def _owners(record: Parametric) -> set[int]:
+    return {id(record), *(own for part in record.parts for own in _owners(part))}
 
 
 class NamedNumber:
