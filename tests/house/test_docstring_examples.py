@@ -25,11 +25,8 @@ NAMES = {f"{space.__name__}.{name}": getattr(space, name) for space in (pt, *NAM
 CALLABLE = {name: thing for name, thing in NAMES.items() if inspect.isclass(thing) or inspect.isfunction(thing)}
 """Neither namespaces nor annotations, which have no docstrings."""
 
-WITHOUT_EXAMPLES = {
-    *("poinsot.EventRecord", "poinsot.Part", "poinsot.Trajectory", "poinsot.free_motion", "poinsot.propagate"),
-    *(f"poinsot.analysis.{name}" for name in pt.analysis.__all__),
-}
-"""Those that have no example yet."""
+WITHOUT_EXAMPLES = {f"poinsot.analysis.{name}" for name in pt.analysis.__all__}
+"""Where some have no example yet."""
 
 FINDER = doctest.DocTestFinder(exclude_empty=True)
 EXAMPLES = {
@@ -41,7 +38,7 @@ EXAMPLES = {
 
 
 def test_every_public_name_has_an_example():
-    assert {name for name in CALLABLE if name not in EXAMPLES} == WITHOUT_EXAMPLES
+    assert {name for name in CALLABLE if name not in EXAMPLES} <= WITHOUT_EXAMPLES
     assert "functions" in EXAMPLES
 
 

@@ -36,6 +36,17 @@ class Part(Block, Force):
 
     The body's inertia tensor is that of body and parts, each locked where `inertia` is zero. `own` are the part's
     variables, scalars of any kind in the order of `variables`; matrices are rows of three scalars.
+
+    Examples
+    --------
+    >>> class Rotor(pt.Part):
+    ...     rate: float
+    ...     def momentum(self, own, time):
+    ...         return pt.functions.Vector((0.0, 0.0, self.rate * time))
+    >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), Rotor(0.1))
+    >>> start = system.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> pt.propagate(system, start, [3.0]).omega_body.round(4)
+    array([[0. , 0. , 0.6]])
     """
 
     moves_center_of_mass: ClassVar[bool] = False

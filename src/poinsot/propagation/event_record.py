@@ -42,6 +42,14 @@ class EventRecord(ShownInNotebooks):
         1 where the value rises with time, -1 where it falls.
     members : array (k,)
         Whose they are; zeros for one body.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 1.6, 2.5))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.1))
+    >>> motion = pt.propagate(pt.System(body), start, [20.0], events=[pt.events.SpinFlip((0, 1, 0))])
+    >>> motion.events[0]
+    EventRecord of SpinFlip(axis=[0.0, 1.0, 0.0]): 1, from 7.97365 to 7.97365
     """
 
     event: Event

@@ -80,6 +80,15 @@ def propagate(
         If the run becomes singular; it carries the time reached and the partial trajectory.
     PropagationInterrupted
         On Ctrl-C (a KeyboardInterrupt), with the same two.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> top = pt.System(body, pt.UniformGravity(0.5, (1, 0, 0)), units={"time": "s"})
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 3.0))
+    >>> motion = pt.propagate(top, start, np.linspace(0, 10, 101))
+    >>> motion.omega_body.shape, bool(np.ptp(motion.energy) < 1e-13)
+    ((101, 3), True)
     """
     t = checked_times(times, system)
     chosen = checked_formulation(formulation)

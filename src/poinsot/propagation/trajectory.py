@@ -119,6 +119,14 @@ class Trajectory(ShownInNotebooks):
     Notes
     -----
     In an ensemble every array has the members as its first axis: (members, n, 4).
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0, 0, 2))
+    >>> motion = pt.propagate(pt.System(body), start, [0.0, 1.0], dense=True)
+    >>> motion(0.5).quaternion.round(4)
+    array([0.8776, 0.    , 0.    , 0.4794])
     """
 
     def __init__(

@@ -62,6 +62,14 @@ def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, s
     -----
     Attitude by theta functions, momentum kept in space, elements as in Landau and Lifshitz, Mechanics, Sec. 37,
     all in the forms that hold on and near the separatrix and for symmetric bodies.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> pt.free_motion(body, start, [0.0, 1e6]).omega_body.round(4)
+    array([[ 0.1   ,  1.    ,  0.2   ],
+           [-0.5134, -0.605 ,  0.6802]])
     """
     system = System(body, units=units)
     t = checked_times(times, system)
