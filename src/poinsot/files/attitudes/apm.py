@@ -307,7 +307,9 @@ def write_apm(
     def kvn(said: list[str]) -> list[str]:
         lines = ["COMMENT x_A = q x_B q~ (Hamilton product), QC the scalar", *said, f"EPOCH = {epoch}"]
         for kind, block in blocks:
-            inner = [f"{key} = {_with_unit(key, value)}" for key, value in block.items()]
+            numbers = {key: ccsds.digits(value) for key, value in block.items() if not isinstance(value, str)}
+            units = {key: f" [{unit}]" for key in numbers if (unit := ccsds.unit_of(key))}
+            inner = [f"{key} = {numbers.get(key, value)}{units.get(key, '')}" for key, value in block.items()]
             lines += inner if version < "2" else [f"{kind}_START", *inner, f"{kind}_STOP"]
         return lines
 
@@ -336,13 +338,6 @@ def _written_blocks(table: AttitudeTable, inertia: Any, version: str) -> list[tu
         ("ANGVEL", frames | {"ANGVEL_FRAME": b} | rate),
         ("INERTIA", {"INERTIA_REF_FRAME": b} | products),
     ]
-
-
-def _with_unit(key: str, value: str | float) -> str:
-    if isinstance(value, str):
-        return value
-    unit = ccsds.unit_of(key)
-    return f"{ccsds.digits(value)} [{unit}]" if unit else ccsds.digits(value)
 
 
 def _data(version: str, epoch: str, blocks: list[tuple[str, dict[str, Any]]]) -> ET.Element:

@@ -132,7 +132,12 @@ class AttitudeTable(ShownInNotebooks):
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = Run(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
         motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, lambda: phase, run)
-        motion.provenance = self._known_of(system)
+        known: dict[str, Any] = {}
+        if self.calendar is not None and system.calendar is None and system.units["time"] in SECONDS:
+            known["calendar"] = dataclasses.replace(self.calendar, unit=system.units["time"])
+        if self.reference_frame != SPACE_AXES_UNNAMED:
+            known["reference_frame"] = self.reference_frame
+        motion.provenance = known
         return motion
 
     @checked
@@ -154,7 +159,8 @@ class AttitudeTable(ShownInNotebooks):
     def _times_of(self, system: System, calendar: Calendar | None = None) -> tuple[Array, float]:
         """Return the times by the calendar and in the unit of a system, and that unit in units of the table."""
         calendar = calendar or system.calendar
-        frame = _frame_of(system)
+        named = (orbit.reference_frame for orbit in system.orbits if orbit.reference_frame != SPACE_AXES_UNNAMED)
+        frame = next(named, SPACE_AXES_UNNAMED)
         if frame != self.reference_frame and SPACE_AXES_UNNAMED not in (frame, self.reference_frame):
             raise ValueError(f"the table must be along the axes of the system, {frame}, got {self.reference_frame}.")
         if self.calendar is None:
@@ -164,16 +170,6 @@ class AttitudeTable(ShownInNotebooks):
             unit = SECONDS.get(system.units["time"], own) / own
             return self.times / unit, unit
         return np.asarray(calendar.converted(self.times, self.calendar)), SECONDS[calendar.unit] / own
-
-    def _known_of(self, system: System) -> dict[str, Any]:
-        """Return what the table says of times and axes where the orbits of a system do not."""
-        known: dict[str, Any] = {}
-        unit = system.units["time"]
-        if self.calendar is not None and system.calendar is None and unit in SECONDS:
-            known["calendar"] = dataclasses.replace(self.calendar, unit=unit)
-        if self.reference_frame != SPACE_AXES_UNNAMED:
-            known["reference_frame"] = self.reference_frame
-        return known
 
     def _rates(self) -> Array:
         if self.omega_body is not None:
@@ -204,19 +200,20 @@ def table_of(
     TypeError, ValueError
         If it is no motion of one body, has no row, or the calendar or the frame is missing or another one.
     """
-    own = motion if isinstance(motion, AttitudeTable) else _table_of_motion(motion)
+    own: AttitudeTable = motion
+    if isinstance(motion, Trajectory):
+        _refuse_ensemble(motion)
+        order = np.argsort(motion.times)
+        q, omega = motion.quaternion[order], motion.omega_body[order]
+        own = AttitudeTable(motion.times[order], q, omega, dates_of_motion(motion), space_axes_of(motion))
     if calendar is not None and own.calendar is not None and calendar != own.calendar:
         raise ValueError(f"calendar must be that of the motion, {own.calendar}, got {calendar}.")
     calendar = calendar or own.calendar
     unit = motion.system.units["time"] if isinstance(motion, Trajectory) else "1"
     if calendar is not None and unit not in ("1", calendar.unit):
         raise ValueError(f"calendar must count {unit!r} as the system does, got one that counts {calendar.unit!r}.")
-    table = dataclasses.replace(
-        own,
-        calendar=calendar,
-        reference_frame=_named(own.reference_frame, reference_frame, dated),
-        body_frame=body_frame or own.body_frame,
-    )
+    frame = _named(own.reference_frame, reference_frame, dated)
+    table = dataclasses.replace(own, calendar=calendar, reference_frame=frame, body_frame=body_frame or own.body_frame)
     if dated:
         calendar_of(table)
     return table
@@ -263,18 +260,6 @@ def _named(own: str, given: str | None, dated: bool) -> str:
     return given or own
 
 
-def _table_of_motion(motion: Trajectory) -> AttitudeTable:
-    _refuse_ensemble(motion)
-    order = np.argsort(motion.times)
-    q, omega = motion.quaternion[order], motion.omega_body[order]
-    return AttitudeTable(motion.times[order], q, omega, dates_of_motion(motion), space_axes_of(motion))
-
-
 def _refuse_ensemble(motion: Trajectory) -> None:
     if motion.quaternion.ndim == 3:
         raise ValueError(f"motion must be of one body, got an ensemble of {len(motion.quaternion)} members.")
-
-
-def _frame_of(system: System) -> str:
-    frames = (orbit.reference_frame for orbit in system.orbits)
-    return next((frame for frame in frames if frame != SPACE_AXES_UNNAMED), SPACE_AXES_UNNAMED)

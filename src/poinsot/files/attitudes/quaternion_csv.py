@@ -68,7 +68,12 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     """
     name = str(path)
     rows = _parsed(read_text(path), name)
-    own, (times,) = _calendar(rows.says, name), rows.stacked("t").T
+    own, (times,) = None, rows.stacked("t").T
+    if "time" in rows.says:
+        match = re.fullmatch(r"(\w+) from (\S+) (\w+)", rows.says["time"])
+        unit, date, scale = match.groups() if match else ("s", "", "UTC")
+        example = "s from 2026-11-21T00:00:00 UTC"
+        own = dated_calendar(date, scale, unit, f"time in {name}", example, rows.says["time"])
     rows.check_rising(times)
     factor = 1.0
     if own is not None and calendar is not None and calendar != own:
@@ -111,14 +116,6 @@ def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[st
     if rates and says.get("rate") != RATE:
         raise ValueError(f"{place} must come after a line that says what rates are, '# rate: {RATE}', got none.")
     return ("t", *ORDERS[says["order"]], *rates)
-
-
-def _calendar(says: dict[str, str], name: str) -> Calendar | None:
-    if "time" not in says:
-        return None
-    match = re.fullmatch(r"(\w+) from (\S+) (\w+)", says["time"])
-    unit, date, scale = match.groups() if match else ("s", "", "UTC")
-    return dated_calendar(date, scale, unit, f"time in {name}", "s from 2026-11-21T00:00:00 UTC", says["time"])
 
 
 # ------------------------------------------------------------------ writing

@@ -39,7 +39,8 @@ FORMATS = {
 AXES = {"ICRF": "ICRF", "J2000": "ICRF", "TEMEOFDATE": "TEME", "TRUEOFDATE": "TOD", "MEANOFDATE": "MOD"}
 """Axes that do not rotate, and their names here."""
 
-WRITTEN_AXES = {"TEME": "TEMEOfDate", "TOD": "TrueOfDate", "MOD": "MeanOfDate"}
+WRITTEN_AXES = {"ICRF": "ICRF", "J2000": "J2000", "EME2000": "J2000"}
+WRITTEN_AXES |= {"TEME": "TEMEOfDate", "TOD": "TrueOfDate", "MOD": "MeanOfDate"}
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 
@@ -182,6 +183,10 @@ def write_stk_attitude(
     'ScenarioEpoch 21 Nov 2026 00:00:00.000000000'
     """
     table = table_of(motion, calendar, reference_frame)
+    frame = ccsds.FRAMES[table.reference_frame]
+    axes = WRITTEN_AXES.get(table.reference_frame, WRITTEN_AXES.get(frame))
+    if axes is None:
+        raise ValueError(f"reference_frame must be one that STK knows, got {table.reference_frame}.")
     zero = calendar_of(table).date(0.0).utc
     zero.precision = 9
     begin = Calendar(str(zero.isot), "UTC")
@@ -199,21 +204,12 @@ def write_stk_attitude(
         f"ScenarioEpoch {int(day)} {MONTHS[int(month) - 1]} {year} {clock}",
         "InterpolationOrder 1",
         f"CentralBody {ccsds.word('central_body', central_body)}",
-        f"CoordinateAxes {_axes(table.reference_frame)}",
+        f"CoordinateAxes {axes}",
         "AttitudeTimeQuaternions" if omega is None else "AttitudeTimeQuatAngVels",
         *(" ".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()),
         "END Attitude",
     )
     return write_text(path, "\n".join(lines) + "\n", overwrite)
-
-
-def _axes(frame: str) -> str:
-    if frame in ("J2000", "EME2000"):
-        return "J2000"
-    known = ccsds.FRAMES[frame]
-    if known not in WRITTEN_AXES and known != "ICRF":
-        raise ValueError(f"reference_frame must be one that STK knows, got {frame}.")
-    return WRITTEN_AXES.get(known, known)
 
 
 class Stk(AttitudeFormat):

@@ -28,7 +28,7 @@ KINDS = {".obj": "OBJ", ".tab": "OBJ", ".ply": "PLY", ".stl": "STL"}
 TABLE = re.compile(rb"\s*\d{1,9}(?:[ \t]+\d{1,9})?[ \t\r]*\n")
 """How a table of plates begins: with one number, of vertices, or two, of vertices and plates."""
 
-PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c, but"
+PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c, got"
 
 VERTEX = re.compile(rb"vertex", re.IGNORECASE)
 
@@ -132,32 +132,28 @@ def _refuse_spare(vertices: int, faces: int) -> int:
 
 def _plates(content: bytes) -> tuple[Any, Any]:
     """Return vertices and faces of a table of plates, checked by its length and by the numbers of its rows."""
-    numbers = _numbers(content)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # some NumPy only warn of other text
+            numbers = np.fromstring(content, sep=" ")
+    except (DeprecationWarning, ValueError):
+        raise ValueError(f"{PLATES} text that is no number.") from None
     given = len(content.split(b"\n", 1)[0].split())
     middle = given + 4 * int(numbers[0])
     counted = numbers[1:2] if given == 2 else numbers[middle : middle + 1]
     rest = middle + 2 - given
     if numbers.size != rest + 4 * counted.sum():
-        raise ValueError(f"{PLATES} its length is not that of its counts.")
+        raise ValueError(f"{PLATES} another length than its counts say.")
     _refuse_many(len(numbers[rest:]) // 4)
     places, corners = numbers[given:middle].reshape(-1, 4), numbers[rest:].reshape(-1, 4)
     for rows in (places, corners):
         if not np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
-            raise ValueError(f"{PLATES} its rows are not numbered from 1 on.")
+            raise ValueError(f"{PLATES} rows that are not numbered from 1 on.")
     plates = corners[:, 1:]
     wrong = plates[~((plates == np.floor(plates)) & (plates >= 1) & (plates <= len(places)))]
     if wrong.size:
         raise ValueError(f"plates must name vertices from 1 to {len(places)}, got {wrong[0]:g}.")
     return places[:, 1:], plates.astype(np.int64) - 1
-
-
-def _numbers(content: bytes) -> NDArray[np.float64]:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # some NumPy only warn of other text
-            return np.fromstring(content, sep=" ")
-    except (DeprecationWarning, ValueError):
-        raise ValueError(f"{PLATES} it has more than numbers between spaces.") from None
 
 
 def _parsed(kind: str, content: bytes) -> tuple[Any, Any]:
@@ -212,9 +208,12 @@ def _joined(points: Any, polygons: Any) -> tuple[NDArray[np.float64], NDArray[An
         vertices = real_array("vertices", points, (None, 3))
     if np.any(np.abs(vertices) > FARTHEST):
         raise ValueError(f"vertices must be within {FARTHEST:g}, got {np.max(np.abs(vertices)):g}.")
-    vertices, place = _distinct(vertices)
+    order = np.lexsort(vertices.T)
+    new = np.append(True, np.any(vertices[order][1:] != vertices[order][:-1], axis=1))[: len(vertices)]
+    place = np.empty(len(vertices), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
     triangles = place[_triangles(polygons, len(place))]
-    return vertices, triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+    return vertices[order][new], triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
 
 
 def _triangles(polygons: Any, vertices: int) -> NDArray[np.int64]:
@@ -226,13 +225,3 @@ def _triangles(polygons: Any, vertices: int) -> NDArray[np.int64]:
         raise ValueError(f"faces must name vertices from 0 to {vertices - 1}, got {wrong[0]}.")
     halves = [array[:, :3], array[:, [0, 2, 3]]] if array.shape[1] == 4 else [array]
     return np.concatenate(halves).astype(np.int64)
-
-
-def _distinct(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the points that differ, and for each point which of them it is."""
-    order = np.lexsort(points.T)
-    new = np.ones(len(points), dtype=bool)
-    new[1:] = np.any(points[order][1:] != points[order][:-1], axis=1)
-    place = np.empty(len(points), dtype=np.int64)
-    place[order] = np.cumsum(new) - 1
-    return points[order][new], place

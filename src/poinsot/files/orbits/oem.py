@@ -67,7 +67,10 @@ def read_oem(
     text, name = read_text(path), str(path)
     _, segments = ccsds.segments_of(text, name, "OEM", "123", NEEDED, lambda *_: COMPONENTS)
     rows = _joined(ccsds.chosen(segments, segment, name))
-    center, frame = rows.says["CENTER_NAME"], _frame_of(rows)
+    center, frame = rows.says["CENTER_NAME"], rows.says["REF_FRAME"].upper().replace(" ", "")
+    if frame not in ccsds.FRAMES:
+        rule = "a frame that does not rotate" if ccsds.ROTATING.match(frame) else f"one of {', '.join(ccsds.FRAMES)}"
+        raise ValueError(f"REF_FRAME in {name} must be {rule}, got {frame[:40]!r}.")
     mu = attractor_mu(center, mu)
     table = rows.stacked(*COMPONENTS)
     wrong = np.flatnonzero((np.abs(table) >= [MOST_DISTANCE] * 3 + [MOST_SPEED] * 3).any(axis=1))
@@ -75,7 +78,7 @@ def read_oem(
         raise ValueError(f"{rows.places[wrong[0]]} must have km and km/s, got {rows.numbers[wrong[0]]}.")
     times, calendar = ccsds.times_of(rows, None if calendar is None else checked_calendar(calendar))
     labels: dict[str, Any] = {
-        "reference_frame": frame,
+        "reference_frame": ccsds.FRAMES[frame],
         "radius": attractor_radius(center),
         "origin": center.upper(),
         "calendar": calendar,
@@ -86,15 +89,6 @@ def read_oem(
         return _within(whole, usable, table, labels)
     except ValueError as error:
         raise ValueError(f"{rows.places[0]} to {rows.places[-1].removeprefix(f'{name}, ')}: {error}") from None
-
-
-def _frame_of(rows: Rows) -> str:
-    """Return the frame by the name it has here."""
-    frame = rows.says["REF_FRAME"].upper().replace(" ", "")
-    if frame not in ccsds.FRAMES:
-        rule = "a frame that does not rotate" if ccsds.ROTATING.match(frame) else f"one of {', '.join(ccsds.FRAMES)}"
-        raise ValueError(f"REF_FRAME in {rows.name} must be {rule}, got {frame[:40]!r}.")
-    return ccsds.FRAMES[frame]
 
 
 def _within(

@@ -109,14 +109,17 @@ def known_classes() -> tuple[type, ...]:
 @functools.lru_cache(maxsize=16)
 def _makers(group: str, classes: tuple[type, ...]) -> dict[str, Maker]:
     ways: list[tuple[str, Callable[..., Any]]] = [(cls.__name__, cls) for cls in classes if not inspect.isabstract(cls)]
-    ways += [(f"{cls.__name__}.{name}", way) for cls in classes for name, way in _constructors(cls)]
-    ways += [(way.__name__, way) for way in _functions()]
+    for cls in classes:
+        made = [name for name, found in vars(cls).items() if isinstance(found, classmethod | staticmethod)]
+        ways += [(f"{cls.__name__}.{name}", getattr(cls, name)) for name in made if not name.startswith("_")]
+    named = (getattr(module, name) for module in _import_all() for name in module.__all__)
+    ways += [(thing.__name__, thing) for thing in named if inspect.isfunction(thing)]
     ways += [("Body.from_shape", body_of_shape), ("Shape.field", field_of_shape)]
     found = [maker for name, way in ways if _makes(way, BASES[group]) and (maker := _maker(way, name))]
     if group == "shape":
         found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
-    named = {maker.name: maker for maker in sorted(found, key=lambda maker: _is_own(maker.call))}
-    return {name: named[name] for name in sorted(named)}
+    known = {maker.name: maker for maker in sorted(found, key=lambda maker: _is_own(maker.call))}
+    return {name: known[name] for name in sorted(known)}
 
 
 def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
@@ -152,19 +155,6 @@ def _import_all() -> list[Any]:
     ]
 
 
-def _functions() -> Iterator[Callable[..., Any]]:
-    """Yield the public functions of the packages."""
-    for module in _import_all():
-        yield from (thing for name in module.__all__ if inspect.isfunction(thing := getattr(module, name)))
-
-
-def _constructors(cls: type) -> Iterator[tuple[str, Callable[..., Any]]]:
-    """Yield the public class methods and static methods of a class, by name."""
-    for name, found in vars(cls).items():
-        if isinstance(found, classmethod | staticmethod) and not name.startswith("_"):
-            yield name, getattr(cls, name)
-
-
 def _makes(way: Any, bases: tuple[type, ...]) -> bool:
     """Whether a class, or what a function returns, is one of a group."""
     if isinstance(way, type):
@@ -197,7 +187,7 @@ def _maker(call: Callable[..., Any], name: str) -> Maker | None:
             keys.append(Key(parameter.name, kind, words, rank, required, default))
         elif required:
             return None
-    return Maker(name, call, tuple(keys), _first_line(call.__doc__), takes_calendar)
+    return Maker(name, call, tuple(keys), (call.__doc__ or "").strip().split("\n", 1)[0], takes_calendar)
 
 
 def _hints(call: Any) -> dict[str, Any]:
@@ -268,8 +258,9 @@ def _placed(maker: Maker) -> Maker:
     def call(position: Any = (0, 0, 0), quaternion: Any = None, matrix: Any = None, **fields: Any) -> Any:
         if quaternion is not None and matrix is not None:
             raise ValueError("matrix must not be beside quaternion, got both.")
-        if "faces" in fields:
-            fields["faces"] = _whole(fields["faces"])
+        faces = np.asarray(fields.get("faces", ()))
+        if faces.size and np.all(faces == np.rint(faces)) and np.all(np.abs(faces) < 2**53):
+            fields["faces"] = faces.astype(np.int64)
         shape = maker.call(**fields)
         if matrix is not None:
             quaternion_from_matrix(real_array("matrix", matrix, (3, 3)))
@@ -279,16 +270,6 @@ def _placed(maker: Maker) -> Maker:
         return shape.moved(position, (1, 0, 0, 0) if quaternion is None else quaternion)
 
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, *PLACE))
-
-
-def _whole(values: Any) -> Any:
-    """Return numbers of a file as whole ones; others as they are, to be refused."""
-    array = np.asarray(values)
-    return array.astype(np.int64) if np.all(array == np.rint(array)) and np.all(np.abs(array) < 2**53) else array
-
-
-def _first_line(doc: str | None) -> str:
-    return (doc or "").strip().split("\n", 1)[0]
 
 
 def _described(doc: str | None) -> dict[str, str]:

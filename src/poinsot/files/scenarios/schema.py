@@ -231,8 +231,9 @@ def _number(kind: str, rank: int = 0) -> Any:
 def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
     """Return the numbers, those with a unit in radians and units of time; dates as they are."""
     name, unit = str(info.field_name), (info.context or {}).get("time_unit")
-    if kind == "time" and _is_date(value):
-        return value
+    first = value[0] if isinstance(value, list) and value else value
+    if kind == "time" and isinstance(first, str) and first[4:5] == "-":
+        return value  # dates
     try:
         if isinstance(value, dict) and "data" in value:
             return _named_array(name, value, (info.context or {}).get("data"))
@@ -248,11 +249,6 @@ def _named_array(name: str, value: dict[str, Any], arrays: Mapping[str, Any] | N
     if value.keys() != {"data"} or not isinstance(value["data"], str) or value["data"] not in arrays:
         raise ValueError(f"{name} must name an array of the file, got {short(value['data'])}.")
     return arrays[value["data"]]
-
-
-def _is_date(value: Any) -> bool:
-    first = value[0] if isinstance(value, list) and value else value
-    return isinstance(first, str) and first[4:5] == "-"
 
 
 def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:

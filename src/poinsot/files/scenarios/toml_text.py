@@ -96,7 +96,9 @@ class _Lines:
         if self._heading or (word == "[" and not self._open and self._value is None):
             self._take_heading(word, line)
         elif word in ("[", "{"):
-            path = self._element() if is_list else self._value or ()
+            path = self._value or ()
+            if is_list:
+                path = (*self._open[-1][0], self._counts[self._open[-1][0]])
             self.found.setdefault(path, line)
             self._open.append((path, word == "["))
             self._counts[path] = 0
@@ -107,9 +109,6 @@ class _Lines:
             self._counts[self._open[-1][0]] += word == ","
         else:
             self._take_pair(word, line)
-
-    def _element(self) -> Path:
-        return (*self._open[-1][0], self._counts[self._open[-1][0]])
 
     def _take_heading(self, word: str, line: int) -> None:
         if word == "[":

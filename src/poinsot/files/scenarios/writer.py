@@ -17,7 +17,6 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.propagation.trajectory import Method, Trajectory
 from poinsot.shapes.assembly import Assembly
-from poinsot.shapes.shape import Shape
 
 __all__ = ["METHODS", "SYSTEM", "WHOLE", "WITH_FILES", "Text", "shape_of", "text_of"]
 
@@ -57,21 +56,21 @@ def text_of(motion: Trajectory) -> Text:
         computed here.
     """
     if motion.run.method not in METHODS:
-        raise ValueError(f"a motion must be computed from a state to be run again, got a {_source(motion)}.")
+        source = f"{motion.run.method} ({motion.run.formulation})"
+        raise ValueError(f"a motion must be computed from a state to be run again, got a {source}.")
     system, writer = motion.system, _Writer("system")
-    _check(system.body, *system.forces)
+    outside = {type(x).__qualname__: None for x in _all((system.body, *system.forces)) if _is_outside(x)}
+    if outside:
+        raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
     units = {name: unit for name, unit in system.units.items() if unit != "1"}
-    parts = [
-        _table("[units]", units) if units else "",
-        _table("[calendar]", vars(system.calendar)) if system.calendar else "",
-        writer.section("[body]", system.body),
-        *(writer.section("[[forces]]", force) for force in system.forces),
-    ]
-    text = "\n".join([HEADER, *filter(None, parts), *writer.orbits, _table("[run]", _options(motion))])
+    parts = [_table("[units]", units)] if units else []
+    parts += [_table("[calendar]", vars(system.calendar))] if system.calendar else []
+    parts += [writer.section("[body]", system.body)]
+    parts += [writer.section("[[forces]]", force) for force in system.forces]
+    text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", _options(motion))])
     if len(text) > MOST_CHARACTERS or text.count(",") > MOST_NUMBERS:
-        raise ValueError(
-            f"a scenario must have at most {MOST_NUMBERS} numbers to be kept in a file, got {text.count(',')}."
-        )
+        given = text.count(",")
+        raise ValueError(f"a scenario must have at most {MOST_NUMBERS} numbers to be kept in a file, got {given}.")
     return Text(text, writer.data)
 
 
@@ -81,7 +80,7 @@ def shape_of(motion: Trajectory) -> Text | None:
     if shape is None or any(_is_outside(part) for part in _parts_of(shape)):
         return None
     writer = _Writer("shape")
-    text = _table("[body]", {"type": "Body.from_shape"}) + writer.shape("[body.shape]", shape)
+    text = _table("[body]", {"type": "Body.from_shape"}) + writer.section("[body.shape]", shape)
     return Text(text, writer.data) if len(text) <= MOST_CHARACTERS and text.count("=") < 0.8 * MOST_KEYS else None
 
 
@@ -96,17 +95,6 @@ def _parts_of(shape: Any) -> Iterator[Any]:
 
 def _is_outside(record: Any) -> bool:
     return type(record).__module__.partition(".")[0] != "poinsot"
-
-
-def _source(motion: Trajectory) -> str:
-    return f"{motion.run.method} ({motion.run.formulation})"
-
-
-def _check(*records: Parametric) -> None:
-    """Refuse what no file can name, all of it at once."""
-    outside = {type(x).__qualname__: None for x in _all(records) if _is_outside(x)}
-    if outside:
-        raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
 
 
 def _all(records: Iterable[Parametric]) -> Iterator[Parametric]:
@@ -134,11 +122,13 @@ class _Writer:
         self._name = name
         self._names: dict[int, str] = {}
 
-    def section(self, heading: str, record: Parametric) -> str:
-        """Return a record as a table, the records in it as tables in that."""
+    def section(self, heading: str, record: Any) -> str:
+        """Return a record or a shape as a table, the records in it and the parts of a shape as tables in that."""
         kind, made_of = record.definition
         fields: dict[str, Any] = {"type": kind}
         inner = []
+        if isinstance(record, Assembly):
+            made_of, inner = {}, [self.section(f"[[{heading.strip('[]')}.parts]]", part) for part in _parts_of(record)]
         for name, value in made_of.items():
             if not isinstance(value, Parametric):
                 fields[name] = self._kept(value)
@@ -147,14 +137,6 @@ class _Writer:
             else:
                 inner.append(self.section(f"[{heading.strip('[]')}.{name}]", value))
         return "\n".join([_table(heading, fields), *inner])
-
-    def shape(self, heading: str, shape: Shape) -> str:
-        """Return a shape as a table, its parts as tables in it."""
-        kind, made_of = shape.definition
-        if isinstance(shape, Assembly):
-            inner = [self.shape(f"[[{heading.strip('[]')}.parts]]", part) for part in _parts_of(shape)]
-            return "\n".join([_table(heading, {"type": kind}), *inner])
-        return _table(heading, {"type": kind, **{key: self._kept(value) for key, value in made_of.items()}})
 
     def _kept(self, value: Any) -> Any:
         """Return a value, or the name of a long array."""
