@@ -21,7 +21,7 @@ from poinsot.files.scenarios.registry import DEFAULTS, Key, makers
 from poinsot.files.scenarios.schema import MOST_TIMES, STATE, converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
-from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.mechanics.calendar import SECONDS, Calendar, holds_dates
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.frame import Frame, from_roll_pitch_yaw
 from poinsot.mechanics.state import State
@@ -141,11 +141,8 @@ class Parts:
             size = real_numbers("size", converted(spread["size"], spread["kind"], self.time_unit, "size"))
             size = np.broadcast_to(size, value.shape)
         except (TypeError, ValueError) as error:
-            rule = (
-                ""
-                if str(error).startswith("size")
-                else "size must be one number, or one for each component, got others: "
-            )
+            rule = "size must be one number, or one for each component, got others: "
+            rule = "" if str(error).startswith("size") else rule
             raise self._errors.prefixed((*place, "size"), f"{rule}{error}") from None
         if np.any(size < 0):
             raise self._errors.at((*place, "size"), f"must not be negative, got {np.min(size):g}.")
@@ -164,10 +161,8 @@ class Parts:
         """Return the table, the key and the kind of the number at a path such as state.omega_body."""
         if path == "state.turn":
             return self.values["state"], "turn", "angle"
-        parts = [
-            int(part) if part.isdecimal() and len(part) < 6 else part
-            for part in path.replace("[", ".").replace("]", "").split(".")
-        ]
+        words = path.replace("[", ".").replace("]", "").split(".")
+        parts = [int(word) if word.isdecimal() and len(word) < 6 else word for word in words]
         node: Any = self.values if parts[0] in VARIED else {}
         for part in parts[:-1]:
             node = node[part] if has(node, part) else {}
@@ -193,50 +188,35 @@ class Parts:
         units = self.values.get("units")
         if self.calendar is not None:
             units = {"time": self.calendar.unit, **(units or {})}
-        system: System = self._errors.called(
-            ("forces",) if forces else ("body",), lambda: System(body, *forces, units=units)
-        )
+        place = ("forces",) if forces else ("body",)
+        system: System = self._errors.called(place, lambda: System(body, *forces, units=units))
         return system
 
     def _part(self, group: str, table: dict[str, Any], place: Path) -> Any:
         """Return what a table describes."""
         maker = makers(group)[table.get("type") or DEFAULTS[group]]
-        arguments = [
-            self._orbit(name, (*place, key.name))
-            for key in maker.keys
-            if key.kind == "orbits"
-            for name in table[key.name]
-        ]
-        given = {
-            key.name: self._value(key, table[key.name], (*place, key.name))
-            for key in maker.keys
-            if key.name in table and key.kind != "orbits"
-        }
+        keys = [key for key in maker.keys if key.name in table]
+        values = {key.name: self._value(key, table[key.name], (*place, key.name)) for key in keys}
+        arguments = [orbit for key in keys if key.kind == "orbits" for orbit in values.pop(key.name)]
         if maker.takes_calendar and self.calendar is not None:
-            given["calendar"] = self.calendar
-        return self._errors.called(place, maker.call, *arguments, **given)
+            values["calendar"] = self.calendar
+        return self._errors.called(place, maker.call, *arguments, **values)
 
     def _value(self, key: Key, value: Any, place: Path) -> Any:
-        if key.kind == "orbit":
-            return self._orbit(value, place)
+        if key.kind in ("orbit", "orbits"):
+            return self._orbit(value, place) if key.kind == "orbit" else [self._orbit(name, place) for name in value]
         if key.kind in ("field", "shape"):
             return self._part(key.kind, value, place)
         if key.kind == "shapes":
             return [self._part("part", table, (*place, i)) for i, table in enumerate(value)]
-        if key.kind == "file":
-            return self._file(self._folder.file, value, place)
-        if key.kind == "files":
-            return [self._file(self._folder.file, name, place) for name in value]
-        if key.kind == "time" and _says_dates(value) and self.calendar is not None:
+        if key.kind in ("file", "files"):
+            try:
+                return self._folder.file(value) if key.kind == "file" else [self._folder.file(name) for name in value]
+            except ValueError as error:
+                raise self._errors.at(place, str(error)) from None
+        if key.kind == "time" and holds_dates(value) and self.calendar is not None:
             return self._errors.called(place[:-1], self.calendar.time, value)
         return value
-
-    def _file(self, find: Callable[[str], Any], name: str, place: Path) -> Any:
-        """Return the path of a file beside the scenario."""
-        try:
-            return find(name)
-        except ValueError as error:
-            raise self._errors.at(place, str(error)) from None
 
     def _orbit(self, reference: str, place: Path) -> Any:
         """Return the orbit of a name, or the orbit about one attractor of a path beside two."""
@@ -252,14 +232,10 @@ class Parts:
             self._made[name] = self._part("orbit", tables[name], ("orbits", name))
             self._making.pop()
         orbit = self._made[name]
-        if not side:
-            return orbit
-        if side not in FROM or not hasattr(orbit, side):
-            raise self._errors.at(
-                place,
-                f"must be an orbit, or {' or '.join(FROM)} of a path beside two attractors, got {short(reference)}.",
-            )
-        return getattr(orbit, side)
+        if side and (side not in FROM or not hasattr(orbit, side)):
+            rule = f"must be an orbit, or {' or '.join(FROM)} of a path beside two attractors"
+            raise self._errors.at(place, f"{rule}, got {short(reference)}.")
+        return getattr(orbit, side) if side else orbit
 
     # ------------------------------------------------------------------ the state
 
@@ -349,7 +325,7 @@ class Parts:
 
     def _time(self, value: Any, place: Path, calendar: Calendar | None = None) -> Any:
         """Return a time, or times, from dates too."""
-        if not _says_dates(value):
+        if not holds_dates(value):
             return value
         calendar = calendar or self.calendar
         if calendar is None:
@@ -430,10 +406,6 @@ def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
     except ValueError:
         raise ValueError(f"zero must be a date that exists, got {zero!r}.") from None
     return calendar
-
-
-def _says_dates(value: Any) -> bool:
-    return isinstance(value, str) or (isinstance(value, list) and any(isinstance(x, str) for x in value))
 
 
 def _places(node: Any, path: str = "") -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from pydantic import ValidationError
@@ -61,8 +61,9 @@ class Errors:
         first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
         place, kind, given = _place_in(data, first["loc"]), first["type"], first["input"]
         if kind == "extra_forbidden":
-            *outer, key = place
-            return self.at(place, f"must be a key that it can have, got another.{self._near(data, outer, key)}")
+            known = _keys_at(data, place[:-1])
+            near = nearest(str(place[-1]), known) or (f" It can have {', '.join(known)}." if known else "")
+            return self.at(place, f"must be a key that it can have, got another.{near}")
         if kind == "missing":
             return self.at((*place, str(first["loc"][-1])), MISSING)
         if kind == "value_error":
@@ -79,11 +80,6 @@ class Errors:
         return self.at(
             place, f"must {KINDS.get(kind, KINDS['model_type']).format(**context)}, got {short(given)}.{near}"
         )
-
-    def _near(self, data: Any, outer: Iterable[Any], key: Any) -> str:
-        """Return the nearest of the keys that a table can have, or all of them."""
-        known = _keys_at(data, tuple(outer))
-        return nearest(str(key), known) or (f" It can have {', '.join(known)}." if known else "")
 
     def prefixed(self, place: Path, sentence: str) -> ValueError:
         """Return an error whose sentence begins with the name of a key, or of something else."""
@@ -145,7 +141,9 @@ def _keys_at(data: Any, outer: Path) -> list[str]:
     model: Any = scenario_model()
     for part in outer:
         if not isinstance(part, int):
-            model = _model_in(model.model_fields[part].annotation)
+            model = model.model_fields[part].annotation
+            while not hasattr(model, "model_fields"):  # in a list or beside None
+                model = next(one for one in get_args(model) if hasattr(one, "model_fields") or get_args(one))
     return list(model.model_fields)
 
 
@@ -154,13 +152,6 @@ GROUPS: dict[Any, str] = {"body": "body", "forces": "force", "orbits": "orbit", 
 
 INNER: dict[Any, str] = {"field": "field", "shape": "shape", "parts": "part"}
 """Groups of the tables within those of bodies, forces and orbits, by their keys."""
-
-
-def _model_in(annotation: Any) -> Any:
-    """Return the model among the parts of an annotation."""
-    if hasattr(annotation, "model_fields"):
-        return annotation
-    return next((found for part in getattr(annotation, "__args__", ()) if (found := _model_in(part))), None)
 
 
 def _dotted(place: Path, end: str = "") -> str:

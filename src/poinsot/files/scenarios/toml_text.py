@@ -1,4 +1,4 @@
-"""TOML that strangers wrote: bounded before it is parsed, and the line of every key."""
+"""Untrusted TOML: bounded before it is parsed, and the line of every key."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ def _options(motion: Trajectory) -> dict[str, Any]:
 
 
 class _Writer:
-    """Writes records as tables; those of the sky get a name, each once, and a table of their own."""
+    """Writes records as tables; orbits get a name, each once, and a table of their own."""
 
     def __init__(self, name: str) -> None:
         self.orbits: list[str] = []
