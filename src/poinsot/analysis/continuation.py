@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-import time as clock
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,6 +20,7 @@ from poinsot.analysis.family import Family, LostError, NamedFunction, Place
 from poinsot.analysis.period_map import Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
+from poinsot.engine.progress import Report, bar
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.frame import Frame
@@ -47,8 +46,6 @@ CROSSING = 10.0
 """Of the first step on a branch that crosses, how far the corrector may go: only its plane is known."""
 SINGULAR = 1e-8
 """Singular values below this, of the largest, are zero at a bifurcation as it is located."""
-PATIENCE = 1.0
-"""Seconds without a message."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -134,7 +131,7 @@ def continue_motion(
     period, frame : function of a System, optional
         If they change with the parameter: `lambda system: system.forces[0].orbit.period`.
     progress : bool, optional
-        Whether to show where it is after a second. Default: on a terminal.
+        Whether to show where it is if it lasts. Default: on a terminal.
 
     Raises
     ------
@@ -148,7 +145,7 @@ def continue_motion(
     family = Family(_parameter(motion, parameter, start), float(real_array("to", to, ())), origin, period, frame, turns)
     places = _crossing(family, motion) if isinstance(motion, Bifurcation) else [_first(family, motion)]
     curve = _Curve(family, places)
-    with _messages(sys.stderr.isatty() if progress is None else progress) as tell:
+    with bar(family.name, 1.0, sys.stderr.isatty() if progress is None else progress) as tell:
         try:
             ending = curve.follow(tell)
         except KeyboardInterrupt:
@@ -251,7 +248,7 @@ class _Curve:
         self.found += bifurcations(self.family, self.places[-1], place, len(self.places) - 1)
         self.places.append(place)
 
-    def follow(self, tell: Callable[[str], None]) -> str:
+    def follow(self, tell: Report) -> str:
         """Go along the curve and return why it ends."""
         size, name = FIRST_STEP, self.family.name
         while len(self.places) < MOST:
@@ -266,7 +263,7 @@ class _Curve:
                 continue
             place.once.check()
             self._add(place)
-            tell(f"{len(self.places)} motions, {name} = {self.family.value(place.u):.6g}")
+            tell(place.u - here.u, f"{len(self.places)} motions, {name} = {self.family.value(place.u):.6g}")
             if last is not None:
                 return f"{name} = {self.family.value(last):.6g}" + ("" if last else ", where it began")
             size = min(size * (1.5 if place.rounds <= EASY else 0.7 if place.rounds >= HARD else 1.0), LARGEST_STEP)
@@ -286,24 +283,3 @@ class _Curve:
         if tangent @ here.tangent < STRAIGHT:
             raise LostError
         return dataclasses.replace(place, tangent=tangent), last
-
-
-@contextmanager
-def _messages(wanted: bool) -> Iterator[Callable[[str], None]]:
-    """Show where the continuation is, once it takes longer than a second."""
-    if not wanted:
-        yield lambda _: None
-        return
-    from rich.console import Console
-
-    began, status = clock.perf_counter(), Console(stderr=True).status("")
-
-    def tell(text: str) -> None:
-        if clock.perf_counter() - began > PATIENCE:
-            status.start()
-            status.update(text)
-
-    try:
-        yield tell
-    finally:
-        status.stop()

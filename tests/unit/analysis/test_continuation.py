@@ -208,13 +208,13 @@ def test_function_is_followed_as_the_number_that_it_changes(branch):
 
 
 def test_interrupted_continuation_keeps_what_it_has(monkeypatch):
-    def stop(seconds):
+    def stop(more, part):
         if len(told) == 5:
             raise KeyboardInterrupt
-        told.append(seconds)
+        told.append((more, part))
 
     told = []
-    monkeypatch.setattr(continuation, "_messages", lambda _: _Context(stop))
+    monkeypatch.setattr(continuation, "bar", lambda *_: _Context(stop))
     with pytest.raises(
         pt.PropagationInterrupted, match=r"the continuation was interrupted at body\.moments\[0\] ="
     ) as raised:
@@ -252,7 +252,7 @@ def test_what_is_not_found_is_unresolved(monkeypatch, branch):
 
 
 def test_messages_come_after_a_while(monkeypatch, capsys):
-    monkeypatch.setattr(continuation, "PATIENCE", 0.0)
+    monkeypatch.setattr("poinsot.engine.progress.PATIENCE", 0.01)
     monkeypatch.setenv("FORCE_COLOR", "1")
     continue_motion(at_rest(), "moments[0]", 1.05, progress=True)
     assert "motions, body.moments[0] = " in capsys.readouterr().err
