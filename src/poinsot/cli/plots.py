@@ -11,16 +11,7 @@ from typing import Annotated, Any
 import typer
 
 import poinsot
-from poinsot.cli.terminal import (
-    OPTIONS,
-    Overwrite,
-    busy,
-    check_ending,
-    check_new,
-    checked_result,
-    tell,
-    writing,
-)
+from poinsot.cli.terminal import OPTIONS, Overwrite, busy, check_ending, check_new, checked_result, tell, writing
 
 __all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
 
