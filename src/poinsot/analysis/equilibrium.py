@@ -20,7 +20,7 @@ from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
 from poinsot.functions import Vector
 from poinsot.html_text import ShownInNotebooks
-from poinsot.mechanics.attitude import Attitude, rotation_angle, unit_quaternion
+from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.branch_exploration import Nested, opened
 from poinsot.mechanics.environment import Environment
@@ -79,6 +79,13 @@ class Equilibrium(ShownInNotebooks):
         "undecided": terms of higher order decide. All this up to motion along the family.
     family : int
         The dimension of the continuous family of equilibria that this one stands for; 0 if it is isolated.
+
+    Examples
+    --------
+    >>> top = pt.System(pt.Body((1.0, 1.0, 0.5)), pt.UniformGravity(0.5, (0, 0, 0.5)))
+    >>> upright, hanging = pt.analysis.equilibria(top)
+    >>> upright.stability, hanging.stability, hanging.frequencies  # sqrt(0.5 * 0.5 / 1.0)
+    ('unstable', 'lyapunov', array([0.5, 0.5]))
     """
 
     attitude: Array
@@ -126,6 +133,14 @@ def equilibria(
     ------
     ValueError
         If the frame does not turn uniformly, or the system is not the same in it at all times.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    >>> system = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(orbit))
+    >>> found = pt.analysis.equilibria(system, orbit.frame)
+    >>> len(found), sum(e.stability == "lyapunov" for e in found)
+    (24, 4)
     """
     if moving := [type(part).__name__ for part in system.moving_parts if part.size]:
         raise ValueError(f"system must have no parts with variables, got {moving[0]}. Hold rotors by a Gyrostat.")
@@ -239,7 +254,7 @@ class _Balance:
         free = self._free(points)
         sliding = np.flatnonzero(np.any(free, axis=(-1, -2)))
         for start in (True, *(False,) * ROUNDS):
-            way = _turn_between(points[sliding], target) + OFF_COURSE * start
+            way = rotation(quat.product(quat.conjugate(points[sliding]), target)).as_rotvec() + OFF_COURSE * start
             step = np.einsum("nij,nj->ni", free[sliding], way)
             size = np.linalg.norm(step, axis=-1)
             sliding, step, size = sliding[size > SLOW], step[size > SLOW], size[size > SLOW]
@@ -388,14 +403,6 @@ def _turned(p: Array, turn: Array) -> Array:
     half = np.linalg.norm(turn, axis=-1, keepdims=True) / 2
     p = quat.product(p, np.concatenate([np.cos(half), turn / 2 * np.sinc(half / np.pi)], axis=-1))
     return np.asarray(p / np.linalg.norm(p, axis=-1, keepdims=True))
-
-
-def _turn_between(p: Array, target: Array) -> Array:
-    """Return the rotation vectors along the body axes that lead to an attitude, (n, 3)."""
-    turn = quat.product(quat.conjugate(p), target)
-    turn = turn * np.where(turn[..., :1] < 0, -1, 1)
-    sine = np.linalg.norm(turn[..., 1:], axis=-1, keepdims=True)
-    return np.asarray(turn[..., 1:] * 2 * np.arctan2(sine, turn[..., :1]) / np.where(sine > 0, sine, 1))
 
 
 def _stacked(scalars: list[Any], count: int) -> Array:

@@ -47,6 +47,13 @@ class FreeRotation(ShownInNotebooks):
     `precession_period` and `rotation_period` are P_phi and P_psi of the light-curve literature (Kaasalainen 2001,
     A&A 376, 302; Pravec et al. 2014, Icarus 233, 48). Samarasinha and A'Hearn (1991, Icarus 93, 194) follow the
     long axis in both modes: their precession is `long_axis_precession_period`.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.0, 2.0, 2.5))
+    >>> rotation = pt.analysis.FreeRotation(body, body.state((1, 0, 0, 0), omega_body=(1.0, 0.2, 0.1)))
+    >>> print(rotation.mode, round(rotation.precession_period, 3), round(rotation.rotation_period, 3))
+    long-axis 12.558 11.432
     """
 
     @checked

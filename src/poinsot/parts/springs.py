@@ -125,15 +125,13 @@ class SpringMass(Part):
 
     def at_displacement(self, displacement: ArrayLike, speed: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
         """Return the variables, shape (..., 2), for a displacement, its rate and the body's angular velocity."""
-        turning = np.sum(_array(self._lever) * np.asarray(omega_body, dtype=float), axis=-1)
-        p = self.reduced_mass * (np.asarray(speed, dtype=float) + turning)
+        p = self.reduced_mass * (np.asarray(speed, dtype=float) + self._turning(omega_body))
         return np.stack(np.broadcast_arrays(np.asarray(displacement, dtype=float), p), axis=-1)
 
     def speed(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
         """Return the rate of the displacement, shape (...), from the variables and the body's angular velocity."""
-        turning = np.sum(_array(self._lever) * np.asarray(omega_body), axis=-1)
-        return np.asarray(np.asarray(own)[..., 1] / self.reduced_mass - turning)
+        return np.asarray(np.asarray(own)[..., 1] / self.reduced_mass - self._turning(omega_body))
 
-
-def _array(vector: functions.Vector) -> NDArray[np.float64]:
-    return np.stack(np.broadcast_arrays(*vector), axis=-1)
+    def _turning(self, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the speed along the line that the body's turning about the centre of mass takes away."""
+        return np.asarray(np.sum(np.stack(list(self._lever), axis=-1) * np.asarray(omega_body, dtype=float), axis=-1))
