@@ -192,9 +192,9 @@ class _Balance:
         change = self.system.momentum_rate(instant, self.system.torque_at(instant))
         rates = [opened(rate) for rate in (*(instant.omega_body - comoving), *change)]
         names = [(block, i) for block in ("turn", "momentum") for i in range(3)]
-        values = [getattr(rate, "value", rate) for rate in rates]
-        slopes = [[partial(rate, *name) for name in names] for rate in rates]
-        return _stacked(values, len(p)), np.stack([_stacked(row, len(p)) for row in slopes], axis=-2)
+        rows = [[getattr(rate, "value", rate), *(partial(rate, *name) for name in names)] for rate in rates]
+        table = np.array([[np.broadcast_to(x, len(p)) for x in row] for row in rows], dtype=float)
+        return table[:, 0].T, np.moveaxis(table[:, 1:], -1, 0)
 
     def imbalance(self, p: Array) -> tuple[Array, Array]:
         """Return g x omega + tau of the body at rest in the frame, (n, 3), and its derivative by turns, (n, 3, 3)."""
@@ -403,7 +403,3 @@ def _turned(p: Array, turn: Array) -> Array:
     half = np.linalg.norm(turn, axis=-1, keepdims=True) / 2
     p = quat.product(p, np.concatenate([np.cos(half), turn / 2 * np.sinc(half / np.pi)], axis=-1))
     return np.asarray(p / np.linalg.norm(p, axis=-1, keepdims=True))
-
-
-def _stacked(scalars: list[Any], count: int) -> Array:
-    return np.stack([np.broadcast_to(scalar, (count,)) for scalar in scalars], axis=-1).astype(float)
