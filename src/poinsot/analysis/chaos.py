@@ -18,7 +18,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.engine.driver import Memory, Report, Rows
 from poinsot.engine.progress import bar
-from poinsot.errors import PropagationError, PropagationInterrupted, real_array, refuse_nonpositive
+from poinsot.errors import PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import Phase, State, changed, state_of
@@ -139,36 +139,32 @@ def chaos_indicators(
     """
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
     _check_count(vectors, len(job.units))
-    rising = np.sort(job.times)
-    _check_one_way(rising, job.state.time)
+    _check_one_way(np.sort(job.times), job.state.time)
     rate = _fastest(system, job.state)
-    unit = _momentum_unit(system, rate) if momentum_unit is None else _checked_unit(momentum_unit)
-    fine = _refined(rising, job.state.time, 2 * np.pi / (SAMPLES * rate))
+    unit = float(
+        real_array("momentum_unit", _momentum_unit(system, rate) if momentum_unit is None else momentum_unit, ())
+    )
+    refuse_nonpositive("momentum_unit", unit)
+    fine = _refined(job.times, job.state.time, 2 * np.pi / (SAMPLES * rate))
     weights = job.weights(unit)
-    out = _Indicators(job.state.time, fine, rising, weights)
+    out = _Indicators(job.state.time, fine, job.times, weights)
     start = _directions(vectors, len(weights))
     report = job.integrate(start * weights, fine, out, ways=out.ways)
-    order = slice(None, None, -1 if job.times.size > 1 and job.times[0] > job.times[1] else 1)
-    found = {name: part[:, order] if job.members else part[0, order] for name, part in out.parts.items()}
+    found = {name: part if job.members else part[0] for name, part in out.parts.items()}
     since = job.state.time if job.members else float(job.state.time[0])
-    units, failed = weights / job.units, report.failures if job.members else {}
-    result = ChaosIndicators(
-        system, job.times, since, unit, units, start, **found, failures=failed, run=job.run(report)
-    )
+    units, failed, run = weights / job.units, job.failures(report), job.run(report)
+    result = ChaosIndicators(system, job.times, since, unit, units, start, **found, failures=failed, run=run)
     job.check(report, result)
-    if report.stops and not job.members:
-        raise PropagationError(report.failures[0], out.reached, result)
     return result
 
 
 class _Indicators:
-    """The indicators of an ensemble at some of its times, which rise."""
+    """The indicators of an ensemble at some of its times, in their order."""
 
     def __init__(self, starts: Array, fine: Array, wanted: Array, weights: Array) -> None:
         self._starts, self._weights, self._wanted = starts, weights, np.searchsorted(fine, wanted)
-        self._forwards = bool(wanted[-1] > np.min(starts))
+        self._forwards = bool(np.max(wanted) > np.min(starts))
         self.ways = (self._forwards,)  # the times between the starts of members are those of the earlier ones
-        self._times = wanted
         names = ("growth", "fli", "megno", "mean_megno", "gali")
         self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in names}
 
@@ -187,12 +183,6 @@ class _Indicators:
         for name, values in {"growth": growth, "fli": fli, "megno": megno, "mean_megno": mean}.items():
             self.parts[name][members] = values[:, outwards][:, self._wanted]
         self.parts["gali"][members] = _volume(u[:, self._wanted] / lengths[:, self._wanted, :, None])
-
-    @property
-    def reached(self) -> float:
-        """The last time that the first member reached."""
-        times = self._times[np.isfinite(self.parts["growth"][0])]
-        return float(times[-1 if self._forwards else 0]) if times.size else float(self._starts[0])
 
 
 def _megno(since: Array, growth: Array) -> tuple[Array, Array]:
@@ -281,8 +271,7 @@ def lyapunov_spectrum(
 
     def result() -> LyapunovSpectrum:
         found = kept if job.members else kept[0]
-        failures = total.failures if job.members else {}
-        return LyapunovSpectrum(job.times[: kept.shape[1]], found, failures, job.run(total))
+        return LyapunovSpectrum(job.times[: kept.shape[1]], found, job.failures(total), job.run(total))
 
     stops = _refined(job.times, job.state.time, APART / rate)
     wanted = sys.stderr.isatty() if progress is None else progress
@@ -292,10 +281,7 @@ def lyapunov_spectrum(
                 end = Memory(job.variables, len(vectors), np.array([stop]), vectors=(k, k), exponents=(k,))
                 report = job.integrate(vectors * weights, end.times, end, now)
                 total.add(report)
-                if report.interrupted:
-                    raise KeyboardInterrupt
-                if report.stops and not job.members:
-                    raise PropagationError(report.failures[0], float(now.time[0]), result())
+                job.check(report, result())
                 _restart(end, list(total.stops), at_start, vectors * weights)
                 vectors, sizes = _orthogonal(end.rows["vectors"][:, 0] / weights)
                 growth = growth + np.log(sizes) + end.rows["exponents"][:, 0] * np.log(2)
@@ -353,12 +339,6 @@ def _fastest(system: System, state: State) -> float:
 
 def _momentum_unit(system: System, rate: float) -> float:
     return float(np.max(system.body.moments)) * rate
-
-
-def _checked_unit(unit: float) -> float:
-    value = float(real_array("momentum_unit", unit, ()))
-    refuse_nonpositive("momentum_unit", value)
-    return value
 
 
 def _refined(times: Array, starts: Array, step: float) -> Array:

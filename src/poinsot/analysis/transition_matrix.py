@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.engine.driver import Memory, Rows
-from poinsot.errors import PropagationError, real_numbers
+from poinsot.errors import real_numbers
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.named_parameters import resolve
 from poinsot.mechanics.state import State, changed
@@ -168,15 +168,10 @@ def state_transition(
     report = job.integrate(np.eye(k), job.times, out)
     kept = slice(None) if job.members else 0
     phase = changed(out.phase, lambda x: x[kept])
-    failures = report.failures if job.members else {}
-    motion = Trajectory(system, state, job.times, lambda: phase, job.run(report), failures=failures)
+    motion = Trajectory(system, state, job.times, lambda: phase, job.run(report), failures=job.failures(report))
     second = out.second[kept] if order == 2 else None
     result = StateTransition(motion, tuple(parameters), out.directions[kept], out.growth[kept], second)
     job.check(report, result)
-    if report.stops and not job.members:
-        reached = job.times[np.isfinite(motion.quaternion[:, 0])]
-        time = float(reached[-1]) if reached.size else float(state.time)
-        raise PropagationError(report.failures[0], time, result)
     return result
 
 

@@ -121,6 +121,13 @@ class VariationalRun:
         """Return how it was computed."""
         return Run.of(report, Method.VARIATIONAL, self.formulation.name)
 
+    def failures(self, report: Report) -> dict[int, str]:
+        """Return why members stopped; of one body `check` raises it."""
+        return report.failures if self.members else {}
+
     def check(self, report: Report, result: object) -> None:
-        """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
-        report.check("the integration", float(self.times[-1]), result)
+        """Raise what tells of Ctrl-C, or why one body stopped, and has the result up to there."""
+        last = float(self.times[-1])
+        report.check("the integration", last, result)
+        if not self.members:
+            report.check_one(last, result)

@@ -219,7 +219,7 @@ def test_a_single_body_that_stops_says_where():
     system, start = pt.System(BODY, Pole(5.25)), member(states(1), 0)
     with pytest.raises(pt.PropagationError, match=r"^propagation stopped at t = 5\.\d+ of 8") as caught:
         pt.analysis.chaos_indicators(system, start, [2.0, 8.0])
-    assert caught.value.time == 2.0
+    assert caught.value.time == pytest.approx(5.25, abs=0.01)
     assert np.isfinite(caught.value.trajectory.growth).tolist() == [True, False]
     with pytest.raises(pt.PropagationError, match=r"^propagation stopped at t = 5\.\d+ of ") as caught:
         pt.analysis.lyapunov_spectrum(system, start, [2.0, 8.0])
