@@ -69,6 +69,16 @@ class Bifurcation(ShownInNotebooks):
         How the branch goes on there: rotation vector, angular momentum, variables of parts, value of the parameter.
     after : int
         The point of the branch before it.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.02)
+    >>> moon = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.1), pt.GravityGradient(orbit))
+    >>> facing = moon.body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> libration = pt.analysis.periodic_motion(moon, facing, orbit.period)
+    >>> branch = pt.analysis.continue_motion(libration, "eccentricity", 0.03)
+    >>> [(found.kind, round(float(found.value), 4), found.change) for found in branch.bifurcations]
+    [('doubling', 0.0269, 1)]
     """
 
     kind: str

@@ -68,6 +68,14 @@ class ChaosIndicators(ShownInNotebooks):
     failures : dict
         Member -> why it stopped; NaN from there on.
     run : Run
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> found = pt.analysis.chaos_indicators(pt.System(body), start, [500.0])
+    >>> found.lyapunov.round(3), found.units.round(2)
+    (array([0.014]), array([1. , 1. , 1. , 1.7, 1.7, 1.7]))
     """
 
     system: System
@@ -136,6 +144,13 @@ def chaos_indicators(
         If a single body stops; of an ensemble see `failures`.
     PropagationInterrupted
         On Ctrl-C; its `trajectory` are the indicators, NaN where members are not done.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> pt.analysis.chaos_indicators(pt.System(body), start, [500.0])
+    ChaosIndicators(times=1, members=1, failed=0, mean_megno=2.008 ... 2.008)
     """
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
     _check_count(vectors, len(job.units))
@@ -220,6 +235,13 @@ class LyapunovSpectrum(ShownInNotebooks):
     failures : dict
         Member -> why it stopped; NaN from there on.
     run : Run
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> pt.analysis.lyapunov_spectrum(pt.System(body), start, [50.0, 100.0]).exponents.shape
+    (2, 6)
     """
 
     times: Array
@@ -259,6 +281,15 @@ def lyapunov_spectrum(
         If a single body stops; of an ensemble see `failures`.
     PropagationInterrupted
         On Ctrl-C; its `trajectory` is the spectrum at the times that all members have reached.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> damped = pt.System(body, pt.forces.LinearDamping(0.01))
+    >>> found = pt.analysis.lyapunov_spectrum(damped, start, [50.0])
+    >>> np.allclose(np.sum(found.exponents), -0.01 * np.sum(1 / body.moments))  # the divergence
+    True
     """
     job = VariationalRun(system, state, times, formulation, tolerance, threads, False)
     start = _common_start(job)

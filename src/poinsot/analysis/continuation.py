@@ -61,6 +61,16 @@ class Branch(ShownInNotebooks):
     bifurcations : list of Bifurcation
     ending : str
         Why it ends.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.02)
+    >>> moon = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.1), pt.GravityGradient(orbit))
+    >>> facing = moon.body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> libration = pt.analysis.periodic_motion(moon, facing, orbit.period)
+    >>> branch = pt.analysis.continue_motion(libration, "eccentricity", 0.03)
+    >>> branch.values[[0, -1]], branch.stable[[0, -1]]
+    (array([0.02, 0.03]), array([ True, False]))
     """
 
     parameter: str
@@ -139,6 +149,16 @@ def continue_motion(
         If there is no such number, or with another value the system does not repeat itself after the period.
     PropagationInterrupted
         On Ctrl-C; its `trajectory` is the branch so far.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.02)
+    >>> moon = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.1), pt.GravityGradient(orbit))
+    >>> facing = moon.body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> libration = pt.analysis.periodic_motion(moon, facing, orbit.period)
+    >>> branch = pt.analysis.continue_motion(libration, "eccentricity", 0.03)
+    >>> branch.ending
+    'forces[0].orbit.eccentricity = 0.03'
     """
     origin = motion.motion if isinstance(motion, Bifurcation) else motion
     turns = 2 if isinstance(motion, Bifurcation) and motion.kind == "doubling" else 1

@@ -67,6 +67,13 @@ class LineSpectrum(ShownInNotebooks):
         or lines that were left out. Zero for the mean of a real signal.
     residual : float
         The RMS residual, weighted by the window.
+
+    Examples
+    --------
+    >>> times = np.linspace(0, 100, 1001)
+    >>> found = pt.analysis.frequencies(np.cos(2 * times) + 0.1 * np.cos(3.5 * times), times, 2)
+    >>> found.frequencies.round(9), np.abs(found.amplitudes).round(9)
+    (array([2. , 3.5]), array([1. , 0.1]))
     """
 
     frequencies: Array
@@ -96,6 +103,12 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
     TypeError, ValueError
         If the signal is not of finite numbers, has fewer than 8 samples for each line and 32 in all, or times are
         not even. That no frequency is beyond pi/step, and so seen at another, is not checked.
+
+    Examples
+    --------
+    >>> times = np.linspace(0, 100, 1001)
+    >>> pt.analysis.frequencies(np.exp(-1.5j * times), times, 1).frequencies.round(9)
+    array([-1.5])
     """
     signals, t = _checked(signal, times, _checked_count(count))
     rows = [_decomposed(row, t, count) for row in signals.reshape(-1, t.size)]
@@ -129,6 +142,12 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
     ------
     TypeError, ValueError
         As `frequencies`, of each half.
+
+    Examples
+    --------
+    >>> times = np.linspace(0, 100, 1001)
+    >>> pt.analysis.diffusion(np.cos(2 * times + 1e-4 * times**2), times).round(4)
+    array([0.005])
     """
     lines = max(_checked_count(count), IN_A_HALF)
     signals, t = _checked(signal, times, lines, halves=2)

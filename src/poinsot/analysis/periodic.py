@@ -63,6 +63,15 @@ class PeriodicMotion(ShownInNotebooks):
         does not tell w from 2 pi/period - w, nor from w + 2 pi/period.
     growth_rates : array, ascending
         Positive logarithms of their moduli over the period. Both without those below 1e-6/period.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.02)
+    >>> moon = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.1), pt.GravityGradient(orbit))
+    >>> facing = moon.body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> libration = pt.analysis.periodic_motion(moon, facing, orbit.period)
+    >>> libration.stable, libration.frequencies.round(3)
+    (True, array([0.432, 0.454, 0.496]))
     """
 
     system: System
@@ -112,6 +121,16 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     ValueError
         If the frame or the system does not repeat itself, if Newton's method does not settle, or the torques jump
         where the attitude crosses something.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.02)
+    >>> moon = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.1), pt.GravityGradient(orbit))
+    >>> facing = moon.body.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    >>> libration = pt.analysis.periodic_motion(moon, facing, orbit.period)
+    >>> back = pt.propagate(moon, libration.state, [2 * orbit.period])
+    >>> float(np.max(np.abs(back.quaternion[0] - libration.state.quaternion))) < 1e-12
+    True
     """
     _refuse_members("system and guess", members_of(system, guess))
     period = float(real_array("period", period, (), system.units["time"]))
@@ -157,6 +176,15 @@ class CassiniState(ShownInNotebooks):
         Frequencies of the three free motions: about the third axis; of that axis together with the angular momentum,
         seen from the node; of the axis about the angular momentum. In (0, pi/period], see `PeriodicMotion`; NaN where
         the motion is not stable.
+
+    Examples
+    --------
+    >>> ellipse = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.01, inclination=0.1)
+    >>> orbit = pt.orbits.PrecessingOrbit(ellipse, node_rate=-1e-3)
+    >>> moon = pt.Body.from_ratios(beta=6e-4, gamma=2e-4)
+    >>> found = pt.analysis.cassini_state(moon, orbit)
+    >>> round(found.obliquity - found.inclination, 3)  # the inclination of the orbit: Cassini state 2
+    0.1
     """
 
     motion: PeriodicMotion
@@ -189,6 +217,14 @@ def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliqui
     ------
     ValueError
         If the spin is not such a number, or as `periodic_motion`.
+
+    Examples
+    --------
+    >>> ellipse = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.01, inclination=0.1)
+    >>> orbit = pt.orbits.PrecessingOrbit(ellipse, node_rate=-1e-3)
+    >>> found = pt.analysis.cassini_state(pt.Body.from_ratios(beta=6e-4, gamma=2e-4), orbit)
+    >>> found.motion.stable
+    True
     """
     spin, obliquity = _checked_spin(spin), float(real_array("obliquity", obliquity, ()))
     system = System(body, GravityGradient(orbit))

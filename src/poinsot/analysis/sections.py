@@ -49,6 +49,14 @@ class Section(ShownInNotebooks):
         What they are, with units.
     motion : Trajectory
         Whose they are; of a failed member there are the points before.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> found = pt.analysis.andoyer_section(pt.System(body), start, 100.0)
+    >>> found.x.shape, found.labels
+    ((1, 15), ('l [rad]', 'L / G'))
     """
 
     x: Array
@@ -80,6 +88,14 @@ def section(
     ------
     TypeError, ValueError
         If the motion is none or has no such event, or the coordinates are not two arrays (k,).
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> motion = pt.propagate(pt.System(body), start, range(100))
+    >>> pt.analysis.section(motion, lambda points: points.omega_body[:, :2].T, labels=("first rate", "second rate"))
+    Section of 1 motions, 100 points
     """
     if not isinstance(motion, Trajectory):
         raise TypeError(f"motion must be a Trajectory, got {described(motion)}.")
@@ -159,6 +175,13 @@ def spin_orbit_section(
     ------
     TypeError, ValueError
         If the orbit is another one, or a force does not leave the spin axis normal to it.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
+    >>> moon = pt.System(pt.Body.from_ratios(beta=0.26, gamma=0.1), pt.GravityGradient(orbit))
+    >>> pt.analysis.spin_orbit_section(moon, angle=0.1, rate=[1.0, 1.5], revolutions=10)
+    Section of 2 motions, 22 points
     """
     orbit = _only_orbit(system)
     if not _is_whole(revolutions) or revolutions < 1:
@@ -205,6 +228,13 @@ def andoyer_section(system: System, state: State, time: Time, *, angle: Angle = 
     -------
     Section
         x is l in (-pi, pi], y is L/G.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> pt.analysis.andoyer_section(pt.System(body), start, 100.0)
+    Section of 1 motions, 15 points
     """
 
     def coordinates(points: EventRecord) -> tuple[Array, Array]:
