@@ -148,9 +148,9 @@ def _rate(members, count, repeats):
     states, times = broadcast_members(members.first(count), (count,)), np.array([0.0, ENSEMBLE_END])
     problem = Problem(P3.system)
     variables = kernels.state_vector(problem, states, FORMULATIONS["lie_poisson"], "double")
-    with kernels.integrator(problem, variables, "double", 0.0, kernels.LANES) as borrowed:
-        work = flops_per_step(borrowed.engine)
-        one_batch = _batch(borrowed, variables, states)
+    with kernels.kernel_of(problem, variables, "double", 0.0, kernels.LANES) as compiled:
+        work = flops_per_step(compiled.engine)
+        one_batch = _batch(compiled, variables, states)
         all_members, kernel, peaks = [], [], []
         for _ in range(repeats):
             peaks.append(peak())
@@ -171,15 +171,15 @@ def _rate(members, count, repeats):
     }
 
 
-def _batch(borrowed, variables, states):
+def _batch(compiled, variables, states):
     """Return a function that steps one batch for the whole time and returns the lanes' steps per second."""
-    engine, lanes = borrowed.engine, kernels.LANES
+    engine, lanes = compiled.engine, kernels.LANES
     starts = variables.from_state(states)[:lanes].T
 
     def run():
         engine.state[:] = starts
         engine.set_time(0.0)
-        borrowed.begin(True, np.arange(lanes))
+        compiled.begin(True, np.arange(lanes))
         began = time.perf_counter()
         engine.propagate_until(ENSEMBLE_END)
         return sum(lane[3] for lane in engine.propagate_res) / (time.perf_counter() - began)

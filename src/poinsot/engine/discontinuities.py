@@ -110,7 +110,7 @@ class Discontinuities:
         Of engine and lane: lets the user's events happen that are due where something changes; whether the motion
         goes on.
     scales : Scales
-        Those of the momenta, the borrower's.
+        Those of the momenta, the kernel's.
     spans : array (lanes,)
         The times that the run takes.
     """

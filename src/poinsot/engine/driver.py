@@ -287,10 +287,10 @@ class _Run:
         """Let the run stop after the chunks of steps that are under way, and keep what it has."""
         self.stop = self.report.interrupted = True
 
-    def borrowed(self, lanes: int) -> AbstractContextManager[kernels.Borrowed]:
-        """Borrow an integrator."""
+    def kernel(self, lanes: int) -> AbstractContextManager[kernels.Kernel]:
+        """Provide the kernel."""
         own = self.driver
-        return kernels.integrator(own.problem, own.variables, own.precision, own.tolerance, lanes)
+        return kernels.kernel_of(own.problem, own.variables, own.precision, own.tolerance, lanes)
 
     def integrations(
         self, stepper: Callable[[bool], Stepper], members: NDArray[np.int_]
@@ -325,11 +325,11 @@ class _OneBody(_Run):
         dense = out.dense = DenseOutput(own.variables, origin, self.starts[0], kind) if own.dense else None
 
         def stepper(forwards: bool) -> Stepper:
-            return DenseStepper(borrowed, kind, dense.parts[forwards]) if dense else ScalarStepper(borrowed, kind)
+            return DenseStepper(kernel, kind, dense.parts[forwards]) if dense else ScalarStepper(kernel, kind)
 
         parts: list[Integration] = []
-        with bar("time", max(ends) - min(ends), own.progress) as told, self.borrowed(1) as borrowed:
-            out.order, out.tolerance = borrowed.engine.order, float(borrowed.engine.tol)
+        with bar("time", max(ends) - min(ends), own.progress) as told, self.kernel(1) as kernel:
+            out.order, out.tolerance = kernel.engine.order, float(kernel.engine.tol)
             if self.stop:  # while the integrator was built
                 raise KeyboardInterrupt
             began = clock.perf_counter()
@@ -405,21 +405,21 @@ class _Members(_Run):
     def serve(self, told: Callable[[float], None]) -> None:
         """Integrate slab after slab, until none is left."""
         try:
-            with self.borrowed(self.width) as borrowed:
-                self.report.order, self.report.tolerance = borrowed.engine.order, float(borrowed.engine.tol)
+            with self.kernel(self.width) as kernel:
+                self.report.order, self.report.tolerance = kernel.engine.order, float(kernel.engine.tol)
                 while not self.stop:
                     with self._lock:
                         slab = next(self._slabs, None)
                     if slab is None:
                         return
-                    self._integrate(borrowed, slab, told)
+                    self._integrate(kernel, slab, told)
         except BaseException:  # the other threads would go on to the end before anyone hears of it
             self.stop = True
             raise
 
-    def _integrate(self, borrowed: kernels.Borrowed, slab: NDArray[np.int_], told: Callable[[float], None]) -> None:
+    def _integrate(self, kernel: kernels.Kernel, slab: NDArray[np.int_], told: Callable[[float], None]) -> None:
         variables = self.driver.variables
-        stepper = BatchStepper(borrowed) if self.width > 1 else ScalarStepper(borrowed, np.float64)
+        stepper = BatchStepper(kernel) if self.width > 1 else ScalarStepper(kernel, np.float64)
         rows = np.full((slab.size, self.times.size, variables.size), np.nan)
         finished = 0
         for first in range(0, slab.size, self.width):

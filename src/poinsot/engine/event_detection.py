@@ -38,7 +38,7 @@ from poinsot.mechanics.state import State, changed, state_of
 
 __all__ = ["EventDetection", "Recorded", "event_functions"]
 
-HASTE = 1e-5
+ZENO = 1e-5
 """Actions are without end where the time between them shrinks from one to the next, by this at last."""
 
 LARGEST = float(np.sqrt(np.finfo(float).max))
@@ -72,14 +72,14 @@ class EventDetection:
     Attributes
     ----------
     records : list of Recorded
-        What happened, until the borrower takes it.
+        What happened, until the integration takes it.
     stopped : list
-        For each lane "", or why it must not go on: "event", "haste", or the sentence about an action; or why a chunk of
+        For each lane "", or why it must not go on: "event", "zeno", or the sentence about an action; or why a chunk of
         steps must end: "act" where the momenta want another scale now, "held" before an action.
     error : BaseException or None
         The last one that an action raised.
     scales : Scales
-        Those of the momenta, the borrower's.
+        Those of the momenta, the kernel's.
     spans : array (lanes,)
         The times that the run takes.
     rehearsing, certain : bool
@@ -285,8 +285,8 @@ class EventDetection:
             return False
         if since >= self._since[lane, number]:
             self._longest[lane, number] = since
-        elif self._events[number].acts and since < HASTE * self._longest[lane, number]:
-            self.stopped[lane] = "haste"
+        elif self._events[number].acts and since < ZENO * self._longest[lane, number]:
+            self.stopped[lane] = "zeno"
         self._since[lane, number] = since
         return True
 

@@ -31,7 +31,7 @@ class Stepper(ABC):
 
     Attributes
     ----------
-    borrowed : Borrowed
+    kernel : Kernel
     engine : the engine's integrator
     lanes : int
     chunk : int
@@ -40,8 +40,8 @@ class Stepper(ABC):
 
     chunk: int
 
-    def __init__(self, borrowed: kernels.Borrowed) -> None:
-        self.borrowed, self.engine = borrowed, borrowed.engine
+    def __init__(self, kernel: kernels.Kernel) -> None:
+        self.kernel, self.engine = kernel, kernel.engine
         self.lanes = getattr(self.engine, "batch_size", 1)
 
     @abstractmethod
@@ -83,8 +83,8 @@ class Stepper(ABC):
 class ScalarStepper(Stepper):
     """One lane, rows on a grid."""
 
-    def __init__(self, borrowed: kernels.Borrowed, kind: Any) -> None:
-        super().__init__(borrowed)
+    def __init__(self, kernel: kernels.Kernel, kind: Any) -> None:
+        super().__init__(kernel)
         self.kind, self.chunk = kind, SCALAR_STEPS
 
     def _typed(self, values: Any) -> Array:
@@ -104,7 +104,7 @@ class ScalarStepper(Stepper):
 
     @override
     def mark(self) -> tuple[Any, Array]:
-        return self.engine.dtime, self.borrowed.scales.outward(self.engine.state.copy(), 0)
+        return self.engine.dtime, self.kernel.scales.outward(self.engine.state.copy(), 0)
 
     @override
     def plan(self, ahead: list[Array], under_way: list[int], lead: int) -> Any:
@@ -113,7 +113,7 @@ class ScalarStepper(Stepper):
 
     @override
     def advance(self, most: int) -> tuple[list[Any], Array]:
-        result = self.engine.propagate_grid(self._grid, max_steps=most, **self.borrowed.limits)
+        result = self.engine.propagate_grid(self._grid, max_steps=most, **self.kernel.limits)
         self._found = result[5][1:]
         return [result], self._found[:, :, None]
 
@@ -128,8 +128,8 @@ class ScalarStepper(Stepper):
 class DenseStepper(ScalarStepper):
     """One lane, rows from the polynomials of all steps, which are kept."""
 
-    def __init__(self, borrowed: kernels.Borrowed, kind: Any, polynomials: Polynomials) -> None:
-        super().__init__(borrowed, kind)
+    def __init__(self, kernel: kernels.Kernel, kind: Any, polynomials: Polynomials) -> None:
+        super().__init__(kernel, kind)
         self._polynomials = polynomials
 
     @override
@@ -139,7 +139,7 @@ class DenseStepper(ScalarStepper):
 
     @override
     def advance(self, most: int) -> tuple[list[Any], Array]:
-        result = self.engine.propagate_until(self._end, max_steps=most, c_output=True, **self.borrowed.limits)
+        result = self.engine.propagate_until(self._end, max_steps=most, c_output=True, **self.kernel.limits)
         self._piece = result[4]
         return [result], (self.engine.state[None] if self._piece is None else self._piece.tcs[:, :, 0])[..., None]
 
@@ -147,7 +147,7 @@ class DenseStepper(ScalarStepper):
     def rows(self, lane: int, ahead: Array, passed: int) -> Array:
         if self._piece is None:
             return np.tile(np.asarray(self.engine.state, dtype=float), (passed, 1))
-        self._polynomials.add(self._piece, int(self.borrowed.scales.bits[0]))
+        self._polynomials.add(self._piece, int(self.kernel.scales.bits[0]))
         if not passed:
             return np.empty((0, self.engine.state.size))
         return np.array(self._piece(self._typed(ahead[:passed])), dtype=float)
@@ -160,8 +160,8 @@ class BatchStepper(Stepper):
     nothing is read.
     """
 
-    def __init__(self, borrowed: kernels.Borrowed) -> None:
-        super().__init__(borrowed)
+    def __init__(self, kernel: kernels.Kernel) -> None:
+        super().__init__(kernel)
         self.chunk = BATCH_STEPS
 
     @override
@@ -180,8 +180,8 @@ class BatchStepper(Stepper):
     @override
     def mark(self) -> tuple[Any, Array]:
         time, state = tuple(part.copy() for part in self.engine.dtime), self.engine.state.copy()
-        for lane in map(int, np.flatnonzero(self.borrowed.scales.bits)):
-            state[:, lane] = self.borrowed.scales.outward(state[:, lane], lane)
+        for lane in map(int, np.flatnonzero(self.kernel.scales.bits)):
+            state[:, lane] = self.kernel.scales.outward(state[:, lane], lane)
         return time, state
 
     @override
@@ -205,7 +205,7 @@ class BatchStepper(Stepper):
             self.engine.propagate_until(list(self._ends), max_steps=most, write_tc=True)
             self._found = np.full((1, *self.engine.state.shape), np.nan)
         else:
-            _, self._found = self.engine.propagate_grid(self._table, max_steps=most, **self.borrowed.limits)
+            _, self._found = self.engine.propagate_grid(self._table, max_steps=most, **self.kernel.limits)
         return list(self.engine.propagate_res), self._found
 
     @override
@@ -222,7 +222,7 @@ class BatchStepper(Stepper):
         high[idle], low[idle] = high[lead], low[lead]
         self.engine.set_dtime(list(high), list(low))
         self.engine.state[:, idle] = self.engine.state[:, [lead]]
-        self.borrowed.repeat(lead, np.array(idle))
+        self.kernel.repeat(lead, np.array(idle))
 
 
 class Integration:
@@ -261,7 +261,7 @@ class Integration:
         grids: list[Array],
         forwards: bool,
     ) -> None:
-        self._stepper, self._borrowed, self._detection = stepper, stepper.borrowed, stepper.borrowed.detection
+        self._stepper, self._kernel, self._detection = stepper, stepper.kernel, stepper.kernel.detection
         self.members, self._starts, self._origins, self.forwards = members, starts, origins, forwards
         self.steps, self.reached = np.zeros(members.size, dtype=int), origins.copy()
         self.failed = [""] * members.size
@@ -282,7 +282,7 @@ class Integration:
 
     def chunks(self) -> Iterator[None]:
         """Integrate every lane over its grid; yield after each chunk of steps."""
-        self._chunk = self._borrowed.steps_at_a_time(self._stepper.chunk, first=True)
+        self._chunk = self._kernel.steps_at_a_time(self._stepper.chunk, first=True)
         under_way = self._under_way()
         if under_way:
             self._limit_steps(0)
@@ -306,13 +306,13 @@ class Integration:
     def _place(self, lanes: NDArray[np.int_], time: Any, state: Array) -> None:
         """Put the members of some lanes into the engine's, with states in the scale of the start."""
         self._stepper.place(time, state)
-        self._borrowed.begin(self.forwards, self.members[lanes])
+        self._kernel.begin(self.forwards, self.members[lanes])
         if self._detection is not None:
             self._detection.records = []
 
     def _limit_steps(self, tries: int) -> None:
         self._tries = tries
-        self._borrowed.limit_steps(np.abs(self.lasts - self._origins)[self._lanes], tries)
+        self._kernel.limit_steps(np.abs(self.lasts - self._origins)[self._lanes], tries)
 
     def _mark(self, lead: int, idle: list[int]) -> Callable[[], None]:
         """Return what brings the engine back to where it is."""
@@ -330,7 +330,7 @@ class Integration:
 
     def _advance(self, under_way: list[int]) -> None:
         """Take a chunk of steps, or go back to where it began if it is to be taken again."""
-        stepper, borrowed = self._stepper, self._borrowed
+        stepper, kernel = self._stepper, self._kernel
         lead = max(under_way, key=lambda lane: self._ahead[lane].size)
         idle = [lane for lane in range(stepper.lanes) if lane not in under_way]
         if idle:
@@ -339,35 +339,35 @@ class Integration:
         ends = stepper.plan(self._ahead, under_way, lead)
         most = taken = self._chunk
         if self._closely:
-            taken = borrowed.sound_steps(ends, most)
+            taken = kernel.sound_steps(ends, most)
             back()
-        borrowed.certain(self._closely)
+        kernel.certain(self._closely)
         results, on_the_way = stepper.advance(taken)
-        doubtful = borrowed.doubtful(under_way, results, on_the_way)
+        doubtful = kernel.doubtful(under_way, results, on_the_way)
         if self._goes_back(doubtful, under_way, back):
             return
         reached = stepper.times()
         for lane in under_way:
-            ended = borrowed.outcome(results[lane][0], lane)
+            ended = kernel.outcome(results[lane][0], lane)
             self.steps[lane] += results[lane][3]
             if ended == "step_limit" and taken < most:  # only a full chunk tells whether the steps lead anywhere
                 ended = "success"
             self._read(lane, ended, float(before[lane]), float(reached[lane]))
         self.take_events()
-        borrowed.rescale()
-        self._chunk, self._closely = borrowed.steps_at_a_time(stepper.chunk), doubtful
+        kernel.rescale()
+        self._chunk, self._closely = kernel.steps_at_a_time(stepper.chunk), doubtful
 
     def _goes_back(self, doubtful: bool, under_way: list[int], back: Callable[[], None]) -> bool:
         """Go back to the start of a chunk that must be taken again, closely or for a lost zero; return whether so."""
         if doubtful and not self._closely:
             self._closely = True
-        elif not (overlooked := [lane for lane in under_way if self._borrowed.overlooked(lane)]):
+        elif not (overlooked := [lane for lane in under_way if self._kernel.overlooked(lane)]):
             if self._tries:
                 self._limit_steps(0)
             return False
         elif self._tries == TRIES:
             for lane in overlooked:
-                self._borrowed.settle(lane)
+                self._kernel.settle(lane)
             self._limit_steps(0)
             return False
         else:
@@ -383,7 +383,7 @@ class Integration:
             return
         passed = int(np.searchsorted(sign * ahead, sign * reached, side="right"))
         rows = self._stepper.rows(lane, ahead, passed)
-        self._rows[lane].append(self._borrowed.scales.outward(rows, lane))
+        self._rows[lane].append(self._kernel.scales.outward(rows, lane))
         self.reached[lane] = reached
         if passed == ahead.size and ended in ("time_limit", "step_limit", "success"):
             ended = self._look_at_end(lane)

@@ -73,7 +73,7 @@ hy.set_logger_level_error()  # it warns of each event at each step of each membe
 
 
 @dataclass(frozen=True)
-class _Built:
+class _Compiled:
     """An integrator, the arithmetic of its parameters, and what changes them on the way, if anything does."""
 
     engine: Any
@@ -88,15 +88,15 @@ class _Pool:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._idle: OrderedDict[Any, list[_Built]] = OrderedDict()
+        self._idle: OrderedDict[Any, list[_Compiled]] = OrderedDict()
         self._decided: OrderedDict[Any, bool] = OrderedDict()
 
-    def take(self, key: Any) -> _Built | None:
+    def take(self, key: Any) -> _Compiled | None:
         with self._lock:
             idle = self._idle.get(key)
             return idle.pop() if idle else None
 
-    def give(self, key: Any, built: _Built) -> None:
+    def give(self, key: Any, built: _Compiled) -> None:
         with self._lock:
             self._idle.setdefault(key, []).append(built)
             self._idle.move_to_end(key)
@@ -146,13 +146,13 @@ def integrated(problem: Problem, wanted: Callable[[Orbit], bool]) -> tuple[tuple
     return viewed(problem.orbits, seen), seen
 
 
-class Borrowed:
-    """An integrator on loan, and its parameters for a system and variables.
+class Kernel:
+    """A compiled integrator with its parameters, for one problem in given variables.
 
     Attributes
     ----------
     engine : the engine's integrator
-        Its state and its time are the borrower's to set.
+        Its state and its time are set from outside.
     detection : EventDetection or None
         The user's events.
     variables : StateVector
@@ -162,7 +162,7 @@ class Borrowed:
         Arguments for the engine.
     """
 
-    def __init__(self, built: _Built, problem: Problem, variables: StateVector, precision: str, lanes: int) -> None:
+    def __init__(self, built: _Compiled, problem: Problem, variables: StateVector, precision: str, lanes: int) -> None:
         self.engine, self._discontinuities, self.detection = built.engine, built.discontinuities, built.detection
         self._roots = built.roots
         self._variations, self._first = variables.variations, variables.tangent.start
@@ -251,7 +251,7 @@ class Borrowed:
         return "switch" if -int(engines) <= discontinuities else "angles"
 
     def steps_at_a_time(self, most: int, first: bool = False) -> int:
-        """Return after how many steps the borrower shall come back, to `rescale`."""
+        """Return after how many steps `rescale` is due."""
         if self._variations is None:
             return most
         return STEPS_AT_A_TIME[self._variations.order] // (10 if first else 1)
@@ -334,15 +334,15 @@ class Borrowed:
 
 
 @contextmanager
-def integrator(
+def kernel_of(
     problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int = 1
-) -> Iterator[Borrowed]:
-    """Lend an integrator for a system and events."""
+) -> Iterator[Kernel]:
+    """Provide a kernel, which goes back to the pool when it is not needed any more."""
     smooth = problem.between_knots()
     asked = precision, tolerance, lanes, smooth is not problem
     key = smooth.structure, variables.structure, asked  # without any real number of the system
     built = _pool.take(key) or _build(smooth, variables, *asked)
-    yield Borrowed(built, problem, variables, precision, lanes)
+    yield Kernel(built, problem, variables, precision, lanes)
     _pool.give(key, built)
 
 
@@ -424,7 +424,7 @@ def available(precision: str) -> bool:
 
 def _build(
     problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int, with_knots: bool
-) -> _Built:
+) -> _Compiled:
     symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
     constants = Constants()
     equations, (values, conditions) = _equations(problem, variables, symbols, constants)
@@ -461,5 +461,5 @@ def _build(
     if many_vectors or precision != "double" or sum(map(len, equations)) > MANY_TERMS:
         built = compiled(compact=True)
         if many_vectors or len(built.decomposition) > LARGE[precision]:
-            return _Built(built, constants, roots, discontinuities, detection)
-    return _Built(compiled(compact=False), constants, roots, discontinuities, detection)
+            return _Compiled(built, constants, roots, discontinuities, detection)
+    return _Compiled(compiled(compact=False), constants, roots, discontinuities, detection)

@@ -14,7 +14,7 @@ INTERRUPTED = "it was interrupted."
 
 REASONS = {
     "err_nf_state": "the state became non-finite. A force is singular there.",
-    "haste": "an event acts again and again without end. Let it act less often, or make it terminal.",
+    "zeno": "an event acts again and again without end. Let it act less often, or make it terminal.",
     "switch": "the branches of a `where` lead back to its switch from both sides. Make the formula smooth there.",
     "angles": ("sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."),
 }
