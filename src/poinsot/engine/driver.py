@@ -9,7 +9,7 @@ import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -227,6 +227,7 @@ class DenseOutput:
         return self._variables.to_phase(times, out)
 
 
+@dataclass(frozen=True)
 class Driver:
     """Integrates a problem in given variables.
 
@@ -246,19 +247,14 @@ class Driver:
         Whether to keep the polynomials, of one body.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        variables: StateVector,
-        tolerance: float,
-        *,
-        precision: str = "double",
-        threads: int = 1,
-        progress: bool = False,
-        dense: bool = False,
-    ) -> None:
-        self.problem, self.variables, self.tolerance = problem, variables, tolerance
-        self.precision, self.threads, self.progress, self.dense = precision, threads, progress, dense
+    problem: Problem
+    variables: StateVector
+    tolerance: float
+    _: KW_ONLY
+    precision: str = "double"
+    threads: int = 1
+    progress: bool = False
+    dense: bool = False
 
     def run(self, state: State, times: Array, sink: Sink, ways: tuple[bool, ...] = BOTH_WAYS) -> Report:
         """Integrate from a state outwards to all the times, which are monotonic; on Ctrl-C what is finished is kept.
