@@ -32,7 +32,7 @@ from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME, Variations
 from poinsot.engine.termination import LONGEST
 from poinsot.engine.variational import ZERO, VariationalEquations
 from poinsot.functions import Vector
-from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock, Views, viewed, views
+from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.state import State
@@ -134,16 +134,10 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     scale = np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state))))
     parts = factors_of_parts(system, state)
     if smooth.orbits and formulation.turns and precision == "double":
-        comoving = StateVector(formulation, scale, parts, *integrated(smooth, lambda _: True), comoving=True)
+        comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
         if set(comoving.views) == {0} and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
             return comoving
-    return StateVector(formulation, scale, parts, *integrated(smooth, lambda orbit: orbit.integrated))
-
-
-def integrated(problem: Problem, wanted: Callable[[Orbit], bool]) -> tuple[tuple[OrbitBlock, ...], Views]:
-    """Return the blocks of the orbits that are wanted, and which of them each orbit views."""
-    seen = views(problem.orbits, wanted)
-    return viewed(problem.orbits, seen), seen
+    return StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda orbit: orbit.integrated))
 
 
 class Kernel:

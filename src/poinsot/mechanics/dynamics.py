@@ -19,7 +19,7 @@ from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.environment import Environment, viewed, views
+from poinsot.mechanics.environment import Environment, shared_blocks
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
@@ -39,7 +39,7 @@ class Dynamics(Collection):
     @functools.cached_property
     def blocks(self) -> tuple[Block, ...]:
         """What is integrated along: parts with variables, and the paths of orbits without a formula for kernels."""
-        paths = viewed(self.orbits, views(self.orbits, lambda orbit: orbit.integrated))
+        paths, _ = shared_blocks(self.orbits, lambda orbit: orbit.integrated)
         return (*(part for part in self.moving_parts if part.size), *paths)
 
     @functools.cached_property

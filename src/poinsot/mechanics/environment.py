@@ -30,8 +30,8 @@ __all__ = [
     "frames_of",
     "orbits_of",
     "sample_time",
+    "shared_blocks",
     "viewed",
-    "views",
 ]
 
 SPACE_AXES_UNNAMED = "space axes"
@@ -297,16 +297,18 @@ Views = tuple[int | None, ...]
 """For each of some orbits the number of the block that it views."""
 
 
-def views(orbits: Iterable[Orbit], wanted: Callable[[Orbit], bool]) -> Views:
-    """Return the number of the block that each orbit views, one for orbits on one path; None if it is not wanted."""
+def shared_blocks(orbits: Iterable[Orbit], wanted: Callable[[Orbit], bool]) -> tuple[tuple[OrbitBlock, ...], Views]:
+    """Return the blocks of the orbits that are wanted, one for orbits on one path, and which of them each views."""
     blocks: list[OrbitBlock] = []
-    out = []
+    views: list[int | None] = []
     for orbit in orbits:
         block = orbit.block if wanted(orbit) else None
-        out.append(None if block is None else next((i for i, b in enumerate(blocks) if same(b, block)), len(blocks)))
-        if block is not None and out[-1] == len(blocks):
-            blocks.append(block)
-    return tuple(out)
+        if block is None:
+            views.append(None)
+            continue
+        views.append(next((i for i, known in enumerate(blocks) if same(known, block)), len(blocks)))
+        blocks[views[-1] :] = blocks[views[-1] :] or [block]
+    return tuple(blocks), tuple(views)
 
 
 def viewed(orbits: Sequence[Orbit], views: Views) -> tuple[OrbitBlock, ...]:

@@ -14,6 +14,7 @@ from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import Variations
+from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
@@ -82,7 +83,7 @@ class VariationalRun:
         self.state = broadcast_members(state, self.members or (1,))
         variables = kernels.state_vector(self.problem, self.state, chosen, "double")
         if inputs:  # comoving axes would change with their orbit
-            orbits, views = kernels.integrated(self.problem.between_knots(), lambda orbit: not orbit.closed_form)
+            orbits, views = shared_blocks(self.problem.between_knots().orbits, lambda orbit: not orbit.closed_form)
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
         self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(system.momentum_scale(self.state))))))
