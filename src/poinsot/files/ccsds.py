@@ -147,14 +147,9 @@ def segments_of(
     needed: tuple[str, ...],
     columns_of: Callable[[Rows, str, bool], tuple[str, ...]],
 ) -> tuple[str, list[Rows]]:
-    """Return the version of an ephemeris message, and its segments.
+    """Return the version of an ephemeris message, and its segments, each with the needed metadata.
 
-    Parameters
-    ----------
-    needed : tuple of str
-        Metadata that each segment must have.
-    columns_of : callable
-        Returns the columns of a segment by its metadata, the version, and whether the message is in XML.
+    `columns_of` returns the columns of a segment by its metadata, the version, and whether the message is in XML.
     """
     segments: list[Rows] = []
 
@@ -249,10 +244,7 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
 
 
 def times_of(rows: Rows, calendar: Calendar | None) -> tuple[NDArray[np.float64], Calendar]:
-    """Return the rising times of rows up to their STOP_TIME, and the calendar: by default from the first, in seconds.
-
-    Rows are in the TIME_SYSTEM that the file says.
-    """
+    """Return the rising times of rows up to STOP_TIME, and the calendar: by default from the first, in seconds."""
     scale = rows.word("TIME_SYSTEM").upper()
     if scale not in SCALES:
         raise ValueError(f"TIME_SYSTEM in {rows.name} must be one of {', '.join(SCALES)}, got {scale[:40]!r}.")
@@ -302,12 +294,6 @@ def dates_of(calendar: Calendar, times: Any) -> tuple[list[str], str]:
     return dates, str(instants.scale).upper()
 
 
-def check_version(version: str) -> None:
-    """Refuse a version of a message that is not written."""
-    if version not in SCHEMAS:
-        raise ValueError(f"version must be '1.0' or '2.0', got {version!r}.")
-
-
 def word(name: str, text: Any) -> str:
     """Return a text that fits into one line of a message."""
     if not re.fullmatch(r"[ -~]*[!-~][ -~]*", text) or re.search(r"[\[\]<>&=]", text):
@@ -337,15 +323,11 @@ def write_message(
 ) -> Path:
     """Write a message of one segment: in XML if its name ends so, in KVN otherwise; return its path.
 
-    Parameters
-    ----------
-    metadata : mapping
-        Those that are None are left out.
-    kvn : callable
-        Returns the lines after the header, with those of the metadata.
-    xml : callable
-        Returns the element `data`.
+    Metadata that are None are left out; `kvn` returns the lines after the header, with those of the metadata, and `xml`
+    the element `data`.
     """
+    if version not in SCHEMAS:
+        raise ValueError(f"version must be '1.0' or '2.0', got {version!r}.")
     now = dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S")
     header = {"CREATION_DATE": now, "ORIGINATOR": word("originator", originator)}
     says = {key: word(key, value) for key, value in metadata.items() if value is not None}

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from poinsot.files.attitudes.attitude_format import AttitudeFormat, attitude_formats, format_of
-from poinsot.files.attitudes.attitude_table import AttitudeTable, table_of
+from poinsot.files.attitudes.attitude_table import table_of
 from poinsot.files.netcdf import SUFFIXES, load, save
 from poinsot.files.scenarios.builder import Parts
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
-from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["convert"]
 
@@ -52,13 +52,18 @@ def convert(
         raise ValueError("scenario must go with attitudes that become a result, got other files.")
     if from_result and to_result and (zero, frame) != (None, None):
         raise ValueError(f"{'frame' if zero is None else 'zero'} must go with attitudes, got two results.")
-    calendar = _calendar(zero)
-    if after is None:
-        motion = load(source) if before is None else _motion(source, before, scenario, calendar, frame)
-        return save(motion, target, overwrite=overwrite)
-    what = load(source) if before is None else _table(source, before, calendar, frame)
-    after.write(what, target, calendar=calendar, reference_frame=frame, overwrite=overwrite)
-    return target
+    calendar = None
+    if zero is not None:
+        date, _, scale = zero.strip().rpartition(" ")
+        if not date:
+            given = f"such as '2026-11-21T00:00:00 UTC', got {zero[:40]!r}"
+            raise ValueError(f"zero must be a date and its scale, {given}.")
+        calendar = Calendar(date, scale)
+    what = load(source) if before is None else _read(source, before, calendar, frame, scenario, to_result)
+    if after is not None:
+        after.write(what, target, calendar=calendar, reference_frame=frame, overwrite=overwrite)
+        return target
+    return save(what, target, overwrite=overwrite)
 
 
 def _format(path: Path) -> AttitudeFormat | None:
@@ -70,26 +75,21 @@ def _format(path: Path) -> AttitudeFormat | None:
     return known
 
 
-def _motion(
-    source: Path, known: AttitudeFormat, scenario: str | Path | None, calendar: Calendar | None, frame: str | None
-) -> Trajectory:
-    """Return attitudes as a motion of the system in a scenario, counted as its times are."""
-    if scenario is None:
+def _read(
+    source: Path,
+    known: AttitudeFormat,
+    calendar: Calendar | None,
+    frame: str | None,
+    scenario: str | Path | None,
+    to_result: bool,
+) -> Any:
+    """Return attitudes, or their motion of the system in a scenario, counted as its times are."""
+    if to_result and scenario is None:
         raise ValueError(f"scenario must be given to make a result of {source}, which has neither body nor forces.")
-    parts = Parts(read_text(scenario), str(scenario), whole=False, folder=Folder(Path(scenario).parent))
-    system = parts.system()
-    return _table(source, known, calendar or parts.calendar, frame).trajectory(system)
-
-
-def _table(source: Path, known: AttitudeFormat, calendar: Calendar | None, frame: str | None) -> AttitudeTable:
+    system = None
+    if scenario is not None:
+        parts = Parts(read_text(scenario), str(scenario), whole=False, folder=Folder(Path(scenario).parent))
+        system, calendar = parts.system(), calendar or parts.calendar
     counted = {} if calendar is None else {"calendar": calendar}
-    return table_of(known.read(source, **counted), reference_frame=frame, dated=False)
-
-
-def _calendar(zero: str | None) -> Calendar | None:
-    if zero is None:
-        return None
-    date, _, scale = zero.strip().rpartition(" ")
-    if not date:
-        raise ValueError(f"zero must be a date and its scale, such as '2026-11-21T00:00:00 UTC', got {zero[:40]!r}.")
-    return Calendar(date, scale)
+    table = table_of(known.read(source, **counted), reference_frame=frame, dated=False)
+    return table if system is None else table.trajectory(system)

@@ -32,7 +32,6 @@ from poinsot.propagation.dataset import read_parts, told_parts
 from poinsot.propagation.stored_trajectory import (
     Record,
     StoredEnvironment,
-    StoredPart,
     StoredSystem,
     StoredTrajectory,
 )
@@ -199,13 +198,27 @@ def _opened(path: Path) -> xarray.Dataset:
     """Return what is needed of the dataset in a file, and tell what goes wrong on the way as one sentence."""
     import xarray
 
-    _refuse_others(path)
+    if not path.exists():
+        raise FileNotFoundError(f"No such file: {path}")
+    if path.suffix == ".zarr" and not (path / GROUP).is_file():
+        raise ValueError(f"{path} must be a Zarr store, got none: it has no {GROUP}.")
+    if path.suffix == ".nc":
+        _check_magic(path)
     try:
         variables, attributes = read_store(path, _is_needed) if path.suffix == ".zarr" else _netcdf_content(path)
         return xarray.Dataset(variables, attrs=attributes)
     except FOREIGN as error:
         what = " ".join(str(error).split())[:100].rstrip(".") or type(error).__name__
         raise ValueError(f"{path} must be a whole result as save writes it, got another: {what}.") from None
+
+
+def _check_magic(path: Path) -> None:
+    """Refuse other files before a library looks at them."""
+    if not path.is_file():
+        raise ValueError(f"{path} must be a file, got a folder or a device.")
+    with path.open("rb") as stream:
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise ValueError(f"{path} must be a NetCDF-4 file, got other first bytes.")
 
 
 def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -217,21 +230,6 @@ def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         )
     told = {name: (dims, array, said) for (name, dims, said), array in zip(told, arrays, strict=True)}
     return told, attributes
-
-
-def _refuse_others(path: Path) -> None:
-    """Refuse what is no file of the kind that its name says, before a library looks at it."""
-    if not path.exists():
-        raise FileNotFoundError(f"No such file: {path}")
-    if path.suffix == ".zarr":
-        if not (path / GROUP).is_file():
-            raise ValueError(f"{path} must be a Zarr store, got none: it has no {GROUP}.")
-    elif not path.is_file():
-        raise ValueError(f"{path} must be a file, got a folder or a device.")
-    else:
-        with path.open("rb") as stream:
-            if stream.read(len(MAGIC)) != MAGIC:
-                raise ValueError(f"{path} must be a NetCDF-4 file, got other first bytes.")
 
 
 def _is_needed(name: str) -> bool:
@@ -258,7 +256,11 @@ class _Reading:
     def __init__(self, data: xarray.Dataset, name: str) -> None:
         self.data, self.name = data, name
         said = data.attrs.get("state_variables")
-        self.parts = self._parts()
+        parts = data.attrs.get("parts", "{}")
+        try:
+            self.parts = read_parts(parts)
+        except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
+            raise ValueError(f"{name} must have parts by name with their variables, got {described(parts)}.") from None
         self.own = {part.name: part.size for part in self.parts if part.size}
         self.sizes = next((sizes for sizes in PHASES if " ".join((*sizes, *self.own)) == said), PHASES[0])
         self.initial = next((s for s in PHASES if all(f"initial_{each}" in data.variables for each in s)), PHASES[0])
@@ -269,16 +271,6 @@ class _Reading:
                 raise ValueError(f"{name} must have the attribute {key}, got none.")
         if said != " ".join((*self.sizes, *self.own)):
             raise ValueError(f"{name} must have state_variables that are q and momenta, got {described(said)}.")
-
-    def _parts(self) -> tuple[StoredPart, ...]:
-        """Return what the file says of parts."""
-        said = self.data.attrs.get("parts", "{}")
-        try:
-            return read_parts(said)
-        except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
-            raise ValueError(
-                f"{self.name} must have parts by name with their variables, got {described(said)}."
-            ) from None
 
     def _check_variables(self, own: dict[str, int]) -> None:
         """Refuse variables that are missing, no real numbers, or of shapes that do not go together."""

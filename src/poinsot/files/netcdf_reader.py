@@ -25,7 +25,10 @@ def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tu
         wanted = [name for name in file.variables if name in names or name.startswith(tuple(beginnings))]
         variables = [file.variables[name] for name in wanted]
         for variable in variables:
-            _check_stored(variable)
+            if not isinstance(variable.dtype, np.dtype) or variable.dtype.kind not in "fiu":
+                raise ValueError(f"{variable.name} has no numbers")
+            if variable.ndim and variable.chunking() != "contiguous":
+                raise ValueError(f"{variable.name} is in chunks, which may be compressed")
         bytes_told = sum(int(np.prod(variable.shape, dtype=object)) * variable.dtype.itemsize for variable in variables)
         if bytes_told > size:
             raise ValueError(f"{size} bytes cannot be the {bytes_told} that it announces")
@@ -33,14 +36,6 @@ def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tu
         arrays = [np.asarray(variable[...]) for variable in variables]
         told = [[variable.name, variable.dimensions, _attributes(variable)] for variable in variables]
         return [_attributes(file), told], arrays
-
-
-def _check_stored(variable: Any) -> None:
-    kind = variable.dtype
-    if not isinstance(kind, np.dtype) or kind.kind not in "fiu":
-        raise ValueError(f"{variable.name} has no numbers")
-    if variable.ndim and variable.chunking() != "contiguous":
-        raise ValueError(f"{variable.name} is in chunks, which may be compressed")
 
 
 def _attributes(owner: Any) -> dict[str, Any]:

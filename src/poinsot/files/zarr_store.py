@@ -49,11 +49,8 @@ def write_store(data: xarray.Dataset, folder: Path) -> None:
 def read_store(folder: Path, needed: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the variables whose names are needed, as a dataset takes them, and the attributes of a store.
 
-    Raises
-    ------
-    OSError, ValueError
-        If a file cannot be read; or an array is stored in another way than `write_store` does, has not the size that it
-        announces, or leads out of the folder.
+    A ValueError refuses an array that is stored in another way than `write_store` does, has not the size that it
+    announces, or leads out of the folder.
     """
     attributes = _read_json(folder, ATTRIBUTES)
     names = sorted(path.name for path in folder.iterdir() if needed(path.name))

@@ -298,7 +298,6 @@ def write_apm(
         raise ValueError("state must be one state of one body, got an ensemble.")
     row = AttitudeTable(state.time[None], state.quaternion[None], body.omega(state.angular_momentum_body)[None])
     table = table_of(row, calendar, reference_frame, body_frame)
-    ccsds.check_version(version)
     ccsds.body_and_reference(table.reference_frame, table.body_frame, "reference_frame and body_frame")
     (epoch,), system = ccsds.dates_of(calendar, table.times)
     metadata = {"OBJECT_NAME": object_name, "OBJECT_ID": object_id, "CENTER_NAME": center_name, "TIME_SYSTEM": system}

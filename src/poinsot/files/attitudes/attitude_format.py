@@ -6,6 +6,7 @@ import functools
 import importlib
 import inspect
 import pkgutil
+import re
 from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, ClassVar
@@ -28,6 +29,8 @@ class AttitudeFormat(ABC):
         What reads a file in Python, with {path} in the place of its name.
     conventions : (str, str, str)
         Order and direction of the quaternions, and the rates.
+    mark : re.Pattern
+        What the first bytes of such files have; `sniff` looks for it.
 
     Examples
     --------
@@ -42,11 +45,12 @@ class AttitudeFormat(ABC):
     suffixes: ClassVar[tuple[str, ...]]
     in_python: ClassVar[str]
     conventions: ClassVar[tuple[str, str, str]]
+    mark: ClassVar[re.Pattern[bytes]]
 
-    @staticmethod
-    @abstractmethod
-    def sniff(head: bytes) -> bool:
+    @classmethod
+    def sniff(cls, head: bytes) -> bool:
         """Return whether a file is of this format, by its first bytes."""
+        return cls.mark.search(head) is not None
 
     @staticmethod
     @abstractmethod

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file
@@ -163,10 +162,8 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
     for kernel in kernels[1:]:
         if path.is_file() and not kernel.is_file():
-            raise FileNotFoundError(
-                f"{path} must have the kernels of its clock and its frame beside it, got no {kernel.name}. "
-                "spice_attitude reads it with any kernels."
-            )
+            rule = f"{path} must have the kernels of its clock and its frame beside it, got no {kernel.name}."
+            raise FileNotFoundError(f"{rule} spice_attitude reads it with any kernels.")
     with loaded(kernels) as spice:
         (frame, reference), (ets,) = spice.ask("instants", str(path), OWN)
         return _table(spice, frame, reference, np.asarray(calendar.converted(ets, ET)), calendar)
@@ -222,12 +219,18 @@ def write_ck(
     table = table_of(motion, calendar, reference_frame, body_frame)
     frame, path = table.body_frame.upper(), Path(path)
     _check_arguments(table, frame, path, spacecraft)
-    zero, seconds, date = _clock_of(table)
+    instants = calendar_of(table).date(table.times)
+    first = instants[0].tdb
+    first.precision = 9
+    begin = Calendar(str(first.isot), "TDB")
+    at_first = ET.time(f"{begin.zero} TDB")
+    zero = at_first - MARGIN  # of the clock
+    seconds = np.asarray(begin.time(instants)) + (at_first - zero)
     names = {"frame": frame, "spacecraft": spacecraft, "number": 1000 * spacecraft, "clock": -spacecraft}
     others = (path.with_suffix(".tsc"), path.with_suffix(".tf"))
     with contextlib.ExitStack() as stack:
         kernel, clock, frames = (stack.enter_context(new_file(name, overwrite)) for name in (path, *others))
-        clock.write_text(CLOCK.format(**names, ticks=TICKS, zero=zero, date=date), encoding="ascii")
+        clock.write_text(CLOCK.format(**names, ticks=TICKS, zero=zero, date=begin.zero[:10]), encoding="ascii")
         frames.write_text(FRAME.format(**names), encoding="ascii")
         with _opened(spice, kernel) as handle:
             _write_segment(spice, handle, table, seconds, 1000 * spacecraft, rates)
@@ -248,17 +251,6 @@ def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: i
         raise ValueError(f"motion must have two times or more for a C-kernel, got {table.times.size}.")
 
 
-def _clock_of(table: AttitudeTable) -> tuple[float, Array, str]:
-    """Return the instant at which the clock is zero, as ET, the seconds of the clock at the times, and the date."""
-    instants = calendar_of(table).date(table.times)
-    first = instants[0].tdb
-    first.precision = 9
-    begin = Calendar(str(first.isot), "TDB")
-    at_first = ET.time(f"{begin.zero} TDB")
-    zero = at_first - MARGIN
-    return zero, np.asarray(begin.time(instants)) + (at_first - zero), begin.zero[:10]
-
-
 @contextlib.contextmanager
 def _opened(spice: Any, path: Path) -> Iterator[int]:
     try:
@@ -268,9 +260,7 @@ def _opened(spice: Any, path: Path) -> Iterator[int]:
         finally:
             spice.ckcls(handle)
     except spice.utils.exceptions.SpiceyError as error:
-        raise ValueError(
-            f"motion must be one that a C-kernel can say, got one of which SPICE says {error.short}."
-        ) from None
+        raise ValueError(f"motion must be one that a C-kernel can say, got {error.short} from SPICE.") from None
 
 
 def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array, number: int, rates: bool) -> None:
@@ -301,8 +291,4 @@ class Ck(AttitudeFormat):
     in_python = "pt.files.spice_attitude, with the kernels of its clock and its frame"
     conventions = ("scalar first", "of the matrix from space to body: the conjugate of ours", "rad/s along space")
     read, write = staticmethod(read_ck), staticmethod(write_ck)
-
-    @staticmethod
-    @override
-    def sniff(head: bytes) -> bool:
-        return head.startswith(b"DAF/CK")
+    mark = re.compile(rb"\ADAF/CK")

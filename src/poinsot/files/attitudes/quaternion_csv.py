@@ -7,7 +7,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-from typing_extensions import override
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -181,8 +180,4 @@ class QuaternionCsv(AttitudeFormat):
     in_python = "pt.files.read_quaternion_csv({path!r})"
     conventions = ("said in the file", "said in the file", "as ours")
     read, write = staticmethod(read_quaternion_csv), staticmethod(write_quaternion_csv)
-
-    @staticmethod
-    @override
-    def sniff(head: bytes) -> bool:
-        return b"# direction:" in head
+    mark = re.compile(rb"# direction:")

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from typing_extensions import override
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -224,8 +223,4 @@ class Stk(AttitudeFormat):
         "deg/s along the body",
     )
     read, write = staticmethod(read_stk_attitude), staticmethod(write_stk_attitude)
-
-    @staticmethod
-    @override
-    def sniff(head: bytes) -> bool:
-        return head.lstrip().lower().startswith(b"stk.v")
+    mark = re.compile(rb"\A\s*stk\.v", re.IGNORECASE)

@@ -298,13 +298,12 @@ def _epoch_of(line: str) -> Calendar:
 def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if isinstance(message, Mapping):
         return {str(key): str(value) for key, value in message.items() if value is not None}
-    if not isinstance(message, str):
-        raise TypeError(f"message must be text or fields by name, got {described(message)}.")
     if len(message) > MOST_CHARACTERS:
         raise ValueError(f"message must be about one satellite, got {len(message)} characters.")
     text = message.strip().lstrip("\ufeff")
     if text.startswith("<"):
-        found = _fields_of_xml(text)
+        segments = [part for part in parsed_xml(text, "message").iter() if local_name(part) == "segment"]
+        found = [{local_name(part): part.text for part in segment.iter() if len(part) == 0} for segment in segments]
     elif text.startswith(("{", "[")):
         found = _fields_of_json(text)
     elif "=" in text:
@@ -314,11 +313,6 @@ def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if len(found) != 1:
         raise ValueError(f"message must be about one satellite, got {len(found)}.")
     return {str(key): str(value).strip() for key, value in found[0].items() if value is not None}
-
-
-def _fields_of_xml(text: str) -> list[dict[str, Any]]:
-    segments = [part for part in parsed_xml(text, "message").iter() if local_name(part) == "segment"]
-    return [{local_name(part): part.text for part in segment.iter() if len(part) == 0} for segment in segments]
 
 
 def _fields_of_json(text: str) -> list[dict[str, Any]]:
