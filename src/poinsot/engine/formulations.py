@@ -277,7 +277,8 @@ def _subclasses(base: Any) -> Iterator[type[Formulation]]:
 def _is_plain(cls: type[Formulation]) -> bool:
     """Whether a class is a user's own and needs no arguments."""
     outside = cls.__module__.partition(".")[0] != "poinsot"
-    return outside and not inspect.isabstract(cls) and cls.__init__ is object.__init__
+    plain = hasattr(cls, "name") and cls.__init__ is object.__init__
+    return outside and plain and not inspect.isabstract(cls)
 
 
 def formulation_of(name: str) -> Formulation:

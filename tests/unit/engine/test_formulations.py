@@ -137,3 +137,12 @@ def test_files_repeat_a_motion_of_a_users_own_formulation(tmp_path):
     assert np.array_equal(read.quaternion, motion.quaternion)
     with pytest.raises(ValueError, match="the formulation of a scenario must be one of"):
         repetition(read, "scaled.nc")
+
+
+def test_an_unfinished_class_does_not_hinder_others():
+    class Unfinished(Formulation):
+        physical = rates = from_state = to_phase = None
+
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1))
+    assert pt.propagate(SYSTEMS["free"], start, [1.0], formulation="canonical").run.formulation == "canonical"
+    del Unfinished
