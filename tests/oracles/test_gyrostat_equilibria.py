@@ -182,6 +182,16 @@ def test_the_numbers_of_minima_and_saddles_are_those_of_morse():
         assert 2 <= counts[0] <= 4
 
 
+@pytest.mark.parametrize(("size", "count", "stable"), [(1e-6, 24, 4), (30.0, 8, 2), (1e3, 8, 2)])
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+def test_slow_and_fast_rotors_in_other_units(size, count, stable, unit):
+    orbit = pt.KeplerOrbit(1e-6, semimajor_axis=1.0, eccentricity=0.0, inclination=0.4)
+    rotors = Gyrostat(unit * size * orbit.mean_motion * np.array([0.6, 0.48, 0.64]))
+    system = pt.System(pt.Body(unit * np.array([2.0, 1.5, 1.0])), rotors, pt.GravityGradient(orbit))
+    kinds = [e.stability for e in equilibria(system, orbit.frame)]
+    assert (len(kinds), kinds.count("lyapunov"), kinds.count("unstable")) == (count, stable, count - stable)
+
+
 def test_it_stays_for_some_orbits():
     moments, rotors = np.array([1.7, 1.4, 0.8]), np.array([0.2, -0.3, 0.25])
     system = pt.System(pt.Body(moments), Gyrostat(RATE * rotors), pt.GravityGradient(ORBIT))
