@@ -153,7 +153,8 @@ def chaos_indicators(
     ChaosIndicators(times=1, members=1, failed=0, mean_megno=2.008 ... 2.008)
     """
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
-    _check_count(vectors, len(job.units))
+    if not 1 <= vectors <= job.units.size:
+        raise ValueError(f"vectors must be a whole number from 1 to {job.units.size}, got {vectors}.")
     _check_one_way(np.sort(job.times), job.state.time)
     rate = _fastest(system, job.state)
     unit = float(
@@ -377,11 +378,6 @@ def _refined(times: Array, starts: Array, step: float) -> Array:
     ends = np.union1d(times, [np.min(starts), np.max(starts)])
     pieces = [np.linspace(a, b, max(int(np.ceil((b - a) / step)), 1) + 1)[1:-1] for a, b in itertools.pairwise(ends)]
     return np.union1d(times, np.concatenate(pieces)) if pieces else times
-
-
-def _check_count(vectors: int, most: int) -> None:
-    if not isinstance(vectors, int) or isinstance(vectors, bool) or not 1 <= vectors <= most:
-        raise ValueError(f"vectors must be a whole number from 1 to {most}, got {vectors!r}.")
 
 
 def _check_one_way(times: Array, starts: Array) -> None:

@@ -110,7 +110,8 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
     >>> pt.analysis.frequencies(np.exp(-1.5j * times), times, 1).frequencies.round(9)
     array([-1.5])
     """
-    signals, t = _checked(signal, times, _checked_count(count))
+    refuse_nonpositive("count", count)
+    signals, t = _checked(signal, times, count)
     rows = [_decomposed(row, t, count) for row in signals.reshape(-1, t.size)]
     most = max(len(row[0]) for row in rows)
     padded = [[np.pad(x, (0, most - len(x)), constant_values=np.nan) for x in row[:3]] for row in rows]
@@ -149,7 +150,8 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
     >>> pt.analysis.diffusion(np.cos(2 * times + 1e-4 * times**2), times).round(4)
     array([0.005])
     """
-    lines = max(_checked_count(count), IN_A_HALF)
+    refuse_nonpositive("count", count)
+    lines = max(count, IN_A_HALF)
     signals, t = _checked(signal, times, lines, halves=2)
     half = t.size // 2
     slowest = 2 * np.pi / (t[half] - t[0])
@@ -360,13 +362,6 @@ def _followed(first: tuple[Array, ...], second: tuple[Array, ...]) -> Array:
 
 
 # ---------------------------------------------------------------------- arguments
-
-
-def _checked_count(count: int) -> int:
-    if isinstance(count, bool) or not isinstance(count, int | np.integer):
-        raise TypeError(f"count must be an integer, got {type(count).__name__} {count!r}.")
-    refuse_nonpositive("count", count)
-    return int(count)
 
 
 def _checked(signal: ArrayLike, times: Times, lines: int, halves: int = 1) -> tuple[Array, Array]:

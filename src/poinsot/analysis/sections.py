@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import member_array
+from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.html_text import ShownInNotebooks
 from poinsot.mechanics.andoyer import Andoyer
@@ -97,9 +97,7 @@ def section(
     >>> pt.analysis.section(motion, lambda points: points.omega_body[:, :2].T, labels=("first rate", "second rate"))
     Section of 1 motions, 100 points
     """
-    if not isinstance(motion, Trajectory):
-        raise TypeError(f"motion must be a Trajectory, got {described(motion)}.")
-    if event is not None and (not _is_whole(event) or not 0 <= event < len(motion.events)):
+    if event is not None and not 0 <= event < len(motion.events):
         raise ValueError(f"event must be below the {len(motion.events)} events of the motion, got {event!r}.")
     if len(labels) != 2:
         raise ValueError(f"labels must be two words, got {labels!r}.")
@@ -115,8 +113,6 @@ def section(
 
 def _coordinates(coordinates: Coordinates, points: EventRecord) -> list[Array]:
     """Return x and y of points, checked."""
-    if not callable(coordinates):
-        raise TypeError(f"coordinates must be a function of the points, got {described(coordinates)}.")
     pair: Any = coordinates(points)
     if not isinstance(pair, Sequence | np.ndarray):
         raise TypeError(f"coordinates must return x and y, got {described(pair)}.")
@@ -127,10 +123,6 @@ def _coordinates(coordinates: Coordinates, points: EventRecord) -> list[Array]:
         shapes = " and ".join(str(x.shape) for x in found)
         raise ValueError(f"coordinates must be two arrays of shape ({len(points)},), got {shapes}.")
     return found
-
-
-def _is_whole(number: Any) -> bool:
-    return isinstance(number, int | np.integer) and not isinstance(number, bool)
 
 
 def _all_times(motion: Trajectory) -> EventRecord:
@@ -184,11 +176,9 @@ def spin_orbit_section(
     Section of 2 motions, 22 points
     """
     orbit = _only_orbit(system)
-    if not _is_whole(revolutions) or revolutions < 1:
-        raise ValueError(f"revolutions must be a positive whole number, got {revolutions!r}.")
+    refuse_nonpositive("revolutions", revolutions)
     theta, spin = member_array("angle", angle, ()), member_array("rate", rate, ())
-    if theta.ndim and spin.ndim and theta.size != spin.size:
-        raise ValueError(f"angle and rate must have one number of members, got {theta.size} and {spin.size}.")
+    refuse_other_members(angle=theta.shape, rate=spin.shape)
     theta, spin = np.broadcast_arrays(theta, spin)
     passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / float(orbit.mean_motion)
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
@@ -265,9 +255,7 @@ def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:
     return Section(x, y, found.labels, found.motion)
 
 
-def _only_orbit(system: Any) -> KeplerOrbit:
-    if not isinstance(system, System):
-        raise TypeError(f"system must be a System, got {described(system)}.")
+def _only_orbit(system: System) -> KeplerOrbit:
     found = system.orbits
     if not found or not isinstance(found[0], KeplerOrbit) or any(not same(orbit, found[0]) for orbit in found):
         kinds = ", ".join(type(orbit).__name__ for orbit in found) or "none"

@@ -157,8 +157,6 @@ def state_transition(
     >>> found.matrix.shape, found.sensitivity.shape, round(float(np.linalg.det(found.matrix[0])), 12)
     ((1, 6, 6), (1, 6, 1), 1.0)
     """
-    if isinstance(parameters, str):
-        raise TypeError(f"parameters must be a list of names, got {parameters!r}. Write [{parameters!r}].")
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     inputs = tuple(resolve(system, name) for name in parameters)

@@ -175,11 +175,11 @@ def test_wrong_arguments_are_refused_in_a_sentence():
         pt.analysis.section(motion, lambda _: None)
     with pytest.raises(ValueError, match=r"labels must be two words, got \('x',\)\."):
         pt.analysis.section(motion, time_and_rate, labels=("x",))
-    with pytest.raises(ValueError, match=r"angle and rate must have one number of members, got 3 and 2\."):
+    with pytest.raises(ValueError, match=r"rate must have as many members as angle, got 2 and 3\."):
         pt.analysis.spin_orbit_section(system, [0.0, 1.0, 2.0], [1.0, 1.5], 3)
     with pytest.raises(TypeError, match=r"the forces of the system must have one KeplerOrbit, got none\."):
         pt.analysis.spin_orbit_section(FREE, 0.0, 1.0, 3)
-    with pytest.raises(ValueError, match=r"revolutions must be a positive whole number, got 0\."):
+    with pytest.raises(ValueError, match=r"revolutions must be positive, got 0\."):
         pt.analysis.spin_orbit_section(system, 0.0, 1.0, 0)
     with pytest.raises(ValueError, match=r"one for all members"):
         pt.analysis.spin_orbit_section(
