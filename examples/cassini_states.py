@@ -84,6 +84,7 @@ for years in (10, 14, 25, 32, 40, 50, 60, 70, 80, 95, 120, 150, 200, 300, 450):
     for x in (x for x in balances(years) if abs(x) < np.pi / 4):
         state = pt.analysis.cassini_state(moon_body, moon_orbit(years), obliquity=x)
         marker, color, _ = marks[state.motion.stable]
+        assert state.motion.stable == (years != 40)
         axes.plot(years, np.sign(x) * state.obliquity / degree, marker, color=color)
         apart.append(abs(state.obliquity / abs(x) - 1))
 assert max(apart) < 0.03

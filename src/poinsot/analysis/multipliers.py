@@ -28,6 +28,8 @@ PAIRED = 1e-9
 """By how much the characteristic polynomial of a symplectic matrix may differ from its mirror image, relatively."""
 NOISE = 1e-12
 """Of a coefficient of that polynomial, of the largest that it can have: below it is rounding."""
+MEETING = 3e-15
+"""The same where two sums meet away from 2 and -2: a slow growth of two slow pairs is above it."""
 
 
 class Multipliers:
@@ -109,7 +111,7 @@ def _sums(values: Array) -> Array:
 def _parted(sums: Array) -> Array:
     """Return sums, real where two real ones could have them as they are rounded."""
     third = np.max(np.abs(sums[:, None] - sums), axis=-1)
-    width = np.sqrt(NOISE * np.prod(np.abs(sums) + 2) / np.maximum(third, NOISE))
+    width = np.sqrt(MEETING * np.prod(np.abs(sums) + 2) / np.maximum(third, NOISE))
     return np.where(np.abs(sums.imag) < width, sums.real, sums).astype(complex)
 
 

@@ -13,6 +13,11 @@ def symplectic(blocks, rng):
     matrix = np.zeros((6, 6))
     for i, block in enumerate(blocks):
         matrix[np.ix_([i, i + 3], [i, i + 3])] = block
+    return mixed(matrix, rng)
+
+
+def mixed(matrix, rng):
+    """Return a symplectic matrix in other canonical axes."""
     a, b = rng.normal(size=(2, 3, 3)) / 2
     shear = np.block([[np.eye(3), a + a.T], [np.zeros((3, 3)), np.eye(3)]])
     other = np.block([[np.eye(3), np.zeros((3, 3))], [b + b.T, np.eye(3)]])
@@ -47,6 +52,19 @@ def test_counts_of_known_matrices(name, rng):
         assert (found.count_at(1), found.count_at(-1)) == at
         expected = np.sort_complex(np.concatenate([np.linalg.eigvals(block) for block in blocks]))
         np.testing.assert_allclose(np.sort_complex(np.round(found.values, 6)), np.round(expected, 6), atol=2e-6)
+
+
+@pytest.mark.parametrize("growth", [0.0, 4e-4])
+def test_two_slow_pairs_that_grow_together_are_outside(growth, rng):
+    """A rotation by 0.006 in two coordinates, with growth in them and decay of their momenta."""
+    slow = np.exp(growth) * turned(0.006)
+    matrix = np.zeros((6, 6))
+    matrix[:2, :2], matrix[3:5, 3:5] = slow, np.linalg.inv(slow).T
+    matrix[np.ix_([2, 5], [2, 5])] = turned(0.16)
+    for _ in range(20):
+        found = Multipliers(mixed(matrix, rng))
+        assert tuple(found.outside) == (0, 0, 1 if growth else 0)
+        assert np.max(np.abs(found.values)) == pytest.approx(np.exp(growth), abs=1e-8)
 
 
 def test_sums_pass_where_the_determinants_do(rng):
