@@ -1,8 +1,10 @@
 """Everything that the package returns pickles, is copied, and comes back equal to the last bit."""
 
 import copy
+import html
 import inspect
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -51,6 +53,9 @@ class Runaway(pt.Torque):
         return pt.functions.Vector(9 * component**3 for component in instant.omega_body)
 
 
+CROSSING = pt.events.AxisCrossing((1, 0, 0), (0, 0, 1))
+
+
 def members():
     return pt.State([START.quaternion] * 3, [START.conjugate_momenta] * 3)
 
@@ -74,7 +79,7 @@ RESULTS = {
     "Branch": lambda _: branch(),
     "CassiniState": lambda _: pt.analysis.cassini_state(SATELLITE.body, PRECESSING, obliquity=0.1),
     "ChaosIndicators": lambda _: indicators(),
-    "EventRecord": lambda _: motion().events[0],
+    "EventRecord": lambda _: pt.propagate(TOP, START, TIMES, events=[CROSSING]).events[0],
     "Ephemeris": lambda _: ephemeris(),
     "Equilibrium": lambda _: pt.analysis.equilibria(SATELLITE, CIRCLE.frame, guesses=(1.0, 0, 0, 0)),
     "LineSpectrum": lambda _: pt.analysis.frequencies(SIGNAL, 0.1, 2),
@@ -155,17 +160,51 @@ def test_a_copy_can_be_run_again():
     np.testing.assert_allclose(again.quaternion, thing.quaternion, atol=1e-14)  # dense output has other steps
 
 
-ELSEWHERE = {"Ephemeris", "PropagationError", "PropagationInterrupted", "Scenario"}
+DESCRIPTIONS = {"Ephemeris", "PropagationError", "PropagationInterrupted", "stopped"}
+"""An orbit, and errors, which have a sentence."""
 
 
-@pytest.mark.parametrize("name", sorted((RESULTS.keys() & NOT_CALLED) - ELSEWHERE))
-def test_a_notebook_shows_the_text_of_a_result_without_markup(tmp_path, name, monkeypatch):
-    thing = RESULTS[name](tmp_path)
-    thing = thing[0] if isinstance(thing, list | tuple) else thing
+def in_minutes(name, folder):
+    """The same thing of a system that names its unit of time; None where there is none."""
+    thing = copy.deepcopy(RESULTS[name](folder))
+    thing = thing[0] if isinstance(thing, list) else thing
+    for owner in (thing, getattr(thing, "motion", None), *getattr(thing, "motions", [])):
+        for one in (owner, getattr(owner, "motion", None)):
+            if hasattr(one, "system"):
+                one.system.units = {"time": "min", "inertia": "kg m2"}
+    return thing
+
+
+@pytest.mark.parametrize("name", sorted(RESULTS.keys() - DESCRIPTIONS))
+def test_a_result_is_told_in_a_few_lines_with_units(tmp_path, name):
+    thing = in_minutes(name, tmp_path)
     if thing is None:
         pytest.skip("there is none")
-    monkeypatch.setattr(type(thing), "__repr__", lambda _: "<script>alert('&')</script>")
-    assert thing._repr_html_() == "<pre>&lt;script&gt;alert(&#x27;&amp;&#x27;)&lt;/script&gt;</pre>"
+    text = repr(thing)
+    title, *lines = text.splitlines()
+    assert 1 <= len(lines) < 14
+    assert not re.search(r"[1-9](?:[.]?\d){8,}", text), text
+    assert "object at 0x" not in text
+    assert max(map(len, (title, *lines))) < 320
+    known = any(hasattr(thing, owner) for owner in ("system", "motion", "motions"))
+    assert bool(re.search(r"\bmin(-1)?\b", text)) == known, text
+    assert all(re.match(r"  \S.*: \S", line) for line in lines), text
+
+
+@pytest.mark.parametrize("name", sorted(RESULTS.keys() - DESCRIPTIONS))
+def test_a_notebook_shows_the_lines_of_a_result_without_markup(tmp_path, name, monkeypatch):
+    thing = in_minutes(name, tmp_path)
+    if thing is None:
+        pytest.skip("there is none")
+    shown = [html.unescape(cell) for cell in re.findall(r">([^<>]+)<", thing._repr_html_())]
+    title, *lines = repr(thing).splitlines()
+    assert shown[0] == title
+    assert [f"  {name}: {text}" for name, text in zip(shown[1::2], shown[2::2], strict=True)] == lines
+    hostile = "<script>alert('&')</script>"
+    monkeypatch.setattr(type(thing), "_summary", lambda _: (hostile, {hostile: hostile}))
+    assert repr(thing) == f"{hostile}\n  {hostile}: {hostile}"
+    assert html.unescape(thing._repr_html_()).count(hostile) == 3
+    assert "<script" not in thing._repr_html_()
 
 
 def test_every_result_is_among_them():

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.analysis.family import Family, LostError, Place
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.periodic import PeriodicMotion
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, told
 
 __all__ = ["LOOSE", "Bifurcation", "bifurcations"]
 
@@ -47,8 +48,8 @@ EVENTS = {
 """By the changes of what is outside, of either sign; two real ones there may become complex."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Bifurcation(ShownInNotebooks):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Bifurcation(Summarized):
     """Where a multiplier leaves or enters the unit circle, or the branch turns round.
 
     Attributes
@@ -88,6 +89,17 @@ class Bifurcation(ShownInNotebooks):
     motion: PeriodicMotion
     tangent: Array
     after: int
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        unit = self.motion.system.units["time"]
+        return f"Bifurcation: {self.kind}", {
+            "value": told(self.value),
+            "interval": told(self.interval) if self.kind == "unresolved" else "",
+            "multipliers more outside the unit circle": told(self.change),
+            "period": told(self.motion.period, unit),
+            "point of the branch before it": told(self.after),
+        }
 
 
 def bifurcations(family: Family, a: Place, b: Place, after: int) -> Iterator[Bifurcation]:

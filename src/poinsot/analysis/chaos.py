@@ -13,16 +13,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
 from poinsot.engine.driver import Memory, Report, Rows
 from poinsot.engine.progress import bar
 from poinsot.errors import PropagationInterrupted, real_array, refuse_nonpositive
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.trajectory import Run
 from poinsot.propagation.variational_run import VariationalRun
 from poinsot.quantities import Times
@@ -39,7 +41,7 @@ APART = 10.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class ChaosIndicators(ShownInNotebooks):
+class ChaosIndicators(Summarized):
     """What the growth of tangent vectors says about motions; arrays (n,) along the times, (members, n) of an ensemble.
 
     Attributes
@@ -98,14 +100,17 @@ class ChaosIndicators(ShownInNotebooks):
         since = np.abs(self.times - np.asarray(self.start)[..., None])
         return np.asarray(self.growth / np.where(since > 0, since, np.nan))
 
-    def __repr__(self) -> str:
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
         last = np.atleast_1d(self.mean_megno[..., np.argmax(np.abs(self.times - np.mean(self.start)))])
-        known = last[np.isfinite(last)]
-        found = f"{np.min(known):.4g} ... {np.max(known):.4g}" if known.size else "none"
-        return (
-            f"ChaosIndicators(times={self.times.size}, members={last.size}, failed={last.size - known.size}, "
-            f"mean_megno={found})"
-        )
+        units = DerivedUnits(self.system.units)
+        return f"Chaos indicators of {rounded(repr(self.system))}", {
+            "times": told_times(self.times, units.time),
+            "members": f"{last.size}, {len(self.failures)} failed" if self.mean_megno.ndim == 2 else "",
+            "mean MEGNO at the last time": told(last),
+            "fast Lyapunov indicator": told(self.fli),
+            "maximal Lyapunov exponent": told(np.atleast_1d(self.lyapunov[..., -1]), units.per_time),
+        }
 
 
 @checked
@@ -224,7 +229,7 @@ def _volume(vectors: Array) -> Array:
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class LyapunovSpectrum(ShownInNotebooks):
+class LyapunovSpectrum(Summarized):
     """The exponents of a motion since its start; of an ensemble the members come first.
 
     Attributes
@@ -250,8 +255,14 @@ class LyapunovSpectrum(ShownInNotebooks):
     failures: dict[int, str]
     run: Run
 
-    def __repr__(self) -> str:
-        return f"LyapunovSpectrum(times={self.times.size}, exponents={self.exponents[..., -1:, :].tolist()})"
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        members = self.exponents.ndim == 3
+        return "Lyapunov spectrum", {
+            "times": told_times(self.times),
+            "members": f"{len(self.exponents)}, {len(self.failures)} failed" if members else "",
+            "exponents at the last time": told(self.exponents[..., -1:, :].ravel(), "per unit of time"),
+        }
 
 
 @checked

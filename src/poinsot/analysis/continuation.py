@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.analysis.bifurcations import LOOSE, Bifurcation, bifurcations
 from poinsot.analysis.family import Family, LostError, NamedFunction, Place
@@ -22,7 +23,7 @@ from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.engine.progress import Report, bar
 from poinsot.errors import PropagationInterrupted, real_array
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
 from poinsot.mechanics.state import State, state_of
@@ -49,7 +50,7 @@ SINGULAR = 1e-8
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Branch(ShownInNotebooks):
+class Branch(Summarized):
     """Periodic motions along a curve, in its order; the parameter need not be monotonic.
 
     Attributes
@@ -101,13 +102,16 @@ class Branch(ShownInNotebooks):
         """Whether the linear equations let nothing grow, (n,)."""
         return np.array([motion.stable for motion in self.motions])
 
-    def __repr__(self) -> str:
-        found = ", ".join(f"{each.kind} at {each.value:.6g}" for each in self.bifurcations)
-        return (
-            f"Branch(parameter={self.parameter!r}, {self.values[0]:.6g} ... {self.values[-1]:.6g}, "
-            f"motions={len(self.motions)}, stable={int(np.sum(self.stable))}, bifurcations=[{found}], "
-            f"ending={self.ending!r})"
-        )
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        unit = self.motions[0].system.units["time"]
+        return f"Branch of periodic motions along {self.parameter}", {
+            "motions": f"{len(self.motions)}, {int(np.sum(self.stable))} stable",
+            "values": f"{self.values[0]:.6g} ... {self.values[-1]:.6g}",
+            "periods": f"{self.periods[0]:.6g} ... {self.periods[-1]:.6g}" + (f" {unit}" if unit != "1" else ""),
+            "bifurcations": rounded(", ".join(f"{each.kind} at {each.value:.6g}" for each in self.bifurcations)),
+            "ending": self.ending,
+        }
 
 
 @checked

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.dual import Dual, partial
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
 from poinsot.functions import Vector
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import PER_TIME, Summarized, told
 from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.branch_exploration import Nested, opened
@@ -27,7 +28,6 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import listed
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -57,7 +57,7 @@ HALF_TURNS = np.eye(4)[1:] / 2
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Equilibrium(ShownInNotebooks):
+class Equilibrium(Summarized):
     """An attitude at rest in a frame, and the small motion about it; radians, the user's unit of time.
 
     Attributes
@@ -102,9 +102,14 @@ class Equilibrium(ShownInNotebooks):
         """Whether it is "lyapunov", "asymptotic" or "linear"."""
         return self.stability in ("lyapunov", "asymptotic", "linear")
 
-    def __repr__(self) -> str:
-        names = ("attitude", "stability", "frequencies", "growth_rates", "family")
-        return f"Equilibrium({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return f"Equilibrium: {self.stability}", {
+            "attitude (quaternion, body to frame)": told(self.attitude),
+            "frequencies": told(self.frequencies, PER_TIME),
+            "growth rates": told(self.growth_rates, "per unit of time"),
+            "dimension of its family": told(self.family) if self.family else "",
+        }
 
 
 @checked

@@ -6,11 +6,12 @@ import functools
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -23,7 +24,7 @@ from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_func
 __all__ = ["FreeRotation"]
 
 
-class FreeRotation(ShownInNotebooks):
+class FreeRotation(Summarized):
     """The torque-free rotation of a body from a state, or of members; everything in the user's units, radians.
 
     The momentum circles either the short axis of the body (of the largest moment) or the long axis (of the
@@ -211,8 +212,16 @@ class FreeRotation(ShownInNotebooks):
         total: DoubleDouble = g1 * g1 / I1 + g2 * g2 / I2 + g3 * g3 / I3
         return total
 
-    def __repr__(self) -> str:
-        return f"FreeRotation({self.body!r}, {self.state!r})"
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return f"Free rotation of {rounded(repr(self.body))}", {
+            "mode": ", ".join(np.unique(self.mode)),
+            "precession period": told(self.precession_period),
+            "rotation period": told(self.rotation_period),
+            "nutation range": told(np.stack(self.nutation_range), "rad"),
+            "angular momentum": told(self.angular_momentum),
+            "energy": told(self.energy),
+        }
 
 
 def _plain(value: Any) -> Any:

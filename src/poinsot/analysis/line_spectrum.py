@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import PER_TIME, Summarized, told
 from poinsot.quantities import Times
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
@@ -50,8 +51,8 @@ EVEN = 1e-9
 """Tolerance for uneven times, in steps, besides their rounding."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class LineSpectrum(ShownInNotebooks):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class LineSpectrum(Summarized):
     """The lines of a signal, the strongest first: the sum of amplitudes * exp(i frequencies t), or its real part.
 
     Of an array of signals every attribute has their axes first; where a signal has fewer lines than another, NaN.
@@ -80,6 +81,15 @@ class LineSpectrum(ShownInNotebooks):
     amplitudes: Array
     errors: Array
     residual: Any
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return f"Lines of a signal: {self.frequencies.shape[-1]}", {
+            "frequencies": told(self.frequencies, PER_TIME),
+            "standard errors": told(self.errors, PER_TIME),
+            "amplitudes": told(np.abs(self.amplitudes)),
+            "residual": told(self.residual),
+        }
 
 
 @checked

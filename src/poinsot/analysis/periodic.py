@@ -13,18 +13,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.analysis.multipliers import SLOW, Multipliers
 from poinsot.analysis.period_map import PeriodMap, Point
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
-from poinsot.mechanics.parameters import listed
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.propagation.arguments import members_of
 from poinsot.propagation.propagate import propagate
@@ -43,7 +44,7 @@ SAMPLES = 256
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class PeriodicMotion(ShownInNotebooks):
+class PeriodicMotion(Summarized):
     """A motion that repeats itself in a frame, and the small motion about it; radians, the user's unit of time.
 
     Attributes
@@ -94,9 +95,17 @@ class PeriodicMotion(ShownInNotebooks):
         refuse_nonpositive("count", count)
         return propagate(self.system, self.state, self.state.time + self.period * np.arange(count) / count)
 
-    def __repr__(self) -> str:
-        names = ("state", "period", "stable", "frequencies", "growth_rates")
-        return f"PeriodicMotion({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        units = DerivedUnits(self.system.units)
+        return f"Periodic motion of {rounded(repr(self.system))}", {
+            "period": told(self.period, units.time),
+            "stable": "yes" if self.stable else "no",
+            "frequencies": told(self.frequencies, units.rate),
+            "growth rates": told(self.growth_rates, units.per_time),
+            "attitude at the start (quaternion, body to space)": told(self.state.quaternion),
+            "angular momentum at the start (body axes)": told(self.state.angular_momentum_body, units.momentum),
+        }
 
 
 @checked
@@ -159,8 +168,8 @@ def _refuse_members(names: str, members: tuple[int, ...]) -> None:
 # ---------------------------------------------------------------------- Cassini states
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class CassiniState(ShownInNotebooks):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class CassiniState(Summarized):
     """A rotation in resonance with the orbit, whose axis precesses with the node; radians, the user's unit of time.
 
     Attributes
@@ -193,6 +202,17 @@ class CassiniState(ShownInNotebooks):
     longitude: float
     precession: float
     wobble: float
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        units = DerivedUnits(self.motion.system.units)
+        names = ("longitude", "precession", "wobble")
+        return f"Cassini state of {rounded(repr(self.motion.system))}", {
+            "obliquity": told(self.obliquity, "rad"),
+            "inclination": told(self.inclination, "rad"),
+            **{f"frequency of {name}": told(getattr(self, name), units.rate) for name in names},
+            "period": told(self.motion.period, units.time),
+        }
 
 
 @checked

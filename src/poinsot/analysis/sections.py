@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import described, same
@@ -37,8 +38,8 @@ ON_SECTION = 64 * np.finfo(float).eps
 Coordinates = Callable[[EventRecord], tuple[ArrayLike, ArrayLike]]
 
 
-@dataclass(frozen=True, eq=False)
-class Section(ShownInNotebooks):
+@dataclass(frozen=True, eq=False, repr=False)
+class Section(Summarized):
     """The points of motions in a plane, member by member, in the order of their times.
 
     Attributes
@@ -64,8 +65,14 @@ class Section(ShownInNotebooks):
     labels: tuple[str, str]
     motion: Trajectory
 
-    def __repr__(self) -> str:
-        return f"Section of {len(self.x)} motions, {int(np.sum(np.isfinite(self.x)))} points"
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return f"Section of {len(self.x)} motions of {rounded(repr(self.motion.system))}", {
+            "times": told_times(self.motion.times, self.motion.system.units["time"]),
+            "points": str(int(np.sum(np.isfinite(self.x)))),
+            self.labels[0]: told(self.x),
+            self.labels[1]: told(self.y),
+        }
 
 
 @checked

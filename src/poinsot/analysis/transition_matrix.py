@@ -16,7 +16,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.engine.driver import Memory, Rows
 from poinsot.errors import real_numbers
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.named_parameters import resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
@@ -30,7 +30,7 @@ __all__ = ["StateTransition", "state_transition"]
 Array = NDArray[np.float64]
 
 
-class StateTransition(ShownInNotebooks):
+class StateTransition(Summarized):
     """xi(t) = matrix xi(t0) + sensitivity dp along a motion, to first order; of an ensemble members come first.
 
     Attributes
@@ -60,9 +60,14 @@ class StateTransition(ShownInNotebooks):
         self.motion, self.parameters = motion, parameters
         self.directions, self.growth, self.second = directions, growth, second
 
-    def __repr__(self) -> str:
-        largest = np.nanmax(self.growth[..., : self._k])
-        return f"StateTransition(times={self.motion.times.size}, parameters={self.parameters}, growth={largest:.4g})"
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return f"State transition along a motion of {rounded(repr(self.motion.system))}", {
+            "times": told_times(self.motion.times, self.motion.system.units["time"]),
+            "parameters": ", ".join(self.parameters),
+            "order": "1" if self.second is None else "2",
+            "growth (ln of a column)": told(np.nanmax(self.growth[..., : self._k], axis=(-2, -1))),
+        }
 
     @property
     def _k(self) -> int:

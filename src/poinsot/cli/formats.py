@@ -150,7 +150,7 @@ def _of_result(file: Path) -> tuple[Lines, str | None]:
     lines = [
         motion.provenance.get("title") or f"Result {file.name}",
         *_system(motion.system),
-        *(line for line in repr(motion).splitlines()[1:] if not line.startswith("  wall_time")),
+        *repr(motion).splitlines()[1:],
         *_members(motion),
         *_seed(motion),
         f"  versions: {', '.join(f'{name} {version}' for name, version in motion.run.versions.items())}",

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_other_members
+from poinsot.html_text import Summarized, told
 from poinsot.mechanics import euler
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, state_with
@@ -21,8 +23,8 @@ SLACK = 1e-12
 """How much |L| and |H| may exceed G, relative to it, by rounding."""
 
 
-@dataclass(frozen=True)
-class Andoyer:
+@dataclass(frozen=True, repr=False)
+class Andoyer(Summarized):
     """Three angles and their conjugate momenta, of one state or of members.
 
     The attitude is R3(h) R1(I) R3(g) R1(J) R3(l) with cos I = H/G and cos J = L/G: from the space axes through
@@ -55,6 +57,15 @@ class Andoyer:
     L: Any
     G: Any
     H: Any
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        members = f" of {np.size(self.G)} members" if np.ndim(self.G) else ""
+        angles = {name: told(getattr(self, name), "rad") for name in ("l", "g", "h")}
+        return f"Andoyer's variables{members}", {
+            **angles,
+            **{name: told(getattr(self, name)) for name in ("L", "G", "H")},
+        }
 
     def __post_init__(self) -> None:
         measured = said_of(type(self), Quantity)

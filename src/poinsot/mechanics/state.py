@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_other_members
+from poinsot.html_text import Summarized, told
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
-from poinsot.mechanics.parameters import listed
 from poinsot.quantities import Angles, Times
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ TANGENT_SLACK = 1e-9
 """How large |q . Q| / |Q| may be in what a user gives."""
 
 
-class State:
+class State(Summarized):
     """Attitude and momentum at one time, or arrays of them.
 
     Parameters
@@ -163,12 +164,15 @@ class State:
         """The angular momentum G = Im(Q q~)/2 in space axes; shape (..., 3)."""
         return 0.5 * quat.imaginary(quat.product(self.conjugate_momenta, quat.conjugate(self.quaternion)))
 
-    def __repr__(self) -> str:
-        own = ", ".join(f"{name!r}: {listed(values)}" for name, values in self.own.items())
-        return (
-            f"State(quaternion={listed(self.quaternion)}, conjugate_momenta={listed(self.conjugate_momenta)}, "
-            f"time={listed(self.time)}{own and f', own={{{own}}}'})"
-        )
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        members = f" of {len(self.quaternion)} members" if self.quaternion.ndim == 2 else ""
+        return f"State{members} at t = {told(self.time)}", {
+            "quaternion (body to space)": told(self.quaternion),
+            "angular momentum (body axes)": told(self.angular_momentum_body),
+            "conjugate momenta": told(self.conjugate_momenta),
+            **{f"own variables of {name}": told(values) for name, values in self.own.items()},
+        }
 
 
 def state_with(q: ArrayLike, g: ArrayLike, time: Times, own: Mapping[str, ArrayLike] | None = None) -> State:

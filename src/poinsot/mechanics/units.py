@@ -7,7 +7,26 @@ from typing import Any
 
 from poinsot.mechanics.parameters import described
 
-__all__ = ["checked_units", "dated_units"]
+__all__ = ["DerivedUnits", "checked_units", "dated_units"]
+
+
+class DerivedUnits:
+    """The units of derived quantities in CF notation, from those of time and inertia; "1" where these have none."""
+
+    def __init__(self, units: Mapping[str, str]) -> None:
+        self.time, self.inertia = units["time"], units["inertia"]
+        self.per_time = _power(self.time, -1)
+        self.rate = "rad" if self.time == "1" else f"rad {self.per_time}"
+        self.momentum = _product(self.inertia, self.per_time)
+        self.energy = _product(self.inertia, _power(self.time, -2))
+
+
+def _power(unit: str, exponent: int) -> str:
+    return "1" if unit == "1" else f"{unit}{exponent}"
+
+
+def _product(*units: str) -> str:
+    return " ".join(unit for unit in units if unit != "1") or "1"
 
 
 def checked_units(units: Mapping[str, str] | None) -> dict[str, str]:

@@ -11,6 +11,7 @@ import numpy as np
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import RIGID
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.stored_trajectory import StoredPart
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ class _Variables:
 
     def __init__(self, motion: Trajectory) -> None:
         self.motion = motion
-        self.units = _Units(motion.system.units["time"], motion.system.units["inertia"])
+        self.units = DerivedUnits(motion.system.units)
         self.leading = ("time",) if motion.quaternion.ndim == 2 else ("member", "time")
         self.found: list[tuple[str, tuple[str, ...], Any, dict[str, str]]] = []
         momentum = self.units.momentum
@@ -193,21 +194,3 @@ class _Variables:
 
 def _named(unit: str, meaning: str) -> dict[str, str]:
     return {**({"units": unit} if unit else {}), "long_name": meaning}
-
-
-class _Units:
-    """Units of the derived quantities, in CF notation, from those of time and inertia."""
-
-    def __init__(self, time: str, inertia: str) -> None:
-        self.time, self.inertia = time, inertia
-        self.rate = "rad" if time == "1" else f"rad {time}-1"
-        self.momentum = _product(inertia, _power(time, -1))
-        self.energy = _product(inertia, _power(time, -2))
-
-
-def _power(unit: str, exponent: int) -> str:
-    return "1" if unit == "1" else f"{unit}{exponent}"
-
-
-def _product(*units: str) -> str:
-    return " ".join(unit for unit in units if unit != "1") or "1"

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, changed, state_of
@@ -28,7 +29,7 @@ BLOCK = 65_536
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EventRecord(ShownInNotebooks):
+class EventRecord(Summarized):
     """The zeros of one event along a motion, in the order of its times; of an ensemble member after member.
 
     Attributes
@@ -62,10 +63,14 @@ class EventRecord(ShownInNotebooks):
     def __len__(self) -> int:
         return self.times.size
 
-    def __repr__(self) -> str:
-        unit = self.system.units["time"]
-        span = f", from {np.min(self.times):.6g} to {np.max(self.times):.6g}" if len(self) else ""
-        return f"EventRecord of {self.event!r}: {len(self)}{span}" + (f" {unit}" if span and unit != "1" else "")
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        rising, falling = (int(np.sum(self.directions == sign)) for sign in (1, -1))
+        return f"{len(self)} times of {rounded(repr(self.event))}", {
+            "times": told(self.times, self.system.units["time"]) or "none",
+            "directions": f"{rising} rising, {falling} falling" if len(self) else "",
+            "members": f"{np.unique(self.members).size}" if np.any(self.members) else "",
+        }
 
     @checked
     def member(self, member: int) -> EventRecord:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
@@ -19,12 +20,13 @@ from poinsot.engine import kernels
 from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.errors import real_numbers
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.event_record import EventRecord, crossings_of_members
 from poinsot.propagation.selection import Chosen, Index, checked_index, state_of_members, system_of_members
 from poinsot.quantities import Times
@@ -40,6 +42,9 @@ Array = NDArray[np.float64]
 Rows = Callable[[Array], Array]
 Several = slice | Sequence[int] | NDArray[Any]
 EVERY = slice(None)
+SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", "wall_time", "norm_error"}
+SUMMARY |= {"tangency_error", "integrals"}
+"""The entries of every summary; the others are drifts, and formulas used outside their range of validity."""
 OF_PARTS = ("title", "calendar", "reference_frame")
 """What a part of a motion has of the provenance of the whole: the scenario is not its own."""
 
@@ -98,7 +103,7 @@ def versions() -> dict[str, str]:
     return {**packages, "python": platform.python_version()}
 
 
-class Trajectory(ShownInNotebooks):
+class Trajectory(Summarized):
     """A motion at the requested times, read by name; every property has the times as its first axis.
 
     Attributes
@@ -413,18 +418,26 @@ class Trajectory(ShownInNotebooks):
             **{name: f"{np.count_nonzero(at)} of {at.size} times" for name, at in validity if np.any(at)},
         }
 
-    def __repr__(self) -> str:
-        span = f"{self.times[0]:.10g} ... {self.times[-1]:.10g}" if self.times.size else "none"
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        known = self.summary
+        steps = f", order {known['order']}, {known['steps']} steps, tolerance {known['tolerance']:.3g}"
+        _, *ends = self._interpolant or [None]
         unit = self.system.units["time"]
-        span += "" if unit == "1" or not self.times.size else f" {unit}"
-        lines = [f"Trajectory of {self.system!r}", f"  times: {self.times.size}, {span}"]
-        if self.quaternion.ndim == 3:
-            lines.append(f"  members: {len(self.quaternion)}, failed: {len(self.failures)}")
-        lines += [
-            f"  {key}: {value:.4g}" if isinstance(value, float) else f"  {key}: {value}"
-            for key, value in self.summary.items()
-        ]
-        return "\n".join(lines)
+        drift = [(name.removeprefix("drift_"), size) for name, size in known.items() if name.startswith("drift_")]
+        return f"Trajectory of {rounded(repr(self.system))}", {
+            "times": told_times(self.times, unit),
+            "members": f"{len(self)}, {len(self.failures)} failed" if self.quaternion.ndim == 3 else "",
+            "method": str(known["method"]) + (steps if known["steps"] else ""),
+            "variables": f"{known['formulation']}, {known['precision']} precision",
+            "wall time": told(known["wall_time"], "s") if np.isfinite(known["wall_time"]) else "",
+            "dense output": "any time" if ends[:1] == [-np.inf] else told(ends, unit),
+            "norm error": f"{known['norm_error']:.3g}",
+            "tangency error": told(float(f"{known['tangency_error']:.3g}"), DerivedUnits(self.system.units).momentum),
+            "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or known["integrals"],
+            "events": ", ".join(f"{type(found.event).__name__} {len(found)}" for found in self.events),
+            **{name: text for name, text in known.items() if name not in SUMMARY and not name.startswith("drift_")},
+        }
 
     @property
     def dataset(self) -> xarray.Dataset:
@@ -434,8 +447,8 @@ class Trajectory(ShownInNotebooks):
         return dataset_of(self)
 
 
-@dataclass(frozen=True)
-class RelativeMotion(ShownInNotebooks):
+@dataclass(frozen=True, repr=False)
+class RelativeMotion(Summarized):
     """Attitude and rate of the body relative to a frame.
 
     Attributes
@@ -455,6 +468,14 @@ class RelativeMotion(ShownInNotebooks):
     def attitude(self) -> Rotation:
         """The attitudes as a scipy rotation, body -> frame."""
         return rotation(self.quaternion)
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return "Motion relative to a frame", {
+            "times": told_times(self.times),
+            "quaternion (body to frame)": told(self.quaternion),
+            "omega (relative to the frame, body axes)": told(self.omega_body),
+        }
 
     @property
     def roll_pitch_yaw(self) -> Array:

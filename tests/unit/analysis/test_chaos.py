@@ -170,7 +170,7 @@ def test_the_whole_spectrum_of_an_ensemble():
     planar = pt.analysis.lyapunov_spectrum(damped, start, [40.0], formulation="planar")
     assert planar.exponents.shape == (1, 2)
     assert np.sum(planar.exponents) == pytest.approx(-0.1 / BODY.moments[2], rel=1e-10)
-    assert repr(planar).startswith("LyapunovSpectrum(times=1, exponents=[[")
+    assert repr(planar).startswith("Lyapunov spectrum\n  times: 1, 40 ... 40\n  exponents at the last time: [")
 
 
 def test_a_spectrum_counts_from_the_start():
@@ -206,7 +206,7 @@ def test_a_member_that_stops_is_nan_from_there_on():
     start, times = member(states(1), 0), np.arange(1.0, 9.0)
     found = pt.analysis.chaos_indicators(system, start, times, vectors=2)
     assert list(found.failures) == [1]
-    assert "failed=1" in repr(found)
+    assert "members: 3, 1 failed" in repr(found)
     for name in NAMES:
         finite = np.isfinite(getattr(found, name))
         assert finite.sum(axis=1).tolist() == [8, 5, 8], name

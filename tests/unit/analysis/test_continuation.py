@@ -157,11 +157,11 @@ def test_arrays_of_a_branch_fit_together(branch):
     (found,) = branch.bifurcations
     assert branch.values[found.after] < found.value < branch.values[found.after + 1]
     assert np.all(branch.stable == (branch.values < found.value))
-    text = (
-        r"Branch\(parameter='body\.moments\[0\]', 1 \.\.\. 1\.5, motions=\d+, stable=\d+, "
-        r"bifurcations=\[branching at 1\.3\], ending='body\.moments\[0\] = 1\.5'\)"
-    )
-    assert re.fullmatch(text, repr(branch))
+    title, *lines = repr(branch).splitlines()
+    assert title == "Branch of periodic motions along body.moments[0]"
+    assert re.fullmatch(r"  motions: \d+, \d+ stable", lines[0])
+    assert lines[1] == "  values: 1 ... 1.5"
+    assert lines[3:] == ["  bifurcations: branching at 1.3", "  ending: body.moments[0] = 1.5"]
 
 
 def test_backwards_it_is_the_same_branch(branch):

@@ -294,9 +294,9 @@ def test_slender_body_in_oblique_axes_has_the_stability_of_one_in_principal_axes
     assert principal == oblique == [("lyapunov", 1)] * 2 + [("unstable", 1)] * 4
 
 
-def test_repr_is_one_line():
+def test_repr_tells_stability_attitude_and_frequencies():
     (e,) = equilibria(*CASES["satellite"], guesses=IDENTITY)
-    text = r"Equilibrium\(attitude=\[1\.0.*\], stability='lyapunov', frequencies=\[.*\], growth_rates=\[\], family=0\)"
+    text = r"Equilibrium: lyapunov\n  attitude .*: \[1, .*\]\n  frequencies: \[.*\] rad per unit of time"
     assert re.fullmatch(text, repr(e))
 
 

@@ -647,8 +647,11 @@ def test_wrong_arguments_get_a_sentence(name):
         call()
 
 
-def test_repr_shows_body_and_state():
-    assert repr(pt.analysis.FreeRotation(BODY, STATE)) == f"FreeRotation({BODY!r}, {STATE!r})"
+def test_repr_shows_body_and_periods():
+    rotation = pt.analysis.FreeRotation(BODY, STATE)
+    title, *lines = repr(rotation).splitlines()
+    assert title == f"Free rotation of {BODY!r}"
+    assert f"  precession period: {rotation.precession_period:.6g}" in lines
 
 
 def test_spin_period_is_that_of_the_spin_where_there_is_no_nutation():

@@ -30,7 +30,8 @@ def test_members_have_rows_and_missing_points_are_nan():
         assert np.allclose(section.x[k, :count], (2 * np.arange(count) + 1.5) * np.pi / rate, rtol=1e-14)
         assert np.allclose(section.y[k, :count], rate, rtol=1e-15)
     assert section.labels == ("t", "rate")
-    assert repr(section) == "Section of 3 motions, 10 points"
+    assert repr(section).startswith("Section of 3 motions of System(")
+    assert "  points: 10\n" in repr(section)
 
 
 def test_without_an_event_all_times_are_points_also_of_one_body():

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
-from poinsot.html_text import ShownInNotebooks
+from poinsot.html_text import PER_TIME, Summarized, told, told_times
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -37,8 +38,8 @@ SAME_TIME = 2e-9
 """Seconds: files of dates have nine digits of a second."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class AttitudeTable(ShownInNotebooks):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class AttitudeTable(Summarized):
     """Attitudes at times, as they come from a file or as they go into one: x_space = q x_body q~.
 
     Parameters
@@ -92,12 +93,15 @@ class AttitudeTable(ShownInNotebooks):
         object.__setattr__(self, "norm_error", float(real_array("norm_error", self.norm_error, ())))
         checked_fields(self)
 
-    def __repr__(self) -> str:
-        rates = "without rates" if self.omega_body is None else "with rates"
-        return (
-            f"AttitudeTable({self.body_frame} -> {self.reference_frame}, {self.times.size} times, "
-            f"{self.times[0]:.10g} ... {self.times[-1]:.10g}, {rates}, {self.calendar})"
-        )
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        calendar = self.calendar
+        return f"Attitudes of {self.body_frame} in {self.reference_frame}", {
+            "times": told_times(self.times, "" if calendar is None else calendar.unit),
+            "calendar": "" if calendar is None else f"t = 0 at {calendar.zero} {calendar.scale}",
+            "rates": "none" if self.omega_body is None else told(self.omega_body, PER_TIME),
+            "largest | |q| - 1 | in the file": f"{self.norm_error:.3g}",
+        }
 
     @property
     def attitude(self) -> Rotation:

@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.scenarios.toml_text import MOST_CHARACTERS
 from poinsot.files.scenarios.writer import WHOLE, WITH_FILES, text_of
 from poinsot.files.untrusted import read_bytes
+from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.free_motion.motion import free_motion
@@ -27,8 +29,8 @@ __all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "re
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Scenario:
+@dataclass(frozen=True, repr=False)
+class Scenario(Summarized):
     """A propagation that a file describes, ready to run.
 
     Attributes
@@ -58,6 +60,17 @@ class Scenario:
     run: Mapping[str, Any] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return f"Scenario {self.name}: {rounded(repr(self.system))}", {
+            "title": self.provenance.get("title") or "",
+            "members": str(len(self.state.quaternion)) if self.state.quaternion.ndim == 2 else "",
+            "start": told(self.state.time, self.system.units["time"]),
+            "times": told_times(self.times, self.system.units["time"]),
+            "run": rounded(", ".join(f"{name} {value}" for name, value in self.run.items())),
+            "writes": ", ".join(self.outputs.values()),
+        }
 
     @checked
     def propagate(self, *, threads: int | None = None, progress: bool | None = None) -> Trajectory:
