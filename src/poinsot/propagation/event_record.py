@@ -50,7 +50,9 @@ class EventRecord(Summarized):
     >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.1))
     >>> motion = pt.propagate(pt.System(body), start, [20.0], events=[pt.events.SpinFlip((0, 1, 0))])
     >>> motion.events[0]
-    EventRecord of SpinFlip(axis=[0.0, 1.0, 0.0]): 1, from 7.97365 to 7.97365
+    EventRecord of SpinFlip(axis=[0.0, 1.0, 0.0]): 1
+      times: [7.97365]
+      directions: 0 rising, 1 falling
     """
 
     event: Event
@@ -66,7 +68,7 @@ class EventRecord(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         rising, falling = (int(np.sum(self.directions == sign)) for sign in (1, -1))
-        return f"{len(self)} times of {rounded(repr(self.event))}", {
+        return f"EventRecord of {rounded(repr(self.event))}: {len(self)}", {
             "times": told(self.times, self.system.units["time"]) or "none",
             "directions": f"{rising} rising, {falling} falling" if len(self) else "",
             "members": f"{np.unique(self.members).size}" if np.any(self.members) else "",

@@ -94,7 +94,7 @@ def test_times_states_and_directions_are_recorded_in_the_order_of_the_times(time
     assert np.allclose(found.omega_body, [0, 0, 0.7], rtol=0, atol=4e-15)
     assert len(found) == expected.size
     title, times, directions = repr(found).splitlines()
-    assert title == "11 times of AxisCrossing(axis=[1.0, 0.0, 0.0], target=[1.0, 0.0, 0.0], angle=1.5708)"
+    assert title == "EventRecord of AxisCrossing(axis=[1.0, 0.0, 0.0], target=[1.0, 0.0, 0.0], angle=1.5708): 11"
     assert (times, directions) == ("  times: 11, 2.24399 ... 47.1239", "  directions: 5 rising, 6 falling")
 
 

@@ -66,7 +66,9 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
     Examples
     --------
     >>> pt.files.read_aem("m.aem")
-    AttitudeTable(SC_BODY_1 -> ICRF, 9 times, 0 ... 2, with rates, Calendar(...))
+    Attitudes of SC_BODY_1 in ICRF
+      times: 9, 0 ... 2 s
+      ...
     """
     text, name = read_text(path), str(path)
     version, segments = ccsds.segments_of(text, name, "AEM", "12", NEEDED, _columns)

@@ -95,12 +95,12 @@ class AttitudeTable(Summarized):
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
-        calendar = self.calendar
+        calendar, rate = self.calendar, PER_TIME if self.calendar is None else f"rad {self.calendar.unit}-1"
         return f"Attitudes of {self.body_frame} in {self.reference_frame}", {
             "times": told_times(self.times, "" if calendar is None else calendar.unit),
             "calendar": "" if calendar is None else f"t = 0 at {calendar.zero} {calendar.scale}",
-            "rates": "none" if self.omega_body is None else told(self.omega_body, PER_TIME),
-            "largest | |q| - 1 | in the file": f"{self.norm_error:.3g}",
+            "rates": "none" if self.omega_body is None else told(self.omega_body, rate),
+            "norm error in the file": f"{self.norm_error:.3g}",
         }
 
     @property

@@ -115,7 +115,8 @@ def spice_attitude(
     Examples
     --------
     >>> pt.files.spice_attitude("SC_BODY_1", ["2026-11-21T00:00:01 TAI"], ["m.bc", "m.tsc", "m.tf"])
-    AttitudeTable(SC_BODY_1 -> ICRF, 1 times, ...)
+    Attitudes of SC_BODY_1 in ICRF
+      times: 1, ...
     """
     t = real_array("times", calendar.time(times), (None,))
     with loaded(kernels) as spice:
