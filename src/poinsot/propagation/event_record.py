@@ -122,9 +122,8 @@ def crossings(
     rows = np.empty((len(found), variables.size))
     for i, (_, record) in enumerate(found):
         rows[i] = record[4]
-    blocks = [slice(first, first + BLOCK) for first in range(0, len(found), BLOCK)]
+    blocks = [slice(first, first + BLOCK) for first in range(0, max(len(found), 1), BLOCK)]
     parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
-    parts = parts or [variables.to_phase(times, rows)]
     phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     out = []
     for number, event in enumerate(events):
