@@ -49,3 +49,18 @@ def orbit():
 @pytest.fixture(scope="session")
 def satellite(orbit):
     return pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(orbit))
+
+
+@pytest.fixture
+def reads(tmp_path):
+    """Makes a function that reads a text out of a file of the name that a reader expects."""
+
+    def reader_of(function, name):
+        def read(text, *arguments, **options):
+            path = tmp_path / name
+            path.write_bytes(text if isinstance(text, bytes) else text.encode())
+            return function(path, *arguments, **options)
+
+        return read
+
+    return reader_of

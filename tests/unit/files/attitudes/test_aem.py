@@ -74,13 +74,8 @@ def as_xml(kind, numbers, version=2, **fields):
 
 
 @pytest.fixture
-def read(tmp_path):
-    def read_text(text, **options):
-        path = tmp_path / "a.aem"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.files.read_aem(path, **options)
-
-    return read_text
+def read(reads):
+    return reads(pt.files.read_aem, "a.aem")
 
 
 def rate_tolerance(kind):

@@ -80,13 +80,8 @@ V1 = HEAD.replace("2.0", "1.0", 1) + (
 
 
 @pytest.fixture
-def read(tmp_path):
-    def read_text(text, **options):
-        path = tmp_path / "a.apm"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.files.read_apm(path, **options)
-
-    return read_text
+def read(reads):
+    return reads(pt.files.read_apm, "a.apm")
 
 
 def check(table, body, rates=True):

@@ -24,13 +24,8 @@ WHOLE = text(WITH_RATES, SAYS + RATE, "t,q0,q1,q2,q3,omega_1,omega_2,omega_3")
 
 
 @pytest.fixture
-def read(tmp_path):
-    def read_text(content, **options):
-        path = tmp_path / "a.csv"
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return pt.files.read_quaternion_csv(path, **options)
-
-    return read_text
+def read(reads):
+    return reads(pt.files.read_quaternion_csv, "a.csv")
 
 
 def test_orders_and_directions(read):

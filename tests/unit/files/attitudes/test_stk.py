@@ -32,13 +32,8 @@ WHOLE = whole("AttitudeTimeQuatAngVels", columns("QUATERNION/ANGVEL"))
 
 
 @pytest.fixture
-def read(tmp_path):
-    def read_text(text, **options):
-        path = tmp_path / "a.a"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.files.read_stk_attitude(path, **options)
-
-    return read_text
+def read(reads):
+    return reads(pt.files.read_stk_attitude, "a.a")
 
 
 def test_formats(read):

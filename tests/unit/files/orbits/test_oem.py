@@ -87,13 +87,8 @@ def as_xml(**fields):
 
 
 @pytest.fixture
-def read(tmp_path):
-    def read_text(text, *arguments, **options):
-        path = tmp_path / "a.oem"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return pt.files.read_oem(path, *arguments, **options)
-
-    return read_text
+def read(reads):
+    return reads(pt.files.read_oem, "a.oem")
 
 
 def apart(orbit, times, offset=0.0):
