@@ -47,8 +47,8 @@ def told(values: Any, unit: str = "1") -> str:
     if not array.size:
         return ""
     behind = "" if unit in ("", "1") else f" {unit}"
-    if not array.ndim:
-        return f"{array:.6g}{behind}"
+    if array.size == 1:
+        return f"{array.item():.6g}{behind}"
     if array.size <= FEW:
         return str(np.vectorize("{:.6g}".format, otypes=[object])(array).tolist()).replace("'", "") + behind
     known = array[np.isfinite(array)]

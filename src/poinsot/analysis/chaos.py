@@ -155,7 +155,10 @@ def chaos_indicators(
     >>> body = pt.Body((1.25, 1.0, 0.75))
     >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
     >>> pt.analysis.chaos_indicators(pt.System(body), start, [500.0])
-    ChaosIndicators(times=1, members=1, failed=0, mean_megno=2.008 ... 2.008)
+    Chaos indicators of System(Body(moments=[1.25, 1.0, 0.75]))
+      times: 1, 500 ... 500
+      mean MEGNO at the last time: 2.00...
+      ...
     """
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
     if not 1 <= vectors <= job.units.size:

@@ -67,7 +67,7 @@ class Section(Summarized):
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
-        return f"Section of {len(self.x)} motions of {rounded(repr(self.motion.system))}", {
+        return f"Section of {len(self.x)} motion{'s' * (len(self.x) > 1)} of {rounded(repr(self.motion.system))}", {
             "times": told_times(self.motion.times, self.motion.system.units["time"]),
             "points": str(int(np.sum(np.isfinite(self.x)))),
             self.labels[0]: told(self.x),
@@ -102,7 +102,10 @@ def section(
     >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
     >>> motion = pt.propagate(pt.System(body), start, range(100))
     >>> pt.analysis.section(motion, lambda points: points.omega_body[:, :2].T, labels=("first rate", "second rate"))
-    Section of 1 motions, 100 points
+    Section of 1 motion of System(Body(moments=[1.25, 1.0, 0.75]))
+      times: 100, 0 ... 99
+      points: 100
+      ...
     """
     if event is not None and not 0 <= event < len(motion.events):
         raise ValueError(f"event must be below the {len(motion.events)} events of the motion, got {event!r}.")
@@ -180,7 +183,10 @@ def spin_orbit_section(
     >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
     >>> moon = pt.System(pt.Body.from_ratios(beta=0.26, gamma=0.1), pt.GravityGradient(orbit))
     >>> pt.analysis.spin_orbit_section(moon, angle=0.1, rate=[1.0, 1.5], revolutions=10)
-    Section of 2 motions, 22 points
+    Section of 2 motions of System(...)
+      times: 11, 0 ... 62.831853
+      points: 22
+      ...
     """
     orbit = _only_orbit(system)
     refuse_nonpositive("revolutions", revolutions)
@@ -231,7 +237,10 @@ def andoyer_section(system: System, state: State, time: Time, *, angle: Angle = 
     >>> body = pt.Body((1.25, 1.0, 0.75))
     >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
     >>> pt.analysis.andoyer_section(pt.System(body), start, 100.0)
-    Section of 1 motions, 15 points
+    Section of 1 motion of System(Body(moments=[1.25, 1.0, 0.75]))
+      times: 1, 100 ... 100
+      points: 15
+      ...
     """
 
     def coordinates(points: EventRecord) -> tuple[Array, Array]:

@@ -51,7 +51,7 @@ class EventRecord(Summarized):
     >>> motion = pt.propagate(pt.System(body), start, [20.0], events=[pt.events.SpinFlip((0, 1, 0))])
     >>> motion.events[0]
     EventRecord of SpinFlip(axis=[0.0, 1.0, 0.0]): 1
-      times: [7.97365]
+      times: 7.97365
       directions: 0 rising, 1 falling
     """
 
