@@ -116,8 +116,8 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     version, header, blocks = _of_xml(text, name) if ccsds.is_xml(text) else _of_kvn(text, name)
     epoch = _Block("", header, name)
     epoch.text("EPOCH")
-    one = Rows(name, {"TIME_SYSTEM": epoch.text("TIME_SYSTEM")}, (), [header["EPOCH"].place], [header["EPOCH"].value])
-    times, calendar = ccsds.times_of(one, calendar)
+    system = {"TIME_SYSTEM": epoch.text("TIME_SYSTEM")}
+    times, calendar = ccsds.times_of(Rows(name, system, (), [header["EPOCH"].place], [header["EPOCH"].value]), calendar)
     block, (body_frame, frame, body_is_b) = _attitude_block(blocks, name)
     kind, columns, rate_in_a = _row(block, blocks)
     says = {key: entry.value for key, entry in block.said.items()}
@@ -235,12 +235,11 @@ def _of_xml(text: str, name: str) -> tuple[str, dict[str, Entry], list[_Block]]:
     header: dict[str, Entry] = {}
     blocks: list[_Block] = []
     for part in (child for half in segments[0] for child in half):
-        kind = XML_BLOCKS.get(local_name(part))
-        place = f"{name}, {local_name(part)[:40]}"
+        kind, place = XML_BLOCKS.get(local_name(part)), f"{name}, {local_name(part)[:40]}"
         entries = list(ccsds.entries_of(part, place))
-        header |= {entry.key: entry for entry in entries if kind is None or entry.key == "EPOCH"}
+        said = {entry.key: entry for entry in entries}
+        header |= {key: entry for key, entry in said.items() if kind is None or key == "EPOCH"}
         if kind and entries:
-            said = {entry.key: entry for entry in entries}
             blocks.append(_from_v1(kind, entries) if version < "2" else _Block(kind, said, place))
     return version, header, blocks
 

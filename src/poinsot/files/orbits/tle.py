@@ -102,8 +102,7 @@ def tle_orbit(
     start, stop : float, str or astropy.time.Time
         The span: times of the calendar, or dates that say their scale.
     max_age : float
-        The most days that the span may reach before or after the epoch of the set; the errors of SGP4 grow to
-        kilometres within days.
+        Largest distance of the span from the epoch of the set, days; the errors of SGP4 grow to kilometres within days.
     reference_frame : {"TEME", "ICRF"}
         Axes: true equator and mean equinox of date, those of SGP4; or those of the planets, which needs astropy.
     calendar : Calendar, optional

@@ -16,7 +16,7 @@ from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.scenarios.toml_text import MOST_CHARACTERS
 from poinsot.files.scenarios.writer import WHOLE, WITH_FILES, text_of
-from poinsot.files.untrusted import read_bytes
+from poinsot.files.untrusted import read_text
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -81,19 +81,17 @@ class Scenario(Summarized):
         PropagationError, PropagationInterrupted
             As `propagate`; the partial trajectory knows the scenario too.
         """
+        options = {name: value for name, value in self.run.items() if name != "method"}
         try:
-            motion = self._motion(threads, progress)
+            if self.run.get("method") == "closed form":
+                motion = free_motion(self.system.body, self.state, self.times, units=self.system.units)
+            else:
+                motion = propagate(self.system, self.state, self.times, **options, threads=threads, progress=progress)
         except (PropagationError, PropagationInterrupted) as stopped:
             stopped.trajectory.provenance = dict(self.provenance)
             raise
         motion.provenance = dict(self.provenance)
         return motion
-
-    def _motion(self, threads: int | None, progress: bool | None) -> Trajectory:
-        options = {name: value for name, value in self.run.items() if name != "method"}
-        if self.run.get("method") == "closed form":
-            return free_motion(self.system.body, self.state, self.times, units=self.system.units)
-        return propagate(self.system, self.state, self.times, **options, threads=threads, progress=progress)
 
 
 @checked
@@ -117,10 +115,7 @@ def read_scenario(path: str | Path) -> Scenario:
     path = Path(path)
     if path.suffix != ".toml":
         raise ValueError(f"path must end in .toml, got {path.name!r}.")
-    try:
-        text = read_bytes(path, 4 * MOST_CHARACTERS).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} must be text in UTF-8, got other bytes.") from None
+    text = read_text(path, 4 * MOST_CHARACTERS)
     return parsed_scenario(text.replace("\r\n", "\n"), str(path), path.parent)
 
 
