@@ -183,9 +183,9 @@ def _system(system: Any) -> Lines:
 def _start(state: Any, units: Any) -> Lines:
     if state.quaternion.ndim > 1:
         return [f"  members: {len(state.quaternion)}"]
-    from poinsot.plot.labels import bracketed, momentum_unit
+    from poinsot.plot.labels import momentum_label
 
-    momentum = f"{_written(state.angular_momentum_body)}{bracketed(momentum_unit(units))}"
+    momentum = f"{_written(state.angular_momentum_body)}{momentum_label(units)}"
     return [
         f"  start: quaternion {_written(state.quaternion)}, scalar first, body to space",
         f"  start: angular momentum {momentum}, body axes",

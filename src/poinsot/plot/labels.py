@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from poinsot.mechanics.calendar import SECONDS
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.dataset import calendar_of
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
@@ -22,9 +23,8 @@ __all__ = [
     "Unit",
     "angle_unit_of",
     "bracketed",
-    "energy_unit",
     "instant",
-    "momentum_unit",
+    "momentum_label",
     "one_body",
     "rate_unit_of",
     "time_label",
@@ -110,19 +110,9 @@ def _seconds(name: str, units: Mapping[str, str]) -> float:
     return TIME_UNITS[units["time"]]
 
 
-def momentum_unit(units: Mapping[str, str]) -> str:
-    """Return the CF unit of angular momentum from the units of a system; "1" where they have none."""
-    return _inertia_over_time(units, 1)
-
-
-def energy_unit(units: Mapping[str, str]) -> str:
-    """Return the CF unit of energy from the units of a system; "1" where they have none."""
-    return _inertia_over_time(units, 2)
-
-
-def _inertia_over_time(units: Mapping[str, str], power: int) -> str:
-    per_time = "1" if units["time"] == "1" else f"{units['time']}-{power}"
-    return " ".join(unit for unit in (units["inertia"], per_time) if unit != "1") or "1"
+def momentum_label(units: Mapping[str, str]) -> str:
+    """Return the unit of angular momentum in brackets: " [kg m² s⁻¹]"."""
+    return bracketed(DerivedUnits(units).momentum)
 
 
 def time_label(motion: Trajectory, unit: Unit) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.transition_matrix import StateTransition
 from poinsot.plot.curves import against_time
-from poinsot.plot.labels import angle_unit_of, bracketed, momentum_unit, one_body
+from poinsot.plot.labels import angle_unit_of, momentum_label, one_body
 from poinsot.plot.panels import Pair, plot
 
 __all__ = ["uncertainty"]
@@ -63,6 +63,6 @@ def uncertainty(
     momentum = {rf"$\sigma_{{g_{i + 1}}}$": deviations[i + 3] for i in range(3)}
     curves = {
         rf"$1\sigma$ of the attitude{angle.label}": attitude,
-        rf"$1\sigma$ of the angular momentum{bracketed(momentum_unit(motion.system.units))}": momentum,
+        rf"$1\sigma$ of the angular momentum{momentum_label(motion.system.units)}": momentum,
     }
     return against_time(motion, curves, axes, time_unit, title, log=True)

@@ -15,8 +15,9 @@ from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import same
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import against_time, lift_pen, reached, shade
-from poinsot.plot.labels import Unit, angle_unit_of, bracketed, energy_unit, momentum_unit, rate_unit_of, time_unit_of
+from poinsot.plot.labels import Unit, angle_unit_of, bracketed, momentum_label, rate_unit_of, time_unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.propagation.dataset import components
 from poinsot.propagation.trajectory import Trajectory
@@ -75,7 +76,7 @@ def quaternions(
     >>> left.get_xlabel()
     'time [min]'
     """
-    momenta = f"conjugate momenta $Q${bracketed(momentum_unit(motion.system.units))}"
+    momenta = f"conjugate momenta $Q${momentum_label(motion.system.units)}"
     curves = {
         "Euler parameters $q$": _named("$q_{}$", motion.quaternion, 0),
         momenta: _named("$Q_{}$", motion.conjugate_momenta, 0),
@@ -234,7 +235,7 @@ def angular_momentum(
     >>> [panel.get_ylabel() for panel in pt.plot.angular_momentum(motion)]
     ['angular momentum, body axes [kg m² s⁻¹]', 'angular momentum, space axes [kg m² s⁻¹]']
     """
-    unit = bracketed(momentum_unit(motion.system.units))
+    unit = momentum_label(motion.system.units)
     curves = {
         f"angular momentum, body axes{unit}": _named("$g_{}$", motion.angular_momentum_body, 1),
         f"angular momentum, space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
@@ -282,7 +283,7 @@ def part_variables(
         raise ValueError(f"part must be one of {', '.join(own)}, got {part or 'none'}.")
     names, values = components(own[part]), np.moveaxis(motion.own[part], -1, 0)
     momenta = set(own[part].momenta) == set(own[part].variables)
-    label = f"variables of {part}" + (bracketed(momentum_unit(motion.system.units)) if momenta else "")
+    label = f"variables of {part}" + (momentum_label(motion.system.units) if momenta else "")
     curves = {name.replace("_", " "): value for name, value in zip(names, values, strict=True)}
     panel: Axes = against_time(reached(motion), {label: curves}, ax, time_unit, title)[0]
     return panel
@@ -408,13 +409,13 @@ def _only_orbit(motion: Trajectory) -> Orbit:
 
 def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
     """Return what the integrals are called in a legend, of one body with their value at the start."""
-    names, units, values = {}, motion.system.units, motion.integrals
+    names, units, values = {}, DerivedUnits(motion.system.units), motion.integrals
     for integral in motion.system.integrals:
         letter, index = integral.symbol[0], integral.symbol[1:]
         symbol = f"{letter}_{{{index}}}" if index.isalnum() else integral.symbol.replace(".", r" \cdot ")
         value = ""
         if motion.quaternion.ndim == 2:
-            unit = energy_unit(units) if integral.is_energy else momentum_unit(units)
+            unit = units.energy if integral.is_energy else units.momentum
             value = f" = {values[integral.name][0]:.5g}" + ("" if unit == "1" else bracketed(unit))
         names[integral.name] = f"${symbol}${value}"
     return names

@@ -30,7 +30,7 @@ from poinsot.plot.labels import (
     PURPLE,
     VERMILION,
     bracketed,
-    momentum_unit,
+    momentum_label,
     one_body,
     rate_unit_of,
 )
@@ -217,8 +217,8 @@ def _rounded(words: str) -> str:
 def _labels(units: Mapping[str, str]) -> dict[str, str]:
     return {
         "quaternion": "Euler parameters q",
-        "momenta": f"conjugate momenta Q{bracketed(momentum_unit(units))}",
-        "angular_momentum_space": bracketed(momentum_unit(units)),
+        "momenta": f"conjugate momenta Q{momentum_label(units)}",
+        "angular_momentum_space": momentum_label(units),
         "omega_body": rate_unit_of(units, None).label,
         "time": f"time{bracketed(units['time'])}",
         "t": "t",
