@@ -9,6 +9,7 @@ import sys
 import time
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -43,7 +44,7 @@ HEADS = {
     "stl": b"solid\n",
 }
 
-READERS = {
+READERS: dict[str, Any] = {
     "nc": pt.load,
     "toml": pt.files.read_scenario,
     "aem": pt.files.read_aem,

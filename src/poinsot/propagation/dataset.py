@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from poinsot.mechanics.part import Part
     from poinsot.propagation.trajectory import Trajectory
 
-__all__ = ["DerivedUnits", "calendar_of", "components", "dataset_of", "read_parts", "space_axes_of", "told_parts"]
+__all__ = ["calendar_of", "components", "dataset_of", "read_parts", "space_axes_of", "told_parts"]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
