@@ -67,6 +67,16 @@ class Drag(pt.Torque):
         return 0.1 * instant.attitude.to_body(instant.velocity(self.orbit) + self.wind_space)
 
 
+class Beacon(pt.Torque):
+    """Along the direction from a place that is no field: an orbit that only the formula knows."""
+
+    size: float
+
+    def torque(self, instant):
+        place = pt.orbits.FixedPosition(1.0, position=(3.0, -2.0, 1.0))
+        return self.size * instant.attitude.to_body(instant.direction(place))
+
+
 def comoving(system):
     return kernels.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double").comoving
 
@@ -79,6 +89,7 @@ CASES = {
     "a component in space": (lambda o: [Polar(o)], False),
     "a small fixed field": (lambda o: [Field(o, (0, 0, 1e-2))], False),
     "a sum with a fixed vector": (lambda o: [Drag(o, (0, 0, 1))], False),
+    "an orbit in a formula": (lambda o: [pt.GravityGradient(o), Beacon(0.1)], False),
     "two orbits": (lambda o: [pt.GravityGradient(o), pt.GravityGradient(orbit(0.1))], False),
 }
 

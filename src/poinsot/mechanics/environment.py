@@ -221,7 +221,7 @@ class Environment:
     blocks : sequence of pairs
         Blocks of orbits with the values of their variables.
     views : mapping, optional
-        The `id` of each orbit -> the number of its block, or None. Default: the block with the numbers of the orbit's.
+        The `id` of an orbit -> the number of its block, if it has one. Default: the block with the numbers of its own.
     comoving : bool
         Whether vectors are along the comoving axes of the one block, which all orbits have.
 
@@ -284,7 +284,7 @@ class Environment:
     def _found(self, orbit: Orbit) -> tuple[OrbitBlock, Vector] | None:
         """Return the block that an orbit views, and its values."""
         if self._views is not None:
-            number = self._views[id(orbit)]
+            number = self._views.get(id(orbit))
             return None if number is None else self.blocks[number]
         path = orbit.block if self.blocks else None
         return next(((block, own) for block, own in self.blocks if path and same(block, path)), None)
