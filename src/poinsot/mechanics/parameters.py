@@ -108,11 +108,9 @@ class Parametric:
     @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations: the class and its structural fields, without any real number."""
-        fields = _fields_of(self).items()
-        return (
-            type(self),
-            *(None if isinstance(kind, tuple) else _structure(getattr(self, name)) for name, kind in fields),
-        )
+        fields = ((getattr(self, name), kind) for name, kind in _fields_of(self).items())
+        own = (None if isinstance(kind, tuple) else getattr(value, "structure", value) for value, kind in fields)
+        return type(self), *own
 
     @functools.cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
@@ -127,7 +125,7 @@ class Parametric:
             elif isinstance(value, functions.Vector):
                 yield from value
             elif isinstance(kind, tuple):
-                yield from np.moveaxis(np.reshape(value, (*_members(value, kind), -1)), -1, 0)
+                yield from np.moveaxis(np.reshape(value, (*value.shape[: value.ndim - len(kind)], -1)), -1, 0)
 
     def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
         """Yield the name of each of `numbers`, and what is the same for one number of one record."""
@@ -197,11 +195,9 @@ def _fields_of(record: Any) -> dict[str, Any]:
     fields, with_names = _fields(kind)
     if not with_names:
         return fields
-    return fields | {name: tuple(_length(record, length) for length in fields[name]) for name in with_names}
-
-
-def _length(record: Any, length: int | str) -> int:
-    return getattr(record, length) if isinstance(length, str) else length
+    return fields | {
+        name: tuple(getattr(record, n) if isinstance(n, str) else n for n in fields[name]) for name in with_names
+    }
 
 
 @functools.cache
@@ -229,12 +225,6 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
     )
 
 
-def _structure(value: Any) -> Any:
-    if isinstance(value, Parametric):
-        return value.structure
-    return value
-
-
 def _take(scalars: Iterator[Scalar], shape: tuple[int, ...]) -> Any:
     """Return the next scalars as one scalar, a formula's vector, or an object array of a higher rank."""
     if len(shape) < 2:
@@ -243,10 +233,6 @@ def _take(scalars: Iterator[Scalar], shape: tuple[int, ...]) -> Any:
     for index in np.ndindex(shape):
         taken[index] = next(scalars)
     return taken
-
-
-def _members(value: NDArray[Any], shape: tuple[int, ...]) -> tuple[int, ...]:
-    return value.shape[: value.ndim - len(shape)]
 
 
 def _article(kind: type) -> str:

@@ -101,18 +101,6 @@ class Ephemeris(Orbit):
     ----------
     mu : float
         Gravitational parameter of the attractor, length cubed over time squared.
-    span : (float, float)
-        The first and the last time for which it is known.
-    knots : array (n + 1,)
-    error : float
-        A bound, by estimate, of the difference to the function or to what lies between the rows of a table; length.
-        NaN for a table too short to tell.
-    position_jump, velocity_jump : float
-        The largest jump at a knot, length and length over time.
-    reference_frame, origin : str
-        The space axes and the attractor, as their source names them.
-    calendar : Calendar or None
-        What the times mean, where the source has dates.
     radius : float
         Of the attractor's surface; 0: a point. An orbit that goes below it warns.
 
@@ -289,13 +277,20 @@ class Ephemeris(Orbit):
             f"{self.velocity_jump:.2g})"
         )
 
-    knots = shown("pieces.knots", "The times at which one polynomial follows another, the ends of the span included.")
-    error = shown("pieces.error", "The largest estimated error of a position.")
-    position_jump = shown("pieces.position_jump", "The largest jump of the position at a knot.")
-    velocity_jump = shown("pieces.velocity_jump", "The largest jump of the velocity at a knot.")
-    reference_frame = shown("pieces.reference_frame", "The name of the space axes.")
-    origin = shown("pieces.origin", "The name of the attractor.")
-    calendar = shown("pieces.calendar", "What times mean as dates; None if they are no more than numbers.")
+    knots = shown(
+        "pieces.knots", "The times at which one polynomial follows another, with the ends of the span; shape (n + 1,)."
+    )
+    error = shown(
+        "pieces.error",
+        """A bound, by estimate, of the difference to the function or to what lies between the rows of a table, length.
+
+        NaN for a table too short to tell.""",
+    )
+    position_jump = shown("pieces.position_jump", "The largest jump of the position at a knot, length.")
+    velocity_jump = shown("pieces.velocity_jump", "The largest jump of the velocity at a knot, length over time.")
+    reference_frame = shown("pieces.reference_frame", "The space axes, as their source names them.")
+    origin = shown("pieces.origin", "The attractor, as its source names it.")
+    calendar = shown("pieces.calendar", "What the times mean as dates; None where the source has none.")
     periapsis_distance = shown("pieces.closest", "The smallest distance found at 17 times of each piece.")
 
     @property
