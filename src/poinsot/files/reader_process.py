@@ -64,15 +64,9 @@ _lock = threading.Lock()
 class ReaderProcess:
     """A process that calls the functions of one module about one file, to be closed in the end.
 
-    Parameters
-    ----------
-    module : str
-        The name of the module. Its functions take values of JSON, and arrays after them, and return one and a list of
-        arrays.
-    rule : str
-        What stands before the reason in the error of a process that does not survive a call.
-    memory, files : int
-        What the reader may take more than others: bytes, and files that it opens and keeps open.
+    The functions take values of JSON, and arrays after them, and return one and a list of arrays. `rule` stands before
+    the reason in the error of a process that does not survive a call; `memory` and `files` are the bytes, and the files
+    kept open, that the reader may take more than others.
     """
 
     def __init__(self, module: str, rule: str, *, memory: int = 0, files: int = 0) -> None:
@@ -85,13 +79,7 @@ class ReaderProcess:
         _send(self._stream, {"folder": os.getcwd(), "memory": MEMORY + memory, "files": files}, ())
 
     def call(self, function: str, *values: Any, arrays: Arrays = (), seconds: float = 0.0) -> Answer:
-        """Return what a function returns, which may take some seconds of processor time more than others.
-
-        Raises
-        ------
-        ValueError, TypeError
-            As the function; ValueError if the process ends.
-        """
+        """Return what a function returns, or raise its error; `seconds` of processor time more than others may pass."""
         seconds += SECONDS
         deadline = threading.Timer(PATIENCE * seconds, os.kill, (self._pid, signal.SIGKILL))
         deadline.daemon = True

@@ -38,14 +38,7 @@ def read_bytes(path: str | Path, most: int) -> bytes:
 
 
 def read_text(path: str | Path, most: int | None = None) -> str:
-    """Return the text of a file: of a message, unless the most bytes of something longer are said.
-
-    Raises
-    ------
-    OSError, ValueError
-        If it cannot be read; or it is no file, no text, or longer than the most bytes, 16 MiB or 120,000 lines of a
-        message.
-    """
+    """Return the text in UTF-8 of a file; a message has at most 16 MiB and 120,000 lines, others the most bytes."""
     content = read_bytes(path, MOST_OF_MESSAGE if most is None else most)
     try:
         text = content.decode("utf-8-sig")

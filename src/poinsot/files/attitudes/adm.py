@@ -73,12 +73,8 @@ def read_attitudes(
     What version 1 calls RATE is read by some as rates of angles and by others as the angular velocity, and its
     NUTATION is not defined: they are passed over.
 
-    Parameters
-    ----------
-    frames : (str, str)
-        The names of the reference frame and of the body.
-    body_is_b, rate_in_a : bool
-        Whether B is the body, and whether angular velocities are along A.
+    `frames` are the names of the reference frame and of the body, which `body_is_b` or is A; `rate_in_a` is whether
+    angular velocities are along A.
     """
     form, _, more = kind.partition("/")
     sequence = _sequence_of(rows) if form == "EULER_ANGLE" else ""

@@ -197,13 +197,7 @@ def table_of(
     *,
     dated: bool = True,
 ) -> AttitudeTable:
-    """Return what a writer writes of a motion or a table, with rising times; dated, it has a calendar and a frame.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no motion of one body, has no row, or the calendar or the frame is missing or another one.
-    """
+    """Return what a writer writes of a motion or a table, with rising times; dated, it has a calendar and a frame."""
     own: AttitudeTable = motion
     if isinstance(motion, Trajectory):
         _refuse_ensemble(motion)

@@ -55,16 +55,8 @@ STAND_IN: dict[str, Any] = {"state": {}, "times": {}}
 class Parts:
     """What the text of a scenario says, checked, and the parts of a propagation made from it.
 
-    Parameters
-    ----------
-    text, name : str
-        The name is that of the file, for errors.
-    whole : bool
-        Whether state and times must be there.
-    folder : Folder, optional
-        With the files that it names.
-    data : mapping, optional
-        The arrays that it names, by name.
+    Errors call the text by the name of its file; `whole` texts must have state and times. The folder has the files, and
+    the data the arrays, that the text names.
     """
 
     def __init__(

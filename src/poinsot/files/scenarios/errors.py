@@ -34,13 +34,7 @@ KINDS = {
 
 
 class Errors:
-    """Makes errors about the keys of one text.
-
-    Parameters
-    ----------
-    name, text : str
-        The name is that of the file.
-    """
+    """Makes errors about the keys of one text, which they call by the name of its file."""
 
     def __init__(self, name: str, text: str) -> None:
         self._name, self._text = name, text

@@ -8,17 +8,9 @@ __all__ = ["Folder"]
 
 
 class Folder:
-    """Opens files by the names that a scenario has for them.
+    """Opens files by the names that a scenario in this folder has for them; `used` are those that were asked for.
 
-    Parameters
-    ----------
-    path : Path or None
-        The folder of the scenario; None for a text without one, which can name no file.
-
-    Attributes
-    ----------
-    used : list of str
-        The names that were asked for.
+    A text without a folder can name no file.
     """
 
     def __init__(self, path: Path | None) -> None:

@@ -158,13 +158,7 @@ def rebuilt_system(
 
 
 def repetition(motion: Trajectory, name: str) -> Scenario:
-    """Return what makes a motion again that a file has: by its scenario, or from its system, start and times.
-
-    Raises
-    ------
-    ValueError
-        If its forces are not at hand.
-    """
+    """Return what makes a motion again that a file has: by its scenario, or from its system, start and times."""
     if not isinstance(motion.system, System):
         raise ValueError(f"{name} cannot be run again: {motion.system.not_rerunnable}")
     known = motion.provenance

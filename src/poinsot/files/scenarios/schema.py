@@ -252,13 +252,7 @@ def _named_array(name: str, value: dict[str, Any], arrays: Mapping[str, Any] | N
 
 
 def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
-    """Return a number or nested lists of numbers without texts.
-
-    Raises
-    ------
-    ValueError
-        If there is anything else among them.
-    """
+    """Return a number or nested lists of numbers without texts; refuse anything else among them."""
     if isinstance(value, list):
         return [converted(item, kind, unit, f"{name}[{i}]") for i, item in enumerate(value)]
     if isinstance(value, str) and kind != "number":

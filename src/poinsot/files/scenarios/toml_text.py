@@ -30,13 +30,7 @@ Path = tuple[str | int, ...]
 
 
 def parsed_toml(text: str, name: str) -> dict[str, Any]:
-    """Return the tables of a text.
-
-    Raises
-    ------
-    ValueError
-        If it is too long or too deep to be read in a second, or no TOML.
-    """
+    """Return the tables of a text; refuse one that is no TOML, or too long or too deep to be read in a second."""
     counted = {"characters": (len(text), MOST_CHARACTERS), "numbers in lists": (text.count(","), MOST_NUMBERS)}
     counted["keys and tables"] = (text.count("=") + text.count("[") - text.count(","), MOST_KEYS)
     for what, (count, most) in counted.items():

@@ -49,11 +49,7 @@ class Text(NamedTuple):
 def text_of(motion: Trajectory) -> Text:
     """Return body, forces, orbits, units and run as TOML, every number with all its digits.
 
-    Raises
-    ------
-    ValueError
-        With a sentence, if one of them cannot be written: a class from outside the package, or a motion that was not
-        computed here.
+    A ValueError says why one of them cannot be written: a class from outside the package, a motion not computed here.
     """
     if motion.run.method not in METHODS:
         source = f"{motion.run.method} ({motion.run.formulation})"
