@@ -284,9 +284,8 @@ class _Reading:
         for name, shapes in allowed.items():
             array = self._variable(name)
             if array.shape not in shapes or array.dtype.kind != "f" or len(members) > 1:
-                raise ValueError(
-                    f"{self.name} must have numbers of shape {shapes[-1]} in {name}, got shape {array.shape}."
-                )
+                rule = f"{self.name} must have numbers of shape {shapes[-1]} in {name}"
+                raise ValueError(f"{rule}, got shape {array.shape}.")
 
     def _variable(self, name: str) -> Any:
         if name not in self.data.variables:

@@ -74,10 +74,9 @@ class Parts:
             if isinstance(read.get(table), list):
                 raise self._errors.at((table,), f"must be one table, got a list. A scenario has one: [{table}].")
         self._calendar_of(read)
+        given = read if whole else {**STAND_IN, **read}
         try:
-            model = scenario_model().model_validate(
-                read if whole else {**STAND_IN, **read}, context={"time_unit": self.time_unit, "data": data}
-            )
+            model = scenario_model().model_validate(given, context={"time_unit": self.time_unit, "data": data})
         except ValidationError as error:
             raise self._errors.told(error, read) from None
         self.values: dict[str, Any] = model.model_dump(exclude_unset=True)
@@ -96,9 +95,8 @@ class Parts:
         if isinstance(told, dict) and {"zero", "scale"} <= set(told) <= {"zero", "scale", "unit"}:
             self.calendar = self._errors.called(("calendar",), _calendar, **told)
             if unit not in (None, self.calendar.unit):
-                raise self._errors.at(
-                    ("units", "time"), f"must be that of the calendar, {self.calendar.unit}, got {short(unit)}."
-                )
+                rule = f"must be that of the calendar, {self.calendar.unit}"
+                raise self._errors.at(("units", "time"), f"{rule}, got {short(unit)}.")
             unit = self.calendar.unit
         self.time_unit = unit if isinstance(unit, str) and unit in SECONDS else None
 
@@ -113,9 +111,8 @@ class Parts:
             table, key, kind = self._target(spread["of"], place)
             value = np.zeros(3) if key == "turn" else np.asarray(table[key], dtype=float)
             if members * value.size > MOST_DRAWN:
-                raise self._errors.at(
-                    ("ensemble", "members"), f"must make at most {MOST_DRAWN} numbers of one, got more with {members}."
-                )
+                rule = f"must make at most {MOST_DRAWN} numbers of one"
+                raise self._errors.at(("ensemble", "members"), f"{rule}, got more with {members}.")
             drawn = self._drawn(random, {**spread, "kind": kind}, value, members, place)
             if key == "turn":
                 self._turn = drawn
@@ -277,10 +274,8 @@ class Parts:
     def _attitude(self, table: dict[str, Any]) -> Array:
         given = [name for name in ATTITUDES if name in table]
         if len(given) != 1:
-            raise self._errors.at(
-                ("state",),
-                f"must have exactly one of {', '.join(ATTITUDES)}, got {' and '.join(given) or 'none'}.",
-            )
+            rule = f"must have exactly one of {', '.join(ATTITUDES)}"
+            raise self._errors.at(("state",), f"{rule}, got {' and '.join(given) or 'none'}.")
         (name,) = given
         if "sequence" in table and name != "euler_angles":
             raise self._errors.at(("state", "sequence"), "must be beside euler_angles, got none.")
@@ -306,9 +301,8 @@ class Parts:
             return frame
         if frames and reference.partition(".")[0] not in self.values.get("orbits", {}):
             known = nearest(reference, [*frames, *self.values.get("orbits", {})])
-            raise self._errors.at(
-                place, f"must be the name of a table under frames or orbits, got {short(reference)}.{known}"
-            )
+            rule = "must be the name of a table under frames or orbits"
+            raise self._errors.at(place, f"{rule}, got {short(reference)}.{known}")
         orbit = self._orbit(reference, place)
         found: Frame = self._errors.called(place, lambda: orbit.frame)
         return found
@@ -342,9 +336,8 @@ class Parts:
         self._errors.called(("times",), check_span, system, state, times)
         members = (self._errors.called(("state",), members_of, system, state) or (1,))[0]
         if times.size * members > MOST_ROWS:
-            raise self._errors.at(
-                ("times",), f"must be at most {MOST_ROWS} with all members, got {times.size * members}."
-            )
+            count = times.size * members
+            raise self._errors.at(("times",), f"must be at most {MOST_ROWS} with all members, got {count}.")
         return np.asarray(times)
 
     def _stop(self, start: float, read: dict[str, Any], table: dict[str, Any]) -> float:

@@ -71,9 +71,8 @@ class Errors:
         near = nearest(given, re.findall(r"'([^']*)'", context.get("expected", context.get("expected_tags", ""))))
         if kind == "union_tag_invalid":
             near = near or _types_of(first)
-        return self.at(
-            place, f"must {KINDS.get(kind, KINDS['model_type']).format(**context)}, got {short(given)}.{near}"
-        )
+        rule = KINDS.get(kind, KINDS["model_type"]).format(**context)
+        return self.at(place, f"must {rule}, got {short(given)}.{near}")
 
     def prefixed(self, place: Path, sentence: str) -> ValueError:
         """Return an error whose sentence begins with the name of a key, or of something else."""
@@ -86,8 +85,7 @@ class Errors:
                 return call(*arguments, **keywords)
         except (TypeError, ValueError, ImportError, OverflowError) as error:
             sentence = str(error)
-            first = re.match(r"\w+", sentence)
-            key = first.group() if first else ""
+            key = re.split(r"\W", sentence, maxsplit=1)[0]
             if key in keywords:
                 raise self.prefixed((*place, key), sentence) from None
             inside = "" if key == place[-1] else f"in {_dotted(place)}, "

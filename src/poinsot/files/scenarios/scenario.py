@@ -131,10 +131,9 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
     parts = Parts(text, name, folder=files)
     system = parts.system()
     state = parts.state(system)
-    values = parts.values
-    spread = values.get("ensemble") or {}
+    spread = parts.values.get("ensemble") or {}
     provenance = {
-        "title": values.get("title") or None,
+        "title": parts.values.get("title") or None,
         "seed": spread.get("seed"),
         "scenario": text,
         "scenario_of": WITH_FILES if files.used else WHOLE,
@@ -144,17 +143,11 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
     return Scenario(name, system, state, times, parts.run(system), parts.outputs(), provenance)
 
 
-def rebuilt_system(
-    text: str, name: str, *, folder: Path | None = None, data: Mapping[str, Any] | None = None
-) -> System:
-    """Return the system alone that the text of a scenario describes, which may have neither state nor times.
-
-    The files that it names are in the folder, and the arrays in the data.
-    """
+def rebuilt_system(text: str, name: str, *, data: Mapping[str, Any] | None = None) -> System:
+    """Return the system alone that a text without state and times describes, which may name arrays in the data."""
     from poinsot.files.scenarios.builder import Parts
-    from poinsot.files.scenarios.folder import Folder
 
-    return Parts(text, name, whole=False, folder=Folder(folder), data=data).system()
+    return Parts(text, name, whole=False, data=data).system()
 
 
 def repetition(motion: Trajectory, name: str) -> Scenario:
