@@ -37,7 +37,7 @@ RATES = {
     "angular_momentum_body": lambda i: i.angular_momentum_body[0],
     "scaled_momentum": lambda i: i.scaled_momentum[0],
 }
-OF_THE_FIELD = {"kinetics", "scale"}
+OF_THE_FIELD = {"scaled_kinetics", "scale"}
 """What turns momenta into rates, for equations of motion: a formula has `body.omega` and `body.angular_momentum`."""
 each_turning = pytest.mark.parametrize("name", TURNING)
 

@@ -369,7 +369,8 @@ def _equations(
         body = system.body_at(variables.physical(own, scale), time)
         instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
         torque = system.torque_at(instant)
-        omega = 2.0 * Vector(instant.kinetics.half_omega(g))  # a chart halves it: two folds away, half of a sum not
+        # A chart halves it: two folds away, half of a sum not.
+        omega = 2.0 * Vector(instant.scaled_kinetics.half_omega(g))
         rates = chart.rates(motion, omega, system.momentum_rate(instant, torque), torque, turning)
         rates += variables.rates(system.block_rates(instant), scale)
         equations = [ZERO + constants.expression(rate) for rate in rates]

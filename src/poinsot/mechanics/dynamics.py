@@ -128,7 +128,7 @@ class Dynamics(Collection):
     def momentum_rate(self, instant: Instant, torque: Vector) -> Vector:
         """Return g' = g x omega + torque along the body axes, all times the scale of the instant."""
         g = instant.scaled_momentum
-        gyration = functions.cross(g, instant.omega_body) if self.moving_parts else instant.kinetics.gyration(g)
+        gyration = functions.cross(g, instant.omega_body) if self.moving_parts else instant.scaled_kinetics.gyration(g)
         return Vector(gyration) + torque
 
     def block_rates(self, instant: Instant) -> dict[str, Vector]:

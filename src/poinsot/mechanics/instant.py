@@ -67,7 +67,7 @@ class Instant:
             raise RateUnknownError(
                 "an energy must depend on time, attitude, orbits and parts alone, got an angular velocity or momentum."
             )
-        return Vector(self.kinetics.omega(self._momentum))
+        return Vector(self.scaled_kinetics.omega(self._momentum))
 
     @functools.cached_property
     def angular_momentum_body(self) -> Vector:
@@ -78,7 +78,7 @@ class Instant:
         return momentum
 
     @functools.cached_property
-    def kinetics(self) -> Any:
+    def scaled_kinetics(self) -> Any:
         """What turns the angular momentum times the scale into the angular velocity."""
         return self.body.kinetics(self.scale)
 
