@@ -101,7 +101,7 @@ def poinsot_construction(
     G = np.linalg.norm(g)
     polhode = G * energy_curve(moments, g / G) / moments
     solid.curve(polhode @ turned.T, BLUE, 1.8, "polhode, on the inertia ellipsoid")
-    _draw_invariable_plane(solid, omega, index, herpolhode_radii(moments, g))
+    fit(panel, *_draw_invariable_plane(solid, omega, index, herpolhode_radii(moments, g)), eye, ax is None)
     label_axes(panel, _upright_labels(unit))
     legend(panel, ax is None)
     return panel
@@ -166,7 +166,7 @@ def polhode(
         low, high = np.min(omega, axis=0), np.max(omega, axis=0)
         margin = np.maximum(0.05 * (high - low), 0.1 * np.max(high - low) or 0.1 * np.max(np.abs(omega)))
         low, high = low - margin, high + margin
-    fit(panel, low, high, eye)
+    fit(panel, low, high, eye, ax is None)
     label_axes(panel, [rf"$\omega_{i}${unit.label}" for i in (1, 2, 3)])
     legend(panel, ax is None)
     return panel
@@ -226,8 +226,8 @@ def herpolhode(
 # ---------------------------------------------------------------------- parts of the pictures
 
 
-def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[float, float]) -> None:
-    """Draw the plane at the tip of omega with the herpolhode on it, and the vectors omega and G."""
+def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[float, float]) -> tuple[Array, Array]:
+    """Draw the plane at the tip of omega with the herpolhode on it, omega and G; return two corners around all."""
     panel, tip, height = solid.axes, omega[index], omega[index, 2]
     above = solid.eye[2] > 0
     plane = 5 if above else -5  # in the order of painting
@@ -248,8 +248,7 @@ def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[
     panel.text(*(1.56 * up), r"$\mathbf{G}$", ha="center", fontsize=13, zorder=9)
     side = "left" if right_and_up(solid.eye)[0] @ tip >= 0 else "right"
     panel.text(*(0.6 * tip), r" $\omega$ ", color=GREEN, ha=side, va="top", fontsize=15, zorder=9)
-    low, high = np.append(-np.maximum(half, reach), -height), np.append(np.maximum(half, reach), 1.5 * height)
-    fit(panel, low, high, solid.eye)
+    return np.append(-np.maximum(half, reach), -height), np.append(np.maximum(half, reach), 1.5 * height)
 
 
 def _draw_polhodes(solid: Solid, moments: Array, energy: float) -> None:

@@ -43,6 +43,9 @@ MOST_POINTS = 20_000
 LAYERS = 24
 """Of light on a solid."""
 
+HEIGHT, SQUARE, BELOW, ABOVE = 6.8, 5.7, 0.5, 0.4
+"""Inches of a figure, of the picture in it, of the legend below, and free above; a flat picture has a lower figure."""
+
 PER_CHARACTER = 4
 """Points by which the name of an axis goes away from it for each character of its ticks after the fifth."""
 
@@ -149,9 +152,9 @@ def solid_axes(eye: Array, title: str, ax: Any = None) -> Any:
     from poinsot.plot.figure import TextFigure
 
     if ax is None:
-        figure = plt.figure(figsize=(6.4, 6.8), FigureClass=TextFigure)
+        figure = plt.figure(figsize=(6.4, HEIGHT), FigureClass=TextFigure)
         figure.suptitle(title, y=0.98, fontsize=11)
-        ax = figure.add_axes((0, 0.07, 1, 0.84), projection="3d")
+        ax = figure.add_axes((0, BELOW / HEIGHT, 1, SQUARE / HEIGHT), projection="3d")
     elif isinstance(ax, Axes3D):
         ax.set_title(title, fontsize=11)
     else:
@@ -166,12 +169,18 @@ def solid_axes(eye: Array, title: str, ax: Any = None) -> Any:
     return ax
 
 
-def fit(axes: Any, low: Array, high: Array, eye: Array) -> None:
+def fit(axes: Any, low: Array, high: Array, eye: Array, own_figure: bool) -> None:
     """Set the limits, one unit as long on all three axes, with room for labels as seen from a direction."""
     sides = high - low
     width, height = (np.abs(across) @ sides for across in right_and_up(eye))
+    zoom = min(0.76 / width, 0.82 / height)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(sides, zoom=float(np.linalg.norm(sides) * min(0.76 / width, 0.82 / height)))
+    axes.set_box_aspect(sides, zoom=float(np.linalg.norm(sides) * zoom))
+    if own_figure:
+        spare = (0.82 - zoom * height) * SQUARE
+        total = HEIGHT - ABOVE - spare
+        axes.figure.set_figheight(total)
+        axes.set_position((0, (BELOW - spare / 2) / total, 1, SQUARE / total))
 
 
 def label_axes(axes: Any, labels: Sequence[str]) -> None:
