@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,11 @@ from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.selection import Chosen, numbers_of_members
 
-__all__ = ["EventRecord", "checked_events", "crossings", "crossings_of_members"]
+__all__ = ["EventRecord", "crossings", "crossings_of_members"]
 
 Array = NDArray[Any]
 
@@ -77,11 +76,13 @@ class EventRecord(Summarized):
     @checked
     def member(self, member: int) -> EventRecord:
         """Return those of one member."""
-        chosen = self.members == member
+        return self._rows(self.members == member)
+
+    def _rows(self, chosen: Array) -> EventRecord:
+        """Return some of them, by their places or by which they are."""
         states = state_of(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
-        return EventRecord(
-            self.event, self.system, self.times[chosen], states, self.directions[chosen], self.members[chosen]
-        )
+        own = self.times[chosen], states, self.directions[chosen], self.members[chosen]
+        return EventRecord(self.event, self.system, *own)
 
     @property
     def omega_body(self) -> Array:
@@ -96,19 +97,8 @@ def crossings_of_members(found: EventRecord, members: Chosen, system: System) ->
     first, last = np.searchsorted(found.members, whose, "left"), np.searchsorted(found.members, whose, "right")
     counts = last - first
     rows = np.repeat(last - np.cumsum(counts), counts) + np.arange(np.sum(counts))
-    states = state_of(changed(found.states.phase, lambda x: x[rows]), found.times[rows])
     event, again = numbers_of_members(found.event, members), np.repeat(np.arange(whose.size), counts)
-    return EventRecord(event, system, found.times[rows], states, found.directions[rows], again)
-
-
-def checked_events(events: Any) -> tuple[Event, ...]:
-    """Return the events, or raise a TypeError."""
-    if isinstance(events, Event) or not isinstance(events, Sequence):
-        raise TypeError(f"events must be a list of Event, got {described(events)}.")
-    for i, event in enumerate(events):
-        if not isinstance(event, Event):
-            raise TypeError(f"events must be a list of Event, but events[{i}] is {described(event)}.")
-    return tuple(events)
+    return replace(found._rows(rows), event=event, system=system, members=again)
 
 
 def crossings(
@@ -125,13 +115,9 @@ def crossings(
     blocks = [slice(first, first + BLOCK) for first in range(0, max(len(found), 1), BLOCK)]
     parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
     phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    out = []
-    for number, event in enumerate(events):
-        mine = np.flatnonzero(numbers == number)
-        mine = mine[np.lexsort((times[mine] if rising else -times[mine], members[mine]))]
-        states = state_of({name: values[mine] for name, values in phase.items()}, times[mine])
-        out.append(EventRecord(event, system, times[mine], states, directions[mine], members[mine]))
-    return tuple(out)
+    order = np.lexsort((times if rising else -times, members))
+    of_all = (EventRecord(event, system, times, state_of(phase, times), directions, members) for event in events)
+    return tuple(each._rows(order[numbers[order] == number]) for number, each in enumerate(of_all))
 
 
 def _phase(variables: StateVector, members: Array, times: Array, rows: Array) -> Phase:

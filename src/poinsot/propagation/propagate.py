@@ -23,7 +23,7 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
-from poinsot.propagation.event_record import checked_events, crossings
+from poinsot.propagation.event_record import crossings
 from poinsot.propagation.trajectory import Method, Run, Trajectory
 from poinsot.quantities import Times
 
@@ -93,7 +93,7 @@ def propagate(
     t = checked_times(times, system)
     chosen = checked_formulation(formulation)
     asked = checked_tolerance(tolerance, precision)
-    problem = Problem(system, checked_events(events))
+    problem = Problem(system, events)
     check_span(problem, state, t)
     members = members_of(problem, state)
     if members:

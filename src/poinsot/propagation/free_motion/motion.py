@@ -14,11 +14,12 @@ from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, checked_times, members_of
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
+from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
 from poinsot.quantities import Times
 
@@ -126,12 +127,8 @@ def _rotations(body: Body, state: State, at_once: int) -> Iterator[tuple[Any, _R
     moments = np.broadcast_to(body.moments, (*state.time.shape, 3))
     for i in range(0, len(moments), at_once):
         block = np.arange(i, min(i + at_once, len(moments)))
-        elements = elements_of(moments[block], body.principal_matrix, _members(state, block))
+        elements = elements_of(moments[block], body.principal_matrix, state_of_members(state, block))
         near = is_near_separatrix(elements)
         for side in (near, ~near):
             if np.any(side):
-                yield block[side], _Rotation(elements.of_members(side), _members(state, block[side]))
-
-
-def _members(state: State, chosen: Any) -> State:
-    return state_of(changed(state.phase, lambda x: x[chosen]), state.time[chosen])
+                yield block[side], _Rotation(elements.of_members(side), state_of_members(state, block[side]))
