@@ -300,16 +300,16 @@ def test_other_numbers_use_the_same_kernel(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["synodic", "space", "second path shared", "with a flyby"])
-def test_sky_of_a_motion_is_the_integrated_one(name, monkeypatch):
+def test_environment_of_a_motion_is_the_integrated_one(name, monkeypatch):
     system = pt.System(BODY, *SYSTEMS[name])
     motion = pt.propagate(system, START, RUN[::-1])
     state = pt.State(motion.quaternion, motion.conjugate_momenta, motion.times)
     energy, torque = system.potential_energy(state), system.torque_body(state)
-    tracked = [PATH.from_primary, PATH.from_secondary, *[FLYBY] * (name == "with a flyby")]
-    for view in (*tracked, pt.orbits.FixedPosition(1.0, position=(1, 2, 3))):
+    integrated = [PATH.from_primary, PATH.from_secondary, *[FLYBY] * (name == "with a flyby")]
+    for view in (*integrated, pt.orbits.FixedPosition(1.0, position=(1, 2, 3))):
         place, inverse = stacked(view.position_at(motion.times)), view.inverse_distance_at(motion.times)
         with monkeypatch.context() as blinded:
-            if view in tracked:
+            if view in integrated:
                 blinded.delattr(type(view), "position_at")
                 blinded.delattr(type(view), "inverse_distance_at")
             assert np.max(np.abs(stacked(motion.environment.position(view)) - place)) < 1e-12

@@ -96,7 +96,7 @@ CASES = {
 
 @pytest.mark.parametrize("formulation", ["lie_poisson", "canonical"])
 @pytest.mark.parametrize("name", CASES)
-def test_carried_or_not_the_motion_is_the_same(name, formulation):
+def test_comoving_or_not_the_motion_is_the_same(name, formulation):
     forces, expected = CASES[name]
     system = pt.System(BODY, *forces(orbit(epoch=0.3, true_anomaly=2.0)))
     assert comoving(system) == expected
