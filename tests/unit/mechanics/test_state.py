@@ -217,7 +217,7 @@ def test_variables_of_parts_travel_with_their_names():
     np.testing.assert_array_equal(state.own["wheel"], [[0.5], [0.5]])
     np.testing.assert_array_equal(state.own["slosh"], [[0.1, 0.2], [0.3, 0.4]])
     assert pt.State((1, 0, 0, 0), (0, 1, 2, 3)).own == {}
-    assert repr(pt.State((1, 0, 0, 0), (0, 1, 2, 3), own={"wheel": [0.5]})).endswith("wheel: [0.5]")
+    assert repr(pt.State((1, 0, 0, 0), (0, 1, 2, 3), own={"wheel": [0.5]})).endswith("wheel: 0.5")
 
 
 @pytest.mark.parametrize(
