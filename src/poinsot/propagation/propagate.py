@@ -79,7 +79,7 @@ def propagate(
     PropagationError
         If the run becomes singular; it carries the time reached and the partial trajectory.
     PropagationInterrupted
-        On Ctrl-C (a KeyboardInterrupt), with the same two.
+        On Ctrl-C (a KeyboardInterrupt), after the steps under way, with the same two. Ctrl-C again is heard at once.
 
     Examples
     --------
