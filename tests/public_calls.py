@@ -63,6 +63,7 @@ INTERNAL = {
         "internal_energy",
         "momentum",
         "own",
+        "start",
         "spinning_inertia",
         "rates",
         "with_parts",
@@ -73,13 +74,14 @@ INTERNAL = {
         "converted",
         "anomaly",
         "scaled",
+        "sniff",
     ),
 }
-"""Methods that formulas call, on scalars of any kind, and not a user on numbers."""
+"""Methods that formulas and the package call, and not a user."""
 
 NOT_CALLED = {
     *("Event", "Frame", "Orbit", "Part", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
-    *("AttitudeFormat", "Vector", "functions", "plot"),
+    *("AttitudeFormat", "BodyVector", "SpaceVector", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "Section", "StateTransition", "Trajectory"),

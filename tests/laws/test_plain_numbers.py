@@ -85,7 +85,7 @@ def outcome(function, arguments):
 
 def test_every_public_name_has_its_call(calls):
     missing = [name for name in public_names() if name not in calls]
-    assert missing == []
+    assert not missing, " ".join(missing)
 
 
 @pytest.mark.parametrize("kind", WRONG)
