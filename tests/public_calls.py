@@ -51,7 +51,7 @@ INTERNAL = {
     *("energy", "torque", "value", "condition", "act"),  # formulas
     *("to_body", "to_space", "in_space", "from_quaternion"),
     *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "torque_at"),
-    "variables_at",
+    *("variables_at", "sniff"),
     *(
         "potential_at",
         "at",

@@ -160,9 +160,11 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     9
     """
     path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"No such file: {path}")
     kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
     for kernel in kernels[1:]:
-        if path.is_file() and not kernel.is_file():
+        if not kernel.is_file():
             rule = f"{path} must have the kernels of its clock and its frame beside it, got no {kernel.name}."
             raise FileNotFoundError(f"{rule} spice_attitude reads it with any kernels.")
     with loaded(kernels) as spice:
