@@ -81,6 +81,7 @@ def contents():
             yield f"more.{suffix}", head + b"1 2 3 4 5\n" * 1_500_000, None
     yield "rows.aem", AEM.encode() + seconds(110_000).encode(), None
     yield "rows.csv", HEADS["csv"] + b"".join(b"%d,1,0,0,0\n" % i for i in range(110_000)) + b"x", None
+    yield "spaces.apm", HEADS["apm"] + b"A = x" + b" " * 1_000_000 + b"y\n", None
     yield "tags.xml", b"<aem>" + b"<a/>" * 390_000 + b"</aem>", None
     yield "deep.xml", b"<aem>" + b"<a>" * 190_000 + b"</a>" * 190_000 + b"</aem>", None
     yield "many.xml", b"<aem>" + b"<a/>" * 4_000_000 + b"</aem>", None
