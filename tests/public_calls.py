@@ -66,7 +66,7 @@ INTERNAL = {
         "start",
         "spinning_inertia",
         "rates",
-        "with_parts",
+        "with_records",
         "position",
         "velocity",
         "direction",

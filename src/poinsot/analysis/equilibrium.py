@@ -147,7 +147,7 @@ def equilibria(
     >>> len(found), sum(e.stability == "lyapunov" for e in found)
     (24, 4)
     """
-    if moving := [type(part).__name__ for part in system.moving_parts if part.size]:
+    if moving := [type(part).__name__ for part in system.parts if part.size]:
         raise ValueError(f"system must have no parts with variables, got {moving[0]}. Hold rotors by a Gyrostat.")
     if system.members:
         raise ValueError(f"system must be a single one, got {system.members[0]} members. Take the members one by one.")

@@ -106,12 +106,12 @@ class PeriodMap:
         return self._state(quat.product(self.frame.quaternion(time), point[0]), point[1], time)
 
     def _state(self, q: Array, rest: Array, time: Any) -> State:
-        sizes = {part.name: part.size for part in self.system.moving_parts if part.size}
+        sizes = {part.name: part.size for part in self.system.parts if part.size}
         g, *values = np.split(rest, list(itertools.accumulate(sizes.values(), initial=3)), axis=-1)
         return state_with(q, g, time, dict(zip(sizes, values, strict=False)))
 
     def _rest(self, state: State) -> Array:
-        own = [state.own[part.name] for part in self.system.moving_parts if part.size]
+        own = [state.own[part.name] for part in self.system.parts if part.size]
         return np.concatenate([state.angular_momentum_body, *own], axis=-1)
 
     def flow(self, end: Point) -> Array:
@@ -204,7 +204,7 @@ class PeriodMap:
         rest = self._rest(self.start)
         state = self._state(q, np.broadcast_to(rest, (len(q), rest.size)), np.tile(times, len(attitudes)))
         vectors = {"torque": np.asarray(self.system.torque_body(state))}
-        if self.system.moving_parts:
+        if self.system.parts:
             vectors["angular velocity"] = np.asarray(self.system.omega_body(state))
             rates = self.system.block_rates(self.system.at(state))
             vectors |= {name: np.stack(np.broadcast_arrays(*values)) for name, values in rates.items()}

@@ -82,7 +82,7 @@ class StateTransition(Summarized):
         if self._k == 2:
             return "theta_3", "g_3"
         rigid = [f"{name}_{i}" for name in ("theta", "g") for i in (1, 2, 3)]
-        return *rigid, *(f"{part.name}.{name}" for part in self.motion.system.moving_parts for name in components(part))
+        return *rigid, *(f"{part.name}.{name}" for part in self.motion.system.parts for name in components(part))
 
     @functools.cached_property
     def _columns(self) -> Array:

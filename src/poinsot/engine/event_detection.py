@@ -313,8 +313,8 @@ class EventDetection:
         rows = self.scales.outward(np.asarray(own, dtype=float), lane)[None]
         phase = variables.to_phase(np.array([time]), rows)
         state, system = state_of(changed(phase, np.ravel), np.array(time)), self._problem.system
-        event, *own_parts = (_of_member(part, member) for part in (self._problem.events[number], *system.parts))
-        body = system.with_parts(own_parts).at(state).body
+        event, *records = (_of_member(record, member) for record in (self._problem.events[number], *system.records))
+        body = system.with_records(records).at(state).body
         after = event.act(body, state)
         if not isinstance(after, State) or after.quaternion.shape != (4,):
             what = described(after) if not isinstance(after, State) else "one of several members"

@@ -16,9 +16,9 @@ __all__ = ["refuse_spatial_motion"]
 
 def refuse_spatial_motion(system: System, state: State) -> None:
     """Raise a ValueError if the motion of a system from a state does not turn about the third body axis alone."""
-    if system.moving_parts:
+    if system.parts:
         raise ValueError(
-            f"formulation 'planar' must be for a body without parts, got {type(system.moving_parts[0]).__name__}. "
+            f"formulation 'planar' must be for a body without parts, got {type(system.parts[0]).__name__}. "
             "Use the default formulation."
         )
     vectors = {"angular momentum": state.angular_momentum_body, "inertia tensor": system.body.inertia[..., 2]}

@@ -38,12 +38,12 @@ class Problem(Collection):
 
     @property
     @override
-    def parts(self) -> tuple[Any, ...]:
+    def records(self) -> tuple[Any, ...]:
         return (self.system, *self.events)
 
     @override
-    def with_parts(self, parts: Iterable[Any]) -> Problem:
+    def with_records(self, records: Iterable[Any]) -> Problem:
         twin = object.__new__(Problem)
-        twin.system, *events = parts
+        twin.system, *events = records
         twin.events = tuple(events)
         return twin

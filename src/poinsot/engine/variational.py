@@ -74,7 +74,7 @@ class VariationalEquations:
         body = system.body_at(variables.physical(own, scale), environment.time)
         instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
         omega, spins = instant.omega_body, dict[Any, Any]()
-        if system.moving_parts:  # their rates are far shorter on omega as three variables
+        if system.parts:  # their rates are far shorter on omega as three variables
             spins = {("w", i): hy.expression(f"w{i}") for i in range(3)}
             constants.stand_ins |= {spins["w", i]: ZERO + constants.expression(x) for i, x in enumerate(omega)}
             instant = Instant(body, attitude, environment, [*map(constants.variable, spins.values())], g, scale)

@@ -169,7 +169,7 @@ def _with_texts(motion: Trajectory) -> xarray.Dataset:
     """
     texts, arrays = _texts_of(motion)
     data = motion.dataset
-    kept = {f"recorded_{name}": data[name] for name in OF_PARTS} if motion.system.moving_parts else {}
+    kept = {f"recorded_{name}": data[name] for name in OF_PARTS} if motion.system.parts else {}
     about = {"units": "1", "long_name": "named in a text"}
     named = {
         name: ([f"{name}_axis{i}" for i in range(np.ndim(values))], values, about) for name, values in arrays.items()
@@ -360,7 +360,7 @@ class _Reading:
         data = self._named_arrays("system_")
         system = rebuilt_system(str(text), f"the scenario in {self.name}", data=data)
         same = np.array_equal(system.body.moments, self._array("moments"))
-        same = same and told_parts(system.moving_parts) == told_parts(self.parts)
+        same = same and told_parts(system.parts) == told_parts(self.parts)
         if not same or dict(system.units) != self._units():
             raise ValueError(f"the scenario in {self.name} must be that of the body, got another one.")
         return system

@@ -21,26 +21,26 @@ SAME_KNOT = 64
 
 
 class Collection(ABC):
-    """What has parts, such as a body and the forces on it, with the numbers of all of them."""
+    """Records taken together, such as a body and the forces on it, with the numbers of all of them."""
 
     @property
     @abstractmethod
-    def parts(self) -> tuple[Parametric, ...]:
+    def records(self) -> tuple[Parametric, ...]:
         """The records."""
 
     @abstractmethod
-    def with_parts(self, parts: Iterable[Any]) -> Self:
-        """Return the same of other parts, unchecked."""
+    def with_records(self, records: Iterable[Any]) -> Self:
+        """Return the same of other records, unchecked."""
 
     @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number."""
-        return tuple(part.structure for part in self.parts)
+        return tuple(record.structure for record in self.records)
 
     @functools.cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
-        """The real parameters of the parts, in the order in which `with_numbers` takes them."""
-        return tuple(number for part in self.parts for number in part.numbers)
+        """The real parameters of the records, in the order in which `with_numbers` takes them."""
+        return tuple(number for record in self.records for number in record.numbers)
 
     @functools.cached_property
     def members(self) -> tuple[int, ...]:
@@ -53,13 +53,13 @@ class Collection(ABC):
 
     @functools.cached_property
     def orbits(self) -> tuple[Orbit, ...]:
-        """The orbits of its parts, one as often as it is there."""
-        return tuple(orbit for part in self.parts for orbit in orbits_of(part))
+        """The orbits of its records, one as often as it is there."""
+        return tuple(orbit for record in self.records for orbit in orbits_of(record))
 
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which the tables of its orbits change their polynomials; of equal ones, the first."""
-        knots = union_of_knots(self.parts)
+        knots = union_of_knots(self.records)
         if not knots.size:
             return knots
         return knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
@@ -85,7 +85,7 @@ class Collection(ABC):
         if not self.knots.size:
             return self
         time = 0.5 * (self.knots[0] + self.knots[1]) if time is None else time
-        return self.with_parts(part.between_knots(time) for part in self.parts)
+        return self.with_records(record.between_knots(time) for record in self.records)
 
     def beside(self, shape: tuple[int, ...]) -> Self:
         """Return the same with numbers that broadcast against arrays of a shape, members first."""
@@ -96,7 +96,7 @@ class Collection(ABC):
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
         """Return the same on other scalars: runtime parameters, symbols, arrays."""
         scalars = iter(scalars)
-        return self.with_parts(part.with_numbers(scalars) for part in self.parts)
+        return self.with_records(record.with_numbers(scalars) for record in self.records)
 
     def refuse_other_axes(self) -> None:
         """Raise a ValueError for orbits along different space axes, or with different calendars."""

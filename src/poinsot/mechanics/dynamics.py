@@ -40,10 +40,10 @@ class Dynamics(Collection):
     def blocks(self) -> tuple[Block, ...]:
         """What is integrated along: parts with variables, and the paths of orbits without a formula for kernels."""
         paths, _ = shared_blocks(self.orbits, lambda orbit: orbit.integrated)
-        return (*(part for part in self.moving_parts if part.size), *paths)
+        return (*(part for part in self.parts if part.size), *paths)
 
     @functools.cached_property
-    def moving_parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[Part, ...]:
         """What moves inside the body or on it, among the forces."""
         return tuple(force for force in self.forces if isinstance(force, Part))
 
@@ -101,16 +101,16 @@ class Dynamics(Collection):
 
     def body_at(self, own: Mapping[str, Vector], time: Scalar) -> Body:
         """Return the body with its parts, whose variables have values by the name of the part, at a time."""
-        if not self.moving_parts:
+        if not self.parts:
             return self.body
-        values = {part.name: own.get(part.name, Vector(())) for part in self.moving_parts}
-        for part in self.moving_parts:
+        values = {part.name: own.get(part.name, Vector(())) for part in self.parts}
+        for part in self.parts:
             if len(values[part.name]) != part.size:
                 raise ValueError(
                     f"state must have the {part.size} variables of the part {part.name!r}, got "
                     f"{len(values[part.name])}. Make it by system.state(...)."
                 )
-        return CompositeBody.of(self.body, self.moving_parts, values, time)
+        return CompositeBody.of(self.body, self.parts, values, time)
 
     def rates(self, instant: Instant) -> dict[str, Vector]:
         """Return the vector field by block, in physical units.
@@ -128,12 +128,12 @@ class Dynamics(Collection):
     def momentum_rate(self, instant: Instant, torque: Vector) -> Vector:
         """Return g' = g x omega + torque along the body axes, all times the scale of the instant."""
         g = instant.scaled_momentum
-        gyration = functions.cross(g, instant.omega_body) if self.moving_parts else instant.scaled_kinetics.gyration(g)
+        gyration = functions.cross(g, instant.omega_body) if self.parts else instant.scaled_kinetics.gyration(g)
         return Vector(gyration) + torque
 
     def block_rates(self, instant: Instant) -> dict[str, Vector]:
         """Return the time derivatives of the variables of parts, by the name of the part, and of orbits."""
-        moving = [part for part in self.moving_parts if part.size]
+        moving = [part for part in self.parts if part.size]
         pulls = self._pulls(instant, moving)
         rates = {part.name: Vector(part.rates(instant, pulls[part.name])) for part in moving}
         orbits = (block for block, _ in instant.environment.blocks)
@@ -167,13 +167,13 @@ class Dynamics(Collection):
 
     @property
     @override
-    def parts(self) -> tuple[Parametric, ...]:
+    def records(self) -> tuple[Parametric, ...]:
         return (self.body, *self.forces)
 
     @override
-    def with_parts(self, parts: Iterable[Any]) -> Self:
+    def with_records(self, records: Iterable[Any]) -> Self:
         twin = object.__new__(type(self))
-        twin.body, *forces = parts
+        twin.body, *forces = records
         twin.forces, twin.units = tuple(forces), self.units
         return twin
 

@@ -322,7 +322,7 @@ def orbits_of(record: Any) -> Iterator[Orbit]:
     if isinstance(record, Orbit):
         yield record
     else:
-        for part in record.parts:
+        for part in record.records:
             yield from orbits_of(part)
 
 

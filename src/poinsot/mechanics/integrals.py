@@ -120,7 +120,7 @@ def _sizes(rates: _Rates) -> Iterator[Integral]:
 
 def _body_components(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _body_axes(system):
-        symmetric = system.moving_parts or _symmetric(system, axis)
+        symmetric = system.parts or _symmetric(system, axis)
         if symmetric and rates.vanish(rates.along_body(axis), rates.gyration_noise):
             value = functools.partial(_component, "body", axis)
             yield Integral(f"angular_momentum_body_{name}", f"g{name}", "g along the body's symmetry axis", value)
@@ -137,7 +137,7 @@ def _part_momenta(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
 
 def _places(system: Dynamics) -> list[tuple[Part, int]]:
     """Return where the angular momenta of parts are among their variables."""
-    found = ((part, place) for part in system.moving_parts for place in part.momentum_places)
+    found = ((part, place) for part in system.parts for place in part.momentum_places)
     return [(part, i) for part, place in found for i in range(place.start, place.stop)]
 
 
@@ -237,7 +237,7 @@ def _rates_at(
     twin = system.beside_samples
     attitude, rate = Attitude.from_quaternion(functions.Vector(q.T)), functions.Vector(omega.T)
 
-    body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.moving_parts}, t)
+    body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.parts}, t)
 
     def at(here: Environment) -> Instant:
         return Instant(body, attitude, here, rate)
@@ -251,7 +251,7 @@ def _rates_at(
     values = opened(getattr(energy, "value", energy)), explicit, here - there
     power = sum(opened(functions.dot(other, rate)) for other in others)
     gyration, momenta = functions.Vector((0.0, 0.0, 0.0)), []  # without parts symmetry is a matter of the tensor
-    if twin.moving_parts:
+    if twin.parts:
         rates = twin.rates(at(environment(t)))
         power = _change_of_energy(twin, at(environment(t)), rates, environment) - explicit
         gyration, momenta = functions.cross(g, rate), [rates[part.name][i] for part, i in _places(twin)]
@@ -274,7 +274,7 @@ def _change_of_energy(
         return functions.Vector(Dual(x, {("time", 0): rate}) for x, rate in zip(values, change, strict=True))
 
     now = Dual(opened(instant.time), {("time", 0): 1.0})
-    own = {part.name: along(instant.own(part), rates[part.name]) for part in system.moving_parts if part.size}
+    own = {part.name: along(instant.own(part), rates[part.name]) for part in system.parts if part.size}
     body, q = system.body_at(own, now), along(instant.attitude.quaternion, rates["quaternion"])
     potential = system.potential_at(Instant(body, Attitude.from_quaternion(q), environment(now)))
     kinetic = body.kinetic_energy(along(instant.angular_momentum_body, rates["angular_momentum_body"]))

@@ -57,7 +57,7 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
 
 
 def _owners(record: Parametric) -> set[int]:
-    return {id(record), *(own for part in record.parts for own in _owners(part))}
+    return {id(record), *(own for part in record.records for own in _owners(part))}
 
 
 class NamedNumber:

@@ -96,7 +96,7 @@ class Parametric:
         return f"{type(self).__name__}({fields})"
 
     @property
-    def parts(self) -> Iterator[Parametric]:
+    def records(self) -> Iterator[Parametric]:
         """The records among the fields."""
         return (value for name in _fields_of(self) if isinstance(value := getattr(self, name), Parametric))
 
@@ -140,7 +140,7 @@ class Parametric:
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which formulas or numbers change; those of the parts. A kernel stops at each."""
-        return union_of_knots(self.parts)
+        return union_of_knots(self.records)
 
     def between_knots(self, time: ArrayLike) -> Self:
         """Return what the record is between the knots around a time, or around each of an array of times."""

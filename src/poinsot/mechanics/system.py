@@ -70,7 +70,7 @@ class System(Dynamics):
             _check_force(force)
         self.refuse_other_axes()
         self.units = dated_units(self.units, units, self.calendar)
-        check_parts(body, self.moving_parts)
+        check_parts(body, self.parts)
         for force in forces:
             force.check(self._displaced)
         self.sample_torque = sum(try_force(force, self.body_on_pairs) for force in forces)
@@ -121,22 +121,22 @@ class System(Dynamics):
         counts = [array.shape[:-1] for array in values.values()]
         shape = np.broadcast_shapes(along.shape[:-1], np.shape(time), self.members, *counts)
         if not name.startswith("omega"):
-            if left := [part.name for part in self.moving_parts if part.size and part.name not in values]:
+            if left := [part.name for part in self.parts if part.size and part.name not in values]:
                 raise ValueError(
                     f"own must name all parts beside a momentum, got none of {left[0]!r}. Give omega_body."
                 )
             return state_with(q, along, time, values)
         twin, rate = self.beside(shape), scalars(along)
-        for part in twin.moving_parts:
+        for part in twin.parts:
             if part.size and part.name not in values:
                 values[part.name] = _stacked(part.start(np.asarray(time, dtype=float), rate), shape)
-        values = {part.name: values[part.name] for part in self.moving_parts if part.size}
+        values = {part.name: values[part.name] for part in self.parts if part.size}
         body = twin.body_at({name: scalars(array) for name, array in values.items()}, time)
         return state_with(q, _stacked(body.angular_momentum(rate), shape), time, values)
 
     def given_parts(self, **own: ArrayLike) -> Phase:
         """Return the variables of parts that are given at the start, as arrays."""
-        sizes = {part.name: part.size for part in self.moving_parts if part.size}
+        sizes = {part.name: part.size for part in self.parts if part.size}
         if unknown := [name for name in own if name not in sizes]:
             known = ", ".join(sizes) or "none"
             raise ValueError(f"own must name parts with variables, {known}, got {unknown[0]!r}.")
@@ -147,7 +147,7 @@ class System(Dynamics):
         """The first member's body with its parts, on arrays of two values for trials of formulas."""
         twin = self.with_numbers(np.ravel(number)[0] * PAIR for number in self.numbers)
         time, omega = 0.25 * PAIR, Vector(RATES)
-        own = {part.name: Vector(x + 0.0 * PAIR for x in part.start(time, omega)) for part in twin.moving_parts}
+        own = {part.name: Vector(x + 0.0 * PAIR for x in part.start(time, omega)) for part in twin.parts}
         return twin.body_at(own, time)
 
     def momentum_scale(self, state: State) -> Any:
@@ -155,7 +155,7 @@ class System(Dynamics):
 
         The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
         """
-        own = [state.own[part.name][..., place] for part in self.moving_parts for place in part.momentum_places]
+        own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
         sizes = [np.linalg.norm(momenta, axis=-1) for momenta in (state.angular_momentum_body, *own)]
         largest = functools.reduce(np.maximum, sizes, self.torque_scale)
         return np.where(largest > 0, largest, 1.0)
@@ -177,7 +177,7 @@ class System(Dynamics):
     def strongest_at(self, q: NDArray[np.float64], environment: Environment) -> Any:
         """Return the largest energy, over the least, or torque of each member's forces on a body at rest."""
         twin, time, at_rest = self.beside_samples, environment.time, Vector((0.0, 0.0, 0.0))
-        body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.moving_parts}, time)
+        body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
         instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), environment, at_rest)
         with np.errstate(all="ignore"):
             sizes = [np.atleast_1d(_size(force, instant)) for force in twin.forces]
@@ -186,8 +186,8 @@ class System(Dynamics):
     @property
     def _displaced(self) -> Body:
         """The body with parts that are nowhere at zero, for forces that know the body."""
-        own = {part.name: Vector((1.0,) * part.size) for part in self.moving_parts}
-        parts = self.with_numbers(self.numbers).moving_parts
+        own = {part.name: Vector((1.0,) * part.size) for part in self.parts}
+        parts = self.with_numbers(self.numbers).parts
         return CompositeBody.of(self.body, parts, own, 0.0) if parts else self.body
 
 

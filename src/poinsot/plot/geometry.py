@@ -152,7 +152,7 @@ def polhode(
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
     panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes", ax)
     path, last = r"path of $\omega$", f"at {instant(motion, -1, time_unit)}"
-    if not motion.system.moving_parts and is_constant(motion.kinetic_energy[:, None]):
+    if not motion.system.parts and is_constant(motion.kinetic_energy[:, None]):
         energy = unit.factor**2 * motion.kinetic_energy[-1]
         solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy / moments)), eye)
         _draw_polhodes(solid, moments, energy)
@@ -312,7 +312,7 @@ def _check_turning(motion: Trajectory) -> None:
 
 def _check_torque_free(motion: Trajectory) -> None:
     _check_turning(motion)
-    if parts := motion.system.moving_parts:
+    if parts := motion.system.parts:
         raise ValueError(f"motion must be of a rigid body, got one with {parts[0].name}. Parts leave no such plane.")
     G, G0 = motion.angular_momentum_space, motion.initial.angular_momentum_space
     change = np.max(np.linalg.norm(G - G0, axis=-1)) / np.max(np.linalg.norm(G, axis=-1))

@@ -274,7 +274,7 @@ def part_variables(
     >>> pt.plot.part_variables(pt.propagate(system, start, range(100))).get_ylabel()
     'variables of kane_damper [s⁻¹]'
     """
-    own = {each.name: each for each in motion.system.moving_parts if each.size}
+    own = {each.name: each for each in motion.system.parts if each.size}
     if not part and len(own) == 1:
         [part] = own
     if not own:

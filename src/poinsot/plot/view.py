@@ -295,7 +295,7 @@ def _invariable_plane(motion: Trajectory) -> dict[str, Any] | None:
 
 def _rolls(motion: Trajectory) -> bool:
     """Return whether the polhode lies on an inertia ellipsoid."""
-    if motion.system.moving_parts:
+    if motion.system.parts:
         return False
     energy = motion.kinetic_energy
     return bool(energy[0] > 0 and is_constant(energy[:, None]))

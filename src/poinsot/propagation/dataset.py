@@ -33,7 +33,7 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
     """
     import xarray
 
-    parts = motion.system.moving_parts
+    parts = motion.system.parts
     return xarray.Dataset(
         {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()},
         coords={
@@ -125,7 +125,7 @@ class _Variables:
             "conjugate_momenta": (momentum, "momenta Q conjugate to q", "parameter", {}),
             "angular_momentum_body": (momentum, "angular momentum", "axis", {"frame": "body"}),
         }
-        self.parts = {part.name: part for part in motion.system.moving_parts if part.size}
+        self.parts = {part.name: part for part in motion.system.parts if part.size}
 
     def all(self) -> list[tuple[str, tuple[str, ...], Any, dict[str, str]]]:
         self._motion()

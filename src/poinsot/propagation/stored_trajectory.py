@@ -60,7 +60,7 @@ class StoredSystem:
         Why, in a sentence.
     integrals : tuple of Integral
         Those of the motion by name; their values are in the motion.
-    moving_parts : tuple of StoredPart
+    parts : tuple of StoredPart
     """
 
     forces = ()
@@ -75,9 +75,9 @@ class StoredSystem:
         written: str,
         reason: str,
         integrals: tuple[Integral, ...],
-        moving_parts: tuple[StoredPart, ...] = (),
+        parts: tuple[StoredPart, ...] = (),
     ) -> None:
-        self.moving_parts = moving_parts
+        self.parts = parts
         self.body, self.integrals, self.not_rerunnable, self._written = body, integrals, reason, written
         self._free = System(body, units=units)
         self.units = self._free.units
@@ -88,7 +88,7 @@ class StoredSystem:
     def of_members(self, members: Chosen) -> StoredSystem:
         """Return the body of some members."""
         body = numbers_of_members(self._free.body, members)
-        return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, self.moving_parts)
+        return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, self.parts)
 
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
@@ -105,7 +105,7 @@ class StoredSystem:
         return self._free.kinetic_energy(state)
 
     def _refuse_parts(self, name: str) -> None:
-        if self.moving_parts:
+        if self.parts:
             raise ValueError(
                 f"{name} must have the parts of the body to be computed, got a file without. The motion has its values."
             )

@@ -185,7 +185,7 @@ def test_again_to_the_bit(motions, name, tmp_path):
 def test_the_variables_of_parts_are_in_the_file(motions, name, suffix, tmp_path):
     motion = motions[name]
     read = pt.load(pt.save(motion, tmp_path / f"it{suffix}"))
-    assert list(read.own) == list(motion.own) == [part.name for part in motion.system.moving_parts if part.size]
+    assert list(read.own) == list(motion.own) == [part.name for part in motion.system.parts if part.size]
     for part, values in motion.own.items():
         np.testing.assert_array_equal(read.own[part], values, err_msg=part)
         np.testing.assert_array_equal(read.initial.own[part], motion.initial.own[part], err_msg=part)

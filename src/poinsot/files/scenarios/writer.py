@@ -96,7 +96,7 @@ def _is_outside(record: Any) -> bool:
 def _all(records: Iterable[Parametric]) -> Iterator[Parametric]:
     for record in records:
         yield record
-        yield from _all(record.parts)
+        yield from _all(record.records)
 
 
 def _options(motion: Trajectory) -> dict[str, Any]:
