@@ -9,6 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions
+from poinsot.engine.formulations import formulations
 from poinsot.mechanics.attitude import quaternion_from_matrix
 
 NAN, INF = float("nan"), float("inf")
@@ -487,7 +488,7 @@ CHOICES = {
     ),
     "formulation": (
         lambda: run(formulation="quaternion"),
-        "formulation must be one of lie_poisson, canonical, euler_angles, planar, got 'quaternion'.",
+        f"formulation must be one of {', '.join(formulations())}, got 'quaternion'.",
     ),
     "precision": (
         lambda: run(precision="half"),

@@ -8,9 +8,8 @@ The equations run on scalars of any kind; a state vector is a flat sequence in t
 from __future__ import annotations
 
 import functools
-import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.state import Phase, State
+from poinsot.subclasses import concrete, is_own
 
 __all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation", "formulation_of", "formulations"]
 
@@ -265,20 +265,9 @@ DEFAULT_FORMULATION = "lie_poisson"
 
 def formulations() -> dict[str, Formulation]:
     """Return the formulations by name: the package's, and a user's own of classes that need no arguments."""
-    return {**{cls.name: cls() for cls in _subclasses(Formulation) if _is_plain(cls)}, **FORMULATIONS}
-
-
-def _subclasses(base: Any) -> Iterator[type[Formulation]]:
-    for cls in base.__subclasses__():
-        yield cls
-        yield from _subclasses(cls)
-
-
-def _is_plain(cls: type[Formulation]) -> bool:
-    """Whether a class is a user's own and needs no arguments."""
-    outside = cls.__module__.partition(".")[0] != "poinsot"
-    plain = hasattr(cls, "name") and cls.__init__ is object.__init__
-    return outside and plain and not inspect.isabstract(cls)
+    own = (cls for cls in concrete(Formulation) if not is_own(cls))
+    plain = {cls.name: cls() for cls in own if hasattr(cls, "name") and cls.__init__ is object.__init__}
+    return {**FORMULATIONS, **{name: found for name, found in plain.items() if name not in FORMULATIONS}}
 
 
 def formulation_of(name: str) -> Formulation:

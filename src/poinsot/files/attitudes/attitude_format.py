@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib
-import inspect
 import pkgutil
 import re
 from abc import ABC, abstractmethod
@@ -13,6 +12,7 @@ from typing import Any, ClassVar
 
 from poinsot.files import attitudes
 from poinsot.files.attitudes.attitude_table import AttitudeTable
+from poinsot.subclasses import concrete, is_own
 
 __all__ = ["AttitudeFormat", "attitude_formats", "format_of"]
 
@@ -66,12 +66,8 @@ class AttitudeFormat(ABC):
 def attitude_formats() -> tuple[AttitudeFormat, ...]:
     """Return all formats, the package's own last: where two have one suffix, the last one is meant."""
     _import_all()
-    stack, found = list(AttitudeFormat.__subclasses__()), list[Any]()
-    while stack:
-        cls = stack.pop()
-        stack += cls.__subclasses__()
-        found += [cls] if not inspect.isabstract(cls) else []
-    return tuple(cls() for cls in sorted(found, key=lambda cls: (cls.__module__.startswith("poinsot."), cls.title)))
+    found = sorted(concrete(AttitudeFormat), key=lambda cls: (is_own(cls), cls.title))
+    return tuple(cls() for cls in found)
 
 
 @functools.cache

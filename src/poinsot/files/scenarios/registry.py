@@ -36,6 +36,7 @@ from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.quantities import Along, extras_of, quantity_of
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
+from poinsot.subclasses import is_own, subclasses
 
 __all__ = ["DEFAULTS", "Key", "Maker", "known_classes", "makers"]
 
@@ -118,28 +119,18 @@ def _makers(group: str, classes: tuple[type, ...]) -> dict[str, Maker]:
     found = [maker for name, way in ways if _makes(way, BASES[group]) and (maker := _maker(way, name))]
     if group == "shape":
         found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
-    known = {maker.name: maker for maker in sorted(found, key=lambda maker: _is_own(maker.call))}
+    known = {maker.name: maker for maker in sorted(found, key=lambda maker: is_own(maker.call))}
     return {name: known[name] for name in sorted(known)}
 
 
 def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
     """Yield the public ones of some classes and all their subclasses, each once."""
     _import_all()
-    stack, seen = list(bases), dict[type, None]()
-    while stack:
-        cls = stack.pop()
-        if cls not in seen:
-            seen[cls] = None
-            stack += cls.__subclasses__()
-    yield from (cls for cls in seen if _is_public(cls) and cls is not Part)
-
-
-def _is_own(thing: Any) -> bool:
-    return str(thing.__module__).partition(".")[0] == "poinsot"
+    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls is not Part)
 
 
 def _is_public(thing: Any) -> bool:
-    if _is_own(thing):
+    if is_own(thing):
         return thing.__name__ in sys.modules[thing.__module__].__all__
     return not thing.__name__.startswith("_")
 
