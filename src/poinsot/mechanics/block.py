@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import itertools
 import re
-from abc import ABC, abstractmethod
+from abc import ABC
 from collections.abc import Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from typing_extensions import override
 
-from poinsot.functions import Vector
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
-
-if TYPE_CHECKING:
-    from poinsot.mechanics.instant import Instant
 
 __all__ = ["Block"]
 
@@ -70,18 +66,6 @@ class Block(Parametric, ABC):
         ends = itertools.accumulate(self.variables.values())
         places = zip(self.variables.items(), ends, strict=True)
         return [slice(end - count, end) for (name, count), end in places if name in self.momenta]
-
-    @abstractmethod
-    def rates(self, instant: Instant, pull: Vector) -> Vector:
-        """Return the time derivatives of the variables.
-
-        Parameters
-        ----------
-        instant : Instant
-            `instant.own(self)` are the variables.
-        pull : Vector
-            Minus the derivatives of the sum of the system's potentials with respect to the variables.
-        """
 
 
 def _default_name(cls: type) -> str:

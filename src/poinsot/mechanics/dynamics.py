@@ -136,8 +136,8 @@ class Dynamics(Collection):
         moving = [part for part in self.parts if part.size]
         pulls = self._pulls(instant, moving)
         rates = {part.name: Vector(part.rates(instant, pulls[part.name])) for part in moving}
-        orbits = (block for block, _ in instant.environment.blocks)
-        return rates | {f"orbits[{i}]": Vector(block.rates(instant, Vector(()))) for i, block in enumerate(orbits)}
+        orbits = (block.rates_at(instant.time, own) for block, own in instant.environment.blocks)
+        return rates | {f"orbits[{i}]": Vector(each) for i, each in enumerate(orbits)}
 
     def _pulls(self, instant: Instant, moving: list[Part]) -> dict[str, Vector]:
         """Return minus the derivatives of the sum of the potentials by the variables of parts."""

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import scalar
@@ -19,7 +18,6 @@ from poinsot.mechanics.parameters import Parametric, same
 
 if TYPE_CHECKING:
     from poinsot.mechanics.frame import Frame
-    from poinsot.mechanics.instant import Instant
 
 __all__ = [
     "SPACE_AXES_UNNAMED",
@@ -168,10 +166,6 @@ class OrbitBlock(Block):
 
     `own` are the variables, scalars of any kind; vectors are along the comoving axes unless their name says otherwise.
     """
-
-    @override
-    def rates(self, instant: Instant, pull: Vector) -> Vector:
-        return self.rates_at(instant.time, instant.own(self))
 
     @abstractmethod
     def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:

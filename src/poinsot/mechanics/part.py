@@ -72,8 +72,16 @@ class Part(Block, Force):
         """Return what the part adds to (g - h) . K (g - h) / 2."""
         return 0.0
 
-    @override
-    def rates(self, instant: Instant, pull: Vector) -> Vector:
+    def rates(self, instant: Instant, pull: Vector) -> Vector:  # noqa: ARG002
+        """Return the time derivatives of the variables.
+
+        Parameters
+        ----------
+        instant : Instant
+            `instant.own(self)` are the variables.
+        pull : Vector
+            Minus the derivatives of the sum of the system's potentials with respect to the variables.
+        """
         return Vector(())
 
 
