@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.units import DerivedUnits
-from poinsot.propagation.dataset import calendar_of
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 
@@ -117,7 +116,7 @@ def momentum_label(units: Mapping[str, str]) -> str:
 
 def time_label(motion: Trajectory, unit: Unit) -> str:
     """Return the label of an axis of time: "time [s] since 2029-04-13 TDB", by the orbits or the file."""
-    calendar = calendar_of(motion)
+    calendar = motion.calendar
     since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
     return f"time{unit.label}{since}"
 

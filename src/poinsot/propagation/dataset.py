@@ -1,32 +1,91 @@
-"""A trajectory as a labelled dataset, with units, frames and provenance, and a dataset as a trajectory."""
+"""A motion as a labelled dataset, with units, frames and provenance."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot.mechanics.calendar import SCALES, Calendar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.state import RIGID
+from poinsot.mechanics.state import RIGID, State
+from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
-from poinsot.propagation.stored_trajectory import StoredPart
 
 if TYPE_CHECKING:
     import xarray
 
     from poinsot.mechanics.part import Part
-    from poinsot.propagation.trajectory import Trajectory
 
-__all__ = ["calendar_of", "components", "dataset_of", "read_parts", "space_axes_of", "told_parts"]
+__all__ = ["COLUMNS", "Motion", "StoredPart", "components", "dataset_of", "read_parts", "told_parts"]
+
+Array = NDArray[np.float64]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
 
-def dataset_of(motion: Trajectory) -> xarray.Dataset:
-    """Return the dataset of a trajectory, one variable for each quantity, along `time`, members first.
+COLUMNS = (
+    *(
+        "quaternion",
+        "conjugate_momenta",
+        "angular_momentum_body",
+        "angular_momentum_space",
+        "omega_body",
+        "omega_space",
+    ),
+    *("kinetic_energy", "potential_energy", "norm_error", "tangency_error"),
+)
+"""What a dataset has of each motion, by the names of the trajectory."""
+
+
+class StoredPart(NamedTuple):
+    """What a file says of a part: its variables, with the number of scalars of each."""
+
+    name: str
+    variables: Mapping[str, int]
+    momenta: frozenset[str]
+
+    @property
+    def size(self) -> int:
+        """The number of its scalars."""
+        return sum(self.variables.values())
+
+
+class Motion(NamedTuple):
+    """What a dataset is made of.
+
+    Attributes
+    ----------
+    system : System
+    initial : State
+    times : array (n,)
+    columns : mapping
+        Arrays along the times, members first, by `COLUMNS`.
+    own, integrals, drift : mapping
+        The same by the name of the part, or of the integral.
+    orbits : array, optional
+        The variables of orbits integrated along.
+    calendar : Calendar or None
+    attributes : mapping
+        How it was computed, in words.
+    """
+
+    system: System
+    initial: State
+    times: Array
+    columns: Mapping[str, Array]
+    own: Mapping[str, Array]
+    integrals: Mapping[str, Array]
+    drift: Mapping[str, Array]
+    orbits: Array | None
+    calendar: Calendar | None
+    attributes: Mapping[str, Any]
+
+
+def dataset_of(motion: Motion) -> xarray.Dataset:
+    """Return the dataset of a motion, one variable for each quantity, along `time`, members first.
 
     It has what a trajectory is made of, bit for bit, and nothing of the machine that computed it; of its system no
     more than its `repr`, to which `save` adds what makes it again.
@@ -37,7 +96,7 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
     return xarray.Dataset(
         {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()},
         coords={
-            "time": ("time", motion.times, {"units": motion.system.units["time"], **_said_of_time(motion)}),
+            "time": ("time", motion.times, {"units": motion.system.units["time"], **_said_of_time(motion.calendar)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
             **{f"component_{part.name}": components(part) for part in parts if part.size},
@@ -48,13 +107,8 @@ def dataset_of(motion: Trajectory) -> xarray.Dataset:
             "conventions": CONVENTIONS,
             "system": repr(motion.system),
             "initial_state": repr(motion.initial),
-            "state_variables": " ".join(motion.phase),
             **({"parts": told_parts(parts)} if parts else {}),
-            **{key: value for key, value in motion.summary.items() if key != "wall_time"},
-            **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
-            **{f"version_{name}": version for name, version in motion.run.versions.items()},
-            **{key: motion.provenance[key] for key in ("title", "seed") if motion.provenance.get(key) is not None},
-            **({} if space_axes_of(motion) == SPACE_AXES_UNNAMED else {"reference_frame": space_axes_of(motion)}),
+            **motion.attributes,
             "units_time": motion.system.units["time"],
             "units_inertia": motion.system.units["inertia"],
         },
@@ -84,22 +138,8 @@ def components(part: Part | StoredPart) -> list[str]:
     return [name if count == 1 else f"{name}_{i + 1}" for name, count in counts for i in range(count)]
 
 
-def calendar_of(motion: Trajectory) -> Calendar | None:
-    """Return what the times of a motion mean as dates: by its orbits, or by the scenario that made it."""
-    calendar: Calendar | None = motion.system.calendar or motion.provenance.get("calendar")
-    return calendar
-
-
-def space_axes_of(motion: Trajectory) -> str:
-    """Return the name of the space axes of a motion, by its orbits or by the file that had it."""
-    named = (orbit.reference_frame for orbit in motion.system.orbits)
-    own = next((frame for frame in named if frame != SPACE_AXES_UNNAMED), None)
-    return str(own or motion.provenance.get("reference_frame", SPACE_AXES_UNNAMED))
-
-
-def _said_of_time(motion: Trajectory) -> dict[str, str]:
+def _said_of_time(calendar: Calendar | None) -> dict[str, str]:
     """Return what the times mean as dates; the unit stays alone, because a decoded date has no 64 bits of time."""
-    calendar = calendar_of(motion)
     if calendar is None:
         return {"long_name": "time"}
     counted = {"tai": "TAI", "tt": "TT", "tdb": "TDB", "tcb": "TCB", "tcg": "TCG"}[SCALES[calendar.scale]]
@@ -114,10 +154,10 @@ def _said_of_time(motion: Trajectory) -> dict[str, str]:
 class _Variables:
     """The variables of the dataset, each with its dimensions, unit and meaning."""
 
-    def __init__(self, motion: Trajectory) -> None:
+    def __init__(self, motion: Motion) -> None:
         self.motion = motion
         self.units = DerivedUnits(motion.system.units)
-        self.leading = ("time",) if motion.quaternion.ndim == 2 else ("member", "time")
+        self.leading = ("time",) if motion.columns["quaternion"].ndim == 2 else ("member", "time")
         self.found: list[tuple[str, tuple[str, ...], Any, dict[str, str]]] = []
         momentum = self.units.momentum
         self._of_states: dict[str, tuple[str, str, str, dict[str, str]]] = {
@@ -138,23 +178,29 @@ class _Variables:
         self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
 
     def _motion(self) -> None:
-        motion, units, put = self.motion, self.units, self._put
+        motion, columns, units, put = self.motion, self.motion.columns, self.units, self._put
         for name, (unit, meaning, axis, said) in self._of_states.items():
-            put(name, getattr(motion, name), unit, meaning, axis, **said)
+            put(name, columns[name], unit, meaning, axis, **said)
         for name, part in self.parts.items():
             put(f"own_{name}", motion.own[name], *self._said_of_part(part))
-        momentum = motion.angular_momentum_space
+        momentum = columns["angular_momentum_space"]
         put("angular_momentum_space", momentum, units.momentum, "angular momentum", "axis", frame="space")
         for frame in ("body", "space"):
-            omega = getattr(motion, f"omega_{frame}")
-            put(f"omega_{frame}", omega, units.rate, "inertial angular velocity", "axis", frame=frame)
-        put("kinetic_energy", motion.kinetic_energy, units.energy, "rotational kinetic energy T")
-        put("potential_energy", motion.potential_energy, units.energy, "potential energy U")
+            put(
+                f"omega_{frame}",
+                columns[f"omega_{frame}"],
+                units.rate,
+                "inertial angular velocity",
+                "axis",
+                frame=frame,
+            )
+        put("kinetic_energy", columns["kinetic_energy"], units.energy, "rotational kinetic energy T")
+        put("potential_energy", columns["potential_energy"], units.energy, "potential energy U")
 
     def _proof(self) -> None:
-        motion, units, put = self.motion, self.units, self._put
-        put("norm_error", motion.norm_error, "1", "|q| - 1")
-        put("tangency_error", motion.tangency_error, units.momentum, "q . Q")
+        motion, columns, units, put = self.motion, self.motion.columns, self.units, self._put
+        put("norm_error", columns["norm_error"], "1", "|q| - 1")
+        put("tangency_error", columns["tangency_error"], units.momentum, "q . Q")
         values, drift = motion.integrals, motion.drift
         for integral in motion.system.integrals:
             name, kind = integral.name, "energy" if integral.is_energy else "momentum"
@@ -177,9 +223,8 @@ class _Variables:
         matrix = body.principal_matrix
         meaning = "principal axes along the body axes, in columns"
         self._fixed("principal_axes", matrix, "1", meaning, "axis", "principal_axis", frame="body")
-        along = motion.environment.orbit_values
-        if along is not None:
-            self._put("carried", along, "1", "variables of the orbits that were integrated along", "variable")
+        if motion.orbits is not None:
+            self._put("carried", motion.orbits, "1", "variables of the orbits that were integrated along", "variable")
 
     def _said_of_part(self, part: Part | StoredPart) -> tuple[str, str, str]:
         """Return unit, meaning and axis of the variables of a part; other kinds have no unit in common."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,11 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
+from poinsot.propagation.dataset import StoredPart
 from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
 from poinsot.propagation.trajectory import Rows, Run, Trajectory
 
-__all__ = ["Record", "StoredEnvironment", "StoredPart", "StoredSystem", "StoredTrajectory"]
+__all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory"]
 
 Array = NDArray[np.float64]
 
@@ -34,19 +35,6 @@ class Record:
     omega_body: Array | None = None
     kinetic_energy: Array | None = None
     """Of a body with parts: without their formulas they do not follow from the state."""
-
-
-class StoredPart(NamedTuple):
-    """What a file says of a part: its variables, with the number of scalars of each."""
-
-    name: str
-    variables: Mapping[str, int]
-    momenta: frozenset[str]
-
-    @property
-    def size(self) -> int:
-        """The number of its scalars."""
-        return sum(self.variables.values())
 
 
 class StoredSystem:

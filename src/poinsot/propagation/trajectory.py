@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -22,11 +23,13 @@ from poinsot.engine.problem import Problem
 from poinsot.errors import real_numbers
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.propagation.dataset import COLUMNS, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, crossings_of_members
 from poinsot.propagation.selection import Chosen, Index, checked_index, state_of_members, system_of_members
 from poinsot.quantities import Times
@@ -442,9 +445,41 @@ class Trajectory(Summarized):
     @property
     def dataset(self) -> xarray.Dataset:
         """The motion as an xarray Dataset with units, frames and provenance."""
-        from poinsot.propagation.dataset import dataset_of
+        frame, provenance = self.reference_frame, self.provenance
+        return dataset_of(
+            Motion(
+                system=self.system,
+                initial=self.initial,
+                times=self.times,
+                columns={name: getattr(self, name) for name in COLUMNS},
+                own=self.own,
+                integrals=self.integrals,
+                drift=self.drift,
+                orbits=self.environment.orbit_values,
+                calendar=self.calendar,
+                attributes={
+                    "state_variables": " ".join(self.phase),
+                    **{key: value for key, value in self.summary.items() if key != "wall_time"},
+                    **({"failures": json.dumps(self.failures)} if self.failures else {}),
+                    **{f"version_{name}": version for name, version in self.run.versions.items()},
+                    **{key: provenance[key] for key in ("title", "seed") if provenance.get(key) is not None},
+                    **({} if frame == SPACE_AXES_UNNAMED else {"reference_frame": frame}),
+                },
+            )
+        )
 
-        return dataset_of(self)
+    @property
+    def calendar(self) -> Calendar | None:
+        """What the times mean as dates: by the orbits, or by the scenario or file that made the motion."""
+        calendar: Calendar | None = self.system.calendar or self.provenance.get("calendar")
+        return calendar
+
+    @property
+    def reference_frame(self) -> str:
+        """The name of the space axes, by the orbits or by the file that had the motion."""
+        named = (orbit.reference_frame for orbit in self.system.orbits)
+        own = next((frame for frame in named if frame != SPACE_AXES_UNNAMED), None)
+        return str(own or self.provenance.get("reference_frame", SPACE_AXES_UNNAMED))
 
 
 @dataclass(frozen=True, repr=False)

@@ -20,8 +20,6 @@ from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.dataset import calendar_of as dates_of_motion
-from poinsot.propagation.dataset import space_axes_of
 from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
 
 if TYPE_CHECKING:
@@ -155,7 +153,7 @@ class AttitudeTable(Summarized):
             dense output.
         """
         _refuse_ensemble(motion)
-        times, unit = self._times_of(motion.system, dates_of_motion(motion))
+        times, unit = self._times_of(motion.system, motion.calendar)
         slack = SAME_TIME / (unit * (SECONDS[self.calendar.unit] if self.calendar else 1))
         same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= slack)
         return np.asarray(rotation_angle(self.quaternion, motion.quaternion if same else motion(times).quaternion))
@@ -203,7 +201,7 @@ def table_of(
         _refuse_ensemble(motion)
         order = np.argsort(motion.times)
         q, omega = motion.quaternion[order], motion.omega_body[order]
-        own = AttitudeTable(motion.times[order], q, omega, dates_of_motion(motion), space_axes_of(motion))
+        own = AttitudeTable(motion.times[order], q, omega, motion.calendar, motion.reference_frame)
     if calendar is not None and own.calendar is not None and calendar != own.calendar:
         raise ValueError(f"calendar must be that of the motion, {own.calendar}, got {calendar}.")
     calendar = calendar or own.calendar
