@@ -103,7 +103,7 @@ def checked_formulation(formulation: str | Formulation | None) -> Formulation:
         return FORMULATIONS[DEFAULT_FORMULATION]
     known = formulations()
     if not isinstance(formulation, str) or formulation not in known:
-        raise ValueError(f"formulation must be one of {', '.join(known)}, got {formulation!r}.")
+        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)} or a Formulation, got {formulation!r}.")
     return known[formulation]
 
 
