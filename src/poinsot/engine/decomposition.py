@@ -1,0 +1,91 @@
+"""A vector field as elementary operations, each with a recurrence of its Taylor coefficients: what kernels are made of.
+
+A value is a number that stays (`Coefficient`) or the result of an operation, by its number. With u_n the coefficients
+of a value, the recurrences are, for n > 0,
+
+    sum         u_n = sum_k c_k (u_k)_n
+    product     u_n = sum_{j=0..n} a_j b_{n-j}
+    quotient    u_n = (a_n - sum_{j=1..n} b_j u_{n-j}) / b_0
+    function    n u_n = sum_i sum_{j=1..n} j (a_i)_j (w_i)_{n-j}, as u' = sum_i w_i a_i'
+
+Slopes w_i may come after their function: order n of the function needs order n - 1 of its slopes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+__all__ = ["Coefficient", "Decomposition", "Function", "Operation", "Product", "Quotient", "State", "Sum", "Time"]
+
+
+class Coefficient(NamedTuple):
+    """A number times a parameter of the run, or a number alone."""
+
+    number: float = 1.0
+    parameter: int | None = None
+
+
+class State(NamedTuple):
+    """A variable of the state vector, by its place."""
+
+    place: int
+
+
+class Time(NamedTuple):
+    """The time."""
+
+
+class Sum(NamedTuple):
+    """A linear sum of values: coefficients times operations, and coefficients alone."""
+
+    terms: tuple[tuple[Coefficient, int], ...]
+    constants: tuple[Coefficient, ...] = ()
+
+
+class Product(NamedTuple):
+    """The product of two operations, which may be one: a square."""
+
+    first: int
+    second: int
+
+
+class Quotient(NamedTuple):
+    """A coefficient or an operation over an operation."""
+
+    numerator: Coefficient | int
+    denominator: int
+
+
+class Function(NamedTuple):
+    """An elementary function by its name in `poinsot.functions`, or "pow".
+
+    The derivative is the sum of slopes times those of the arguments; the slope of an argument that is a coefficient
+    is not looked at.
+    """
+
+    name: str
+    arguments: tuple[Coefficient | int, ...]
+    slopes: tuple[Coefficient | int, ...]
+
+
+Operation = State | Time | Sum | Product | Quotient | Function
+
+
+@dataclass(frozen=True)
+class Decomposition:
+    """A vector field of states, time and parameters.
+
+    Parameters
+    ----------
+    operations : tuple of Operation
+        Each after its operands, slopes excepted.
+    rates : tuple of Coefficient or int
+        The time derivatives of the state variables, in their order.
+    parameters : int
+        How many parameters there are.
+    """
+
+    operations: tuple[Operation, ...]
+    rates: tuple[Coefficient | int, ...]
+    parameters: int
