@@ -14,7 +14,7 @@ from poinsot.engine.driver import Driver, Memory
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.attitude import rotation_angle
-from poinsot.propagation.arguments import broadcast_members
+from poinsot.propagation.arguments import DEFAULT_TOLERANCES, broadcast_members
 
 LIMIT = 1e-9
 """The error that every member must stay below, rad."""
@@ -148,14 +148,15 @@ def _rate(members, count, repeats):
     states, times = broadcast_members(members.first(count), (count,)), np.array([0.0, ENSEMBLE_END])
     problem = Problem(P3.system)
     variables = kernels.state_vector(problem, states, FORMULATIONS["lie_poisson"], "double")
-    with kernels.kernel_of(problem, variables, "double", 0.0, kernels.LANES) as compiled:
+    tolerance = DEFAULT_TOLERANCES["double"]
+    with kernels.kernel_of(problem, variables, "double", tolerance, kernels.LANES) as compiled:
         work = flops_per_step(compiled.engine)
         one_batch = _batch(compiled, variables, states)
         all_members, kernel, peaks = [], [], []
         for _ in range(repeats):
             peaks.append(peak())
             began = time.perf_counter()
-            done = Driver(problem, variables, 0.0).run(states, times, Memory(variables, count, times))
+            done = Driver(problem, variables, tolerance).run(states, times, Memory(variables, count, times))
             all_members.append(done.steps.sum() * work["flops"] / (time.perf_counter() - began))
             kernel.append(one_batch() * work["flops"])
     order = np.argsort(-np.linalg.norm(P3.system.omega_body(states), axis=-1), kind="stable")

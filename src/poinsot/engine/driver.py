@@ -236,7 +236,7 @@ class Driver:
     problem : Problem
     variables : StateVector
     tolerance : float
-        0 for the rounding unit.
+        Relative, of a step.
     precision : str
         Of one body; an ensemble has double precision.
     threads : int

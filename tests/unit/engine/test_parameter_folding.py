@@ -73,7 +73,7 @@ def test_multiples_are_the_same_numbers(name):
 def test_a_kernel_has_the_products_of_series_that_a_person_would_write(system, products, squares):
     state = paper.PRINTED_PAIR
     variables = kernels.state_vector(Problem(system), state, FORMULATIONS["lie_poisson"], "double")
-    with kernels.kernel_of(Problem(system), variables, "double", 0.0) as compiled:
+    with kernels.kernel_of(Problem(system), variables, "double", 1e-15) as compiled:
         entries = [str(entry) for entry, _ in compiled.engine.decomposition]
     assert sum(bool(re.fullmatch(r"\(u_\d+ \* u_\d+\)", entry)) for entry in entries) == products
     assert sum(entry.count("**2") for entry in entries) == squares  # half the work of a product

@@ -103,7 +103,7 @@ def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
     run = (
         Key("method", "text", "The closed form is for no forces.", default=methods[0], choices=methods),
         Key("formulation", "text", "The variables integrated.", default="lie_poisson", choices=charts),
-        Key("tolerance", "number", "Relative error in a step; default: rounding."),
+        Key("tolerance", "number", "Relative error in a step; default: truncation below rounding."),
         Key("precision", "text", "Of the arithmetic.", default="double", choices=tuple(PRECISIONS)),
         Key("dense", "truth", "Integrate as for dense output; the file has the times alone.", default=False),
     )

@@ -44,7 +44,7 @@ count = 501
 
 # [run]
 # formulation = "canonical"    # default: lie_poisson, the fastest
-# tolerance = 1e-12            # default: the rounding of the arithmetic
+# tolerance = 1e-12            # default: truncation below rounding
 
 # [outputs]                    # names without folders; default: a result of the name of this file
 # result = "satellite.nc"      # .nc or .zarr
