@@ -51,9 +51,10 @@ def check(orbit, exact_at, times, start, in_space, periapsis, resolved=True):
             r, v = size(place.position), size(place.velocity)
             off = size([mpmath.mpf(float(a)) - b for a, b in zip(x, place.position, strict=True)])
             assert off < BOUND * (r + v * late) if resolved else off < 10 * BOUND * (r + v * longest)
-            # A noise of the rate, and the time of a passage rounded, at other times other than at the epoch.
+            # A noise of the rate, and the time of a passage rounded, at other times other than at the epoch. Nothing
+            # else moves, so that steps are 5 rad of the orbit and its sines amplify rounding by e^5: measured 6e-13.
             between = (growth - turned(before, place) + np.pi) % (2 * np.pi) - np.pi
-            assert abs(between) < 2e-13 + 2 * EPS * fastest * (longest if orbit.period < np.inf else late)
+            assert abs(between) < 2e-12 + 2 * EPS * fastest * (longest if orbit.period < np.inf else late)
 
 
 def size(vector):
