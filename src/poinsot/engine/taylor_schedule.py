@@ -1,0 +1,280 @@
+"""The order in which Taylor coefficients of a decomposition are computed, for emitters of kernels.
+
+Order n of a product, a quotient or a function has an inner sum of orders below n, sum_{j=1..n-1} a_j b_{n-j}. Those of
+all operations come first, in loops over j that share what they load; what is left of order n is a straight line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+from poinsot.engine.decomposition import (
+    Coefficient,
+    Decomposition,
+    Function,
+    Operation,
+    Product,
+    Quotient,
+    State,
+    Sum,
+)
+
+__all__ = ["HigherOrder", "InnerSum", "Row", "Schedule", "ZerothOrder"]
+
+GROUP = 24
+"""How many inner sums one loop has at most: with their operands they fill 32 registers."""
+
+
+class Row(NamedTuple):
+    """Coefficients u_j of an operation that inner sums read, or j u_j."""
+
+    operation: int
+    weighted: bool
+
+
+class InnerSum(NamedTuple):
+    """sum_{j=1..n-1} first_j second_{n-j}, at a place among all."""
+
+    place: int
+    first: Row
+    second: Row
+
+
+class ZerothOrder(Protocol):
+    """What an emitter writes order 0 with; values have the operators + - * / and a method fma(factor, addend)."""
+
+    def coefficient(self, coefficient: Coefficient) -> Any:
+        """Return a number times a parameter, or a number."""
+
+    def state(self, place: int) -> Any:
+        """Return the coefficient of a state variable."""
+
+    def time(self) -> Any:
+        """Return that of the time."""
+
+    def function(self, function: Function, arguments: Sequence[Any]) -> Any:
+        """Return the value of an elementary function."""
+
+    def keep(self, k: int, value: Any) -> None:
+        """Store what higher orders need of the coefficient of an operation."""
+
+
+class HigherOrder(ZerothOrder, Protocol):
+    """What it writes an order n > 0 with."""
+
+    def zero(self, operation: int) -> Any:
+        """Return order 0 of an operation."""
+
+    def reciprocal(self, operation: int) -> Any:
+        """Return one over that."""
+
+    def inner_sum(self, place: int) -> Any:
+        """Return an inner sum."""
+
+    def over_order(self, value: Any) -> Any:
+        """Return a value over n."""
+
+
+class Schedule:
+    """What is computed of a decomposition, and when; the same for every layout, so that all give the same bits.
+
+    Parameters
+    ----------
+    decomposition : Decomposition
+
+    Attributes
+    ----------
+    groups : list of lists of InnerSum
+    rows : list of Row
+        What inner sums read.
+    multiples : list of Coefficient
+        The numbers times parameters that occur.
+    zeros, reciprocals : sets of int
+        The operations of which order 0, or one over it, is needed in higher orders.
+    """
+
+    def __init__(self, decomposition: Decomposition) -> None:
+        self.operations, self.rates = decomposition.operations, decomposition.rates
+        self.zeros: set[int] = set()
+        self.reciprocals: set[int] = set()
+        self._of: dict[tuple[int, int], int] = {}
+        sums: list[InnerSum] = []
+        for k, operation in enumerate(self.operations):
+            for part, (first, second) in self._convolutions(k, operation):
+                self._of[k, part] = len(sums)
+                sums.append(InnerSum(len(sums), first, second))
+        self.sums = len(sums)
+        self.rows = list(dict.fromkeys(row for inner in sums for row in (inner.first, inner.second)))
+        self.groups = _grouped(sums)
+        self.multiples = list(
+            dict.fromkeys(
+                coefficient
+                for operation in (*self.operations, *self.rates)
+                for coefficient in _coefficients(operation)
+                if coefficient.parameter is not None and coefficient.number != 1.0
+            )
+        )
+
+    def state_of(self, row: Row) -> int | None:
+        """Return the place of the state variable whose coefficients a row has, if it has one's."""
+        operation = self.operations[row.operation]
+        return operation.place if isinstance(operation, State) and not row.weighted else None
+
+    def _convolutions(self, k: int, operation: Operation) -> list[tuple[int, tuple[Row, Row]]]:
+        """Return the inner sums of an operation, each with the number of the argument that it is of."""
+        match operation:
+            case Product(first, second):
+                self.zeros |= {first, second}
+                return [(0, (Row(first, False), Row(second, False)))]
+            case Quotient(_, denominator):
+                self.zeros.add(k)
+                self.reciprocals.add(denominator)
+                return [(0, (Row(denominator, False), Row(k, False)))]
+            case Function():
+                parts = _varying(operation)
+                self.zeros |= {slope for _, _, slope in parts if isinstance(slope, int)}
+                return [
+                    (i, (Row(argument, True), Row(slope, False)))
+                    for i, argument, slope in parts
+                    if isinstance(slope, int)
+                ]
+        return []
+
+    def zeroth_order(self, arithmetic: ZerothOrder) -> list[Any]:
+        """Write the values of all operations, and return those of the rates."""
+        values: list[Any] = []
+
+        def value(of: Coefficient | int) -> Any:
+            return values[of] if isinstance(of, int) else arithmetic.coefficient(of)
+
+        for k, operation in enumerate(self.operations):
+            match operation:
+                case Sum(terms, constants):
+                    result = _linear(arithmetic, terms, constants, values)
+                case Product(first, second):
+                    result = values[first] * values[second]
+                case Quotient(numerator, denominator):
+                    result = value(numerator) / values[denominator]
+                case Function():
+                    result = arithmetic.function(operation, [value(argument) for argument in operation.arguments])
+                case _:
+                    result = _given(arithmetic, operation)
+            values.append(result)
+            arithmetic.keep(k, result)
+        return [value(rate) for rate in self.rates]
+
+    def higher_order(self, arithmetic: HigherOrder) -> list[Any]:
+        """Write the coefficients of an order n > 0 of all operations, and return those of the rates."""
+        values: list[Any] = []
+        for k, operation in enumerate(self.operations):
+            match operation:
+                case Sum(terms, _):
+                    result = _linear(arithmetic, terms, (), values)
+                case Product():
+                    result = self._product(arithmetic, k, operation, values)
+                case Quotient():
+                    result = self._quotient(arithmetic, k, operation, values)
+                case Function():
+                    result = self._function(arithmetic, k, operation, values)
+                case _:
+                    result = _given(arithmetic, operation)
+            values.append(result)
+            arithmetic.keep(k, result)
+        return [
+            values[rate] if isinstance(rate, int) else arithmetic.coefficient(Coefficient(0.0)) for rate in self.rates
+        ]
+
+    def _product(self, arithmetic: HigherOrder, k: int, product: Product, values: list[Any]) -> Any:
+        inner = arithmetic.inner_sum(self._of[k, 0])
+        early, late = sorted(product)  # the last step waits for the operand that is known last
+        if early == late:
+            return (2.0 * arithmetic.zero(early)).fma(values[early], inner)
+        return arithmetic.zero(early).fma(values[late], arithmetic.zero(late).fma(values[early], inner))
+
+    def _quotient(self, arithmetic: HigherOrder, k: int, quotient: Quotient, values: list[Any]) -> Any:
+        below = quotient.denominator
+        result = -arithmetic.zero(k).fma(values[below], arithmetic.inner_sum(self._of[k, 0]))
+        if isinstance(quotient.numerator, int):
+            result = values[quotient.numerator] + result
+        return result * arithmetic.reciprocal(below)
+
+    def _function(self, arithmetic: HigherOrder, k: int, function: Function, values: list[Any]) -> Any:
+        inner = [arithmetic.inner_sum(self._of[k, i]) for i in range(len(function.arguments)) if (k, i) in self._of]
+        result = arithmetic.over_order(sum(inner[1:], inner[0])) if inner else arithmetic.coefficient(Coefficient(0.0))
+        for _, argument, slope in _varying(function):
+            factor = arithmetic.zero(slope) if isinstance(slope, int) else arithmetic.coefficient(slope)
+            result = factor.fma(values[argument], result)
+        return result
+
+
+def _coefficients(of: Operation | Coefficient | int) -> list[Coefficient]:
+    """Return the coefficients that occur in an operation, or the coefficient itself."""
+    match of:
+        case Coefficient():
+            return [of]
+        case Sum(terms, constants):
+            return [*(coefficient for coefficient, _ in terms), *constants]
+        case Quotient(numerator, _):
+            return [numerator] if isinstance(numerator, Coefficient) else []
+        case Function(_, arguments, slopes):
+            return [given for given in (*arguments, *slopes) if isinstance(given, Coefficient)]
+    return []
+
+
+def _varying(function: Function) -> list[tuple[int, int, Coefficient | int]]:
+    """Return the numbers of the arguments that are operations, these and their slopes."""
+    pairs = zip(function.arguments, function.slopes, strict=True)
+    return [(i, argument, slope) for i, (argument, slope) in enumerate(pairs) if isinstance(argument, int)]
+
+
+def _given(arithmetic: ZerothOrder, operation: Operation) -> Any:
+    return arithmetic.state(operation.place) if isinstance(operation, State) else arithmetic.time()
+
+
+def _linear(
+    arithmetic: ZerothOrder,
+    terms: Sequence[tuple[Coefficient, int]],
+    constants: Sequence[Coefficient],
+    values: Sequence[Any],
+) -> Any:
+    """Return a linear sum; what is known last comes last."""
+    total = None
+    for constant in constants:
+        number = arithmetic.coefficient(constant)
+        total = number if total is None else total + number
+    for coefficient, k in sorted(terms, key=lambda term: term[1]):
+        total = _with_term(arithmetic, total, coefficient, values[k])
+    return arithmetic.coefficient(Coefficient(0.0)) if total is None else total
+
+
+def _with_term(arithmetic: ZerothOrder, total: Any, coefficient: Coefficient, value: Any) -> Any:
+    if coefficient in (Coefficient(1.0), Coefficient(-1.0)):
+        if total is None:
+            return value if coefficient.number > 0 else -value
+        return total + value if coefficient.number > 0 else total - value
+    factor = arithmetic.coefficient(coefficient)
+    return factor * value if total is None else factor.fma(value, total)
+
+
+def _grouped(sums: Sequence[InnerSum]) -> list[list[InnerSum]]:
+    """Return inner sums in groups that load few rows; either operand may be the first."""
+    left = list(sums)
+    groups: list[list[InnerSum]] = []
+    count = -(-len(left) // GROUP)
+    while left:
+        size = -(-len(left) // (count - len(groups)))
+        firsts: set[Row] = set()
+        seconds: set[Row] = set()
+        group: list[InnerSum] = []
+        while len(group) < size:
+            best = min(
+                (option for inner in left for option in (inner, InnerSum(inner.place, inner.second, inner.first))),
+                key=lambda option: ((option.first not in firsts) + (option.second not in seconds), option.place),
+            )
+            left = [inner for inner in left if inner.place != best.place]
+            firsts.add(best.first)
+            seconds.add(best.second)
+            group.append(best)
+        groups.append(group)
+    return groups
