@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from poinsot.algebra.dual import Dual
+from poinsot.algebra.program import Node, ruled
 from poinsot.functions import Scalar
 
 __all__ = ["SolidHarmonics"]
@@ -23,7 +23,7 @@ class SolidHarmonics:
     Parameters
     ----------
     vector : three scalars
-        Of any kind, also with derivatives.
+        Of any kind.
     squared : scalar, optional
         The square of its length, where it is known: 1 for a direction. Derivatives are those of the polynomials
         all the same, so they hold along a sphere.
@@ -31,8 +31,7 @@ class SolidHarmonics:
 
     def __init__(self, vector: Sequence[Scalar], squared: Scalar | None = None) -> None:
         self.vector = tuple(vector)
-        x, y, z = values = tuple(getattr(component, "value", component) for component in self.vector)
-        self._x, self._y, self._z = values
+        self._x, self._y, self._z = x, y, z = self.vector
         self._squared = x * x + y * y + z * z if squared is None else squared
         self._known: dict[tuple[int, int], tuple[Scalar, Scalar]] = {(0, 0): (1.0, 0.0)}
 
@@ -59,12 +58,9 @@ class SolidHarmonics:
     def sum(self, coefficients: Coefficients) -> Scalar:
         """Return the sum over m of C_m Re Z_nm + S_m Im Z_nm, n the degree of the coefficients."""
         value = self._value(coefficients)
-        duals = [(k, component) for k, component in enumerate(self.vector) if isinstance(component, Dual)]
-        total = Dual(value, {})
-        for k, component in duals:
-            slope = self._value(derivative(coefficients, k)) if len(coefficients) > 1 else 0.0
-            total = total + component.chain(0.0, slope)
-        return total if duals else value
+        if len(coefficients) == 1 or not any(isinstance(component, Node) for component in self.vector):
+            return value
+        return ruled(value, self.vector, lambda k: self._value(derivative(coefficients, k)))
 
     def _value(self, coefficients: Coefficients) -> Scalar:
         n, total = len(coefficients) - 1, 0.0

@@ -6,6 +6,7 @@ of a value, the recurrences are, for n > 0,
     sum         u_n = sum_k c_k (u_k)_n
     product     u_n = sum_{j=0..n} a_j b_{n-j}
     quotient    u_n = (a_n - sum_{j=1..n} b_j u_{n-j}) / b_0
+    select      u_n = a_n or b_n
     function    n u_n = sum_i sum_{j=1..n} j (a_i)_j (w_i)_{n-j}, as u' = sum_i w_i a_i'
 
 Slopes w_i may come after their function: order n of the function needs order n - 1 of its slopes.
@@ -16,7 +17,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-__all__ = ["Coefficient", "Decomposition", "Function", "Operation", "Product", "Quotient", "State", "Sum", "Time"]
+__all__ = [
+    "Coefficient",
+    "Decomposition",
+    "Function",
+    "Operation",
+    "Product",
+    "Quotient",
+    "Select",
+    "State",
+    "Sum",
+    "Time",
+]
 
 
 class Coefficient(NamedTuple):
@@ -69,7 +81,15 @@ class Function(NamedTuple):
     slopes: tuple[Coefficient | int, ...]
 
 
-Operation = State | Time | Sum | Product | Quotient | Function
+class Select(NamedTuple):
+    """One of two values: the first where a parameter, which holds a condition, is not zero."""
+
+    condition: int
+    first: Coefficient | int
+    second: Coefficient | int
+
+
+Operation = State | Time | Sum | Product | Quotient | Function | Select
 
 
 @dataclass(frozen=True)

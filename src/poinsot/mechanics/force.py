@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.dual import partial, seeded
+from poinsot.algebra.program import Graph, Node, evaluated, gradient
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of
@@ -76,11 +76,13 @@ class Torque(Force):
 
 
 class _Recorder(Attitude):
-    """An attitude of which all that a formula reads is an independent variable."""
+    """An attitude of which all that a formula reads is a symbol."""
 
     def __init__(self, attitude: Attitude) -> None:
         self._attitude, self.comoving = attitude, attitude.comoving
-        self.seen: list[Vector] = []
+        self._graph = Graph()
+        self.values: dict[Node, Scalar] = {}
+        self.seen: list[list[Node]] = []
 
     @functools.cached_property
     @override
@@ -90,21 +92,22 @@ class _Recorder(Attitude):
     @functools.cached_property
     @override
     def quaternion(self) -> Vector:
-        return self._seeded(self._attitude.quaternion)
+        return self._read(self._attitude.quaternion)
 
     @override
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
-        return self._seeded(self._attitude.to_body(vector))
+        return self._read(self._attitude.to_body(vector))
 
     @override
     def to_space(self, vector: Iterable[Scalar]) -> Vector:
         x = Vector(vector)
         return self._in_space(functions.dot(self.to_body(self._in_space(unit)), x) for unit in UNITS)
 
-    def _seeded(self, scalars: Vector) -> Vector:
-        variables = seeded(scalars, len(self.seen))
-        self.seen.append(Vector(variable.value for variable in variables))
-        return variables
+    def _read(self, scalars: Vector) -> Vector:
+        symbols = [self._graph.symbol((len(self.seen), i)) for i in range(len(scalars))]
+        self.values |= zip(symbols, scalars, strict=True)
+        self.seen.append(symbols)
+        return Vector(symbols)
 
 
 UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -118,9 +121,11 @@ def derived_torque(potential: Potential, instant: Instant) -> Vector:
     """
     recorder = _Recorder(instant.attitude)
     energy = potential.energy(Instant(instant.body, recorder, instant.environment))
+    slopes = iter(evaluated(gradient(energy, list(recorder.values)), recorder.values))
     total = Vector((0.0, 0.0, 0.0))
-    for k, seen in enumerate(recorder.seen):
-        slope = [instant.scale * partial(energy, k, i) for i in range(len(seen))]
+    for symbols in recorder.seen:
+        seen = Vector(recorder.values[symbol] for symbol in symbols)
+        slope = [instant.scale * next(slopes) for _ in symbols]
         total = total + (functions.cross(seen, slope) if len(seen) == 3 else _turning(seen, slope))
     return total
 

@@ -1,0 +1,376 @@
+"""Formulas as graphs: traced once, differentiated, and evaluated on scalars of any kind.
+
+A formula that is called with symbols makes nodes, each an operation on nodes and numbers; what is the same operation on
+the same operands is one node. Constants are the inputs of a run and all that is computed from them alone; what depends
+on a symbol varies.
+"""
+
+from __future__ import annotations
+
+import itertools
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from numbers import Real
+from typing import Any
+
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.functions import Combining, Scalar, Vector
+
+__all__ = ["Graph", "Node", "evaluated", "gradient", "ordered", "partials", "ruled", "tangents"]
+
+LARGEST_POWER = 256
+"""Whole powers up to this one are products, which have derivatives at zero."""
+
+
+class Graph:
+    """The nodes of formulas that are traced together.
+
+    Nodes of an older graph are constants here, as arrays are: a derivative may be taken within another trace.
+    """
+
+    _ages = itertools.count()
+
+    def __init__(self) -> None:
+        self.age = next(self._ages)
+        self._known: dict[Any, Node] = {}
+        self._foreign: list[Any] = []
+
+    def symbol(self, name: Any) -> Node:
+        """Return what varies under a name."""
+        return self.node("symbol", (name,), varies=True)
+
+    def input(self, number: int) -> Node:
+        """Return the constant that a run is given at a place."""
+        return self.node("input", (number,), varies=False)
+
+    def node(self, name: str, operands: tuple[Any, ...], varies: bool) -> Node:
+        """Return the node of an operation, a new one if it is not known."""
+        key = name, *(("node", x.place) if isinstance(x, Node) else x for x in operands)
+        if key not in self._known:
+            self._known[key] = Node(self, len(self._known), name, operands, varies)
+        return self._known[key]
+
+    def leaf(self, scalar: Any) -> Any:
+        """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
+        if isinstance(scalar, Real) or (isinstance(scalar, Node) and scalar.graph is self):
+            return scalar
+        self._foreign.append(scalar)  # so that no other one has its identity
+        node = self.node("value", (id(scalar),), varies=False)
+        node.value = scalar
+        return node
+
+    def applied(self, name: str, *scalars: Any) -> Any:
+        """Return a function of scalars, of which one at least is a node."""
+        operands = tuple(map(self.leaf, scalars))
+        rule = SIMPLER.get(name)
+        simple = rule(*operands) if rule else None
+        if simple is not None:
+            return simple
+        if name in COMMUTING:
+            operands = tuple(sorted(operands, key=_order))
+        varies = any(isinstance(x, Node) and x.varies for x in operands)
+        return self.node(name, operands, varies)
+
+
+class Node(Combining):
+    """The result of an operation in a graph.
+
+    Attributes
+    ----------
+    place : int
+        Its number in the graph, larger than those of its operands.
+    name : str
+        "symbol", "input", "value", "add", "neg", "mul", "div", "pow", "less", "where" or a function of formulas.
+    operands : tuple
+        Nodes and numbers; of a symbol its name, of an input its number.
+    varies : bool
+        Whether it depends on a symbol.
+    """
+
+    __slots__ = ("graph", "name", "operands", "place", "value", "varies")
+
+    def __init__(self, graph: Graph, place: int, name: str, operands: tuple[Any, ...], varies: bool) -> None:
+        self.graph, self.place, self.name, self.operands, self.varies = graph, place, name, operands, varies
+        self.value: Any = None
+
+    def __repr__(self) -> str:
+        return f"{self.name}({', '.join(map(repr, self.operands))})"
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """The operands that are nodes."""
+        return tuple(x for x in self.operands if isinstance(x, Node))
+
+    @override
+    def combined(self, operation: Callable[..., Any], *operands: Any) -> Any:
+        """Return what an operation makes of the operands; vectors have their own rules."""
+        if any(isinstance(x, Vector) for x in operands):
+            return NotImplemented
+        if operation is operator.sub:
+            return operands[0] + (-operands[1])
+        if operation is operator.abs:
+            return functions.abs(operands[0])
+        return _newest(operands).applied(OPERATORS[operation], *operands)
+
+    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        """Return an elementary function of scalars, this one among them."""
+        return _newest(arguments).applied(name, *arguments)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a formula must not branch with `if` on a value, but it does.")
+
+
+def _newest(scalars: Iterable[Any]) -> Graph:
+    return max((x.graph for x in scalars if isinstance(x, Node)), key=lambda graph: graph.age)
+
+
+OPERATORS = {
+    operator.add: "add",
+    operator.neg: "neg",
+    operator.mul: "mul",
+    operator.truediv: "div",
+    operator.pow: "pow",
+}
+REPLAYED: Mapping[str, Callable[..., Any]] = {
+    **{name: operation for operation, name in OPERATORS.items()},
+    "ruled": lambda value, *_: value,
+}
+COMMUTING = ("add", "mul")
+
+
+def _order(operand: Any) -> tuple[int, Any]:
+    return (1, operand.place) if isinstance(operand, Node) else (0, operand)
+
+
+def _is(operand: Any, number: float) -> bool:
+    return isinstance(operand, Real) and bool(operand == number)
+
+
+# ---------------------------------------------------------------------- simplifications: None where there is none
+
+
+def _added(a: Any, b: Any) -> Any:
+    return b if _is(a, 0) else a if _is(b, 0) else None
+
+
+def _negated(a: Any) -> Any:
+    return a.operands[0] if a.name == "neg" else None
+
+
+def _multiplied(a: Any, b: Any) -> Any:
+    if _is(a, 0) or _is(b, 0):
+        return 0.0
+    for one, other in ((a, b), (b, a)):
+        if _is(one, 1):
+            return other
+        if _is(one, -1):
+            return -other
+        if isinstance(one, Node) and one.name == "neg":
+            return -(one.operands[0] * other)
+        if isinstance(one, Real) and isinstance(other, Node) and other.name == "mul":
+            number, rest = other.operands
+            if isinstance(number, Real):
+                return (one * number) * rest
+    return None
+
+
+def _divided(a: Any, b: Any) -> Any:
+    if _is(a, 0):
+        return 0.0
+    if _is(b, 1):
+        return a
+    if isinstance(a, Node) and a.name == "neg":
+        return -(a.operands[0] / b)
+    return None
+
+
+def _powered(base: Any, power: Any) -> Any:
+    if not isinstance(power, Real):
+        if isinstance(power, Node) and not power.varies and isinstance(base, Node) and base.varies:
+            return None
+        return functions.exp(power * functions.log(base)) if isinstance(power, Node) and power.varies else None
+    n = float(power)
+    if n == int(n) and 0 <= n <= LARGEST_POWER:
+        return _whole_power(base, int(n))
+    return functions.sqrt(base) if n == 0.5 else None
+
+
+def _whole_power(x: Any, n: int) -> Any:
+    """Return x^n as products of squares."""
+    if n < 2:
+        return x if n else 1.0
+    root = _whole_power(x, n // 2)
+    return root * root * x if n % 2 else root * root
+
+
+def _chosen(_: Any, a: Any, b: Any) -> Any:
+    return a if a is b or (isinstance(a, Real) and isinstance(b, Real) and a == b) else None
+
+
+SIMPLER: Mapping[str, Callable[..., Any]] = {
+    "add": _added,
+    "neg": _negated,
+    "mul": _multiplied,
+    "div": _divided,
+    "pow": _powered,
+    "where": _chosen,
+}
+
+
+# ---------------------------------------------------------------------- derivatives
+
+
+def _by_atan2(_: Any, y: Any, x: Any) -> tuple[Any, Any]:
+    square = x * x + y * y
+    return x / square, -y / square
+
+
+def _by_anomaly(E: Any, e: Any, _: Any) -> tuple[Any, Any]:
+    slope = 1 / (1 - e * functions.cos(E))
+    return slope * functions.sin(E), slope
+
+
+PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
+    "add": lambda *_: (1, 1),
+    "neg": lambda *_: (-1,),
+    "mul": lambda _, a, b: (b, a),
+    "div": lambda y, _, b: (1 / b, -y / b),
+    "pow": lambda y, a, b: (b * y / a, y * functions.log(a)),
+    "sqrt": lambda y, _: (0.5 / y,),
+    "exp": lambda y, _: (y,),
+    "log": lambda _, a: (1 / a,),
+    "sin": lambda _, a: (functions.cos(a),),
+    "cos": lambda _, a: (-functions.sin(a),),
+    "tan": lambda y, _: (1 + y * y,),
+    "tanh": lambda y, _: (1 - y * y,),
+    "asin": lambda _, a: (1 / functions.sqrt(1 - a * a),),
+    "acos": lambda _, a: (-1 / functions.sqrt(1 - a * a),),
+    "atan": lambda _, a: (1 / (1 + a * a),),
+    "atan2": _by_atan2,
+    "eccentric_anomaly": _by_anomaly,
+    "sine_defect": lambda _, a: (1 - functions.cos(a),),
+    "asinh_defect": lambda _, a: (1 - 1 / functions.sqrt(1 + a * a),),
+}
+
+
+def partials(node: Node) -> tuple[Any, ...]:
+    """Return the derivatives of a node by its operands, and 0 for operands that are numbers.
+
+    Raises
+    ------
+    TypeError
+        If it has none.
+    """
+    if node.name == "ruled":
+        return 0.0, *map(node.value, range(len(node.operands) - 1))
+    if node.name not in PARTIALS:
+        raise TypeError(f"{node.name} must not be of what a derivative is taken by, but it is.")
+    slopes = PARTIALS[node.name](node, *node.operands)
+    return tuple(s if isinstance(x, Node) else 0.0 for s, x in zip(slopes, node.operands, strict=True))
+
+
+def ruled(value: Any, variables: Sequence[Any], slope: Callable[[int], Any]) -> Any:
+    """Return a value whose derivatives by variables, by their number, a closed rule gives."""
+    graph = _newest(variables)
+    node = graph.node("ruled", tuple(map(graph.leaf, (value, *variables))), varies=True)
+    node.value = slope
+    return node
+
+
+def ordered(outputs: Iterable[Any]) -> list[Node]:
+    """Return all nodes that outputs depend on, themselves included, operands first."""
+    found: dict[int, Node] = {}
+    waiting = [x for x in outputs if isinstance(x, Node)]
+    while waiting:
+        node = waiting.pop()
+        if node.place not in found:
+            found[node.place] = node
+            waiting += node.nodes
+    return [found[place] for place in sorted(found)]
+
+
+def gradient(output: Any, by: Sequence[Node]) -> list[Any]:
+    """Return the derivatives of one scalar by some nodes, none of which depends on another: by reverse passes."""
+    if not isinstance(output, Node):
+        return [0.0] * len(by)
+    reached = _reached(ordered([output]), by)
+    adjoints: dict[int, Any] = {output.place: 1}
+    for node in reversed(ordered([output])):
+        if node.place not in reached or node in by or node.place not in adjoints:
+            continue
+        adjoint = adjoints[node.place]
+        if node.name == "where":
+            condition, a, b = node.operands
+            shares = [(a, functions.where(condition, adjoint, 0.0)), (b, functions.where(condition, 0.0, adjoint))]
+        else:
+            needed = any(x.place in reached for x in node.nodes)
+            shares = list(zip(node.operands, partials(node), strict=True)) if needed else []
+            shares = [(x, slope * adjoint) for x, slope in shares if isinstance(x, Node) and x.place in reached]
+        for x, share in shares:
+            if isinstance(x, Node) and x.place in reached and not _is(share, 0):
+                adjoints[x.place] = adjoints[x.place] + share if x.place in adjoints else share
+    return [adjoints.get(node.place, 0.0) for node in by]
+
+
+def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
+    """Return the differentials of outputs for those of some nodes, whatever these are computed from."""
+    found: dict[int, Any] = {node.place: seed for node, seed in seeds.items()}
+    for node in ordered(outputs):
+        if node.place in found or not any(x.place in found for x in node.nodes):
+            continue
+        if node.name == "where":
+            condition, *branches = node.operands
+            change = functions.where(condition, *(_known(found, x) for x in branches))
+        elif node.name == "less":
+            continue
+        else:
+            pairs = [(s, _known(found, x)) for x, s in zip(node.operands, partials(node), strict=True)]
+            change = sum((s * x for s, x in pairs if not _is(x, 0)), start=0.0)
+        if not _is(change, 0):
+            found[node.place] = change
+    return [_known(found, x) for x in outputs]
+
+
+def _known(found: Mapping[int, Any], operand: Any) -> Any:
+    return found.get(operand.place, 0.0) if isinstance(operand, Node) else 0.0
+
+
+def _reached(nodes: Iterable[Node], by: Sequence[Node]) -> set[int]:
+    """Return the places of nodes that depend on others, those among them."""
+    reached = {node.place for node in by}
+    for node in nodes:
+        if node.name != "less" and any(x.place in reached for x in node.nodes):
+            reached.add(node.place)
+    return reached
+
+
+# ---------------------------------------------------------------------- values
+
+
+def evaluated(outputs: Sequence[Any], values: Mapping[Node, Scalar]) -> list[Any]:
+    """Return the values of outputs for those of symbols and inputs, or of any other nodes."""
+    known: dict[int, Any] = {node.place: value for node, value in values.items()}
+    for node in _needed(outputs, known):
+        known[node.place] = node.value if node.name == "value" else replayed(node, known)
+    return [known[x.place] if isinstance(x, Node) else x for x in outputs]
+
+
+def replayed(node: Node, known: Mapping[int, Any]) -> Any:
+    """Return the value of a node from those of its operands, by their places."""
+    operands = [known[x.place] if isinstance(x, Node) else x for x in node.operands]
+    operation = REPLAYED.get(node.name) or getattr(functions, node.name)
+    return operation(*operands)
+
+
+def _needed(outputs: Iterable[Any], known: Mapping[int, Any]) -> Iterator[Node]:
+    """Yield the nodes to be computed, operands first."""
+    found: dict[int, Node] = {}
+    waiting = [x for x in outputs if isinstance(x, Node)]
+    while waiting:
+        node = waiting.pop()
+        if node.place not in found and node.place not in known:
+            found[node.place] = node
+            waiting += node.nodes
+    return (found[place] for place in sorted(found))

@@ -1,0 +1,483 @@
+"""From formulas to a decomposition: constants leave the vector field, and what is left are few elementary operations.
+
+What depends on inputs of the run alone becomes a parameter where it meets a variable. Numbers and constants are taken
+out of products, so that 2 (3 (a x)) costs one operation; sums that are used once are part of the sum that uses them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from numbers import Real
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra.program import Graph, Node, ordered, partials, replayed
+from poinsot.engine.decomposition import (
+    Coefficient,
+    Decomposition,
+    Function,
+    Operation,
+    Product,
+    Quotient,
+    Select,
+    State,
+    Sum,
+    Time,
+)
+
+__all__ = ["Program", "lowered"]
+
+TIME = "time"
+"""The name of the symbol of the time; a variable of the state vector is named by its place."""
+
+HELD = "held"
+"""The name of constants that no input gives: conditions and roots, which change at switches and at the start."""
+
+POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
+    "add": lambda a, b, _: a or b,
+    "neg": lambda a, _, __: a,
+    "mul": lambda a, b, _: a + b,
+    "div": lambda a, b, _: a - b,
+    "pow": lambda a, _, exponent: a * exponent,
+    "sqrt": lambda a, _, __: a / 2,
+}
+"""The power of what an operation makes of two operands, from theirs and the number that the second one is."""
+
+
+class Held(NamedTuple):
+    """A function of the variables, the parameter that it decides, and the operation that has its value."""
+
+    function: Coefficient | int
+    parameter: int
+
+
+Monomial = tuple[int, ...]
+"""A product of operations, by their numbers in order."""
+
+
+class Linear(NamedTuple):
+    """A sum of coefficients, numbers or constants, times monomials, and of a constant."""
+
+    terms: dict[Monomial, Any]
+    constant: Any = 0.0
+
+
+class Program(NamedTuple):
+    """A decomposition with what its parameters are computed from.
+
+    Attributes
+    ----------
+    decomposition : Decomposition
+    others : list of Coefficient or int
+        Values of other functions than the rates.
+    parameters : list of Node
+    conditions, roots : list of Held
+        Functions of which a parameter holds the sign, and those under square roots.
+    """
+
+    decomposition: Decomposition
+    others: list[Coefficient | int]
+    parameters: list[Node]
+    conditions: list[Held]
+    roots: list[Held]
+
+    def values(self, inputs: Sequence[Any]) -> list[Any]:
+        """Return the values of the parameters for the inputs of a run, scalars or arrays; 0 for those that are held."""
+        known: dict[int, Any] = {}
+        with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
+            for node in ordered(self.parameters):
+                known[node.place] = _value(node, inputs, known)
+        return [known[node.place] for node in self.parameters]
+
+    @property
+    def powers(self) -> NDArray[np.int_]:
+        """To which power of the first input each of the parameters goes: all are homogeneous in it."""
+        known: dict[int, Any] = {}
+        for node in ordered(self.parameters):
+            if node.name in POWERS:
+                first, second = (*node.operands, *node.operands)[:2]
+                both = (known[x.place] if isinstance(x, Node) else 0 for x in (first, second))
+                known[node.place] = POWERS[node.name](*both, second)
+            else:
+                known[node.place] = int(node.name == "input" and node.operands == (0,))
+        return np.array([known[node.place] for node in self.parameters], dtype=int)
+
+
+def _value(node: Node, inputs: Sequence[Any], known: dict[int, Any]) -> Any:
+    if node.name == "input":
+        return inputs[node.operands[0]]
+    if node.name == HELD:
+        return 0.0
+    return node.value if node.name == "value" else replayed(node, known)
+
+
+def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
+    """Return the program of the time derivatives of the state variables, and of other functions behind them."""
+    return _Lowering(graph, rates, others).program()
+
+
+class _Lowering:
+    """Operations whose operands are monomials, which become products at the end."""
+
+    def __init__(self, graph: Graph, rates: Sequence[Any], others: Sequence[Any]) -> None:
+        self._graph, self._rates, self._others = graph, rates, others
+        self._drafts: list[Any] = []
+        self._known: dict[Any, int] = {}
+        self._parameters: dict[int, int] = {}
+        self._constants: list[Node] = []
+        self._linear: dict[int, Linear] = {}
+        self._slopes: dict[int, tuple[Any, ...]] = {}
+        self._conditions: dict[int, tuple[Any, Node]] = {}
+        self._roots: dict[int, tuple[Any, Node]] = {}
+
+    def program(self) -> Program:
+        self._uses = Counter(x.place for node in self._with_slopes() for x in node.nodes)
+        for slopes in self._slopes.values():
+            self._uses.update(x.place for x in slopes if isinstance(x, Node))
+        rates, others = ([self._output(output) for output in outputs] for outputs in (self._rates, self._others))
+        held = [
+            [(self._output(f), self._parameter(constant)) for f, constant in found.values()]
+            for found in (self._conditions, self._roots)
+        ]
+        by_function: dict[int, Any] = {place: tuple(map(self._value, each)) for place, each in self._slopes.items()}
+        final = Assembly(self._drafts, by_function)
+        rates, others = ([final.value(x) for x in outputs] for outputs in (rates, others))
+        conditions, roots = ([Held(final.value(f), parameter) for f, parameter in each] for each in held)
+        decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants))
+        return Program(decomposition, others, self._constants, conditions, roots)
+
+    def _with_slopes(self) -> list[Node]:
+        """Return the nodes of the outputs with those of the slopes of their functions."""
+        wanted, count = [*self._rates, *self._others], -1
+        while count != len(wanted):
+            count = len(wanted)
+            for node in ordered(wanted):
+                if node.varies and node.name not in PLAIN and node.place not in self._slopes:
+                    slopes = zip(partials(node), node.operands, strict=True)
+                    self._slopes[node.place] = own = tuple(s if _varies(x) else 0.0 for s, x in slopes)
+                    wanted += own
+        return ordered(wanted)
+
+    # ------------------------------------------------------------------ linear forms
+
+    def _form(self, scalar: Any) -> Linear:
+        """Return a scalar as a linear form; what is used elsewhere too is one operation in it."""
+        if not _varies(scalar):
+            return Linear({}, scalar)
+        form = self._linear.get(scalar.place)
+        if form is None:
+            form = self._linear[scalar.place] = self._new_form(scalar)
+        if (len(form.terms) > 1 or not _is_zero(form.constant)) and self._uses[scalar.place] > 1:
+            form = self._linear[scalar.place] = self._single(form)
+        return form
+
+    def _new_form(self, node: Node) -> Linear:
+        make = getattr(self, f"_form_of_{node.name}", None)
+        if make is not None:
+            form: Linear = make(*node.operands)
+            return form
+        return self._drafted(self._function(node))
+
+    def _form_of_symbol(self, name: Any) -> Linear:
+        return self._drafted(Time() if name == TIME else State(name))
+
+    def _form_of_add(self, a: Any, b: Any) -> Linear:
+        return _sum(self._form(a), self._form(b))
+
+    def _form_of_neg(self, a: Any) -> Linear:
+        return _scaled(self._form(a), -1)
+
+    def _form_of_mul(self, a: Any, b: Any) -> Linear:
+        for one, other in ((a, b), (b, a)):
+            if not _varies(one):
+                return _scaled(self._form(other), one)
+        (m, x), (n, y) = self._factors(a), self._factors(b)
+        m, x, n = self._multiplied_in(m, x, n)
+        n, y, m = self._multiplied_in(n, y, m)
+        return Linear({tuple(sorted(x + y)): _times(m, n)})
+
+    def _multiplied_in(self, m: Any, x: Monomial, n: Any) -> tuple[Any, Monomial, Any]:
+        """Multiply a constant into its one factor where the other one has none: other products may use that."""
+        if not isinstance(m, Node) or isinstance(n, Node) or len(x) > 1:
+            return m, x, n
+        sign, parameter = self._coefficient(m)
+        ((y, _),) = self._drafted(Sum(((Coefficient(1.0, parameter), x),))).terms.items()
+        return sign, y, n
+
+    def _form_of_div(self, a: Any, b: Any) -> Linear:
+        if not _varies(b):
+            return _scaled(self._form(a), _reciprocal(b))
+        n, y = self._factors(b)
+        if self._uses[b.place] == 1 and _varies(a):
+            m, x = self._factors(a)
+            return _scaled(self._drafted(Quotient(x, y)), _times(m, _reciprocal(n)))
+        return _scaled(_times_form(self._form(a), self._drafted(Quotient(Coefficient(), y))), _reciprocal(n))
+
+    def _form_of_ruled(self, value: Any, *_: Any) -> Linear:
+        return self._form(value)
+
+    def _form_of_where(self, condition: Any, a: Any, b: Any) -> Linear:
+        if condition.varies:
+            held = self._graph.node(HELD, (condition.place,), False)
+            self._conditions[condition.place] = condition.operands[0] - condition.operands[1], held
+            condition = held
+        return self._drafted(Select(self._parameter(condition), self._value(a), self._value(b)))
+
+    def _function(self, node: Node) -> Function:
+        arguments = [self._value(x) for x in node.operands]
+        if node.name == "sqrt":
+            held = self._graph.node(HELD, (node.place,), False)
+            self._roots[node.place] = node.operands[0], held
+            arguments = [self._value(node.operands[0] + held)]
+        return Function(node.name, tuple(arguments), (node.place,))
+
+    # ------------------------------------------------------------------ operations
+
+    def _drafted(self, operation: Any) -> Linear:
+        key = type(operation), operation  # tuples of two kinds may be equal
+        if key not in self._known:
+            self._known[key] = len(self._drafts)
+            self._drafts.append(operation)
+        return Linear({(self._known[key],): 1.0})
+
+    def _coefficient(self, scalar: Any) -> Coefficient:
+        if not isinstance(scalar, Node):
+            return Coefficient(scalar)
+        number, constant = _split(scalar)
+        return Coefficient(math.copysign(1.0, number), self._parameter(_times(abs(number), constant)))
+
+    def _parameter(self, constant: Node) -> int:
+        if constant.place not in self._parameters:
+            self._parameters[constant.place] = len(self._constants)
+            self._constants.append(constant)
+        return self._parameters[constant.place]
+
+    def _single(self, form: Linear) -> Linear:
+        """Return a form with one term: a coefficient that all terms share, times their sum."""
+        splits = [_split(c) for c in form.terms.values()]
+        number, constant = splits[0]
+        if not _is_zero(form.constant) or len({_size(split) for split in splits}) > 1:
+            leading = number if _is_zero(form.constant) else _split(form.constant)[0]
+            factor = math.copysign(1.0, leading)
+            return _scaled(self._drafted(self._draft_of(_scaled(form, factor))), factor)
+        signs = {x: math.copysign(1.0, n / number) for x, (n, _) in zip(form.terms, splits, strict=True)}
+        return _scaled(self._drafted(self._draft_of(Linear(signs))), _times(number, constant))
+
+    def _draft_of(self, form: Linear) -> Sum:
+        terms = tuple((self._coefficient(c), x) for x, c in sorted(form.terms.items()))
+        return Sum(terms, () if _is_zero(form.constant) else (self._coefficient(form.constant),))
+
+    def _factors(self, scalar: Any) -> tuple[Any, Monomial]:
+        """Return a coefficient and a monomial."""
+        form = self._form(scalar)
+        if len(form.terms) != 1 or not _is_zero(form.constant):
+            form = self._single(form)
+        ((monomial, coefficient),) = form.terms.items()
+        return coefficient, monomial
+
+    def _value(self, scalar: Any) -> Any:
+        """Return a scalar as an operand: a coefficient or a monomial."""
+        return self._value_of(self._form(scalar))
+
+    def _value_of(self, form: Linear) -> Any:
+        if not form.terms:
+            return self._coefficient(form.constant)
+        draft = self._draft_of(form)
+        if not draft.constants and draft.terms[0][0] == Coefficient() and len(draft.terms) == 1:
+            return draft.terms[0][1]
+        (monomial,) = self._drafted(draft).terms
+        return monomial
+
+    def _output(self, scalar: Any) -> Any:
+        form = self._form(scalar)
+        sizes = {_size(_split(c)) for c in form.terms.values()}
+        if len(form.terms) > 1 and len(sizes) == 1 and sizes != {UNIT} and _is_zero(form.constant):
+            form = self._single(form)
+        return self._value_of(form)
+
+
+class Assembly:
+    """Operations in their final order, with products in place of monomials."""
+
+    def __init__(self, drafts: Sequence[Any], slopes: Mapping[int, Any]) -> None:
+        self._drafts, self._slopes, self._waiting = drafts, slopes, list[int]()
+        self._operations: list[Operation] = []
+        self._placed: dict[int, int] = {}
+        self._known: dict[Any, int] = {}
+        monomials = {x for draft in drafts for x in _monomials(draft)}
+        monomials |= {x for each in slopes.values() for x in each if not isinstance(x, Coefficient)}
+        self._ways = common_factors({x for x in monomials if len(x) > 1})
+
+    def operations(self) -> tuple[Operation, ...]:
+        """Return the operations, with slopes behind their functions."""
+        while self._waiting:
+            place = self._waiting.pop()
+            function = self._operations[place]
+            assert isinstance(function, Function)  # noqa: S101
+            slopes = self._slopes[int(function.slopes[0])]  # type: ignore[arg-type]
+            self._operations[place] = function._replace(slopes=tuple(map(self.value, slopes)))
+        return tuple(self._operations)
+
+    def value(self, operand: Any) -> Any:
+        """Return a coefficient, or the number of the operation that a monomial is."""
+        if isinstance(operand, Coefficient):
+            return operand
+        return self._place(operand[0]) if len(operand) == 1 else self._product(operand)
+
+    def _product(self, monomial: Monomial) -> int:
+        parts = self._ways.get(monomial, (monomial[:-1], monomial[-1:]))
+        first, second = sorted(self.value(part) for part in parts)
+        return self._append(Product(first, second))
+
+    def _place(self, number: int) -> int:
+        if number not in self._placed:
+            draft = self._drafts[number]
+            place = self._append(_with_operands(draft, self.value))
+            self._placed[number] = place
+            if isinstance(draft, Function):
+                self._waiting.append(place)
+        return self._placed[number]
+
+    def _append(self, operation: Operation) -> int:
+        key = type(operation), operation  # tuples of two kinds may be equal
+        if key not in self._known:
+            self._known[key] = len(self._operations)
+            self._operations.append(operation)
+        return self._known[key]
+
+
+def _with_operands(draft: Any, value: Callable[[Any], Any]) -> Operation:
+    if isinstance(draft, Sum):
+        return draft._replace(terms=tuple((c, value(x)) for c, x in draft.terms))
+    if isinstance(draft, Quotient):
+        return Quotient(value(draft.numerator), value(draft.denominator))
+    if isinstance(draft, Select):
+        return Select(draft.condition, value(draft.first), value(draft.second))
+    if isinstance(draft, Function):
+        return draft._replace(arguments=tuple(map(value, draft.arguments)))
+    operation: Operation = draft
+    return operation
+
+
+def _monomials(draft: Any) -> list[Monomial]:
+    match draft:
+        case Sum(terms):
+            return [x for _, x in terms]
+        case Quotient(a, b):
+            operands: tuple[Any, ...] = (a, b)
+        case Select(_, a, b):
+            operands = (a, b)
+        case Function(_, arguments):
+            operands = arguments
+        case _:
+            operands = ()
+    return [x for x in operands if not isinstance(x, Coefficient)]
+
+
+def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, tuple[Monomial, Monomial]]:
+    """Return for each monomial the two that it is the product of: pairs of factors that most have in common first."""
+    ways: dict[Monomial, tuple[Monomial, Monomial]] = {}
+    left = {x: tuple((factor,) for factor in x) for x in monomials}
+    while left:
+        counts = Counter(pair for parts in left.values() for pair in set(itertools.combinations(parts, 2)))
+        for x in [x for x, parts in left.items() if len(parts) == 2]:
+            ways[x] = left.pop(x)
+        known = [pair for pair in counts if _joined(pair) in ways]
+        best = max(known or counts, key=lambda pair: counts[pair], default=None)
+        if best is None or not left:
+            continue
+        ways[_joined(best)] = best
+        left = {x: _with_pair(parts, best) for x, parts in left.items()}
+    return ways
+
+
+def _joined(pair: tuple[Monomial, Monomial]) -> Monomial:
+    return tuple(sorted(pair[0] + pair[1]))
+
+
+def _with_pair(parts: tuple[Monomial, ...], pair: tuple[Monomial, Monomial]) -> tuple[Monomial, ...]:
+    rest = list(parts)
+    for part in pair:
+        if part not in rest:
+            return parts
+        rest.remove(part)
+    return tuple(sorted([*rest, _joined(pair)]))
+
+
+PLAIN = ("symbol", "ruled", "add", "neg", "mul", "div", "where", "less")
+"""Operations that are no elementary functions."""
+
+
+# ---------------------------------------------------------------------- coefficients: numbers or constants
+
+UNIT = (1.0, None)
+"""The size of the coefficient 1."""
+
+
+def _varies(scalar: Any) -> bool:
+    return isinstance(scalar, Node) and scalar.varies
+
+
+def _is_zero(scalar: Any) -> bool:
+    return isinstance(scalar, Real) and scalar == 0
+
+
+def _split(scalar: Any) -> tuple[Any, Node | None]:
+    """Return the number in a coefficient, and the constant that it multiplies."""
+    if not isinstance(scalar, Node):
+        return scalar, None
+    if scalar.name == "neg":
+        number, constant = _split(scalar.operands[0])
+        return -number, constant
+    if scalar.name == "mul" and isinstance(scalar.operands[0], Real):
+        number, constant = scalar.operands
+        return number, constant
+    return 1.0, scalar
+
+
+def _size(split: tuple[Any, Node | None]) -> tuple[Any, int | None]:
+    number, constant = split
+    return abs(number), None if constant is None else constant.place
+
+
+def _times(a: Any, b: Any) -> Any:
+    """Return the product of two coefficients; None stands for 1. A divisor that is a number divides a constant."""
+    if a is None or b is None:
+        return b if a is None else a
+    for number, constant in ((a, b), (b, a)):
+        if isinstance(constant, Node) and isinstance(number, np.longdouble):
+            exact = float(number)
+            return exact * constant if exact == number else constant / float(1 / number)
+    return a * b
+
+
+def _reciprocal(scalar: Any) -> Any:
+    if isinstance(scalar, Node):
+        return 1.0 / scalar
+    wide = np.longdouble(1) / scalar
+    return float(wide) if float(wide) == wide else wide
+
+
+def _scaled(form: Linear, factor: Any) -> Linear:
+    if _is_zero(factor):
+        return Linear({})
+    return Linear({x: _times(c, factor) for x, c in form.terms.items()}, _times(form.constant, factor))
+
+
+def _sum(a: Linear, b: Linear) -> Linear:
+    terms = dict(a.terms)
+    for x, c in b.terms.items():
+        terms[x] = terms[x] + c if x in terms else c
+    return Linear({x: c for x, c in terms.items() if not _is_zero(c)}, a.constant + b.constant)
+
+
+def _times_form(form: Linear, other: Linear) -> Linear:
+    """Return the product of a form and of one with one term."""
+    ((y, n),) = other.terms.items()
+    terms = {tuple(sorted(x + y)): _times(c, n) for x, c in form.terms.items()}
+    return _sum(Linear(terms), Linear({y: _times(form.constant, n)}))
