@@ -109,3 +109,11 @@ class Decomposition:
     operations: tuple[Operation, ...]
     rates: tuple[Coefficient | int, ...]
     parameters: int
+
+    @property
+    def size(self) -> int:
+        """How many operations on one or two operands there are."""
+        return sum(
+            len(operation.terms) + len(operation.constants) if isinstance(operation, Sum) else 1
+            for operation in self.operations
+        )

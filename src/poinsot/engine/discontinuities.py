@@ -7,14 +7,13 @@ step begins with the other formula.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.engine.parameter_folding import Constants
 from poinsot.engine.problem import Problem
 
 __all__ = [
@@ -26,7 +25,6 @@ __all__ = [
     "event_class",
     "lane_of",
     "time_scale",
-    "with_rates",
 ]
 
 SMALL, LARGE = 0.05, 0.5
@@ -94,12 +92,14 @@ class Discontinuities:
 
     Parameters
     ----------
-    symbols, equations : lists of expressions
-        Those of the integrator.
-    constants : Constants
-        Those of the equations; their conditions are the parameters that change.
-    attitude : int
-        How many variables, the first ones, are the attitude's.
+    functions : list of expressions
+        What is negative where each condition holds.
+    places : list of int
+        The parameters that hold the conditions.
+    look : compiled function
+        Of variables and time: the functions, their derivatives along the motion, and those of the attitude.
+    first : int
+        The number of the first parameter that nothing else has.
     lanes : int
     kind : type
         Of the numbers.
@@ -117,10 +117,10 @@ class Discontinuities:
 
     def __init__(
         self,
-        symbols: list[Any],
-        equations: list[Any],
-        constants: Constants,
-        attitude: int,
+        functions: list[Any],
+        places: list[int],
+        look: Any,
+        first: int,
         lanes: int,
         kind: Any,
     ) -> None:
@@ -131,13 +131,11 @@ class Discontinuities:
         self._members: NDArray[np.int_] = np.zeros(lanes, dtype=int)
         self._piece = np.zeros(lanes, dtype=int)
         self._ends, self._due, self.spans = np.zeros((3, lanes))
-        functions = [function for function, _ in constants.conditions]
-        self._places = [place for _, place in constants.conditions]
-        self._fixed = np.setdiff1d(np.arange(constants.next_parameter()), self._places)
-        self._scales = constants.next_parameter() + np.arange(len(functions))
+        self._places, self._look = places, look
+        self._fixed = np.setdiff1d(np.arange(first), places)
+        self._scales = first + np.arange(len(functions))
         self._sizes = np.zeros((lanes, len(functions)))
-        self._stop = constants.next_parameter() + len(functions)
-        self._look = with_rates(functions, symbols, equations, attitude, kind) if functions else None
+        self._stop = first + len(functions)
         build = event_class(lanes, kind)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
         self.events = [build(function, callback=self._crossing(i)) for i, function in enumerate(scaled)]
@@ -288,17 +286,6 @@ class Discontinuities:
 def lane_of(array: NDArray[Any], lane: int) -> NDArray[Any]:
     """Return a view of what is one lane's."""
     return array[:, lane] if array.ndim > 1 else array
-
-
-def with_rates(
-    functions: list[Any], symbols: list[Any], equations: list[Any], attitude: int, kind: Any, others: Sequence[Any] = ()
-) -> Any:
-    """Return compiled functions of variables and time, their derivatives along the motion, others, the attitude's."""
-    time = hy.expression("time")
-    functions, others, equations = (hy.subs(list(part), {hy.time: time}) for part in (functions, others, equations))
-    variables, slopes = [*symbols, time], [*equations, hy.expression(1.0)]
-    rates = [hy.sum([hy.diff(f, x) * slope for x, slope in zip(variables, slopes, strict=True)]) for f in functions]
-    return hy.cfunc([*functions, *rates, *others, *equations[:attitude]], vars=variables, fp_type=kind)
 
 
 def alarm(place: int) -> Any:

@@ -13,6 +13,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra.program import Node
 from poinsot.engine.discontinuities import (
     AT_ONCE,
     LARGE,
@@ -25,18 +26,15 @@ from poinsot.engine.discontinuities import (
     look_ahead,
     set_alarm,
     time_scale,
-    with_rates,
 )
-from poinsot.engine.parameter_folding import Constant, Constants
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, changed, state_of
 
-__all__ = ["EventDetection", "Recorded", "event_functions"]
+__all__ = ["EventDetection", "Recorded", "refuse_constant_events"]
 
 ZENO = 1e-5
 """Actions are without end where the time between them shrinks from one to the next, by this at last."""
@@ -58,13 +56,13 @@ class EventDetection:
     ----------
     events : sequence of Event
         Of which only the structure is looked at.
-    functions, conditions, symbols, equations : lists of expressions
-        The values of the events, what is positive where their zeros count, and the variables of the integrator with
-        their rates.
+    functions : list of expressions
+        The values of the events.
+    look : compiled function
+        Of variables and time: the values, their derivatives along the motion, what is positive where their zeros
+        count, and the derivatives of the attitude.
     first : int
         The number of the first parameter that nothing else has.
-    attitude : int
-        How many variables, the first ones, are the attitude's.
     lanes : int
     kind : type
         Of the numbers.
@@ -90,11 +88,8 @@ class EventDetection:
         self,
         events: Sequence[Event],
         functions: list[Any],
-        conditions: list[Any],
-        symbols: list[Any],
-        equations: list[Any],
+        look: Any,
         first: int,
-        attitude: int,
         lanes: int,
         kind: Any,
     ) -> None:
@@ -104,7 +99,7 @@ class EventDetection:
         self.scales: Any = None
         self.rehearsing, self.certain = False, True
         self.settle: Callable[[Any, int], None] = lambda _engine, _lane: None
-        self._events, self._lanes, self._attitude = events, lanes, attitude
+        self._events, self._lanes, self._look = events, lanes, look
         self._scales = first + np.arange(len(events))
         self._sizes, self._last = np.zeros((2, lanes, len(events)))
         self._paces, self.spans = np.zeros(lanes), np.zeros(lanes)
@@ -113,7 +108,6 @@ class EventDetection:
         self._follows = np.zeros(lanes, dtype=bool)
         self._sides, self._way = np.zeros((lanes, len(events)), dtype=int), 1
         self._directions = np.array([event.direction for event in events])
-        self._look = with_rates(functions, symbols, equations, attitude, kind, conditions)
         scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
         stop, pass_by = event_class(lanes, kind), event_class(lanes, kind, terminal=False)
         ways = {-1: hy.event_direction.negative, 0: hy.event_direction.any, 1: hy.event_direction.positive}
@@ -366,21 +360,14 @@ class EventDetection:
         return found[:n], found[n : 2 * n], found[2 * n : 3 * n], found[3 * n :]
 
 
-def event_functions(
-    events: Sequence[Event], instant: Instant, formulation: str, constants: Constants
-) -> tuple[list[Any], list[Any]]:
-    """Return values and conditions of events as expressions of the variables of a kernel and the time."""
-    values = [event.value(instant) for event in events]
+def refuse_constant_events(events: Sequence[Event], values: Sequence[Any], formulation: str) -> None:
+    """Raise a ValueError if the value of an event, a scalar of a kernel, is the same all the way."""
     for event, value in zip(events, values, strict=True):
-        if isinstance(value, Constant | int | float):
+        if not (isinstance(value, Node) and value.varies):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
                 f"of {formulation!r}."
             )
-    conditions = [event.condition(instant) for event in events]
-    return [constants.expression(value) for value in values], [
-        hy.expression(0.0) + constants.expression(x) for x in conditions
-    ]
 
 
 def _of_member(record: Any, member: int) -> Any:

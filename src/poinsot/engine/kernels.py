@@ -7,6 +7,7 @@ compile nothing. Idle integrators wait in one bounded, thread-safe pool, the pac
 from __future__ import annotations
 
 import functools
+import itertools
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
@@ -19,18 +20,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.algebra.program import Graph, Node, ordered, tangents
 from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
-from poinsot.engine.event_detection import EventDetection, event_functions
+from poinsot.engine.event_detection import EventDetection, refuse_constant_events
 from poinsot.engine.formulations import Formulation
-from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.heyoka_expressions import Expressions
+from poinsot.engine.lowering import TIME, Program, lowered
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
 from poinsot.engine.scales import Scales
 from poinsot.engine.state_vector import SMALL, StateVector, factors_of_parts
-from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME, Variations
+from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.engine.termination import LONGEST
-from poinsot.engine.variational import ZERO, VariationalEquations
+from poinsot.engine.variational import VariationalEquations
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.formula_errors import use_functions
@@ -57,9 +60,6 @@ Where a zero lies on a point of bisection of a step, the engine loses others. Sh
 round times off these points.
 """
 
-MANY_TERMS = 5000
-"""Terms in the equations, repeated ones counted again, below which a system in double precision is not large."""
-
 SAMPLES = 32
 """How many rows of a chunk of steps are looked at."""
 
@@ -77,7 +77,7 @@ class _Compiled:
     """An integrator, the arithmetic of its parameters, and what changes them on the way, if anything does."""
 
     engine: Any
-    constants: Constants
+    program: Program
     roots: Roots
     discontinuities: Discontinuities | None
     detection: EventDetection | None
@@ -167,10 +167,10 @@ class Kernel:
 
         def values(smooth: Problem) -> list[Any]:
             numbers = (variables.scale, *variables.factors, *smooth.numbers)
-            return built.constants.values(tuple(map(typed, numbers)))
+            return built.program.values(tuple(map(typed, numbers)))
 
         self._values, self._problem, self.variables = values, problem, variables
-        self.scales = Scales(problem.system, variables, built.constants.powers, lanes, self.engine.order)
+        self.scales = Scales(problem.system, variables, built.program.powers, lanes, self.engine.order)
         self._monitors = [part for part in (self.detection, self._discontinuities) if part is not None]
         for part in self._monitors:
             part.scales = self.scales
@@ -343,19 +343,51 @@ def kernel_of(
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
     """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
     try:
-        _equations(problem, variables, [hy.expression(f"x{i}") for i in range(variables.size)], Constants())
+        _traced(problem, variables)
     except functions.NotComoving:
         return False
     return True
 
 
-def _equations(
-    problem: Problem, variables: StateVector, symbols: list[Any], constants: Constants
-) -> tuple[list[Any], tuple[list[Any], list[Any]]]:
-    """Return the rates of the variables, and the values and conditions of the events."""
-    inputs = constants.inputs()
+@dataclass(frozen=True)
+class _Field:
+    """The equations of a kernel as nodes of one graph.
+
+    Attributes
+    ----------
+    graph : Graph
+    own : list of nodes
+        The variables and, behind them, the time.
+    rates : list of scalars
+        The time derivatives of the variables.
+    events, counting : lists of scalars
+        The values of the events, and what is positive where their zeros count.
+    """
+
+    graph: Graph
+    own: list[Node]
+    rates: list[Any]
+    events: list[Any]
+    counting: list[Any]
+
+    @property
+    def conditions(self) -> dict[Node, Any]:
+        """The conditions on which formulas branch, and the functions that are negative where they hold."""
+        nodes = ordered([*self.rates, *self.events, *self.counting])
+        found = [node for node in nodes if node.name == "less" and node.varies]
+        return {node: node.operands[0] - node.operands[1] for node in found}
+
+    def along(self, outputs: list[Any]) -> list[Any]:
+        """Return the derivatives of functions along the motion."""
+        return tangents(outputs, dict(zip(self.own, [*self.rates, 1.0], strict=True)))
+
+
+def _traced(problem: Problem, variables: StateVector) -> _Field:
+    """Return the equations of a problem: the formulas are run on symbols."""
+    graph = Graph()
+    inputs = map(graph.input, itertools.count())
     scale, variables, twin = next(inputs), variables.with_factors(inputs), problem.with_numbers(inputs)
-    own, time = [constants.variable(symbol) for symbol in symbols], constants.variable(hy.time)
+    own, time = [graph.symbol(place) for place in range(variables.size)], graph.symbol(TIME)
     chart, system, variations = variables.formulation, twin.system, variables.variations
     environment = _environment(twin, variables, own, time)
     turning = None
@@ -365,22 +397,31 @@ def _equations(
     try:
         motion = own[: chart.size]
         attitude, g = chart.physical(motion)
+        matrix, quaternion = attitude.matrix, attitude.quaternion
         attitude.comoving = variables.comoving
         body = system.body_at(variables.physical(own, scale), time)
         instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
         torque = system.torque_at(instant)
-        # A chart halves it: two folds away, half of a sum not.
-        omega = 2.0 * Vector(instant.scaled_kinetics.half_omega(g))
-        rates = chart.rates(motion, omega, system.momentum_rate(instant, torque), torque, turning)
-        rates += variables.rates(system.block_rates(instant), scale)
-        equations = [ZERO + constants.expression(rate) for rate in rates]
-        values = event_functions(twin.events, instant, chart.name, constants)
+        omega, momentum_rate = instant.omega_body, system.momentum_rate(instant, torque)
+        of_blocks = [*variables.rates(system.block_rates(instant), scale)]
+        rates = [*chart.rates(motion, omega, momentum_rate, torque, turning), *of_blocks]
+        events = [event.value(instant) for event in twin.events]
+        field = _Field(graph, [*own, time], rates, events, [event.condition(instant) for event in twin.events])
         if variations is None:
-            return equations, values
-        linear = VariationalEquations(system, variables, own, environment, scale, constants)
-        _refuse_discontinuities(constants, symbols[: variables.along_orbits.start], variations)
-        variational = linear.of(variations, symbols[variables.tangent])
-        return [*equations, *(ZERO + rate for rate in variational)], values
+            return field
+        parts = own[chart.size : variables.along_orbits.start]
+        linear = VariationalEquations(
+            (*chart.tangent, *range(6, 6 + len(parts))),
+            matrix,
+            quaternion,
+            [*g, *parts],
+            [*momentum_rate, *of_blocks[: len(parts)]],
+            omega,
+            graph.input,
+        )
+        _refuse_discontinuities(field, variables)
+        rates += linear.of(variations, own[variables.tangent])
+        return field
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
 
@@ -393,11 +434,11 @@ def _environment(twin: Problem, variables: StateVector, own: list[Any], time: An
     return Environment(time, blocks, numbers, variables.comoving)
 
 
-def _refuse_discontinuities(constants: Constants, symbols: list[Any], variations: Variations) -> None:
+def _refuse_discontinuities(field: _Field, variables: StateVector) -> None:
     """Refuse conditions that switch at another time when the start or a parameter varies."""
-    names = {str(symbol) for symbol in symbols}
-    for function, _ in constants.conditions:
-        if variations.inputs or names & set(hy.get_variables(function)):
+    motion = set(field.own[: variables.along_orbits.start])
+    for function in field.conditions.values():
+        if (variables.variations and variables.variations.inputs) or motion & set(ordered([function])):
             raise ValueError(
                 "system must have no `where` on the attitude or the rates for variational equations, nor any for "
                 "derivatives by parameters, but it has one. Write a smooth formula."
@@ -420,41 +461,42 @@ def available(precision: str) -> bool:
 def _build(
     problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int, with_knots: bool
 ) -> _Compiled:
-    symbols = [hy.expression(f"x{i}") for i in range(variables.size)]
-    constants = Constants()
-    equations, (values, conditions) = _equations(problem, variables, symbols, constants)
-    kind: Any = PRECISIONS[precision]
-    attitude = next(iter(variables.formulation.blocks.values()))
+    field, kind = _traced(problem, variables), PRECISIONS[precision]
+    refuse_constant_events(problem.events, field.events, variables.formulation.name)
+    conditions = field.conditions
+    watched = [[*conditions.values()], field.events]
+    others = [[*functions, *field.along(functions)] for functions in watched]
+    near = variables.formulation.nearness(field.own)
+    others += [field.counting, [] if near is None else [near]]
+    program = lowered(field.graph, field.rates, [value for each in others for value in each])
+    made = Expressions(program.decomposition)
+    values = iter(made.of(program.others))
+    of_conditions, of_events, counting, nearness = ([next(values) for _ in each] for each in others)
+    attitude = made.rates[: next(iter(variables.formulation.blocks.values()))]
     discontinuities, detection, stops = None, None, {}
-    if with_knots or constants.conditions:
-        discontinuities = Discontinuities(symbols, equations, constants, attitude, lanes, kind)
-        stops["t_events"] = discontinuities.events
-    if values:
-        first = discontinuities.parameters if discontinuities else constants.next_parameter()
-        detection = EventDetection(problem.events, values, conditions, symbols, equations, first, attitude, lanes, kind)
+    first = len(program.parameters)
+    if with_knots or conditions:
+        places = [program.conditions[node.place] for node in conditions]
+        look = made.compiled([*of_conditions, *attitude], kind)
+        discontinuities = Discontinuities(of_conditions[: len(places)], places, look, first, lanes, kind)
+        stops["t_events"], first = discontinuities.events, discontinuities.parameters
+    if field.events:
+        look = made.compiled([*of_events, *counting, *attitude], kind)
+        detection = EventDetection(problem.events, of_events[: len(counting)], look, first, lanes, kind)
         stops = {"t_events": [*stops.get("t_events", []), *detection.stops], "nt_events": detection.passed}
         if discontinuities:
             discontinuities.look, detection.settle = detection.look, discontinuities.settle
-    nearness = variables.formulation.nearness(symbols)
-    if nearness is not None:
-        stops["t_events"] = [*stops.get("t_events", []), event_class(lanes, kind)(nearness)]
-    roots = Roots(constants, symbols, variables.momenta, kind)
+    if nearness:
+        stops["t_events"] = [*stops.get("t_events", []), event_class(lanes, kind)(*nearness)]
+    roots = Roots([(made.of([f])[0], place) for f, place in program.roots], made, variables.momenta, kind)
     build = hy.taylor_adaptive if lanes == 1 else hy.taylor_adaptive_batch
-    zeros = np.full((variables.size, *(lanes,) * (lanes > 1)), kind(0.0))
-
-    def compiled(compact: bool) -> Any:
-        return build(
-            list(zip(symbols, equations, strict=True)),
-            zeros,
-            tol=kind(tolerance),
-            fp_type=kind,
-            compact_mode=compact,
-            **stops,
-        )
-
     many_vectors = variables.variations is not None and variables.variations.total > 1
-    if many_vectors or precision != "double" or sum(map(len, equations)) > MANY_TERMS:
-        built = compiled(compact=True)
-        if many_vectors or len(built.decomposition) > LARGE[precision]:
-            return _Compiled(built, constants, roots, discontinuities, detection)
-    return _Compiled(compiled(compact=False), constants, roots, discontinuities, detection)
+    engine = build(
+        list(zip(made.symbols, made.rates, strict=True)),
+        np.full((variables.size, *(lanes,) * (lanes > 1)), kind(0.0)),
+        tol=kind(tolerance),
+        fp_type=kind,
+        compact_mode=many_vectors or program.decomposition.size > LARGE[precision],
+        **stops,
+    )
+    return _Compiled(engine, program, roots, discontinuities, detection)

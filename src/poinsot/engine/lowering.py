@@ -6,10 +6,12 @@ out of products, so that 2 (3 (a x)) costs one operation; sums that are used onc
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -30,7 +32,7 @@ from poinsot.engine.decomposition import (
     Time,
 )
 
-__all__ = ["Program", "lowered"]
+__all__ = ["TIME", "Program", "lowered"]
 
 TIME = "time"
 """The name of the symbol of the time; a variable of the state vector is named by its place."""
@@ -49,13 +51,6 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
 """The power of what an operation makes of two operands, from theirs and the number that the second one is."""
 
 
-class Held(NamedTuple):
-    """A function of the variables, the parameter that it decides, and the operation that has its value."""
-
-    function: Coefficient | int
-    parameter: int
-
-
 Monomial = tuple[int, ...]
 """A product of operations, by their numbers in order."""
 
@@ -67,7 +62,8 @@ class Linear(NamedTuple):
     constant: Any = 0.0
 
 
-class Program(NamedTuple):
+@dataclass(frozen=True)
+class Program:
     """A decomposition with what its parameters are computed from.
 
     Attributes
@@ -76,15 +72,17 @@ class Program(NamedTuple):
     others : list of Coefficient or int
         Values of other functions than the rates.
     parameters : list of Node
-    conditions, roots : list of Held
-        Functions of which a parameter holds the sign, and those under square roots.
+    conditions : dict
+        The place of a condition in the graph to the parameter that holds it.
+    roots : list
+        What is under each square root, a value, and the parameter that is added to it.
     """
 
     decomposition: Decomposition
     others: list[Coefficient | int]
     parameters: list[Node]
-    conditions: list[Held]
-    roots: list[Held]
+    conditions: dict[int, int]
+    roots: list[tuple[Coefficient | int, int]]
 
     def values(self, inputs: Sequence[Any]) -> list[Any]:
         """Return the values of the parameters for the inputs of a run, scalars or arrays; 0 for those that are held."""
@@ -94,7 +92,7 @@ class Program(NamedTuple):
                 known[node.place] = _value(node, inputs, known)
         return [known[node.place] for node in self.parameters]
 
-    @property
+    @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
         """To which power of the first input each of the parameters goes: all are homogeneous in it."""
         known: dict[int, Any] = {}
@@ -132,24 +130,21 @@ class _Lowering:
         self._constants: list[Node] = []
         self._linear: dict[int, Linear] = {}
         self._slopes: dict[int, tuple[Any, ...]] = {}
-        self._conditions: dict[int, tuple[Any, Node]] = {}
-        self._roots: dict[int, tuple[Any, Node]] = {}
+        self._conditions: dict[int, int] = {}
+        self._roots: list[tuple[Node, int]] = []
 
     def program(self) -> Program:
         self._uses = Counter(x.place for node in self._with_slopes() for x in node.nodes)
         for slopes in self._slopes.values():
             self._uses.update(x.place for x in slopes if isinstance(x, Node))
         rates, others = ([self._output(output) for output in outputs] for outputs in (self._rates, self._others))
-        held = [
-            [(self._output(f), self._parameter(constant)) for f, constant in found.values()]
-            for found in (self._conditions, self._roots)
-        ]
+        roots = [(self._value(node.operands[0]), parameter) for node, parameter in self._roots]
         by_function: dict[int, Any] = {place: tuple(map(self._value, each)) for place, each in self._slopes.items()}
         final = Assembly(self._drafts, by_function)
         rates, others = ([final.value(x) for x in outputs] for outputs in (rates, others))
-        conditions, roots = ([Held(final.value(f), parameter) for f, parameter in each] for each in held)
+        roots = [(final.value(argument), parameter) for argument, parameter in roots]
         decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants))
-        return Program(decomposition, others, self._constants, conditions, roots)
+        return Program(decomposition, others, self._constants, self._conditions, roots)
 
     def _with_slopes(self) -> list[Node]:
         """Return the nodes of the outputs with those of the slopes of their functions."""
@@ -223,16 +218,17 @@ class _Lowering:
 
     def _form_of_where(self, condition: Any, a: Any, b: Any) -> Linear:
         if condition.varies:
-            held = self._graph.node(HELD, (condition.place,), False)
-            self._conditions[condition.place] = condition.operands[0] - condition.operands[1], held
-            condition = held
-        return self._drafted(Select(self._parameter(condition), self._value(a), self._value(b)))
+            held = self._parameter(self._graph.node(HELD, (condition.place,), False))
+            self._conditions[condition.place] = held
+        else:
+            held = self._parameter(condition)
+        return self._drafted(Select(held, self._value(a), self._value(b)))
 
     def _function(self, node: Node) -> Function:
         arguments = [self._value(x) for x in node.operands]
         if node.name == "sqrt":
             held = self._graph.node(HELD, (node.place,), False)
-            self._roots[node.place] = node.operands[0], held
+            self._roots.append((node, self._parameter(held)))
             arguments = [self._value(node.operands[0] + held)]
         return Function(node.name, tuple(arguments), (node.place,))
 

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 
 from poinsot.engine.discontinuities import lane_of
-from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.heyoka_expressions import Expressions
 from poinsot.engine.state_vector import SMALL
 
 __all__ = ["Roots"]
@@ -26,22 +25,20 @@ class Roots:
 
     Parameters
     ----------
-    constants : Constants
-        Of the equations.
-    symbols : list of expressions
-        The variables of the integrator.
+    roots : list
+        What is under each root, and the number of its parameter.
+    made : Expressions
+        Of the integrator.
     momenta : slice or list of int
         Where the momenta are among them.
     kind : type
         Of the numbers.
     """
 
-    def __init__(self, constants: Constants, symbols: list[Any], momenta: slice | list[int], kind: Any) -> None:
-        self._places = [place for _, place in constants.roots]
+    def __init__(self, roots: list[tuple[Any, int]], made: Expressions, momenta: slice | list[int], kind: Any) -> None:
+        self._places = [place for _, place in roots]
         self._momenta = momenta
-        time = hy.expression("time")
-        arguments = [hy.subs(argument + 0.0 * time, {hy.time: time}) for argument, _ in constants.roots]
-        self._look = hy.cfunc(arguments, vars=[*symbols, time], fp_type=kind) if arguments else None
+        self._look = made.compiled([argument for argument, _ in roots], kind) if roots else None
 
     def begin(self, engine: Any) -> None:
         """Set the parameters for the time and the state of an integrator, of all its lanes."""

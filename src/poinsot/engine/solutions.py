@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,8 +12,10 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra.program import Graph
+from poinsot.engine.heyoka_expressions import Expressions
 from poinsot.engine.kernels import PRECISIONS, available
-from poinsot.engine.parameter_folding import Constants
+from poinsot.engine.lowering import TIME, Program, lowered
 from poinsot.mechanics.environment import OrbitBlock
 
 __all__ = ["moon_theory", "path", "planet_theory"]
@@ -62,8 +65,8 @@ class Path:
         return known
 
     def _integrated(self, direction: int, far: Any) -> _Branch:
-        engine, constants = _integrator(self._block)
-        numbers = constants.values([np.asarray(number, WIDEST) for number in self._block.numbers])
+        engine, program = _integrator(self._block)
+        numbers = program.values([np.asarray(number, WIDEST) for number in self._block.numbers])
         table = np.array(np.broadcast_arrays(*numbers, *self._start), dtype=WIDEST).reshape(-1, self._members.size)
         pieces = [
             _pieces(engine, column[: len(numbers)], column[len(numbers) :], direction * far) for column in table.T
@@ -103,12 +106,13 @@ class _Branch:
         return total
 
 
-def _integrator(block: OrbitBlock) -> tuple[Any, Constants]:
-    symbols, constants = [hy.expression(f"x{i}") for i in range(block.size)], Constants()
-    twin, variables = block.with_numbers(constants.inputs()), [constants.variable(symbol) for symbol in symbols]
-    rates = [constants.expression(rate) for rate in twin.rates_at(constants.variable(hy.time), variables)]
-    equations, zeros = list(zip(symbols, rates, strict=True)), np.zeros(block.size, WIDEST)
-    return hy.taylor_adaptive(equations, zeros, tol=np.finfo(WIDEST).eps, fp_type=WIDEST), constants
+def _integrator(block: OrbitBlock) -> tuple[Any, Program]:
+    graph = Graph()
+    twin, variables = block.with_numbers(map(graph.input, itertools.count())), [*map(graph.symbol, range(block.size))]
+    program = lowered(graph, list(twin.rates_at(graph.symbol(TIME), variables)))
+    made, zeros = Expressions(program.decomposition), np.zeros(block.size, WIDEST)
+    equations = list(zip(made.symbols, made.rates, strict=True))
+    return hy.taylor_adaptive(equations, zeros, tol=np.finfo(WIDEST).eps, fp_type=WIDEST), program
 
 
 def _pieces(engine: Any, parameters: Array, start: Array, end: Any) -> tuple[Array, Array]:
