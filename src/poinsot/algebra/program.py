@@ -18,7 +18,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.functions import Combining, Scalar, Vector
 
-__all__ = ["Graph", "Node", "evaluated", "gradient", "ordered", "partials", "ruled", "tangents"]
+__all__ = ["Graph", "Node", "evaluated", "gradient", "number", "ordered", "partials", "ruled", "tangents"]
 
 LARGEST_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -40,6 +40,12 @@ class Graph:
     def symbol(self, name: Any) -> Node:
         """Return what varies under a name."""
         return self.node("symbol", (name,), varies=True)
+
+    def variable(self, value: Any) -> Node:
+        """Return what varies, about a value of any kind, which `evaluated` knows."""
+        node = self.node("variable", (len(self._known),), varies=True)
+        node.value = value
+        return node
 
     def input(self, number: int) -> Node:
         """Return the constant that a run is given at a place."""
@@ -82,11 +88,11 @@ class Node(Combining):
     place : int
         Its number in the graph, larger than those of its operands.
     name : str
-        "symbol", "input", "value", "add", "neg", "mul", "div", "pow", "less", "where" or a function of formulas.
+        "symbol", "variable", "input", "value", "add", "neg", "mul", "div", "pow", "less", "where" or a function of formulas.
     operands : tuple
         Nodes and numbers; of a symbol its name, of an input its number.
     varies : bool
-        Whether it depends on a symbol.
+        Whether it depends on a symbol or a variable.
     """
 
     __slots__ = ("graph", "name", "operands", "place", "value", "varies")
@@ -138,6 +144,7 @@ REPLAYED: Mapping[str, Callable[..., Any]] = {
     "ruled": lambda value, *_: value,
 }
 COMMUTING = ("add", "mul")
+HOLDING = ("variable", "value")
 
 
 def _order(operand: Any) -> tuple[int, Any]:
@@ -272,7 +279,9 @@ def partials(node: Node) -> tuple[Any, ...]:
 
 
 def ruled(value: Any, variables: Sequence[Any], slope: Callable[[int], Any]) -> Any:
-    """Return a value whose derivatives by variables, by their number, a closed rule gives."""
+    """Return a value whose derivatives by those of the variables that vary, by their number, a closed rule gives."""
+    if not any(isinstance(x, Node) for x in variables):
+        return value
     graph = _newest(variables)
     node = graph.node("ruled", tuple(map(graph.leaf, (value, *variables))), varies=True)
     node.value = slope
@@ -353,8 +362,15 @@ def evaluated(outputs: Sequence[Any], values: Mapping[Node, Scalar]) -> list[Any
     """Return the values of outputs for those of symbols and inputs, or of any other nodes."""
     known: dict[int, Any] = {node.place: value for node, value in values.items()}
     for node in _needed(outputs, known):
-        known[node.place] = node.value if node.name == "value" else replayed(node, known)
+        known[node.place] = node.value if node.name in HOLDING else replayed(node, known)
     return [known[x.place] if isinstance(x, Node) else x for x in outputs]
+
+
+def number(scalar: Any) -> Any:
+    """Return the value of a node that depends on variables alone, and any other scalar as it is."""
+    while isinstance(scalar, Node) and all(node.nodes or node.name in HOLDING for node in ordered([scalar])):
+        (scalar,) = evaluated([scalar], {})
+    return scalar
 
 
 def replayed(node: Node, known: Mapping[int, Any]) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from poinsot.algebra.program import Node, ruled
+from poinsot.algebra.program import ruled
 from poinsot.functions import Scalar
 
 __all__ = ["SolidHarmonics"]
@@ -58,7 +58,7 @@ class SolidHarmonics:
     def sum(self, coefficients: Coefficients) -> Scalar:
         """Return the sum over m of C_m Re Z_nm + S_m Im Z_nm, n the degree of the coefficients."""
         value = self._value(coefficients)
-        if len(coefficients) == 1 or not any(isinstance(component, Node) for component in self.vector):
+        if len(coefficients) == 1:
             return value
         return ruled(value, self.vector, lambda k: self._value(derivative(coefficients, k)))
 

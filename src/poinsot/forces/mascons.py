@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.dual import composed
 from poinsot.errors import real_numbers
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
@@ -85,7 +84,7 @@ class MasconGravity(Potential):
         inverse = instant.inverse_distance(self.orbit)
         away = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
         terms = [
-            mass * composed(_beyond_the_first, functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
+            mass * _beyond_the_first(functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
             for mass, x in zip(self.masses, self.positions, strict=True)
         ]
         return inverse * -self.orbit.mu * _paired_sum(terms)
