@@ -18,7 +18,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.functions import Combining, Scalar, Vector
 
-__all__ = ["Graph", "Node", "evaluated", "gradient", "number", "ordered", "partials", "ruled", "tangents"]
+__all__ = ["Graph", "Node", "gradient", "number", "ordered", "partials", "ruled", "tangents"]
 
 LARGEST_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -42,7 +42,7 @@ class Graph:
         return self.node("symbol", (name,), varies=True)
 
     def variable(self, value: Any) -> Node:
-        """Return what varies, about a value of any kind, which `evaluated` knows."""
+        """Return what varies, about a value of any kind."""
         node = self.node("variable", (len(self._known),), varies=True)
         node.value = value
         return node
@@ -50,6 +50,14 @@ class Graph:
     def input(self, number: int) -> Node:
         """Return the constant that a run is given at a place."""
         return self.node("input", (number,), varies=False)
+
+    def evaluated(self, outputs: Sequence[Any], values: Mapping[Node, Scalar] | None = None) -> list[Any]:
+        """Return the values of outputs for those of symbols and inputs, or of any other nodes of this graph."""
+        known: dict[int, Any] = {node.place: value for node, value in (values or {}).items()}
+        own = [x for x in outputs if isinstance(x, Node) and x.graph is self]
+        for node in _needed(own, known):
+            known[node.place] = node.value if node.name in HOLDING else replayed(node, known)
+        return [known[x.place] if isinstance(x, Node) and x.graph is self else x for x in outputs]
 
     def node(self, name: str, operands: tuple[Any, ...], varies: bool) -> Node:
         """Return the node of an operation, a new one if it is not known."""
@@ -88,7 +96,8 @@ class Node(Combining):
     place : int
         Its number in the graph, larger than those of its operands.
     name : str
-        "symbol", "variable", "input", "value", "add", "neg", "mul", "div", "pow", "less", "where" or a function of formulas.
+        "symbol", "variable", "input", "value", "ruled", "add", "neg", "mul", "div", "pow", "less", "where" or a
+        function of formulas.
     operands : tuple
         Nodes and numbers; of a symbol its name, of an input its number.
     varies : bool
@@ -302,12 +311,13 @@ def ordered(outputs: Iterable[Any]) -> list[Node]:
 
 def gradient(output: Any, by: Sequence[Node]) -> list[Any]:
     """Return the derivatives of one scalar by some nodes, none of which depends on another: by reverse passes."""
-    if not isinstance(output, Node):
+    if not by or not isinstance(output, Node) or output.graph is not by[0].graph:
         return [0.0] * len(by)
-    reached = _reached(ordered([output]), by)
+    nodes, ends = ordered([output]), {node.place for node in by}
+    reached = _reached(nodes, ends)
     adjoints: dict[int, Any] = {output.place: 1}
-    for node in reversed(ordered([output])):
-        if node.place not in reached or node in by or node.place not in adjoints:
+    for node in reversed(nodes):
+        if node.place not in adjoints or node.place in ends:
             continue
         adjoint = adjoints[node.place]
         if node.name == "where":
@@ -326,7 +336,9 @@ def gradient(output: Any, by: Sequence[Node]) -> list[Any]:
 def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
     """Return the differentials of outputs for those of some nodes, whatever these are computed from."""
     found: dict[int, Any] = {node.place: seed for node, seed in seeds.items()}
-    for node in ordered(outputs):
+    graphs = {node.graph for node in seeds}
+    own = [x if isinstance(x, Node) and x.graph in graphs else 0.0 for x in outputs]
+    for node in ordered(own):
         if node.place in found or not any(x.place in found for x in node.nodes):
             continue
         if node.name == "where":
@@ -339,16 +351,16 @@ def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
             change = sum((s * x for s, x in pairs if not _is(x, 0)), start=0.0)
         if not _is(change, 0):
             found[node.place] = change
-    return [_known(found, x) for x in outputs]
+    return [_known(found, x) for x in own]
 
 
 def _known(found: Mapping[int, Any], operand: Any) -> Any:
     return found.get(operand.place, 0.0) if isinstance(operand, Node) else 0.0
 
 
-def _reached(nodes: Iterable[Node], by: Sequence[Node]) -> set[int]:
+def _reached(nodes: Iterable[Node], ends: Iterable[int]) -> set[int]:
     """Return the places of nodes that depend on others, those among them."""
-    reached = {node.place for node in by}
+    reached = set(ends)
     for node in nodes:
         if node.name != "less" and any(x.place in reached for x in node.nodes):
             reached.add(node.place)
@@ -358,18 +370,10 @@ def _reached(nodes: Iterable[Node], by: Sequence[Node]) -> set[int]:
 # ---------------------------------------------------------------------- values
 
 
-def evaluated(outputs: Sequence[Any], values: Mapping[Node, Scalar]) -> list[Any]:
-    """Return the values of outputs for those of symbols and inputs, or of any other nodes."""
-    known: dict[int, Any] = {node.place: value for node, value in values.items()}
-    for node in _needed(outputs, known):
-        known[node.place] = node.value if node.name in HOLDING else replayed(node, known)
-    return [known[x.place] if isinstance(x, Node) else x for x in outputs]
-
-
 def number(scalar: Any) -> Any:
     """Return the value of a node that depends on variables alone, and any other scalar as it is."""
     while isinstance(scalar, Node) and all(node.nodes or node.name in HOLDING for node in ordered([scalar])):
-        (scalar,) = evaluated([scalar], {})
+        (scalar,) = scalar.graph.evaluated([scalar])
     return scalar
 
 
@@ -380,10 +384,10 @@ def replayed(node: Node, known: Mapping[int, Any]) -> Any:
     return operation(*operands)
 
 
-def _needed(outputs: Iterable[Any], known: Mapping[int, Any]) -> Iterator[Node]:
+def _needed(outputs: Iterable[Node], known: Mapping[int, Any]) -> Iterator[Node]:
     """Yield the nodes to be computed, operands first."""
     found: dict[int, Node] = {}
-    waiting = [x for x in outputs if isinstance(x, Node)]
+    waiting = list(outputs)
     while waiting:
         node = waiting.pop()
         if node.place not in found and node.place not in known:

@@ -12,7 +12,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.dual import partial, seeded
+from poinsot.algebra.program import Graph, gradient
 from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
@@ -143,10 +143,12 @@ class Dynamics(Collection):
         """Return minus the derivatives of the sum of the potentials by the variables of parts."""
         if not moving:
             return {}
-        own = {part.name: seeded(instant.own(part), part.name) for part in moving}
+        graph = Graph()
+        own = {part.name: Vector(map(graph.variable, instant.own(part))) for part in moving}
         body = self.body_at(own, instant.time)
         energy = self.potential_at(Instant(body, instant.attitude, instant.environment))
-        return {part.name: Vector(-partial(energy, part.name, i) for i in range(part.size)) for part in moving}
+        slopes = iter(graph.evaluated(gradient(energy, [x for each in own.values() for x in each])))
+        return {part.name: Vector(-next(slopes) for _ in range(part.size)) for part in moving}
 
     def torque_at(self, instant: Instant) -> Vector:
         """Return the sum of all torques along the body axes, those of potentials derived, times the scale."""

@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, Node, evaluated, gradient
+from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of
@@ -76,12 +76,11 @@ class Torque(Force):
 
 
 class _Recorder(Attitude):
-    """An attitude of which all that a formula reads is a symbol."""
+    """An attitude of which all that a formula reads is a variable."""
 
     def __init__(self, attitude: Attitude) -> None:
         self._attitude, self.comoving = attitude, attitude.comoving
-        self._graph = Graph()
-        self.values: dict[Node, Scalar] = {}
+        self.graph = Graph()
         self.seen: list[list[Node]] = []
 
     @functools.cached_property
@@ -104,10 +103,8 @@ class _Recorder(Attitude):
         return self._in_space(functions.dot(self.to_body(self._in_space(unit)), x) for unit in UNITS)
 
     def _read(self, scalars: Vector) -> Vector:
-        symbols = [self._graph.symbol((len(self.seen), i)) for i in range(len(scalars))]
-        self.values |= zip(symbols, scalars, strict=True)
-        self.seen.append(symbols)
-        return Vector(symbols)
+        self.seen.append(list(map(self.graph.variable, scalars)))
+        return Vector(self.seen[-1])
 
 
 UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -121,11 +118,11 @@ def derived_torque(potential: Potential, instant: Instant) -> Vector:
     """
     recorder = _Recorder(instant.attitude)
     energy = potential.energy(Instant(instant.body, recorder, instant.environment))
-    slopes = iter(evaluated(gradient(energy, list(recorder.values)), recorder.values))
+    slopes = iter(recorder.graph.evaluated(gradient(energy, [x for each in recorder.seen for x in each])))
     total = Vector((0.0, 0.0, 0.0))
-    for symbols in recorder.seen:
-        seen = Vector(recorder.values[symbol] for symbol in symbols)
-        slope = [instant.scale * next(slopes) for _ in symbols]
+    for each in recorder.seen:
+        seen = Vector(x.value for x in each)
+        slope = [instant.scale * next(slopes) for _ in each]
         total = total + (functions.cross(seen, slope) if len(seen) == 3 else _turning(seen, slope))
     return total
 
