@@ -1,5 +1,6 @@
 """Fixtures shared by all tests."""
 
+import os
 import signal
 
 import numpy as np
@@ -8,6 +9,9 @@ import pytest
 import poinsot as pt
 
 pytest_plugins = ["margins"]
+
+# Workers inherit it: matrices here are small, and BLAS threads beside a worker on each core only wait for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it, and tests send it
 
