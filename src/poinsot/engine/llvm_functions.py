@@ -42,7 +42,8 @@ ROUNDING = 6755399441055744.0
 MOST_HALVES = 16
 """Twice the powers that are products of roots."""
 
-ITERATIONS = 60
+ITERATIONS, ENOUGH = 60, 2.0**-14
+"""Of Kepler's equation; the relative change after which the next one would be below rounding."""
 
 
 def elementary(function: Function, arguments: Sequence[Value], lanes: int) -> Value:
@@ -140,7 +141,7 @@ def _written_sine_and_cosine(x: Value, lanes: int) -> Value:
 
 
 def _eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> Value:
-    """Solve E - e sin E = M by Newton's method from above, for E between -pi and pi."""
+    """Solve E - e sin E = M by Danby's method of order four, for E between -pi and pi."""
     lines = mean_anomaly.function
     reduced, _ = _reduced(mean_anomaly, [4.0 * part for part in HALF_PI])
     far = abs(mean_anomaly).is_("gt", FAR)
@@ -159,13 +160,16 @@ def _eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> 
         both = _sine_and_cosine(0.5 * anomaly, lanes)
         twice = 2.0 * both.part(0)
         slope = (eccentricity * twice).fma(both.part(0), rest)
+        half, sixth = 0.5 * eccentricity * twice * both.part(1), (1.0 - slope) * (1 / 6)  # second and third derivative
         square = anomaly * anomaly
         near = (anomaly * square) * _polynomial(square, SINE_DEFECT)
         defect = anomaly.is_("lt", 1.5).choose(near, (-twice).fma(both.part(1), anomaly))
-        change = (rest.fma(anomaly, eccentricity.fma(defect, -size))) / slope
-        following = anomaly - change
-        again = going & abs(change).is_("gt", anomaly * 2.0**-28)
-        return [going.choose(following, anomaly), left - 1, again]
+        excess = -rest.fma(anomaly, eccentricity.fma(defect, -size))
+        change = excess / slope
+        change = excess / half.fma(change, slope)
+        change = excess / change.fma(sixth.fma(change, half), slope)
+        again = going & abs(change).is_("gt", anomaly * ENOUGH)
+        return [going.choose(anomaly + change, anomaly), left - 1, again]
 
     anomaly, _, _ = lines.repeat(
         [start, lines.constant("i64", ITERATIONS), size.is_("ge", 0.0)],

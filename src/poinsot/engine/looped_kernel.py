@@ -720,33 +720,6 @@ class Code:
         address = self._engine.get_function_address("advance")
         self.advance = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)(address)
 
-    def tasks(self, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> NDArray[Any]:
-        """Return the tasks of members that start from some states, each in one direction.
-
-        Parameters
-        ----------
-        states : array (n, variables)
-        times : array (n,) or (n, 2)
-            Of the start, in one part or in two.
-        parameters : array (n, parameters)
-        output : Output
-
-        Returns
-        -------
-        structured array (n,)
-            What is to do, and later what has been done. Its fields may be changed before a run and where a task has
-            left its lane: `end`, `limit` (the longest step), `pause` (the number of steps after which the task leaves
-            its lane), `push` (momenta that forces give a body at rest), `state`, `parameters`. Results are
-            `state`, `time` (two parts), `status`, `steps`, `index` (rows that are written), `bits`, and of the steps
-            that are not cut at the end the `shortest` and the `longest`.
-        """
-        tasks = np.zeros(len(states), self.task)
-        tasks["state"], tasks["parameters"] = states, parameters
-        tasks["time"][:, : np.shape(times)[1] if np.ndim(times) > 1 else 1] = np.reshape(times, (len(states), -1))
-        tasks["limit"], tasks["shortest"], tasks["pause"] = LONGEST, np.inf, FOREVER
-        output.into(tasks)
-        return tasks
-
 
 @dataclass(frozen=True)
 class Output:
@@ -770,7 +743,7 @@ class Output:
     stride: NDArray[np.int64]
 
     def into(self, tasks: NDArray[Any]) -> None:
-        """Set the fields of tasks."""
+        """Write the addresses and the last times into tasks."""
         width = self.rows.shape[-1]
         tasks["times"] = self.times.ctypes.data + 8 * self.first
         tasks["rows"] = self.rows.ctypes.data + 8 * width * (self.members * self.times.size + self.first)
@@ -779,12 +752,39 @@ class Output:
 
 
 class Queue:
-    """Tasks that wait for lanes. The runs of several threads may share one."""
+    """Tasks that wait for lanes: members that start from some states, each in one direction.
 
-    def __init__(self, tasks: NDArray[Any]) -> None:
-        self.tasks, self.record = tasks, np.zeros(1, QUEUE)
-        self._members = np.empty(0, dtype=np.int64)
-        self.put(np.arange(len(tasks)))
+    The runs of several threads may share one.
+
+    Parameters
+    ----------
+    code : Code
+    states : array (n, variables)
+    times : array (n,) or (n, 2)
+        Of the start, in one part or in two.
+    parameters : array (n, parameters)
+    output : Output
+
+    Attributes
+    ----------
+    tasks : structured array (n,)
+        What is to do, and later what has been done. Before a run, and where a task has left its lane, one may change
+        `state`, `parameters`, `end`, `limit` (the longest step), `pause` (the number of steps after which the task
+        leaves its lane) and `push` (momenta that forces give a body at rest). Results are `state`, `time` (two parts),
+        `status`, `steps`, `index` (how many rows are written), `bits` (of the scale of momenta) and, of the steps that
+        are not cut at the end, the `shortest` and the `longest`.
+    """
+
+    def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
+        count = len(states)
+        self.tasks, self.record = np.zeros(count, code.task), np.zeros(1, QUEUE)
+        self.tasks["state"], self.tasks["parameters"] = states, parameters
+        parts = np.reshape(times, (count, -1))
+        self.tasks["time"][:, : parts.shape[1]] = parts
+        self.tasks["limit"], self.tasks["shortest"], self.tasks["pause"] = LONGEST, np.inf, FOREVER
+        output.into(self.tasks)
+        self._output, self._members = output, np.empty(0, dtype=np.int64)  # tasks have their addresses
+        self.put(np.arange(count))
 
     def put(self, members: NDArray[np.int_]) -> None:
         """Add tasks that are under way; no run may be advancing."""

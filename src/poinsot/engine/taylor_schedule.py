@@ -111,7 +111,8 @@ class Schedule:
             dict.fromkeys(
                 coefficient
                 for operation in (*self.operations, *self.rates)
-                for coefficient in _coefficients(operation)
+                for given in _coefficients(operation)
+                for coefficient in (given, given._replace(number=-given.number))
                 if coefficient.parameter is not None and coefficient.number != 1.0
             )
         )
@@ -238,23 +239,34 @@ def _linear(
     constants: Sequence[Coefficient],
     values: Sequence[Any],
 ) -> Any:
-    """Return a linear sum; what is known last comes last."""
+    """Return a linear sum; terms with one factor share it, and what is known last comes last."""
+    shared: dict[Coefficient, list[tuple[int, bool]]] = {}
+    for coefficient, k in sorted(terms, key=lambda term: term[1]):
+        size = coefficient._replace(number=abs(coefficient.number))
+        shared.setdefault(size, []).append((k, coefficient.number < 0))
     total = None
     for constant in constants:
         number = arithmetic.coefficient(constant)
         total = number if total is None else total + number
-    for coefficient, k in sorted(terms, key=lambda term: term[1]):
-        total = _with_term(arithmetic, total, coefficient, values[k])
+    for size, members in sorted(shared.items(), key=lambda item: item[1][-1]):
+        if size == Coefficient(1.0):
+            total = _signed(total, members, values)
+            continue
+        negative = members[0][1]
+        inner = _signed(None, [(k, minus != negative) for k, minus in members], values)
+        factor = arithmetic.coefficient(size._replace(number=-size.number) if negative else size)
+        total = factor * inner if total is None else factor.fma(inner, total)
     return arithmetic.coefficient(Coefficient(0.0)) if total is None else total
 
 
-def _with_term(arithmetic: ZerothOrder, total: Any, coefficient: Coefficient, value: Any) -> Any:
-    if coefficient in (Coefficient(1.0), Coefficient(-1.0)):
-        if total is None:
-            return value if coefficient.number > 0 else -value
-        return total + value if coefficient.number > 0 else total - value
-    factor = arithmetic.coefficient(coefficient)
-    return factor * value if total is None else factor.fma(value, total)
+def _signed(total: Any, members: Sequence[tuple[int, bool]], values: Sequence[Any]) -> Any:
+    """Return a total and some values more or, where marked, less."""
+    if total is None:
+        (first, minus), *members = sorted(members, key=lambda member: member[1])
+        total = -values[first] if minus else values[first]
+    for k, minus in members:
+        total = total - values[k] if minus else total + values[k]
+    return total
 
 
 def _grouped(sums: Sequence[InnerSum]) -> list[list[InnerSum]]:
