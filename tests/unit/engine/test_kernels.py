@@ -1,6 +1,7 @@
 """The pool of built integrators: reused, bounded, safe among threads."""
 
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -143,3 +144,14 @@ def test_available_precisions_run(body, start, precision):
 
 def test_double_precision_is_always_available():
     assert kernels.available("double")
+
+
+def test_lanes_are_those_of_512_bits_where_the_processor_has_them():
+    assert kernels._fastest_lanes({"AVX512F": True}, 4) == 8
+    assert [kernels._fastest_lanes({"AVX512F": False, "AVX2": True}, engines) for engines in (1, 2, 4)] == [2, 2, 4]
+
+
+@pytest.mark.skipif(not Path("/proc/cpuinfo").exists(), reason="Linux says in this file what the processor has")
+def test_512_bit_code_is_known_by_what_the_system_says():
+    has_it = "avx512f" in Path("/proc/cpuinfo").read_text().split()
+    assert kernels._fastest_lanes(kernels._multiarray_umath.__cpu_features__, 4) == (8 if has_it else 4)
