@@ -201,17 +201,10 @@ class StateVector:
     def _from_state(self, state: State) -> Array:
         if not self.orbits:
             return self._packed(state)
-        turn, values = None, []
-        for block in self.orbits:
-            wide = block.with_numbers(map(np.longdouble, block.numbers))  # to round once, at the end
-            values.append(wide.start_at(state.time))
-            if self.comoving:
-                turn = quat.conjugate(wide.quaternion(state.time, values[-1]))
-        own, comoving = self._packed(state, turn), np.concatenate(values, axis=-1)
-        high = np.asarray(comoving, dtype=np.float64)
-        low = np.asarray(comoving - high, dtype=np.float64)
-        comoving = high.astype(own.dtype) + low.astype(own.dtype)
-        return np.concatenate([own, np.broadcast_to(comoving, (*own.shape[:-1], comoving.shape[-1]))], axis=-1)
+        starts = [block.start_in_two_parts(state.time) for block in self.orbits]
+        own = self._packed(state, quat.conjugate(starts[0][2]) if self.comoving else None)
+        along = [high.astype(own.dtype) + low.astype(own.dtype) for high, low, _ in starts]
+        return np.concatenate([own, *(np.broadcast_to(x, (*own.shape[:-1], x.shape[-1])) for x in along)], axis=-1)
 
     def with_state(self, row: Array, state: State, time: Array) -> Array:
         """Return attitude, momentum and parts of a state, beside the orbits in the variables of one body."""

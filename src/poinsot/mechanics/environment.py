@@ -199,6 +199,26 @@ class OrbitBlock(Block):
     def inverse_distance(self, orbit: Orbit, time: Scalar, own: Any) -> Scalar:
         """Return one over the length of the position."""
 
+    def start_in_two_parts(self, time: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
+        """Return the variables at a time, high and low part, and the quaternion axes -> space there, both extended.
+
+        The last result is kept: systems on one orbit start at one time as a rule.
+        """
+        key = time.shape, time.tobytes()
+        known = self._starts.get(key)
+        if known is None:
+            wide = self.with_numbers(map(np.longdouble, self.numbers))  # to round once, at the end
+            values = wide.start_at(time)
+            high = np.asarray(values, dtype=np.float64)
+            known = high, np.asarray(values - high, dtype=np.float64), wide.quaternion(time, values)
+            self._starts.clear()
+            self._starts[key] = known
+        return known
+
+    @functools.cached_property
+    def _starts(self) -> dict[Any, Any]:
+        return {}
+
     def direction(self, orbit: Orbit, time: Scalar, own: Any) -> Vector:
         """Return the unit vector from the attractor."""
         inverse = self.inverse_distance(orbit, time, own)

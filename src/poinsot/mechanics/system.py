@@ -156,7 +156,7 @@ class System(Dynamics):
         The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
         """
         own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
-        sizes = [np.linalg.norm(momenta, axis=-1) for momenta in (state.angular_momentum_body, *own)]
+        sizes = [np.sqrt(np.vecdot(momenta, momenta)) for momenta in (state.angular_momentum_body, *own)]
         largest = functools.reduce(np.maximum, sizes, self.torque_scale)
         return np.where(largest > 0, largest, 1.0)
 
