@@ -1,7 +1,9 @@
-"""Measure everything and write the report: `python -m benchmarks [--short]`."""
+"""Measure everything and write the report: `python -m benchmarks [--short] [--only SECTION ...]`."""
 
 import argparse
+import contextlib
 import datetime as dt
+import io
 import json
 import os
 import platform
@@ -9,18 +11,21 @@ import shutil
 import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 from pathlib import Path
 
-from benchmarks import chaos, ensembles, fields, free, overheads, peers, single
+import poinsot
+from benchmarks import ensembles, fields, free, overheads, peers, single, variational
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
 SECTIONS = {
     "work_precision": single.work_precision,
     "against_the_script": single.against_the_script,
-    "long_runs": single.long_runs,
+    "errors_beside_the_script": single.errors_beside_the_script,
     "drifts": single.drifts,
+    "long_run": single.long_run,
     "formulations": single.formulations,
     "singular_angle": single.singular_angle,
     "closed_form": free.closed_form,
@@ -29,11 +34,26 @@ SECTIONS = {
     "imports": overheads.imports,
     "dense_output": overheads.dense_output,
     "gravity_fields": fields.gravity_fields,
-    "throughput": ensembles.throughput,
-    "chaos_maps": chaos.chaos_maps,
+    "satellites": ensembles.satellites,
+    "tops": ensembles.tops,
+    "on_a_device": ensembles.on_a_device,
+    "state_transition": variational.state_transition,
+    "chaos_maps": variational.chaos_maps,
 }
-IN_SEVERAL = {"against_the_script": single.over_processes}
-ON_ALL_CORES = ("throughput", "chaos_maps")  # thread pools count their cores when they are loaded
+IN_SEVERAL = {
+    "against_the_script": (single.over_processes, 7, ("now",)),
+    "state_transition": (variational.transitions_of_versions, 3, ("before", "now")),
+    "chaos_maps": (variational.maps_of_versions, 1, ("before", "now")),
+}
+"""What makes one result of those of several processes, how many of them, and of which versions."""
+
+ONLY = f"print the figures of these sections and write nothing: {', '.join(SECTIONS)}"
+ON_ALL_CORES = (
+    "satellites",
+    "tops",
+    "on_a_device",
+    "chaos_maps",
+)  # thread pools count their cores when they are loaded
 PACKAGES = (
     *("poinsot", "heyoka", "numpy", "scipy", "numbalsoda", "numba"),
     *("diffrax", "jax", "mujoco", "bsk", "matplotlib"),
@@ -47,35 +67,59 @@ def main():
         _section(given)
         return
     try:
-        results = _all_sections(given.short)
+        with _older_source() as older:
+            results = {name: _measured(name, given.short, older) for name in given.only or SECTIONS}
     except KeyboardInterrupt:
         sys.exit("stopped; nothing was written.")
-    _write(results)
+    _write({"machine": machine(), "short": given.short, **results}, bool(given.only))
 
 
 def _section(given):
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # the process that started this one says that it was stopped
     pin(len(ALLOWED) if given.section in ON_ALL_CORES else 1)
     more = {"process": given.process} if given.section in IN_SEVERAL else {}
+    if given.source and given.source not in Path(poinsot.__file__).parents:
+        sys.exit(f"{given.source} must be where poinsot is imported from, got {poinsot.__file__}.")
     given.into.write_text(json.dumps(SECTIONS[given.section](given.short, **more)))
 
 
-def _all_sections(short):
-    results = {"machine": machine(), "short": short}
-    for name in SECTIONS:
-        print(f"== {name.replace('_', ' ')}", flush=True)
-        if name in IN_SEVERAL:
-            results[name] = IN_SEVERAL[name]([_in_a_process(name, short, k) for k in range(1 if short else 7)])
-        else:
-            results[name] = _in_a_process(name, short)
-    return results
+@contextlib.contextmanager
+def _older_source():
+    """Give the folder of the package as it was at `variational.BEFORE`; None without the repository."""
+    archive = subprocess.run(["git", "archive", variational.BEFORE, "src"], capture_output=True, cwd=ROOT, check=False)
+    with tempfile.TemporaryDirectory() as folder:
+        if archive.returncode:
+            yield None
+            return
+        with tarfile.open(fileobj=io.BytesIO(archive.stdout)) as files:
+            files.extractall(folder, filter="data")
+        yield Path(folder).resolve() / "src"
 
 
-def _write(results):
-    """Write the report, its figures and the history; what was there before goes only once all is complete."""
+def _measured(name, short, older):
+    print(f"== {name.replace('_', ' ')}", flush=True)
+    if name not in IN_SEVERAL:
+        return _in_a_process(name, short)
+    merged, processes, versions = IN_SEVERAL[name]
+    sources = {version: older if version == "before" else None for version in versions if version == "now" or older}
+    found = {version: [] for version in sources}
+    for k in range(1 if short else processes):
+        for version, source in sources.items():
+            found[version].append(_in_a_process(name, short, k, source))
+    return merged(found)
+
+
+def _write(results, partly):
+    """Write the report, its figures and the history; what was there before goes only once all is complete.
+
+    Of some sections alone print the report instead, and keep no history.
+    """
     from benchmarks import history, report
 
     out = ROOT / "out"
+    if partly:
+        print(report.text(results))
+        return
     data, folder = (out / "bench-short",) * 2 if results["short"] else (out, ROOT / "docs")
     data.mkdir(parents=True, exist_ok=True)
     (data / "benchmarks.json").write_text(json.dumps(results, indent=1))
@@ -96,17 +140,22 @@ def _write(results):
 def _arguments():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--short", action="store_true", help="a quick look, written into out/bench-short")
+    parser.add_argument("--only", nargs="+", choices=SECTIONS, metavar="SECTION", help=ONLY)
     parser.add_argument("--section", choices=SECTIONS, help=argparse.SUPPRESS)
     parser.add_argument("--process", type=int, default=0, help=argparse.SUPPRESS)
     parser.add_argument("--into", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--source", type=Path, help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
-def _in_a_process(name, short, index=0):
+def _in_a_process(name, short, index=0, source=None):
+    """Run a section, with the package from the folder `source` if one is given."""
     with tempfile.TemporaryDirectory() as folder:
         into = Path(folder) / "section.json"
         command = [sys.executable, "-m", "benchmarks", "--section", name, "--process", str(index), "--into", str(into)]
-        done = subprocess.run([*command, *["--short"] * short], cwd=ROOT, check=False)
+        command += ["--short"] * short + ["--source", str(source)] * bool(source)
+        paths = {"PYTHONPATH": str(source)} if source else {}
+        done = subprocess.run(command, cwd=ROOT, check=False, env=os.environ | paths)
         if done.returncode:
             sys.exit(f"the section {name} failed; nothing was written.")
         return json.loads(into.read_text())

@@ -1,20 +1,16 @@
-"""Many bodies: members per second, the error of every member, and the floating-point rate of the kernel."""
+"""Many bodies: members per second of every tool, their errors, and what a device makes of a million."""
 
-import time
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 import poinsot as pt
-from benchmarks import peers, problems
-from benchmarks.flops import flops_per_step, multiply_add_peak
-from benchmarks.measure import Contender, interleaved, pin
-from benchmarks.problems import ENSEMBLE_END, P3
-from poinsot.engine import kernels
-from poinsot.engine.driver import Driver, Memory
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.problem import Problem
+from benchmarks import flops, peers, problems
+from benchmarks.measure import ALLOWED, Contender, computed_by, in_a_line, interleaved, pin
+from benchmarks.peers import heyoka_by_hand
+from benchmarks.problems import P2, P3, PERIOD
 from poinsot.mechanics.attitude import rotation_angle
-from poinsot.propagation.arguments import DEFAULT_TOLERANCES, broadcast_members
 
 LIMIT = 1e-9
 """The error that every member must stay below, rad."""
@@ -23,112 +19,123 @@ LOOSER = (1e-13, 1e-12, 1e-11)
 RIGHT = 1e-7
 """The error beyond which a time is not counted, rad."""
 
+SATELLITES, TOPS = replace(P3, end=10 * PERIOD), replace(P2, end=100.0)
+SPREADS = {SATELLITES.key: 1e-4, TOPS.key: 0.1}
+"""Of the attitudes, rad: for the satellites so small that all are about equally chaotic."""
+
+ONE_CORE, TWO_CORES, ONE_BY_ONE = "poinsot, one core", "poinsot, two cores", "poinsot, one by one"
+BATCHES = f"heyoka by hand, batches of {heyoka_by_hand.LANES}, one core"
+
 
 class Members:
     """The members, their starts for the others, and their references: wide precision for the first ones."""
 
-    def __init__(self, count, sample, spread=problems.ENSEMBLE_SPREAD):
-        self.spread, self.states = spread, problems.ensemble(count, spread)
-        self.starts = np.concatenate([self.states.quaternion, P3.system.omega_body(self.states)], axis=1)
+    def __init__(self, problem, count, sample, spread=None):
+        self.problem, self.count, self.spread = problem, count, spread or SPREADS[problem.key]
+        self.states = problems.ensemble(count, self.spread)
+        self.starts = np.concatenate([self.states.quaternion, problem.system.omega_body(self.states)], axis=1)
         self.sample = np.array(
-            [problems.reference(P3.system, problems.member(self.states, i), ENSEMBLE_END)[0] for i in range(sample)]
+            [problems.reference(problem.system, problems.member(self.states, i), problem.end)[0] for i in range(sample)]
         )
-
-    def first(self, count):
-        """Return the states of the first members."""
-        return pt.State(self.states.quaternion[:count], self.states.conjugate_momenta[:count])
 
     def judge(self, quaternions):
         """Return the largest error of the members that have a reference."""
         count = min(len(quaternions), len(self.sample))
         return float(np.max(rotation_angle(self.sample[:count], np.asarray(quaternions)[:count])))
 
+    def run(self, **options):
+        """Return the quaternions at the end of all members, and how they were computed."""
+        motion = pt.propagate(self.problem.system, self.states, [0.0, self.problem.end], progress=False, **options)
+        return motion.quaternion[:, -1], motion.run
 
-def _together(members, count, threads, tolerance=None):
-    states = members.first(count)
+    def poinsot(self, cores, **options):
+        """Return the members as one call of `propagate`."""
+        return Contender(lambda: lambda: self.run(threads=cores, **options)[0], self.judge, RIGHT, cores)
+
+    def batches(self, tolerance):
+        """Return the members as batches of the script."""
+        return Contender(
+            lambda: heyoka_by_hand.prepare_batches(self.problem, self.starts, tolerance), self.judge, RIGHT
+        )
+
+
+def satellites(short):
+    """Return members per second of every tool, and the errors, over satellites."""
+    many, few, sample = (1024, 128, 16) if short else (10_000, 512, 200)
+    members, small = Members(SATELLITES, many, sample), Members(SATELLITES, few, min(few, sample))
+    contenders = {
+        f"{TWO_CORES}, tolerance {tolerance:.0e}": (members, members.poinsot(2, tolerance=tolerance))
+        for tolerance in LOOSER
+    }
+    contenders[ONE_BY_ONE] = small, _one_by_one(small)
+    soda = peers.available(("numbalsoda_dop853",))[0].get("numbalsoda_dop853")
+    for tolerance in (1e-14, *LOOSER) if soda else ():
+        prepare = lambda tolerance=tolerance: soda.prepare_ensemble(SATELLITES, small.starts, 2, tolerance)  # noqa: E731
+        contenders[f"numbalsoda DOP853 {tolerance:.0e}, two cores"] = small, Contender(prepare, small.judge, RIGHT, 2)
+    return {
+        **_measured(members, contenders, short),
+        "limit": LIMIT,
+        "worst": [
+            _worst(group, 5 if short else 30)
+            for group in (
+                members,
+                *(Members(SATELLITES, many, 0, spread) for spread in (() if short else (1e-3, 1e-2))),
+            )
+        ],
+    }
+
+
+def tops(short):
+    """Return members per second and errors over heavy tops."""
+    return _measured(Members(TOPS, *((1024, 16) if short else (10_000, 200))), {}, short)
+
+
+def _measured(members, more, short):
+    """Return the outcomes of poinsot and the script at equal tolerance, and of more contenders with their members."""
+    _, run = members.run(threads=2)
+    tolerance = run.tolerance
+    contenders = {
+        ONE_CORE: (members, members.poinsot(1)),
+        TWO_CORES: (members, members.poinsot(2)),
+        BATCHES: (members, members.batches(tolerance)),
+        **more,
+    }
+    outcomes = interleaved({name: c for name, (_, c) in contenders.items()}, repeats=3 if short else 7, budget=8.0)
+    for name, (group, _) in contenders.items():
+        outcomes[name]["members"] = group.count
+    pin(1)
+    return {
+        "tools": outcomes,
+        "sample": len(members.sample),
+        "spread": members.spread,
+        "tolerance": tolerance,
+        "computed_by": computed_by(run),
+        "writing": heyoka_by_hand.fastest(members.problem.key, tolerance),
+        "work": flops.of_motion(members.problem, tolerance),
+        "peak": flops.peak(),
+    }
+
+
+def _one_by_one(members):
+    states = [problems.member(members.states, i) for i in range(members.count)]
 
     def run():
-        times = [0.0, ENSEMBLE_END]
-        motion = pt.propagate(P3.system, states, times, threads=threads, tolerance=tolerance, progress=False)
-        return motion.quaternion[:, -1]
-
-    return Contender(lambda: run, members.judge, RIGHT, cores=threads)
-
-
-def _one_by_one(members, count):
-    states = [problems.member(members.states, i) for i in range(count)]
-
-    def run():
-        return [pt.propagate(P3.system, state, [0.0, ENSEMBLE_END]).quaternion[-1] for state in states]
+        times = [0.0, members.problem.end]
+        return [pt.propagate(members.problem.system, state, times).quaternion[-1] for state in states]
 
     return Contender(lambda: run, members.judge, RIGHT)
 
 
-def _contenders(members, counts, found):
-    many, few = counts
-    out = {
-        "poinsot, one core": (many, _together(members, many, 1)),
-        "poinsot, two cores": (many, _together(members, many, 2)),
-        **{
-            f"poinsot, two cores, tolerance {tolerance:.0e}": (many, _together(members, many, 2, tolerance))
-            for tolerance in LOOSER
-        },
-        "poinsot, one by one": (few, _one_by_one(members, few)),
-    }
-    by_hand, soda = found["heyoka_by_hand"], found.get("numbalsoda_dop853")
-
-    def ensemble_of(peer, count, cores, *options):
-        prepare = lambda: peer.prepare_ensemble(P3, members.starts[:count], *options)  # noqa: E731
-        return count, Contender(prepare, members.judge, RIGHT, cores)
-
-    out["heyoka's ensemble function by hand, two cores"] = ensemble_of(by_hand, many, 2)
-    if soda is not None:
-        for tolerance in (1e-14, *LOOSER):
-            out[f"numbalsoda DOP853 {tolerance:.0e}, two cores"] = ensemble_of(soda, few, 2, 2, tolerance)
-    return out
-
-
-def throughput(short):
-    """Return members per second of every tool, the errors, and the floating-point rate on one core."""
-    found, _ = peers.available(("heyoka_by_hand", "numbalsoda_dop853"))
-    counts, sample = ((1024, 128), 16) if short else ((10_000, 512), 200)
-    members = Members(counts[0], sample)
-    entered = _contenders(members, counts, found)
-    contenders = {name: contender for name, (_, contender) in entered.items()}
-    outcomes = interleaved(contenders, repeats=3 if short else 7, budget=8.0)
-    for name, (count, _) in entered.items():
-        outcomes[name]["members"] = count
-    outcomes["poinsot, one by one"]["kernel_seconds"] = _kernel_seconds(members, 32)
-    return {
-        "tools": outcomes,
-        "sample": sample,
-        "worst": [
-            _worst(group, found["heyoka_by_hand"], 5 if short else 30)
-            for group in (members, *(Members(counts[0], 0, spread) for spread in (() if short else (1e-3, 1e-2))))
-        ],
-        "limit": LIMIT,
-        "rate": _rate(members, counts[0], 3 if short else 9),
-    }
-
-
-def _kernel_seconds(members, count):
-    """Return the median time of the integration alone of one member, without the call around it."""
-    pin(1)
-    times = [0.0, ENSEMBLE_END]
-    runs = [pt.propagate(P3.system, problems.member(members.states, i), times).run for i in range(count)]
-    return float(np.median([run.wall_time for run in runs]))
-
-
-def _worst(members, by_hand, count):
+def _worst(members, count):
     """Return the largest errors, of the members in which poinsot and the equations by hand differ most."""
+    problem = members.problem
+    theirs = heyoka_by_hand.prepare_batches(problem, members.starts, heyoka_by_hand.EPSILON)()
     pin(2)
-    theirs = by_hand.prepare_ensemble(P3, members.starts)()
-    motion = pt.propagate(P3.system, members.states, [0.0, ENSEMBLE_END], threads=2, progress=False)
-    ours = motion.quaternion[:, -1]
+    ours, _ = members.run(threads=2)
     apart = rotation_angle(theirs, ours)
     chosen = np.argsort(-apart)[:count]
     states = [problems.member(members.states, i) for i in chosen]
-    wide, between = zip(*(problems.reference(P3.system, state, ENSEMBLE_END) for state in states), strict=True)
+    wide, between = zip(*(problems.reference(problem.system, state, problem.end) for state in states), strict=True)
     return {
         "spread": members.spread,
         "apart": float(apart[chosen[0]]),
@@ -139,50 +146,28 @@ def _worst(members, by_hand, count):
     }
 
 
-def _rate(members, count, repeats):
-    """Return operations per second of the ensemble on one core, of its kernel alone, and the measured peak."""
-    peak = multiply_add_peak()
-    if peak is None:
-        return {"trouble": "no llvmlite here, with which the peak is measured"}
-    pin(1)
-    states, times = broadcast_members(members.first(count), (count,)), np.array([0.0, ENSEMBLE_END])
-    problem = Problem(P3.system)
-    variables = kernels.state_vector(problem, states, FORMULATIONS["lie_poisson"], "double")
-    tolerance = DEFAULT_TOLERANCES["double"]
-    with kernels.kernel_of(problem, variables, "double", tolerance, kernels.LANES) as compiled:
-        work = flops_per_step(compiled.engine)
-        one_batch = _batch(compiled, variables, states)
-        all_members, kernel, peaks = [], [], []
-        for _ in range(repeats):
-            peaks.append(peak())
-            began = time.perf_counter()
-            done = Driver(problem, variables, tolerance).run(states, times, Memory(variables, count, times))
-            all_members.append(done.steps.sum() * work["flops"] / (time.perf_counter() - began))
-            kernel.append(one_batch() * work["flops"])
-    order = np.argsort(-np.linalg.norm(P3.system.omega_body(states), axis=-1), kind="stable")
-    in_batches = done.steps[order][: count // kernels.LANES * kernels.LANES].reshape(-1, kernels.LANES)
-    return {
-        "peak": float(np.median(peaks)),
-        "ensemble": float(np.median(all_members)),
-        "kernel": float(np.median(kernel)),
-        "busy_lanes": float(in_batches.sum() / (kernels.LANES * in_batches.max(axis=1).sum())),
-        "lanes": kernels.LANES,
-        "steps": float(done.steps.mean()),
-        **work,
+def on_a_device(short):
+    """Return members per second of satellites on a GPU and on all cores beside it, or why there are none."""
+    cores, on_device = len(ALLOWED) or 1, {"device": "cuda"}
+    try:
+        Members(SATELLITES, 8, 0).run(**on_device)
+    except Exception as problem:
+        return {"trouble": in_a_line(problem)}
+    many, few = (
+        Members(SATELLITES, count, 16 if short else 200) for count in ((10_000, 1024) if short else (10**6, 10**5))
+    )
+    contenders = {
+        "one GPU": Contender(lambda: lambda: many.run(**on_device)[0], many.judge, RIGHT, cores),
+        "all cores": few.poinsot(cores),
     }
+    outcomes = interleaved(contenders, repeats=3, budget=60.0)
+    for name, group in (("one GPU", many), ("all cores", few)):
+        outcomes[name]["members"] = group.count
+    return {"tools": outcomes, "cores": cores, "device": _device_name()}
 
 
-def _batch(compiled, variables, states):
-    """Return a function that steps one batch for the whole time and returns the lanes' steps per second."""
-    engine, lanes = compiled.engine, kernels.LANES
-    starts = variables.from_state(states)[:lanes].T
+def _device_name():
+    import importlib
 
-    def run():
-        engine.state[:] = starts
-        engine.set_time(0.0)
-        compiled.begin(True, np.arange(lanes))
-        began = time.perf_counter()
-        engine.propagate_until(ENSEMBLE_END)
-        return sum(lane[3] for lane in engine.propagate_res) / (time.perf_counter() - began)
-
-    return run
+    properties: Any = importlib.import_module("cupy").cuda.runtime.getDeviceProperties(0)
+    return properties["name"].decode()

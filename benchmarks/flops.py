@@ -1,82 +1,86 @@
-"""Floating-point operations of a Taylor step, counted from its decomposition, and the peak of a core."""
+"""Floating-point operations of a Taylor step, counted from a decomposition, and the peak of a core."""
 
 import ctypes
 import re
 import time
 
+from benchmarks import problems
+from benchmarks.peers import heyoka_by_hand
+
 RULE = (
     "An entry of the decomposition is counted at the orders 0 to p - 1 at which a step of order p needs it. At order n "
     "a product of two variables takes n + 1 multiplications and n additions, a square about half of that, a product "
-    "with a number or a parameter one multiplication, a sum or difference one addition, a quotient n multiplications, "
-    "n additions and one division, a power with a fixed exponent 2 n multiplications, n additions and one division, a "
-    "sine or cosine 2 n multiplications, n - 1 additions and one division. A change of sign counts nothing, a division "
-    "or an elementary function at order 0 counts one. Each variable of the state takes p divisions by the order, p "
+    "with a number one multiplication, a sum or difference one addition, a quotient n multiplications, n additions and "
+    "one division, a power with another exponent 2 n multiplications, n additions and one division, a sine, a cosine "
+    "or Kepler's equation 2 n multiplications, n - 1 additions and one division. A change of sign counts nothing, an "
+    "elementary function at order 0 counts one division. Each variable of the state takes p divisions by the order, p "
     "multiplications and p additions for the sum of its polynomial. The choice of the step is not counted."
 )
-VARIABLE = re.compile(r"u_\d+|x\d+")
-NUMBER = re.compile(r"p\d+|-?\d[\d.e+-]*")
+NUMBER = re.compile(r"-?\d[\d.e+-]*")
 SHAPES = (
     ("difference", re.compile(r"sub\((\S+), (\S+)\)")),
     ("quotient", re.compile(r"div\((\S+), (\S+)\)")),
+    ("squares", re.compile(r"\((\S+)\*\*2 \+ (\S+)\*\*2\)")),
     ("product", re.compile(r"\((\S+) \* (\S+)\)")),
     ("sum", re.compile(r"\((\S+) \+ (\S+)\)")),
     ("difference", re.compile(r"\((\S+) - (\S+)\)")),
+    ("square", re.compile(r"(\S+)\*\*2\.0+")),
     ("power", re.compile(r"(\S+)\*\*(\S+)")),
-    ("wave", re.compile(r"(?:combined_)?(?:sin|cos)\((\S+)\)")),
+    ("wave", re.compile(r"combined_(?:sin|cos)\((\S+)\)|kepE\((\S+), (\S+)\)")),
     ("free", re.compile(r"-u_\d+|t")),
 )
+WITH_PRODUCTS = ("product", "square", "squares", "quotient", "power", "wave")
 
 
-def flops_per_step(engine):
-    """Return the operations of one step of one lane, how many could pair up, and the size of its table."""
+def of_motion(problem, tolerance):
+    """Return the operations and instructions of the fastest script per unit of time of a motion, at a tolerance.
+
+    Every tool is credited with this work for the same motion, however much it does.
+    """
+    name = heyoka_by_hand.fastest(problem.key)
+    engine, writing = (
+        heyoka_by_hand.integrator(problem.key, name, tolerance),
+        heyoka_by_hand.WRITINGS[problem.kind][name],
+    )
+    engine.time, engine.state[:] = 0.0, writing.start(problem.initial)
+    end = min(problem.end, 20 * problems.PERIOD)
+    steps = engine.propagate_until(end)[3]
+    step = of_a_step(engine)
+    per_time = {f"{key}_per_time": step[key] * steps / end for key in ("flops", "instructions")}
+    return {"writing": name, "end": problem.end, "rule": RULE, **step, **per_time}
+
+
+def of_a_step(engine):
+    """Return the operations of one step of one lane, and how many instructions they need if all pair up that can."""
     size, order = len(engine.state), engine.order
-    entries = [str(entry[0]) for entry in engine.decomposition][size:-size]
-    totals = [0, 0, 0]
-    for entry in entries:
+    multiplications = additions = divisions = size * order
+    paired = size * order
+    for entry, _ in engine.decomposition[size:-size]:
+        shape, operands = _shape(str(entry))
         for n in range(order):
-            totals = [total + more for total, more in zip(totals, _at_order(entry, n), strict=True)]
-    multiplications, additions, divisions = totals
-    multiplications, additions = multiplications + size * order, additions + size * order
-    divisions += size * order
-    paired = _paired(entries, order) + size * order
+            times, plus, over = _at_order(shape, operands, n)
+            multiplications, additions, divisions = multiplications + times, additions + plus, divisions + over
+            paired += plus if shape in WITH_PRODUCTS else 0
     flops = multiplications + additions + divisions
-    return {
-        "flops": flops,
-        "divisions": divisions,
-        "instructions": flops - paired,
-        "order": order,
-        "entries": len(entries),
-        "table_bytes": (len(entries) * order + size * (order + 1)) * engine.batch_size * 8,
-        "rule": RULE,
-    }
+    return {"flops": flops, "instructions": flops - paired, "order": order}
 
 
-def _at_order(entry, n):
+def _at_order(shape, operands, n):
     """Return multiplications, additions and divisions of an entry at one order."""
-    shape, operands = _shape(entry)
+    numbers = any(operand and NUMBER.fullmatch(operand) for operand in operands)
+    half = n // 2
     if shape == "product":
-        if not all(map(VARIABLE.fullmatch, operands)):
-            return 1, 0, 0
-        return (n // 2 + 1 + n % 2, n // 2, 0) if operands[0] == operands[1] else (n + 1, n, 0)
+        return (1, 0, 0) if numbers else (n + 1, n, 0)
     if shape in ("sum", "difference"):
-        constant = any(map(NUMBER.fullmatch, operands))
-        return 0, int(n == 0 or not constant), 0
+        return 0, int(n == 0 or not numbers), 0
     return {
+        "square": (half + 1 + n % 2, half, 0),
+        "squares": (2 * (half + 1 + n % 2), 2 * half + 1, 0),
         "quotient": (n, n, 1),
         "power": (2 * n, n, 1),
         "wave": (2 * n, max(n - 1, 0), 1),
         "free": (0, 0, 0),
     }[shape]
-
-
-def _paired(entries, order):
-    """Return how many additions follow a multiplication whose result goes nowhere else."""
-    return sum(
-        _at_order(entry, n)[1]
-        for entry in entries
-        if _shape(entry)[0] in ("product", "quotient", "power", "wave")
-        for n in range(order)
-    )
 
 
 def _shape(entry):
@@ -90,8 +94,8 @@ def _shape(entry):
 ACCUMULATORS, ROUNDS = 16, 20_000_000
 
 
-def multiply_add_peak():
-    """Return a function that measures multiply-add operations per second of one core; None without llvmlite.
+def peak():
+    """Return the most multiply-add operations per second of one core, two each; None without llvmlite.
 
     A loop of independent multiply-adds on the widest vectors of doubles, in registers only, compiled by LLVM.
     """
@@ -99,25 +103,20 @@ def multiply_add_peak():
         import llvmlite.binding as llvm
     except (ImportError, OSError):
         return None
-    from poinsot.engine.kernels import LANES
-
-    lanes = max(LANES, 2)
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    module = llvm.parse_assembly(_loop(lanes))
-    target = llvm.Target.from_default_triple()
-    features = llvm.get_host_cpu_features().flatten()
-    machine = target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=3)
-    compiled = llvm.create_mcjit_compiler(module, machine)
+    target, features = llvm.Target.from_default_triple(), llvm.get_host_cpu_features()
+    lanes = 8 if features.get("avx512f") else 4 if features.get("avx") else 2
+    machine = target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features.flatten(), opt=3)
+    compiled = llvm.create_mcjit_compiler(llvm.parse_assembly(_loop(lanes)), machine)
     compiled.finalize_object()
     loop = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)(compiled.get_function_address("peak"))
-
-    def measure(_alive=compiled):
-        began = time.perf_counter()
+    rates = []
+    for _ in range(9):
+        began = time.process_time()
         loop(ROUNDS // ACCUMULATORS)
-        return 2 * lanes * (ROUNDS // ACCUMULATORS) * ACCUMULATORS / (time.perf_counter() - began)
-
-    return measure
+        rates.append(2 * lanes * (ROUNDS // ACCUMULATORS) * ACCUMULATORS / (time.process_time() - began))
+    return max(rates)
 
 
 def _loop(lanes):

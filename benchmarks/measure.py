@@ -5,7 +5,7 @@ import re
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 ALLOWED = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
@@ -23,12 +23,22 @@ def in_a_line(problem):
     return type(problem).__name__ + ": " + re.sub(r"/\S*/", "", first)
 
 
+def computed_by(run):
+    """Return how a run was computed, as one line: everything that its record has but counts, times and versions."""
+    left_out = ("steps", "wall_time", "versions")
+    facts = {f.name: getattr(run, f.name) for f in fields(run) if f.name not in left_out}
+    return ", ".join(
+        f"{name} {value:.3g}" if isinstance(value, float) else f"{name} {value}" for name, value in facts.items()
+    )
+
+
 @dataclass
 class Contender:
     """One way to solve one problem.
 
     `prepare` returns what is timed; it runs before every repeat and is not timed. `judge` returns the error of
-    a result; a result beyond `limit` is not counted.
+    a result; a result beyond `limit` is not counted. On one core the time is that of the processor, which other work
+    on the machine interrupts but does not lengthen; on several it is that of the clock.
     """
 
     prepare: Callable[[], Callable[[], Any]]
@@ -49,7 +59,7 @@ class Contender:
         took, used = time.perf_counter() - began, time.process_time() - used
         found = self.judge(result)
         if found <= self.limit:
-            self.seconds.append(took)
+            self.seconds.append(used if self.cores == 1 else took)
             self.errors.append(found)
             self.busy.append(used / took)
         else:

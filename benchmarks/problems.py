@@ -10,11 +10,10 @@ import numpy as np
 import poinsot as pt
 from poinsot import paper
 from poinsot.algebra import quaternion as quat
-from poinsot.engine import kernels
 from poinsot.mechanics.attitude import rotation_angle
 
 PERIOD = float(paper.ORBIT.period)
-WIDE = "extended" if kernels.available("extended") else "quadruple"
+WIDE = "extended" if np.finfo(np.longdouble).nmant == 63 else "quadruple"
 PAPER_CASES = Path(__file__).parents[1] / "tests" / "oracles" / "paper_cases.json"
 
 
@@ -55,7 +54,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """A Kepler orbit as a script would hold it."""
+    """A Kepler orbit as a script would hold it; `axes` is the attitude of its perifocal axes."""
 
     mu: float
     a: float
@@ -63,6 +62,7 @@ class Ellipse:
     mean_motion: float
     to_periapsis: tuple
     to_latus_rectum: tuple
+    axes: tuple
 
 
 def ellipse(orbit=paper.ORBIT):
@@ -77,7 +77,13 @@ def ellipse(orbit=paper.ORBIT):
         float(np.sqrt(mu / a**3)),
         tuple(map(float, (cn * c - sn * s * ci, sn * c + cn * s * ci, s * si))),
         tuple(map(float, (-cn * s - sn * c * ci, -sn * s + cn * c * ci, c * si))),
+        tuple(map(float, quat.product(quat.product(_turn(2, node), _turn(0, i)), _turn(2, arg)))),
     )
+
+
+def _turn(axis, angle):
+    """Return the quaternion of a rotation about an axis of space."""
+    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) * np.eye(3)[axis])])
 
 
 P1 = Problem("P1", "torque-free body to t = 1000", "free", "free|printed_qQ_exact_sqrt2", paper.FREE, 1000.0)
@@ -99,8 +105,19 @@ HEAVIER = Problem(
     pt.System(pt.Body((0.9, 1.7, 1.3)), pt.UniformGravity(2.0, (1, 0, 0))),
     2e4,
 )
-ENSEMBLE_END = 10 * PERIOD
-ENSEMBLE_SPREAD = 1e-4  # rad, of the members' attitudes: small enough that all are about equally chaotic
+_TILTED = quat.product(quat.product(_turn(2, paper.ORBIT.node), _turn(0, paper.ORBIT.inclination)), _turn(0, 0.2))
+REGULAR = Problem(
+    "regular P3",
+    "satellite of P3 that spins five times in a revolution",
+    "satellite",
+    "",
+    paper.KEPLER,
+    1e5 * PERIOD,
+    paper.KEPLER.body.state(_TILTED, omega_body=(0, 0, 10 * np.pi / PERIOD)),
+)
+"""Its axis is 0.2 rad off the normal of the orbit; the mean MEGNO is 2 after 1000 revolutions."""
+
+NAMED = {problem.key: problem for problem in (*PROBLEMS, HEAVIER, REGULAR)}
 
 
 @functools.cache
@@ -135,11 +152,11 @@ def turned(state, turns):
     return pt.State(quat.product(turns, state.quaternion), quat.product(turns, state.conjugate_momenta))
 
 
-def ensemble(members, spread=ENSEMBLE_SPREAD, seed=1):
-    """Return members of P3: the printed pair with small random attitude changes."""
+def ensemble(members, spread, seed=1):
+    """Return states of members: the printed pair with random changes of the attitude."""
     vectors = spread * np.random.default_rng(seed).normal(size=(members, 3))
     turns = np.concatenate([np.ones((members, 1)), vectors / 2], axis=1)
-    return turned(P3.start, turns / np.linalg.norm(turns, axis=1, keepdims=True))
+    return turned(paper.PRINTED_PAIR, turns / np.linalg.norm(turns, axis=1, keepdims=True))
 
 
 def member(states, i):

@@ -2,7 +2,11 @@
 
 import textwrap
 
-from benchmarks import plots, targets
+from benchmarks import flops, peers, plots, targets
+from benchmarks.ensembles import BATCHES, ONE_BY_ONE, ONE_CORE, RIGHT
+from benchmarks.measure import Contender
+from benchmarks.problems import WIDE
+from benchmarks.single import DRIFTING
 from benchmarks.targets import (
     BY_HAND,
     OREKIT_ERRORS,
@@ -11,24 +15,24 @@ from benchmarks.targets import (
     at_equal_error,
     rate_of,
     seconds_per_epoch,
+    times_faster,
 )
+from benchmarks.variational import BEFORE
 
-HEAD = """# Benchmarks
-
-Written by `make bench`: every figure on this page is from one run, on one machine.
-
-{machine}
-Single bodies and overheads run on one core, pinned. The tools take turns, round after round, and the median of the
-rounds counts; compare times within a table. What compiles once (heyoka's and poinsot's kernels, numba, JAX) is compiled
-before the clock runs, and each peer is written as its own user would write it, in `benchmarks/peers/`. The time of
-poinsot is that of the whole call of `propagate`; the time of heyoka by hand is that of `propagate_until` with an
-integrator that is there already.
-
-The error is the angle between the attitude at the end and that of poinsot in {wide} precision, which integrates in
-other variables than the default run; a result with a larger error than {right:.0e} rad
-({right_many:.0e} rad in ensembles) is not counted.
-
-{references}"""
+PICTURES = ("P2", "P3")
+ABOUT = (
+    "Single bodies and overheads run on one core, pinned, and their times are processor times. The tools take turns,",
+    "round after round, and the median of the rounds counts; compare times within a table. What compiles once",
+    "(heyoka's and poinsot's kernels, numba, JAX) is compiled before the clock runs, and each peer is written as its",
+    "own user would write it, in `benchmarks/peers/`. The time of poinsot is that of the whole call of `propagate`;",
+    "that of heyoka by hand is `propagate_until` with an integrator that is there already. The script by hand is",
+    "written in several ways (`benchmarks/peers/heyoka_by_hand.py`), and the fastest on this machine counts.",
+)
+JUDGED = (
+    f"The error is the angle between the attitude at the end and that of poinsot in {WIDE} precision, which integrates",
+    f"in other variables than the default run; a result with a larger error than {Contender.limit:.0e} rad",
+    f"({RIGHT:.0e} rad in ensembles) is not counted.",
+)
 
 
 def table(headings, rows):
@@ -54,42 +58,48 @@ def factor(value):
 
 def write(results, folder):
     """Write report and pictures, and return where."""
-    pictures = {
-        key: plots.work_precision(
-            key, results["work_precision"]["problems"][key], results["work_precision"]["titles"], folder / "images"
-        )
-        for key in ("P2", "P3")
-    }
-    parts = (
-        _head(results),
-        _targets(results),
-        _one_body(results, pictures),
-        _script(results),
-        _claim(results),
-        _closed_form(results),
-        _ensemble(results),
-        _rate(results["throughput"]["rate"], results["machine"]["first_cache"]),
-        _overheads(results),
-        _fields(results["gravity_fields"]),
-        _chaos(results["chaos_maps"]),
-        _sweeps(results["work_precision"]),
-    )
+    problems = results["work_precision"]["problems"]
+    for key in PICTURES:
+        plots.work_precision(key, problems[key], peers.TITLES, folder / "images")
     path = folder / "benchmarks.md"
-    path.write_text("\n".join(parts))
+    path.write_text(text(results))
     return path
+
+
+def text(results):
+    """Return the report, of the sections that were measured."""
+    parts = (
+        (_one_body, "work_precision"),
+        (_script, "against_the_script"),
+        (_errors, "errors_beside_the_script"),
+        (_drifts, "drifts"),
+        (_long_run, "long_run"),
+        (_formulations, "formulations"),
+        (_singular_angle, "singular_angle"),
+        (_closed_form, "closed_form"),
+        (_stored, "closed_form_accuracy"),
+        (_satellites, "satellites"),
+        (_tops, "tops"),
+        (_on_a_device, "on_a_device"),
+        (_second_call, "second_propagate"),
+        (_imports, "imports"),
+        (_dense_output, "dense_output"),
+        (_fields, "gravity_fields"),
+        (_state_transition, "state_transition"),
+        (_chaos, "chaos_maps"),
+        (_sweeps, "work_precision"),
+    )
+    told = [part(results[section]) for part, section in parts if section in results]
+    return "\n".join((_head(results), _targets(results), *told))
 
 
 def not_measured(results):
     """Return a sentence for every peer that is missing."""
-    measured = results["work_precision"]
-    return [f"{measured['titles'][name]} was not measured: {why}." for name, why in measured["missing"].items()]
+    missing = results.get("work_precision", {}).get("missing", {})
+    return [f"{peers.TITLES[name]} was not measured: {why}." for name, why in missing.items()]
 
 
 def _head(results):
-    from benchmarks.ensembles import RIGHT
-    from benchmarks.measure import Contender
-    from benchmarks.problems import WIDE
-
     machine = results["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
     facts = [
@@ -99,14 +109,9 @@ def _head(results):
     if results["short"]:
         facts.append("**A short run: few repeats, few settings. For a quick look only.**")
     missing = not_measured(results)
-    about = prose(*facts) + ("\n" + prose(*missing) if missing else "")
-    references = [
-        f"{key}: two formulations in wide precision differ by {p['between_references']:.1e} rad at the end, and by "
-        f"{p['away_from_paper_cases']:.1e} rad from the 42-digit numbers of `tests/oracles/paper_cases.json` at "
-        f"t = {p['paper_cases_until']:.6g}."
-        for key, p in results["work_precision"]["problems"].items()
-    ]
-    return HEAD.format(machine=about, wide=WIDE, right=Contender.limit, right_many=RIGHT, references=prose(*references))
+    parts = (facts, *([missing] if missing else ()), ABOUT, JUDGED)
+    title = "# Benchmarks\n\nEvery figure on this page is from one run of `make bench`, on one machine.\n"
+    return "\n".join((title, *(prose(*part) for part in parts)))
 
 
 def _targets(results):
@@ -118,32 +123,38 @@ def _targets(results):
     )
 
 
-def _one_body(results, pictures):
-    measured, parts = results["work_precision"], ["## One body, work and precision\n"]
+def _one_body(measured):
+    parts = ["## One body, work and precision\n"]
     for key, problem in measured["problems"].items():
         parts.append(f"### {key}: {problem['title']}\n")
-        if key in pictures:
-            parts.append(f"![Error against time of every tool on {key}](images/{pictures[key]}.png)\n")
-        parts.append(_most_accurate(problem, measured["titles"]))
+        if key in PICTURES:
+            picture = f"images/benchmark-{key.lower()}.png"
+            parts.append(f"![Error against time of every tool on {key}]({picture})\n")
+        parts.append(_most_accurate(problem))
     parts.append(
         prose(
             "Each tool at its most accurate setting. The last column is the time over that of poinsot at the smallest",
             "error that both reach, interpolated between the settings of the sweep in logarithms; below 1,",
-            "poinsot is slower.",
-            "A looser setting than poinsot's loosest counts as that one.",
+            "poinsot is slower. A looser setting than poinsot's loosest counts as that one.",
         )
     )
-    return "\n".join(parts)
+    references = [
+        f"{key}: two formulations in wide precision differ by {p['between_references']:.1e} rad at the end, and by "
+        f"{p['away_from_paper_cases']:.1e} rad from the 42-digit numbers of `tests/oracles/paper_cases.json` at "
+        f"t = {p['paper_cases_until']:.6g}."
+        for key, p in measured["problems"].items()
+    ]
+    return "\n".join((*parts, prose(*references)))
 
 
-def _most_accurate(problem, titles):
+def _most_accurate(problem):
     best = {name: min(_counted(curve), key=lambda p: p["error"]) for name, curve in problem["curves"].items()}
     rows = []
     for name, point in best.items():
         equal, _ = at_equal_error(problem, name)
         rows.append(
             (
-                titles[name],
+                peers.TITLES[name],
                 _setting(point["level"]),
                 milliseconds(point),
                 f"{point['error']:.1e}" if "seconds" in point else "-",
@@ -163,71 +174,122 @@ def _ratio(one, other):
 
 
 def _setting(level):
-    return "rounding unit" if level == "None" else level
+    return "default" if level == "None" else level
 
 
-def _script(results):
-    rows = []
-    for key, names in results["against_the_script"].items():
-        for name in (POINSOT, BY_HAND):
-            found = names[name]
-            rows.append(
-                (
-                    key,
-                    results["work_precision"]["titles"][name],
-                    milliseconds(found),
-                    f"{found['error']:.1e}",
-                    f"{found['largest_error']:.1e}",
-                )
-            )
-    longer = results["long_runs"]
-    growth = ", ".join(f"{value:.1e} in {periods}" for periods, value in longer["growth"].items())
+def _script(found):
+    rows = [
+        (key, _title(name), f"{1e3 * seconds:.3g} ms", factor(seconds / one["seconds"][POINSOT]))
+        for key, one in found.items()
+        for name, seconds in one["seconds"].items()
+    ]
     before = prose(
-        "heyoka in (q, omega) with the equations typed out and the numbers as literals, both at machine tolerance, on",
-        f"{results['against_the_script']['P2']['starts']} starts within about 1e-3 rad of the printed pair:",
-        "one error at the end is a draw from rounding, the median over starts is not. Times are medians over",
-        f"{results['against_the_script']['P2']['processes']} processes: the time of a compiled kernel differs more",
+        "heyoka with the equations typed out and the numbers as literals, by the variables that they are written in,",
+        f"both at their default tolerance. Times are medians over {found['P2']['processes']} processes, each with a",
+        "start of its own within about 1e-3 rad of the printed pair: the time of a compiled kernel differs more",
         "between processes than between repeats. The other ratios on this page are from one process each.",
     )
+    return "\n".join(
+        ("## Beside the script written by hand\n", before, table(("problem", "tool", "time", "/ poinsot"), rows))
+    )
+
+
+def _title(name):
+    return peers.TITLES.get(name, f"by hand, {name}")
+
+
+def _errors(found):
+    rows = [
+        (key, _title(name), f"{one['median']:.1e}", f"{one['largest']:.1e}")
+        for key, problem in found["problems"].items()
+        for name, one in problem["errors"].items()
+    ]
+    growth = ", ".join(f"{value:.1e} in {periods}" for periods, value in found["growth"].items())
+    before = prose(
+        f"Errors on {found['starts']} starts within about 1e-3 rad of the printed pair: one error at the end is a draw",
+        "from rounding, and P3 is chaotic. The target is the median over starts of the ratio of the error of poinsot",
+        "to the median error of the writings of the script at the same start.",
+    )
     after = prose(
-        f"The satellite is chaotic: a change of {longer['change']:.0e} rad in the attitude grows by",
-        f"the factor {growth}",
-        "periods. Over 50 periods the error tells nothing about the tool, and the times alone are: poinsot",
-        f"{milliseconds(longer['times'][POINSOT])}, by hand {milliseconds(longer['times'][BY_HAND])}.",
+        f"In P3 a change of {found['change']:.0e} rad in the attitude grows by the factor {growth} periods.",
     )
-    long = results["drifts"]
-    drift = ", ".join(f"{value:.1e} ({name.replace('_', ' ')})" for name, value in long["drift"].items())
-    after += "\n" + prose(
-        f"The energy of a heavier top (weight 2, I = 0.9, 1.7, 1.3) drifts to t = {long['end']:g} by {drift}:",
-        f"relative, root mean squares over {long['starts']} starts. All of them keep it off the unit sphere too.",
-    )
-    rows = table(("problem", "tool", "time", "median error [rad]", "largest"), rows)
-    return "\n".join(("## Beside the script written by hand\n", before, rows, after))
+    return "\n".join((before, table(("problem", "tool", "median error [rad]", "largest"), rows), after))
 
 
-def _claim(results):
+def _drifts(found):
+    rows = [
+        (key, name.replace("_", " ") if name in DRIFTING else _title(name), f"{value:.1e}")
+        for key, values in found["drift"].items()
+        for name, value in values.items()
+    ]
+    before = prose(
+        f"The energy of P2 and of a heavier top (weight 2, I = 0.9, 1.7, 1.3) drifts to t = {found['end']:g},",
+        f"relative, root mean squares over {found['starts']} starts. A rotation matrix that takes |q| = 1 for granted",
+        "loses energy as |q| drifts; one that is homogeneous in q does not. The target is the larger one of poinsot",
+        "over the smallest one of the script.",
+    )
+    return "\n".join((before, table(("problem", "formulation of poinsot, or script", "drift"), rows)))
+
+
+def _long_run(found):
+    rows = [
+        (peers.TITLES[name], milliseconds(tool), _share(found, tool), _share(found, tool, "instructions"))
+        for name, tool in found["tools"].items()
+    ]
+    apart = max(tool.get("error", 0) for tool in found["tools"].values())
+    before = prose(
+        f"A regular motion: the satellite of P3 that spins five times in a revolution, over {found['revolutions']:g}",
+        f"revolutions. The results differ by {apart:.1e} rad at the end. poinsot: {found['computed_by']}.",
+    )
+    return "\n".join((before, table(("tool", "time", *SHARES), rows), _work(found)))
+
+
+SHARES = ("of the peak, flops", "of the peak, instructions")
+
+
+def _share(found, tool, counted="flops", members=1):
+    """Return the share of a core's peak that the work of the script makes in the time of a tool on one core."""
+    if found["peak"] is None or "seconds" not in tool:
+        return "-"
+    done = found["work"][f"{counted}_per_time"] * found["work"]["end"] * members / tool["seconds"]
+    return f"{done / (found['peak'] / (1 if counted == 'flops' else 2)):.0%}"
+
+
+def _work(found):
+    if found["peak"] is None:
+        return prose("The peak was not measured: no llvmlite here, which compiles the loop.")
+    work = found["work"]
+    return prose(
+        f"The peak of a core, {found['peak'] / 1e9:.1f} Gflop/s, is a loop of {flops.ACCUMULATORS} independent chains",
+        "of multiply-adds on the widest vectors, two operations each. Every tool is credited with the operations of",
+        f"the fastest script at the same tolerance ({work['writing']}): {work['flops']} in a step of order",
+        f"{work['order']}, which are at least {work['instructions']} instructions, as not all of them pair up.",
+    )
+
+
+def _formulations(found):
     rows = [
         (key, name, outcome.get("steps", "-"), milliseconds(outcome), f"{outcome.get('error', float('nan')):.1e}")
-        for key, outcomes in results["formulations"].items()
+        for key, outcomes in found.items()
         for name, outcome in outcomes.items()
     ]
-    near = [
-        (f"{row['closest']:.0e}", *_cells(row["euler_angles"]), *_cells(row["lie_poisson"]))
-        for row in results["singular_angle"]
-    ]
+    return "\n".join(
+        (
+            "## What the paper's claim is worth\n",
+            "The three formulations side by side, at the default tolerance:\n",
+            table(("problem", "formulation", "steps", "time", "error [rad]"), rows),
+        )
+    )
+
+
+def _singular_angle(found):
+    near = [(f"{row['closest']:.0e}", *_cells(row["euler_angles"]), *_cells(row["lie_poisson"])) for row in found]
     passing = prose(
         "The top of P2 with another start, from t = -5 to 5, which passes the singular angle of the Euler angles at a",
         "distance (its smallest nutation angle, at t = 0):",
     )
-    return "\n".join(
-        (
-            "## What the paper's claim is worth\n",
-            "The three formulations side by side, at machine tolerance:\n",
-            table(("problem", "formulation", "steps", "time", "error [rad]"), rows),
-            passing,
-            table(("closest [rad]", "steps, Euler angles", "error [rad]", "steps, default", "error [rad]"), near),
-        )
-    )
+    headings = ("closest [rad]", "steps, Euler angles", "error [rad]", "steps, default", "error [rad]")
+    return "\n".join((passing, table(headings, near)))
 
 
 def _cells(run):
@@ -236,8 +298,7 @@ def _cells(run):
     return run["steps"], f"{run['error']:.1e}"
 
 
-def _closed_form(results):
-    measured = results["closed_form"]
+def _closed_form(measured):
     return "\n".join(
         (
             "## Torque-free motion in closed form\n",
@@ -249,7 +310,6 @@ def _closed_form(results):
             _million(measured["million"]),
             _one_time(measured["single"]),
             _many_free(measured["bodies"]),
-            _stored(results["closed_form_accuracy"]),
         )
     )
 
@@ -350,86 +410,66 @@ def _groups(stored):
     return table(("stored references", "number", "median", "largest", "largest error [rad]"), rows) if rows else ""
 
 
-def _ensemble(results):
-    found = results["throughput"]
-    rows = [_tool(found["tools"], name) for name in found["tools"]]
-    scalar = 1 / found["tools"]["poinsot, one by one"]["kernel_seconds"]
+def _satellites(found):
     worst = [
         (f"{row['spread']:.0e}", *(f"{row[key]:.1e}" for key in ("poinsot", "by_hand", "references")))
         for row in found["worst"]
     ]
-    what = prose(
-        "P3 over 10 periods; the members are the printed pair with random changes of about",
-        f"{found['worst'][0]['spread']:.0e} rad in the attitude. The error is the largest of the first",
-        f"{found['sample']} members, each against a scalar run of its own in wide precision. The tolerance is the",
-        "rounding unit where none is given.",
-    )
-    cores = prose(
-        f"The scalar kernel of poinsot alone, without the call around it, makes {scalar:.0f}",
-        "members/s. Processor seconds",
-        "in a second tell how many cores a tool got and used; less than two of two cores is its own waiting or",
-        "other work on the machine.",
-    )
     every = prose(
         "Every member was compared with the equations written by hand in double precision, and the",
         f"{found['worst'][0]['judged']} members in which the two differ most were judged in wide precision. Members",
-        "further from the printed pair can be more chaotic; the last column is how far two",
-        "references in wide precision",
-        "differ that start from the same doubles, in which |q| = 1 and q.Q = 0 hold to rounding only.",
+        "further from the printed pair can be more chaotic; the last column is how far two references in wide",
+        "precision differ that start from the same doubles, in which |q| = 1 and q.Q = 0 hold to rounding only.",
     )
-    headings = ("tool", "members", "members/s", "largest error [rad]", "processor s/s", "poinsot on two cores / it")
     errors = ("spread [rad]", "largest error, poinsot", "by hand", "between references")
-    return "\n".join(("## Many bodies\n", what, table(headings, rows), cores, every, table(errors, worst)))
+    what = "P4: the satellite of P3 over 10 periods;"
+    return "\n".join(("## Many bodies\n", _ensemble(found, what), every, table(errors, worst)))
 
 
-def _tool(tools, name):
-    tool, rate = tools[name], rate_of(tools, name)
+def _tops(found):
+    return _ensemble(found, "P5: the top of P2 to t = 100;")
+
+
+def _ensemble(found, what):
+    rows = [_tool(found, name) for name in found["tools"]]
+    before = prose(
+        f"{what} the members are the printed pair with random changes of about {found['spread']:.0e} rad in the",
+        f"attitude. The error is the largest of the first {found['sample']} members, each against a run of its own in",
+        f"wide precision. The tolerance is {found['tolerance']:.3g} where none is given. On one core the time is that",
+        "of the processor. Processor seconds in a second tell how many cores a tool got and used.",
+        f"The batches are in {found['writing']}. poinsot: {found['computed_by']}.",
+    )
+    headings = ("tool", "members", "members/s", "largest error [rad]", "processor s/s", "/ batches by hand", *SHARES)
+    return "\n".join((before, table(headings, rows), _work(found)))
+
+
+def _tool(found, name):
+    tool, by_hand = found["tools"][name], rate_of(found["tools"], BATCHES)
+    rate = rate_of(found["tools"], name)
     if rate is None:
-        return name, tool["members"], "-", tool["trouble"], "-", "-"
-    best = rate_of(tools, "poinsot, two cores")
-    faster = factor(best / rate) if best else "-"
-    return name, tool["members"], f"{rate:.0f}", f"{tool['error']:.1e}", f"{tool['busy']:.2f}", faster
-
-
-def _rate(rate, first_cache):
-    if "trouble" in rate:
-        return f"## Floating-point rate\n\nNot measured: {rate['trouble']}.\n"
-    ceiling = rate["flops"] / (2 * rate["instructions"])
-    kernel, whole = rate["kernel"] / rate["peak"], rate["ensemble"] / rate["peak"]
-    rates = table(
-        ("what", "Gflop/s", "of the peak"),
-        [
-            ("peak: independent multiply-adds in registers", f"{rate['peak'] / 1e9:.1f}", "1"),
-            ("one batch stepping, nothing else", f"{rate['kernel'] / 1e9:.1f}", f"{kernel:.0%}"),
-            ("the whole ensemble", f"{rate['ensemble'] / 1e9:.1f}", f"{whole:.0%}"),
-        ],
+        return name, tool["members"], "-", tool["trouble"], *["-"] * 4
+    shares = (
+        [_share(found, tool, counted, tool["members"]) for counted in ("flops", "instructions")]
+        if name in (ONE_CORE, BATCHES, ONE_BY_ONE)
+        else ["-"] * 2
     )
-    count = prose(
-        f"A step of order {rate['order']} takes {rate['flops']} operations in each of {rate['lanes']} lanes",
-        f"({rate['entries']} entries in the decomposition), a member {rate['steps']:.0f} steps on",
-        "average. The peak is a",
-        "loop of 16 independent chains of multiply-adds on the widest vectors, compiled by LLVM, two operations each.",
-        f"The count: {rate['rule']}",
-    )
-    rest = prose(
-        "Where the rest goes. The operations do not all pair up into multiply-adds: they need at least",
-        f"{rate['instructions']} instructions, so that {ceiling:.0%} of the peak is the most that this mix allows even",
-        f"without a single wait; {rate['divisions']} of them are divisions, which take many times longer than a",
-        f"multiply-add. The table of Taylor coefficients has {rate['table_bytes'] / 1024:.0f} KiB and",
-        "the first cache of",
-        f"this machine {first_cache}: the products of series read their operands mostly from beyond",
-        "it if the table is the",
-        f"larger one. Stepping reaches {kernel / ceiling:.0%} of that ceiling. Of the lanes",
-        f"{rate['busy_lanes']:.1%} are",
-        "busy, as the lanes of a batch wait for the slowest; that, reading the members in and out,",
-        "and turning the results",
-        f"into q and Q leave {whole / kernel:.0%} of the stepping rate.",
-    )
-    return "\n".join(("## Floating-point rate of the ensemble kernel, one core\n", rates, count, rest))
+    faster = factor(rate / by_hand) if by_hand else "-"
+    return name, tool["members"], f"{rate:.0f}", f"{tool['error']:.1e}", f"{tool['busy']:.2f}", faster, *shares
 
 
-def _overheads(results):
-    second, imports, dense = (results[name] for name in ("second_propagate", "imports", "dense_output"))
+def _on_a_device(found):
+    if "trouble" in found:
+        return prose(f"P4 on a GPU was not measured: {found['trouble']}.")
+    rows = [
+        (name, tool["members"], f"{rate:.0f}", f"{tool['error']:.1e}")
+        for name, tool in found["tools"].items()
+        if (rate := rate_of(found["tools"], name))
+    ]
+    what = prose(f"P4 on {found['device']}, beside {found['cores']} cores of that machine.")
+    return "\n".join((what, table(("tool", "members", "members/s", "largest error [rad]"), rows)))
+
+
+def _second_call(found):
     rows = [
         (
             key,
@@ -438,17 +478,25 @@ def _overheads(results):
             f"{1e3 * v['first']:.1f} ms",
             f"{v['error']:.1e}",
         )
-        for key, v in second.items()
+        for key, v in found.items()
     ]
-    reading = [(key, f"{v['nanoseconds']:.0f} ns", f"{v['error']:.1e}") for key, v in dense.items()]
     return (
         "## Overheads\n\n`propagate` beyond the integration itself, for new moments of inertia at every call:\n\n"
         + table(("problem", "call", "building Body and System", "first call", "error [rad]"), rows)
-        + f"\n`import heyoka` takes {imports['heyoka']:.3f} s, `import poinsot` with what a propagation needs "
-        f"{imports['poinsot']:.3f} s, `import poinsot` alone, before a name is used, {imports['names']:.3f} s.\n\n"
-        "A dense motion at a million times, for each:\n\n"
-        + table(("problem", "a time", "largest error of 100 of them [rad]"), reading)
     )
+
+
+def _imports(found):
+    return prose(
+        f"`import heyoka` takes {found['heyoka']:.3f} s, `import poinsot` with what a propagation needs",
+        f"{found['poinsot']:.3f} s, `import poinsot` alone, before a name is used, {found['names']:.3f} s.",
+    )
+
+
+def _dense_output(found):
+    rows = [(key, f"{v['nanoseconds']:.0f} ns", f"{v['error']:.1e}") for key, v in found.items()]
+    headings = ("problem", "a time", "largest error of 100 of them [rad]")
+    return "A dense motion at a million times, for each:\n\n" + table(headings, rows)
 
 
 def _fields(found):
@@ -472,12 +520,31 @@ def _fields(found):
     return "\n".join(("## Gravity fields\n", what, table(headings, rows)))
 
 
+def _state_transition(found):
+    rows = [
+        (
+            key,
+            *(milliseconds(one[who]) if who in one else "-" for who in ("now", "before", "by_hand")),
+            factor(times_faster(one)),
+        )
+        for key, one in found.items()
+    ]
+    what = prose(
+        "The state-transition matrix beside the motion, whole calls: P2 to t = 100 and P3 over 10 periods. Before is",
+        f"this package at commit {BEFORE}, in the same run; by hand is heyoka's `var_ode_sys` on the equations of the",
+        "script in compact mode, which solves 7 x 7 equations.",
+    )
+    headings = ("problem", "time", "before", "heyoka by hand", "times faster than before")
+    return "\n".join(("## Variational equations\n", what, table(headings, rows)))
+
+
 def _chaos(found):
     rows = [
         (
             name,
             one["members"],
             f"{one['seconds']:.1f} s",
+            f"{one['before']:.1f} s" if one["before"] else "-",
             f"{one['busy']:.2f}",
             f"{one['steps']:.0f}",
             microseconds({"seconds": one["seconds"] / one["members"] / one["steps"]}),
@@ -491,17 +558,17 @@ def _chaos(found):
         f"{found['cores']} cores at a tolerance of {found['tolerance']:.0e}, over a grid of angles and rates at the",
         "periapsis; in space with the axis of rotation 0.1 rad off the normal of the orbit. Chaotic is a mean MEGNO",
         "above 4. The error is the largest of the mean MEGNO of 64 members after 20 orbits, against samples ten times",
-        "as dense.",
+        f"as dense. Before is the time of this package at commit {BEFORE}, in the same run.",
     )
-    headings = ("map", "members", "time", "processor s/s", "steps of a member", "a step", "chaotic", "error of MEGNO")
-    return "\n".join(("## Maps of chaos\n", what, table(headings, rows)))
+    headings = ("map", "members", "time", "before", "processor s/s", "steps of a member", "a step", "chaotic")
+    return "\n".join(("### Maps of chaos\n", what, table((*headings, "error of MEGNO"), rows)))
 
 
 def _sweeps(measured):
     rows = [
         (
             key,
-            measured["titles"][name],
+            peers.TITLES[name],
             _setting(point["level"]),
             milliseconds(point),
             f"{point['error']:.1e}" if "seconds" in point else "-",

@@ -1,19 +1,25 @@
 """One body: work and precision of every tool, the script written by hand, the formulations, the singular angle."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 
 import poinsot as pt
-from benchmarks import peers, problems
-from benchmarks.measure import Contender, interleaved
+from benchmarks import flops, peers, problems
+from benchmarks.measure import Contender, computed_by, interleaved
 from benchmarks.peers import heyoka_by_hand
-from benchmarks.problems import P2, P3, PERIOD, PROBLEMS, Problem
-from poinsot.engine.formulations import FORMULATIONS
+from benchmarks.problems import P2, P3, PERIOD, PROBLEMS, REGULAR
 from poinsot.mechanics.attitude import rotation_angle
 
 POINSOT, BY_HAND = "poinsot_taylor", "heyoka_by_hand"
-STARTS_IN_A_PROCESS = 3
+CHANGE = 1e-13
+"""Of the attitude in radians, whose growth tells how chaotic P3 is."""
+
+DRIFTING = ("lie_poisson", "canonical")
+"""The formulations whose energy drift is a target."""
+
+FORMULATIONS = ("lie_poisson", "canonical", "euler_angles")
 
 
 def _solve(problem, peer, level, **options):
@@ -26,7 +32,7 @@ def _solve(problem, peer, level, **options):
 def work_precision(short):
     """Return for each problem and tool the time and error at every level, and how sure the reference is."""
     found, missing = peers.available()
-    out = {"missing": missing, "titles": peers.TITLES, "problems": {}}
+    out = {"missing": missing, "problems": {}}
     for problem in PROBLEMS:
         levels = {
             (name, str(level)): _solve(problem, peer, level)
@@ -51,91 +57,124 @@ def work_precision(short):
 
 
 def against_the_script(short, process=0):
-    """Return the times and errors of poinsot and of the script, at machine tolerance, on starts of this process.
+    """Return the times of poinsot and of every writing of the script, each at its default tolerance.
 
-    One error at the end is a draw from rounding; its median over starts is not. The time of a compiled kernel
-    differs more between processes than between repeats, hence several of them.
+    The time of a compiled kernel differs more between processes than between repeats, hence several of them.
     """
-    found, _ = peers.available((POINSOT, BY_HAND))
     out = {}
     for problem in (P2, P3):
-        nearby = [_near(problem, STARTS_IN_A_PROCESS * process + k) for k in range(STARTS_IN_A_PROCESS)]
-        contenders = {
-            (name, k): _solve(start, found[name], None) for k, start in enumerate(nearby) for name in (POINSOT, BY_HAND)
-        }
-        outcomes = interleaved(contenders, repeats=7 if short else 15, budget=1.0)
-        out[problem.key] = {
-            name: {
-                quantity: [outcome[quantity] for (who, _), outcome in outcomes.items() if who == name]
-                for quantity in ("seconds", "error")
-            }
-            for name in (POINSOT, BY_HAND)
-        }
+        outcomes = interleaved(_beside_the_script(_near(problem, process)), repeats=15, budget=1.0)
+        out[problem.key] = {name: outcome["seconds"] for name, outcome in outcomes.items()}
     return out
 
 
 def over_processes(results):
-    """Return the medians of what several processes found beside the script, and the range of the ratios."""
+    """Return the medians over processes, and those of the ratio to the fastest writing of the script with its range."""
     out = {}
-    for problem in (P2, P3):
-        seconds, errors = (
-            {name: [one[problem.key][name][quantity] for one in results] for name in (POINSOT, BY_HAND)}
-            for quantity in ("seconds", "error")
-        )
-        ratios = np.median(seconds[POINSOT], axis=1) / np.median(seconds[BY_HAND], axis=1)
-        out[problem.key] = {
-            "processes": len(results),
-            "starts": np.size(errors[POINSOT]),
+    for key in (P2.key, P3.key):
+        seconds = {name: [one[key][name] for one in results["now"]] for name in results["now"][0][key]}
+        scripts = [times for name, times in seconds.items() if name != POINSOT]
+        ratios = np.array(seconds[POINSOT]) / np.min(scripts, axis=0)
+        out[key] = {
+            "processes": len(ratios),
             "ratio": float(np.median(ratios)),
             "ratios": [float(ratios.min()), float(ratios.max())],
-            **{
-                name: {
-                    "seconds": float(np.median(seconds[name])),
-                    "error": float(np.median(errors[name])),
-                    "largest_error": float(np.max(errors[name])),
-                }
-                for name in (POINSOT, BY_HAND)
-            },
+            "seconds": {name: float(np.median(times)) for name, times in seconds.items()},
         }
     return out
 
 
-def _near(problem, seed):
-    vector = 1e-3 * np.random.default_rng(seed).normal(size=3) if seed else np.zeros(3)
-    turn = np.array([1.0, *(vector / 2)])
-    start = problems.turned(problem.start, turn / np.linalg.norm(turn))
-    return Problem(problem.key, problem.title, problem.kind, problem.case, problem.system, problem.end, start)
+def errors_beside_the_script(short):
+    """Return the errors of poinsot and of every writing of the script on many starts, and how fast a change grows.
+
+    One error at the end is a draw from rounding; the median over starts of its ratio to that of the script is not. The
+    writings are equally good here: the error of the script at a start is the median of theirs.
+    """
+    out = {}
+    for problem in (P2, P3):
+        starts = [_near(problem, k) for k in range(5 if short else 41)]
+        errors = [{name: c.judge(c.prepare()()) for name, c in _beside_the_script(one).items()} for one in starts]
+        scripts = [[value for name, value in one.items() if name != POINSOT] for one in errors]
+        out[problem.key] = {
+            "ratio": float(np.median([one[POINSOT] for one in errors] / np.median(scripts, axis=1))),
+            "errors": {
+                name: {
+                    "median": float(np.median([one[name] for one in errors])),
+                    "largest": float(max(one[name] for one in errors)),
+                }
+                for name in errors[0]
+            },
+        }
+    return {"starts": len(starts), "problems": out, "change": CHANGE, "growth": _growth()}
 
 
-def long_runs(short):
-    """Return times alone of P3 over 50 periods, where the error tells nothing, and how fast a change grows."""
-    found, _ = peers.available((POINSOT, BY_HAND))
-    longer = Problem(P3.key, P3.title, P3.kind, P3.case, P3.system, 50 * PERIOD)
-    contenders = {}
-    for name in (POINSOT, BY_HAND):
-        contenders[name] = _solve(longer, found[name], None)
-        contenders[name].judge, contenders[name].limit = (lambda _: 0.0), 1.0
-    outcomes = interleaved(contenders, repeats=3 if short else 15, budget=1.0)
-    change, growth = 1e-13, {}
-    starts = [problems.turned(P3.start, np.array([1.0, *(change / 2 * axis)])) for axis in np.eye(3)]
+def _beside_the_script(problem):
+    """Return the contenders at default tolerances: poinsot, and the script by its writings."""
+    found, _ = peers.available((POINSOT,))
+    return {
+        POINSOT: _solve(problem, found[POINSOT], None),
+        **{name: _solve(problem, heyoka_by_hand, None, name=name) for name in heyoka_by_hand.WRITINGS[problem.kind]},
+    }
+
+
+def _growth():
+    """Return by how much a small change of the attitude grows in P3, by the number of periods."""
+    starts = [problems.turned(P3.start, np.array([1.0, *(CHANGE / 2 * axis)])) for axis in np.eye(3)]
+    growth = {}
     for periods in (10, 20, 50):
         end = periods * PERIOD
         printed, *moved = (problems.reference(P3.system, start, end)[0] for start in (P3.start, *starts))
-        growth[str(periods)] = max(float(rotation_angle(printed, q)) for q in moved) / change
-    return {"times": outcomes, "change": change, "growth": growth}
+        growth[str(periods)] = max(float(rotation_angle(printed, q)) for q in moved) / CHANGE
+    return growth
+
+
+def _near(problem, seed):
+    """Return the problem with a start within about 1e-3 rad of its own, which is the one of seed 0."""
+    vector = 1e-3 * np.random.default_rng(seed).normal(size=3) if seed else np.zeros(3)
+    turn = np.array([1.0, *(vector / 2)])
+    return replace(problem, start=problems.turned(problem.start, turn / np.linalg.norm(turn)))
+
+
+def long_run(short):
+    """Return the times of a regular motion over many revolutions, how far two tools are apart, and rates.
+
+    There is no reference so far away: every result is compared with the first one.
+    """
+    revolutions = 1000 if short else 100_000
+    problem = replace(REGULAR, end=revolutions * PERIOD)
+    found, _ = peers.available((POINSOT, BY_HAND))
+    ends = []
+
+    def judge(result):
+        ends.append(result[0])
+        return float(rotation_angle(ends[0], result[0]))
+
+    contenders = {name: Contender(lambda peer=peer: peer.prepare(problem, None), judge) for name, peer in found.items()}
+    run = pt.propagate(problem.system, problem.start, [PERIOD]).run
+    return {
+        "revolutions": revolutions,
+        "tools": interleaved(contenders, repeats=5 if short else 2, budget=60.0),
+        "work": flops.of_motion(problem, run.tolerance),
+        "computed_by": computed_by(run),
+        "peak": flops.peak(),
+    }
 
 
 def drifts(short):
-    """Return the root mean squares of the largest energy drifts of a top, by formulation and by hand, in long runs."""
+    """Return the root mean squares of the largest energy drifts of two tops over starts, in long runs."""
     times, starts = np.linspace(0.0, 2e3 if short else 2e4, 2001), range(4 if short else 12)
-    found = {name: [] for name in (BY_HAND, "lie_poisson", "canonical")}
-    for near in (_near(problems.HEAVIER, k) for k in starts):
-        found[BY_HAND].append(heyoka_by_hand.energy_drift_of_top(problems.HEAVIER, near.initial, times))
-        for name in ("lie_poisson", "canonical"):
-            motion = pt.propagate(near.system, near.start, times, formulation=name)
-            found[name].append(np.max(np.abs(motion.drift["energy"])))
-    sizes = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in found.items()}
-    return {"end": float(times[-1]), "starts": len(starts), "drift": sizes}
+    writings = heyoka_by_hand.WRITINGS["top"]
+    out = {}
+    for problem in (P2, problems.HEAVIER):
+        found = {name: [] for name in (*DRIFTING, *writings)}
+        for near in (_near(problem, k) for k in starts):
+            for name in writings:
+                found[name].append(heyoka_by_hand.energy_drift_of_top(near, times, name))
+            for name in DRIFTING:
+                motion = pt.propagate(near.system, near.start, times, formulation=name)
+                found[name].append(np.max(np.abs(motion.drift["energy"])))
+        out[problem.key] = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in found.items()}
+    return {"end": float(times[-1]), "starts": len(starts), "drift": out}
 
 
 def formulations(short):

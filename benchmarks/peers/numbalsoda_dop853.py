@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numbalsoda import dop853, lsoda_sig
 
-from benchmarks.problems import ENSEMBLE_END, ellipse
+from benchmarks.problems import ellipse
 
 SOLVES = ("free", "top", "satellite")
 LEVELS = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14)
@@ -104,7 +104,7 @@ def prepare(problem, level):
 def prepare_ensemble(problem, starts, threads, tolerance):
     """Return a run over starts (members, 7), shared among threads without the interpreter's lock."""
     rates, solve = _solver(problem)
-    times = np.array([0.0, ENSEMBLE_END])
+    times = np.array([0.0, problem.end])
     shares = np.array_split(starts, 8 * threads)
 
     def share(chosen):

@@ -1,12 +1,24 @@
-"""What maps of chaos cost: MEGNO over a grid of starts of a moon, in the plane of its orbit and in space."""
+"""Variational equations beside an older version: state transition of one motion, and maps of chaos (MEGNO).
 
+The sections run with the package of this commit and with that of `BEFORE`, each in processes of its own.
+"""
+
+import statistics
 import time
+from dataclasses import replace
 
 import numpy as np
 
 import poinsot as pt
-from benchmarks.measure import ALLOWED, pin
+from benchmarks import problems
+from benchmarks.measure import ALLOWED, Contender, interleaved, pin
+from benchmarks.peers import heyoka_by_hand
+from benchmarks.problems import P2, P3, PERIOD
 
+BEFORE = "7c0bc1e"
+"""The last commit whose only kernels are the engine's."""
+
+TRANSITIONS = (replace(P2, end=100.0), replace(P3, end=10 * PERIOD))
 ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
 MOON = pt.Body.from_ratios(beta=0.47, gamma=0.26)
 SYSTEM = pt.System(MOON, pt.GravityGradient(ORBIT))
@@ -14,7 +26,56 @@ ORBITS, TOLERANCE, TILT = 100, 1e-9, 0.1
 """The tilt of the spin axis from the normal of the orbit, in space."""
 
 
-def chaos_maps(short):
+def state_transition(short, process=0):
+    """Return the times of a motion with its state-transition matrix, of poinsot and of the engine by hand."""
+    out = {}
+    for problem in TRANSITIONS:
+        contenders = {
+            name: Contender(lambda run=run: run, lambda q, problem=problem: problems.error(problem, q))
+            for name, run in (("poinsot", _transition_of(problem)), ("by_hand", _by_hand(problem)))
+        }
+        out[problem.key] = interleaved(contenders, repeats=5 if short else 15, budget=2.0)
+    return out
+
+
+def _transition_of(problem):
+    def run():
+        found = pt.analysis.state_transition(problem.system, problem.start, [0.0, problem.end])
+        return found.motion.quaternion[-1]
+
+    return run
+
+
+def _by_hand(problem):
+    run = heyoka_by_hand.prepare_variational(problem)
+    return lambda: run()[0]
+
+
+def transitions_of_versions(results):
+    """Return the medians over processes of each version."""
+    return {
+        problem.key: {
+            (version if name == "poinsot" else "by_hand"): {
+                key: statistics.median([one[problem.key][name][key] for one in results[version]])
+                for key in ("seconds", "error")
+            }
+            for version in results
+            for name in ("by_hand", "poinsot")
+        }
+        for problem in TRANSITIONS
+    }
+
+
+def maps_of_versions(results):
+    """Return the maps of this version, with the seconds of the other one."""
+    out = results["now"][0]
+    for name, found in out["maps"].items():
+        before = results.get("before")
+        found["before"] = before[0]["maps"][name]["seconds"] if before else None
+    return out
+
+
+def chaos_maps(short, process=0):
     """Return members, seconds and steps of each map, and how far its MEGNO is from one of ten times the samples."""
     pin(2)
     side = 24 if short else 200
