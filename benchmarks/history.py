@@ -13,7 +13,7 @@ from benchmarks import targets
 
 PATH = Path(__file__).with_name("history.csv")
 FIELDS = ("date", "commit", "processor", "target", "value", "bound", "limit")
-MEASURED = r" \([^()]* processes\)| at an error of .*|, \d+ members over .*|,( medians of)? \d+ starts"
+MEASURED = r" \([^()]* processes\)| at an error of .*|, \d+ members over .*|,( medians? of)? \d+ starts"
 WORSE = 1.15
 """A value so much worse than the last one is told: medians of one machine differ by 10 percent from day to day."""
 

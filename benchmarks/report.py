@@ -209,6 +209,7 @@ def _errors(found):
         f"Errors on {found['starts']} starts within about 1e-3 rad of the printed pair: one error at the end is a draw",
         "from rounding, and P3 is chaotic. The target is the median over starts of the ratio of the error of poinsot",
         "to the median error of the writings of the script at the same start.",
+        *(f"poinsot, {key}: {problem['computed_by']}." for key, problem in found["problems"].items()),
     )
     after = prose(
         f"In P3 a change of {found['change']:.0e} rad in the attitude grows by the factor {growth} periods.",
@@ -559,6 +560,7 @@ def _chaos(found):
         "periapsis; in space with the axis of rotation 0.1 rad off the normal of the orbit. Chaotic is a mean MEGNO",
         "above 4. The error is the largest of the mean MEGNO of 64 members after 20 orbits, against samples ten times",
         f"as dense. Before is the time of this package at commit {BEFORE}, in the same run.",
+        *(f"poinsot, {name}: {one['computed_by']}." for name, one in found["maps"].items()),
     )
     headings = ("map", "members", "time", "before", "processor s/s", "steps of a member", "a step", "chaotic")
     return "\n".join(("### Maps of chaos\n", what, table((*headings, "error of MEGNO"), rows)))

@@ -96,6 +96,7 @@ def errors_beside_the_script(short):
         errors = [{name: c.judge(c.prepare()()) for name, c in _beside_the_script(one).items()} for one in starts]
         scripts = [[value for name, value in one.items() if name != POINSOT] for one in errors]
         out[problem.key] = {
+            "computed_by": computed_by(pt.propagate(problem.system, problem.start, [1.0]).run),
             "ratio": float(np.median([one[POINSOT] for one in errors] / np.median(scripts, axis=1))),
             "errors": {
                 name: {

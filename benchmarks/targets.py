@@ -96,7 +96,7 @@ def against_the_script(found):
 
 def of_errors(found):
     """Return the targets of the errors beside the script."""
-    what = f"error over that of the script, median of {found['starts']} starts"
+    what = f"error over that of the script, start by start, median of {found['starts']} starts"
     return [Target(f"{key}, {what}", one["ratio"], 1.0, True) for key, one in found["problems"].items()]
 
 
@@ -144,12 +144,13 @@ def rate_of(tools, name):
 
 
 def of_satellites(found):
-    """Return the targets of the ensemble of satellites, P4."""
+    """Return the targets of the ensemble of satellites, P4; two threads and one are compared by the clock."""
     tools, limit = found["tools"], found["limit"]
     one, two = rate_of(tools, ONE_CORE), rate_of(tools, TWO_CORES)
+    by_the_clock = one and one * tools[ONE_CORE]["busy"]
     rows = (
         ("Ensemble P4, one thread, times a batch of 8 by hand at equal tolerance", one, rate_of(tools, BATCHES), 1.8),
-        ("Ensemble P4, two threads, times one", two, one, 1.85),
+        ("Ensemble P4, two threads, times one", two, by_the_clock, 1.85),
         (
             f"Ensemble P4, two threads, times numbalsoda, each at its fastest with errors below {limit:.0e} rad",
             _fastest(tools, TWO_CORES, limit),

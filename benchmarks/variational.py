@@ -11,7 +11,7 @@ import numpy as np
 
 import poinsot as pt
 from benchmarks import problems
-from benchmarks.measure import ALLOWED, Contender, interleaved, pin
+from benchmarks.measure import ALLOWED, Contender, computed_by, interleaved, pin
 from benchmarks.peers import heyoka_by_hand
 from benchmarks.problems import P2, P3, PERIOD
 
@@ -99,6 +99,7 @@ def _map(side, tilt, formulation):
     took, used = time.perf_counter() - began, time.process_time() - used
     last = found.mean_megno[:, -1]
     return {
+        "computed_by": computed_by(found.run),
         "members": last.size,
         "seconds": took,
         "busy": used / took,
