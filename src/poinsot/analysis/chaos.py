@@ -17,8 +17,8 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.engine.driver import Memory, Report, Rows
 from poinsot.engine.progress import bar
+from poinsot.engine.runs import Memory, Report, Rows
 from poinsot.errors import PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.probing import time_scale

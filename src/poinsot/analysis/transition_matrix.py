@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.engine.driver import Memory, Rows
+from poinsot.engine.runs import Memory, Rows
 from poinsot.errors import real_numbers
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.named_parameters import resolve

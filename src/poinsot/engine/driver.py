@@ -2,203 +2,32 @@
 
 from __future__ import annotations
 
-import functools
-import os
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
-from dataclasses import KW_ONLY, dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine import kernels
-from poinsot.engine.event_detection import Recorded
 from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, Polynomials, ScalarStepper, Stepper
-from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
+from poinsot.engine.runs import BOTH_WAYS, Job, Report, Rows, Run, Sink, Stop
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, HeldInterrupts
-from poinsot.errors import PropagationError, PropagationInterrupted
-from poinsot.functions import Vector
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import Phase, State
 
-__all__ = [
-    "BOTH_WAYS",
-    "DenseOutput",
-    "Driver",
-    "Memory",
-    "OneMotion",
-    "Report",
-    "Rows",
-    "Sink",
-    "Stop",
-    "allowed_threads",
-]
+__all__ = ["DenseOutput", "Driver"]
 
 SLAB_BYTES = 8_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
 
 BATCHES_IN_A_SLAB = 16
 
-BOTH_WAYS = (True, False)
-"""Forwards, then backwards."""
-
-VARIATIONS = ("vectors", "pairs", "exponents")
-
 Array = NDArray[Any]
-
-
-class Rows:
-    """Variables along times by name, converted when they are asked for.
-
-    `quaternion`, the momenta that are integrated and the variables of parts; `orbits`, those of all orbits; of
-    variations `vectors`, `pairs` and `exponents`. Shapes (members, n, ...), of one body (n, ...).
-    """
-
-    def __init__(self, variables: StateVector, times: Array, values: Array) -> None:
-        self._variables, self._times, self._values = variables, times, values
-
-    @functools.cached_property
-    def phase(self) -> Phase:
-        """The quaternion and the momenta."""
-        return self._variables.to_phase(self._times, self._values)
-
-    @property
-    def pairs(self) -> list[tuple[int, int]]:
-        """Which vectors each of the `pairs` is of."""
-        return self._variables.variations.pairs if self._variables.variations else []
-
-    @functools.cached_property
-    def _variations(self) -> dict[str, Array]:
-        variations, values = self._variables.variations, self._values[..., self._variables.tangent]
-        return dict(zip(VARIATIONS, variations.read(values), strict=True)) if variations else {}
-
-    def __getitem__(self, name: str) -> Array:
-        if name == "orbits":
-            return self._values[..., self._variables.along_orbits]
-        return self._variations[name] if name in VARIATIONS else self.phase[name]
-
-
-class Sink(Protocol):
-    """What rows are handed to."""
-
-    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
-        """Keep what there is to keep of some members, shapes (members, n, ...), NaN where they did not get.
-
-        Several threads call it, each for other members. Of one body rows have shape (n, ...), at times reached.
-        """
-
-
-class Memory:
-    """Keeps what is integrated of an ensemble, NaN where members did not get, and rows of further names.
-
-    Parameters
-    ----------
-    variables : StateVector
-    members : int
-    times : array (n,)
-    **others : tuple of int
-        Name -> shape of its rows.
-    """
-
-    def __init__(self, variables: StateVector, members: int, times: Array, **others: tuple[int, ...]) -> None:
-        self.times, shape = times, (members, times.size)
-        self.phase = {name: np.full((*shape, size), np.nan) for name, size in variables.sizes.items()}
-        self.rows = self.phase | {name: np.full((*shape, *own), np.nan) for name, own in others.items()}
-
-    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
-        """Keep the rows of some members."""
-        for name, kept in self.rows.items():
-            kept[members] = rows[name]
-
-
-class OneMotion:
-    """Keeps the rows of one body, at the times that it reached."""
-
-    times: Array
-    rows: Rows
-
-    @property
-    def phase(self) -> Phase:
-        """What is integrated."""
-        return self.rows.phase
-
-    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
-        """Keep them as they are, to be converted when they are asked for."""
-        self.times, self.rows = times, rows
-
-
-class Stop(NamedTuple):
-    """Where a motion stopped before its end, and why."""
-
-    why: str
-    time: float
-    last: float
-    cause: BaseException | None
-
-    @property
-    def sentence(self) -> str:
-        """What is said about it."""
-        return f"propagation stopped at t = {self.time:.10g} of {self.last:.10g}: {self.why}"
-
-
-@dataclass
-class Report:
-    """What is known about a run.
-
-    Attributes
-    ----------
-    steps : array (members,)
-    stops : dict
-        Member -> why and where it stopped.
-    events : list
-        Pairs of a member and what was recorded of an event.
-    finished : int
-        How many members are done; of the others of an interrupted run there are no rows.
-    order, tolerance
-        Of the integrator.
-    wall_time : float
-        Seconds; of one body without the building of the integrator.
-    interrupted : bool
-    dense : DenseOutput or None
-    """
-
-    steps: NDArray[np.int_]
-    stops: dict[int, Stop] = field(default_factory=dict)
-    events: list[tuple[int, Recorded]] = field(default_factory=list)
-    finished: int = 0
-    order: int = 0
-    tolerance: float = 0.0
-    wall_time: float = 0.0
-    interrupted: bool = False
-    dense: DenseOutput | None = None
-
-    @property
-    def failures(self) -> dict[int, str]:
-        """Member -> the sentence about it."""
-        return {member: stop.sentence for member, stop in sorted(self.stops.items())}
-
-    def check(self, what: str, last: float, result: object) -> None:
-        """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
-        if self.interrupted:
-            message = f"{what} was interrupted: {self.finished} of {len(self.steps)} members are done."
-            raise PropagationInterrupted(message, last, result)
-
-    def check_one(self, last: float, result: object) -> None:
-        """Raise what tells why one body stopped, if it did, and has the result up to there."""
-        at_end = [Stop(INTERRUPTED, last, last, None)] if self.interrupted else []
-        for stop in [*self.stops.values(), *at_end]:
-            kind = PropagationInterrupted if stop.why == INTERRUPTED else PropagationError
-            raise kind(stop.sentence, stop.time, result) from stop.cause
-
-    def add(self, later: Report) -> None:
-        """Count what a later piece of the same motions took; the first stop of a member stays."""
-        self.steps, self.wall_time = self.steps + later.steps, self.wall_time + later.wall_time
-        self.order, self.tolerance, self.stops = later.order, later.tolerance, later.stops | self.stops
 
 
 class DenseOutput:
@@ -227,34 +56,8 @@ class DenseOutput:
         return self._variables.to_phase(times, out)
 
 
-@dataclass(frozen=True)
-class Driver:
-    """Integrates a problem in given variables.
-
-    Parameters
-    ----------
-    problem : Problem
-    variables : StateVector
-    tolerance : float
-        Relative, of a step.
-    precision : str
-        Of one body; an ensemble has double precision.
-    threads : int
-        At most, for an ensemble.
-    progress : bool
-        Whether to show a bar of a run that lasts.
-    dense : bool
-        Whether to keep the polynomials, of one body.
-    """
-
-    problem: Problem
-    variables: StateVector
-    tolerance: float
-    _: KW_ONLY
-    precision: str = "double"
-    threads: int = 1
-    progress: bool = False
-    dense: bool = False
+class Driver(Job):
+    """Integrates a job."""
 
     def run(self, state: State, times: Array, sink: Sink, ways: tuple[bool, ...] = BOTH_WAYS) -> Report:
         """Integrate from a state outwards to all the times, which are monotonic; on Ctrl-C what is finished is kept.
@@ -268,24 +71,12 @@ class Driver:
         return run.report
 
 
-class _Run:
-    """One run of a driver."""
-
-    def __init__(self, driver: Driver, state: State, times: Array, sink: Sink, ways: tuple[bool, ...]) -> None:
-        self.driver, self.state, self.times, self.sink, self.ways = driver, state, times, sink, ways
-        self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
-        self.rising, self.origins = times[self.turn], state.time.reshape(-1)
-        self.report, self.stop = Report(np.zeros(self.origins.size, dtype=int)), False
-        start = driver.variables.from_state(_in_precision(state, driver.precision))
-        self.starts = start.reshape(-1, start.shape[-1])
-
-    def interrupt(self) -> None:
-        """Let the run stop after the chunks of steps that are under way, and keep what it has."""
-        self.stop = self.report.interrupted = True
+class _EngineRun(Run):
+    """One on heyoka's engines."""
 
     def kernel(self, lanes: int) -> AbstractContextManager[kernels.Kernel]:
         """Provide the kernel."""
-        own = self.driver
+        own = self.job
         return kernels.kernel_of(own.problem, own.variables, own.precision, own.tolerance, lanes)
 
     def integrations(
@@ -311,11 +102,11 @@ class _Run:
                     out.stops.setdefault(member, stop)
 
 
-class _OneBody(_Run):
+class _OneBody(_EngineRun):
     """What is computed before Ctrl-C or a failure is kept."""
 
     def go(self) -> None:
-        own, out = self.driver, self.report
+        own, out = self.job, self.report
         kind, origin = kernels.PRECISIONS[own.precision], float(self.origins[0])
         ends = (origin, float(self.times[0]), float(self.times[-1]))
         dense = out.dense = DenseOutput(own.variables, origin, self.starts[0], kind) if own.dense else None
@@ -361,20 +152,20 @@ class _OneBody(_Run):
         place = int(np.searchsorted(self.rising, self.origins[0]))
         times = self.rising[place - len(earlier) : place + len(later)][self.turn]
         whole = (np.concatenate([earlier[::-1], later]) if len(earlier) else later)[self.turn]
-        self.sink.take(kernels.FIRST, times, Rows(self.driver.variables, times, whole))
+        self.sink.take(kernels.FIRST, times, Rows(self.job.variables, times, whole))
 
 
-class _Members(_Run):
+class _Members(_EngineRun):
     """Slabs of members, taken by threads one after another; on Ctrl-C the members that are finished are kept."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
-        self.width = kernels.LANES if np.ndim(self.driver.variables.scale) else 1
+        self.width = kernels.LANES if np.ndim(self.job.variables.scale) else 1
         self._lock = threading.Lock()
         self._slabs = self._cut()
 
     def go(self) -> None:
-        own, count = self.driver, self.origins.size
+        own, count = self.job, self.origins.size
         threads = min(own.threads, -(-count // self.width))
         began = clock.perf_counter()
         with bar("members", count, own.progress) as told, ThreadPoolExecutor(threads) as pool:
@@ -391,7 +182,7 @@ class _Members(_Run):
 
     def _cut(self) -> Iterator[NDArray[np.int_]]:
         """Yield the members in slabs, fast rotators first: lanes of a batch take about equally many steps."""
-        own, count = self.driver, self.origins.size
+        own, count = self.job, self.origins.size
         speed = np.linalg.norm(own.problem.system.omega_body(self.state), axis=-1)
         order = np.argsort(-np.broadcast_to(speed, (count,)), kind="stable")
         row = self.times.size * own.variables.size * self.width * 8
@@ -414,7 +205,7 @@ class _Members(_Run):
             raise
 
     def _integrate(self, kernel: kernels.Kernel, slab: NDArray[np.int_], told: Callable[[float], None]) -> None:
-        variables = self.driver.variables
+        variables = self.job.variables
         stepper = BatchStepper(kernel) if self.width > 1 else ScalarStepper(kernel, np.float64)
         rows = np.full((slab.size, self.times.size, variables.size), np.nan)
         finished = 0
@@ -450,15 +241,3 @@ class _Members(_Run):
             self.report.finished += members.size
             self.book(done)
         return True
-
-
-def _in_precision(state: State, precision: str) -> State:
-    if precision == "double":
-        return state
-    kind = kernels.PRECISIONS[precision]
-    return state_of(changed(state.phase, lambda array: Vector(map(kind, array))), state.time)
-
-
-def allowed_threads() -> int:
-    """Return how many processor cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)

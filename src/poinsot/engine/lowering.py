@@ -55,6 +55,11 @@ Monomial = tuple[int, ...]
 """A product of operations, by their numbers in order."""
 
 
+DraftSum: Any = Sum
+DraftQuotient: Any = Quotient
+"""With monomials for operands."""
+
+
 class Linear(NamedTuple):
     """A sum of coefficients, numbers or constants, times monomials, and of a constant."""
 
@@ -99,8 +104,8 @@ class Program:
         for node in ordered(self.parameters):
             if node.name in POWERS:
                 first, second = (*node.operands, *node.operands)[:2]
-                both = (known[x.place] if isinstance(x, Node) else 0 for x in (first, second))
-                known[node.place] = POWERS[node.name](*both, second)
+                a, b = (known[x.place] if isinstance(x, Node) else 0 for x in (first, second))
+                known[node.place] = POWERS[node.name](a, b, second)
             else:
                 known[node.place] = int(node.name == "input" and node.operands == (0,))
         return np.array([known[node.place] for node in self.parameters], dtype=int)
@@ -201,7 +206,7 @@ class _Lowering:
         if not isinstance(m, Node) or isinstance(n, Node) or len(x) > 1:
             return m, x, n
         sign, parameter = self._coefficient(m)
-        ((y, _),) = self._drafted(Sum(((Coefficient(1.0, parameter), x),))).terms.items()
+        ((y, _),) = self._drafted(DraftSum(((Coefficient(1.0, parameter), x),))).terms.items()
         return sign, y, n
 
     def _form_of_div(self, a: Any, b: Any) -> Linear:
@@ -210,8 +215,8 @@ class _Lowering:
         n, y = self._factors(b)
         if self._uses[b.place] == 1 and _varies(a):
             m, x = self._factors(a)
-            return _scaled(self._drafted(Quotient(x, y)), _times(m, _reciprocal(n)))
-        return _scaled(_times_form(self._form(a), self._drafted(Quotient(Coefficient(), y))), _reciprocal(n))
+            return _scaled(self._drafted(DraftQuotient(x, y)), _times(m, _reciprocal(n)))
+        return _scaled(_times_form(self._form(a), self._drafted(DraftQuotient(Coefficient(), y))), _reciprocal(n))
 
     def _form_of_ruled(self, value: Any, *_: Any) -> Linear:
         return self._form(value)
@@ -264,9 +269,9 @@ class _Lowering:
         signs = {x: math.copysign(1.0, n / number) for x, (n, _) in zip(form.terms, splits, strict=True)}
         return _scaled(self._drafted(self._draft_of(Linear(signs))), _times(number, constant))
 
-    def _draft_of(self, form: Linear) -> Sum:
+    def _draft_of(self, form: Linear) -> Any:
         terms = tuple((self._coefficient(c), x) for x, c in sorted(form.terms.items()))
-        return Sum(terms, () if _is_zero(form.constant) else (self._coefficient(form.constant),))
+        return DraftSum(terms, () if _is_zero(form.constant) else (self._coefficient(form.constant),))
 
     def _factors(self, scalar: Any) -> tuple[Any, Monomial]:
         """Return a coefficient and a monomial."""
@@ -362,7 +367,8 @@ def _with_operands(draft: Any, value: Callable[[Any], Any]) -> Operation:
 
 def _monomials(draft: Any) -> list[Monomial]:
     match draft:
-        case Sum(terms):
+        case Sum():
+            terms: Any = draft.terms
             return [x for _, x in terms]
         case Quotient(a, b):
             operands: tuple[Any, ...] = (a, b)
@@ -378,11 +384,12 @@ def _monomials(draft: Any) -> list[Monomial]:
 def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, tuple[Monomial, Monomial]]:
     """Return for each monomial the two that it is the product of: pairs of factors that most have in common first."""
     ways: dict[Monomial, tuple[Monomial, Monomial]] = {}
-    left = {x: tuple((factor,) for factor in x) for x in monomials}
+    left: dict[Monomial, tuple[Monomial, ...]] = {x: tuple((factor,) for factor in x) for x in monomials}
     while left:
         counts = Counter(pair for parts in left.values() for pair in set(itertools.combinations(parts, 2)))
         for x in [x for x, parts in left.items() if len(parts) == 2]:
-            ways[x] = left.pop(x)
+            first, second = left.pop(x)
+            ways[x] = first, second
         known = [pair for pair in counts if _joined(pair) in ways]
         best = max(known or counts, key=lambda pair: counts[pair], default=None)
         if best is None or not left:

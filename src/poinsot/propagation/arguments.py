@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
-from poinsot.engine.driver import allowed_threads
 from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
+from poinsot.engine.runs import allowed_threads
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 from poinsot.checked import checked
 from poinsot.engine import kernels
-from poinsot.engine.driver import Driver, Memory, OneMotion
+from poinsot.engine.driver import Driver
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
+from poinsot.engine.runs import Memory, OneMotion
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System

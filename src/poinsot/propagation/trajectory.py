@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
-    from poinsot.engine.driver import Report
+    from poinsot.engine.runs import Report
 
 
 Array = NDArray[np.float64]

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
-from poinsot.engine.driver import BOTH_WAYS, Driver, Report, Sink
+from poinsot.engine.driver import Driver
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
+from poinsot.engine.runs import BOTH_WAYS, Report, Sink
 from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks

@@ -1,0 +1,239 @@
+"""What a run is given and what comes of it, whichever kernel integrates: jobs, rows and where they go, reports."""
+
+from __future__ import annotations
+
+import functools
+import os
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.engine import kernels
+from poinsot.engine.event_detection import Recorded
+from poinsot.engine.problem import Problem
+from poinsot.engine.state_vector import StateVector
+from poinsot.engine.termination import INTERRUPTED
+from poinsot.errors import PropagationError, PropagationInterrupted
+from poinsot.functions import Vector
+from poinsot.mechanics.state import Phase, State, changed, state_of
+
+__all__ = ["BOTH_WAYS", "Job", "Memory", "OneMotion", "Report", "Rows", "Run", "Sink", "Stop", "allowed_threads"]
+
+BOTH_WAYS = (True, False)
+"""Forwards, then backwards."""
+
+VARIATIONS = ("vectors", "pairs", "exponents")
+
+Array = NDArray[Any]
+
+
+class Rows:
+    """Variables along times by name, converted when they are asked for.
+
+    `quaternion`, the momenta that are integrated and the variables of parts; `orbits`, those of all orbits; of
+    variations `vectors`, `pairs` and `exponents`. Shapes (members, n, ...), of one body (n, ...).
+    """
+
+    def __init__(self, variables: StateVector, times: Array, values: Array) -> None:
+        self._variables, self._times, self._values = variables, times, values
+
+    @functools.cached_property
+    def phase(self) -> Phase:
+        """The quaternion and the momenta."""
+        return self._variables.to_phase(self._times, self._values)
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """Which vectors each of the `pairs` is of."""
+        return self._variables.variations.pairs if self._variables.variations else []
+
+    @functools.cached_property
+    def _variations(self) -> dict[str, Array]:
+        variations, values = self._variables.variations, self._values[..., self._variables.tangent]
+        return dict(zip(VARIATIONS, variations.read(values), strict=True)) if variations else {}
+
+    def __getitem__(self, name: str) -> Array:
+        if name == "orbits":
+            return self._values[..., self._variables.along_orbits]
+        return self._variations[name] if name in VARIATIONS else self.phase[name]
+
+
+class Sink(Protocol):
+    """What rows are handed to."""
+
+    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
+        """Keep what there is to keep of some members, shapes (members, n, ...), NaN where they did not get.
+
+        Several threads call it, each for other members. Of one body rows have shape (n, ...), at times reached.
+        """
+
+
+class Memory:
+    """Keeps what is integrated of an ensemble, NaN where members did not get, and rows of further names.
+
+    Parameters
+    ----------
+    variables : StateVector
+    members : int
+    times : array (n,)
+    **others : tuple of int
+        Name -> shape of its rows.
+    """
+
+    def __init__(self, variables: StateVector, members: int, times: Array, **others: tuple[int, ...]) -> None:
+        self.times, shape = times, (members, times.size)
+        self.phase = {name: np.full((*shape, size), np.nan) for name, size in variables.sizes.items()}
+        self.rows = self.phase | {name: np.full((*shape, *own), np.nan) for name, own in others.items()}
+
+    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
+        """Keep the rows of some members."""
+        for name, kept in self.rows.items():
+            kept[members] = rows[name]
+
+
+class OneMotion:
+    """Keeps the rows of one body, at the times that it reached."""
+
+    times: Array
+    rows: Rows
+
+    @property
+    def phase(self) -> Phase:
+        """What is integrated."""
+        return self.rows.phase
+
+    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
+        """Keep them as they are, to be converted when they are asked for."""
+        self.times, self.rows = times, rows
+
+
+class Stop(NamedTuple):
+    """Where a motion stopped before its end, and why."""
+
+    why: str
+    time: float
+    last: float
+    cause: BaseException | None
+
+    @property
+    def sentence(self) -> str:
+        """What is said about it."""
+        return f"propagation stopped at t = {self.time:.10g} of {self.last:.10g}: {self.why}"
+
+
+@dataclass
+class Report:
+    """What is known about a run.
+
+    Attributes
+    ----------
+    steps : array (members,)
+    stops : dict
+        Member -> why and where it stopped.
+    events : list
+        Pairs of a member and what was recorded of an event.
+    finished : int
+        How many members are done; of the others of an interrupted run there are no rows.
+    order, tolerance
+        Of the integrator.
+    wall_time : float
+        Seconds; of one body without the building of the integrator.
+    interrupted : bool
+    dense : callable or None
+    """
+
+    steps: NDArray[np.int_]
+    stops: dict[int, Stop] = field(default_factory=dict)
+    events: list[tuple[int, Recorded]] = field(default_factory=list)
+    finished: int = 0
+    order: int = 0
+    tolerance: float = 0.0
+    wall_time: float = 0.0
+    interrupted: bool = False
+    dense: Any = None
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Member -> the sentence about it."""
+        return {member: stop.sentence for member, stop in sorted(self.stops.items())}
+
+    def check(self, what: str, last: float, result: object) -> None:
+        """Raise what tells of Ctrl-C and has the result of the members that are done, if there was one."""
+        if self.interrupted:
+            message = f"{what} was interrupted: {self.finished} of {len(self.steps)} members are done."
+            raise PropagationInterrupted(message, last, result)
+
+    def check_one(self, last: float, result: object) -> None:
+        """Raise what tells why one body stopped, if it did, and has the result up to there."""
+        at_end = [Stop(INTERRUPTED, last, last, None)] if self.interrupted else []
+        for stop in [*self.stops.values(), *at_end]:
+            kind = PropagationInterrupted if stop.why == INTERRUPTED else PropagationError
+            raise kind(stop.sentence, stop.time, result) from stop.cause
+
+    def add(self, later: Report) -> None:
+        """Count what a later piece of the same motions took; the first stop of a member stays."""
+        self.steps, self.wall_time = self.steps + later.steps, self.wall_time + later.wall_time
+        self.order, self.tolerance, self.stops = later.order, later.tolerance, later.stops | self.stops
+
+
+@dataclass(frozen=True)
+class Job:
+    """A problem to be integrated in given variables.
+
+    Parameters
+    ----------
+    problem : Problem
+    variables : StateVector
+    tolerance : float
+    precision : str
+        Of one body; an ensemble has double precision.
+    threads : int
+        At most, for an ensemble.
+    progress : bool
+        Whether to show a bar of a run that lasts.
+    dense : bool
+        Whether to keep the polynomials, of one body.
+    """
+
+    problem: Problem
+    variables: StateVector
+    tolerance: float
+    _: KW_ONLY
+    precision: str = "double"
+    threads: int = 1
+    progress: bool = False
+    dense: bool = False
+
+
+class Run:
+    """One run of a job, from a state outwards to times, in a direction or both."""
+
+    def __init__(self, job: Job, state: State, times: Array, sink: Sink, ways: tuple[bool, ...]) -> None:
+        self.job, self.state, self.times, self.sink, self.ways = job, state, times, sink, ways
+        self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
+        self.rising, self.origins = times[self.turn], state.time.reshape(-1)
+        self.report, self.stop = Report(np.zeros(self.origins.size, dtype=int)), False
+        start = job.variables.from_state(_in_precision(state, job.precision))
+        self.starts = start.reshape(-1, start.shape[-1])
+
+    def interrupt(self) -> None:
+        """Let the run stop after the chunks of steps that are under way, and keep what it has."""
+        self.stop = self.report.interrupted = True
+
+    def go(self) -> None:
+        """Integrate."""
+        raise NotImplementedError
+
+
+def _in_precision(state: State, precision: str) -> State:
+    if precision == "double":
+        return state
+    kind = kernels.PRECISIONS[precision]
+    return state_of(changed(state.phase, lambda array: Vector(map(kind, array))), state.time)
+
+
+def allowed_threads() -> int:
+    """Return how many processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
