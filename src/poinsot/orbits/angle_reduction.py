@@ -9,6 +9,7 @@ import numpy as np
 
 from poinsot import functions
 from poinsot.algebra.double_double import PI, DoubleDouble
+from poinsot.algebra.program import number
 from poinsot.functions import Scalar
 
 __all__ = ["angle_at", "angle_nearby", "elapsed", "mean_motion_of"]
@@ -37,7 +38,7 @@ def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool 
     Of floats it is reduced to [-2 pi, 2 pi] unless it is asked for as a whole, from a sum of some 32 digits:
     its error is the rounding of the result and of `start`, at any time.
     """
-    here = getattr(time, "value", time)  # of a time with derivatives
+    here = number(time)
     if not _plain(start, here, epoch) or not (isinstance(rate, DoubleDouble) or _plain(rate)):
         return start + getattr(rate, "hi", rate) * (time - epoch)
     rate = rate if isinstance(rate, DoubleDouble) else _wide(rate)
@@ -74,12 +75,12 @@ def _plain(*scalars: Scalar) -> bool:
     return all(isinstance(x, int | float | np.ndarray | np.generic) and np.asarray(x).dtype != object for x in scalars)
 
 
-def _wide(number: Any) -> DoubleDouble:
+def _wide(x: Any) -> DoubleDouble:
     """Return a float or a long double without rounding."""
-    high = np.asarray(number, dtype=np.float64)[()]
-    return DoubleDouble(high, np.asarray(number - high, dtype=np.float64)[()])
+    high = np.asarray(x, dtype=np.float64)[()]
+    return DoubleDouble(high, np.asarray(x - high, dtype=np.float64)[()])
 
 
-def _narrow(number: DoubleDouble, *like: Any) -> Any:
+def _narrow(x: DoubleDouble, *like: Any) -> Any:
     kind = np.result_type(np.float64, *like)
-    return np.asarray(number.hi, dtype=kind)[()] + number.lo
+    return np.asarray(x.hi, dtype=kind)[()] + x.lo

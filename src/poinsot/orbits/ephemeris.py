@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.dual import partial, seeded
+from poinsot.algebra.program import Graph, number, tangents
 from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
@@ -63,8 +63,9 @@ class PolynomialArc(Orbit):
 
     @override
     def velocity_at(self, time: Scalar) -> functions.Vector:
-        (moving,) = seeded([time], "arc")
-        return functions.Vector(partial(component, "arc", 0) for component in self.position_at(moving))
+        graph = Graph()
+        moving = graph.variable(time)
+        return functions.Vector(graph.evaluated(tangents(self.position_at(moving), {moving: 1.0})))
 
 
 SAMPLES = np.linspace(-1, 1, 17)
@@ -317,7 +318,7 @@ class Ephemeris(Orbit):
 
     def position_at(self, time: Scalar) -> functions.Vector:
         """Return the components of the position; the time is a number, an array, or one with derivatives."""
-        here = getattr(time, "value", time)
+        here = number(time)
         position = self._derivative(here, 0)
         return position if here is time else functions.Vector(position + self._derivative(here, 1) * (time - here))
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.algebra.program import number
 from poinsot.algebra.quaternion import assemble
 from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
@@ -154,13 +155,13 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
     def variables_at(self, time: Scalar) -> functions.Vector:
         """Return position and velocity from the secondary, synodic axes, units of separation and mean motion."""
         time = scalar("time", time)
-        here: Any = getattr(time, "value", time)  # of a time with derivatives
+        here = number(time)
         refuse_symbols(type(self).__name__, here, self.epoch, *self._start, variable="path")
         now = functions.Vector(self._path(here - self.epoch))
         if here is time:
             return now
         rates = SynodicBlock(self).rates_at(here, now)
-        return functions.Vector(time.chain(x, rate) for x, rate in zip(now, rates, strict=True))
+        return functions.Vector(x + rate * (time - here) for x, rate in zip(now, rates, strict=True))
 
     @functools.cached_property
     def _path(self) -> Callable[[Any], NDArray[Any]]:

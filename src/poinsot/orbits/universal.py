@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from poinsot import functions
+from poinsot.algebra.program import number
 from poinsot.functions import Scalar
 
 __all__ = ["refuse_symbols", "universal_functions", "universal_place", "universal_time"]
@@ -43,7 +44,7 @@ def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]
     The last change, below a rounding of x, is made in the S_k: at a late time they are so much steeper.
     """
     e = eccentricity
-    here: Any = getattr(time, "value", time)  # of a time with derivatives
+    here = number(time)
     size = abs(here)
     x = _above(e, size)
     enough = 1e-11 if isinstance(x, float | np.ndarray | np.generic) else 1e-2 * functions.sqrt(_rounding())
@@ -61,7 +62,7 @@ def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]
 def refuse_symbols(name: str, *scalars: Scalar, variable: str = "universal variable") -> None:
     """Raise a TypeError if a scalar is no number; the sentence says which variable a kernel integrates instead."""
     for scalar in scalars:
-        value = getattr(scalar, "value", scalar)
+        value = number(scalar)
         if functions._engine(value).__name__ in ("heyoka", "sympy") or hasattr(value, "apply"):
             raise TypeError(
                 f"the formulas of {'an' if name[0] in 'AEIOU' else 'a'} {name} must have numbers, got a symbol. "
