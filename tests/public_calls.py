@@ -58,7 +58,7 @@ INTERNAL = {
         "given_parts",
         "attracted_moment",
         "momentum_scale",
-        "strongest_at",
+        "traced_sizes",
         "inertia",
         "internal_energy",
         "momentum",

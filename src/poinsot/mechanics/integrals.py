@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.dual import Dual, partial, seeded
+from poinsot.algebra.program import Graph, tangents
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
+from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
 from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
@@ -162,19 +162,11 @@ class _Rates:
     """The rates of change of energy and angular momentum at sample states, members first."""
 
     def __init__(self, system: Dynamics) -> None:
-        parts = [_at_samples(system, samples(system), Environment, lambda t: Environment(np.roll(t, 1)))]
-        branching: list[ExploredEnvironment] = []
-
-        def explored(time: Any, other: bool = False) -> Environment:
-            branching.append(ExploredEnvironment(time, other))
-            return branching[-1]
-
-        branches = _at_samples(system, samples(system, BRANCHES), explored, lambda t: explored(t, other=True))
-        if any(environment.asked for environment in branching):
-            parts.append(branches)
-        plain, shaken = (
-            [np.concatenate(values, axis=-1) for values in zip(*half, strict=True)] for half in zip(*parts, strict=True)
-        )
+        rows, branching = _rates_at(system, samples(system))
+        if branching:
+            others, _ = _rates_at(system, samples(system, BRANCHES), forced=True)
+            rows = [np.concatenate(pair, axis=-1) for pair in zip(rows, others, strict=True)]
+        plain, shaken = ([row[..., half, :] for row in rows] for half in (0, 1))
         self.omega, energy, self.of_energy, self.between_times, self.power, self.along_momentum = plain[:6]
         self._in_body, self._in_space, self._gyration = (np.stack(plain[i : i + 3]) for i in (6, 9, 12))
         moved = [_largest(other - value) for value, other in zip(plain, shaken, strict=True)]
@@ -211,52 +203,46 @@ def _largest(values: Any) -> Any:
     return np.max(np.abs(values), axis=-1)
 
 
-def _at_samples(
-    system: Dynamics,
-    sampled: tuple[Array, Array, Array],
-    environment: Callable[[Any], Environment],
-    another: Callable[[Array], Environment],
-) -> tuple[list[Array], list[Array]]:
-    """Return rates, members first, at samples and at neighbours a rounding away, which shows their noise."""
-    random = np.random.default_rng(1)
-    shaken = [values * (1 + EPS * random.uniform(-2, 2, values.shape)) for values in sampled]
-    return _rates_at(system, sampled, environment, another), _rates_at(system, shaken, environment, another)
+def _rates_at(system: Dynamics, sampled: tuple[Array, Array, Array], forced: bool = False) -> tuple[list[Array], bool]:
+    """Return rates, members first, at samples and at neighbours a rounding away, which show their noise: (..., 2, n).
 
-
-def _rates_at(
-    system: Dynamics,
-    sampled: Sequence[Array],
-    environment: Callable[[Any], Environment],
-    another: Callable[[Array], Environment],
-) -> list[Array]:
-    """Return omega, energy, its rate, its change to another environment, power and g . torque of torques, and torque.
-
-    The power is that of the forces without a potential; the torque is along the body axes, then along the space axes.
+    These are omega, energy, its rate, its change to another time, power and g . torque of torques, and torque. The
+    power is that of the forces without a potential; the torque is along the body axes, then along the space axes. Told
+    is too whether there are conditions; forced ones go every way, and the other one in place of the other time.
     """
-    q, t, omega = sampled
-    twin = system.beside_samples
-    attitude, rate = Attitude.from_quaternion(functions.Vector(q.T)), functions.Vector(omega.T)
-
+    random = np.random.default_rng(1)
+    shaken = (values * (1 + EPS * random.uniform(-2, 2, values.shape)) for values in sampled)
+    q, t, omega = (np.concatenate(pair) for pair in zip(sampled, shaken, strict=True))
+    graph, twin = Graph(), system.beside_samples
+    time, rate = graph.variable(t), functions.Vector(omega.T)
     body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.parts}, t)
 
-    def at(here: Environment) -> Instant:
-        return Instant(body, attitude, here, rate)
+    def at(time: Any) -> Instant:
+        return Instant(body, Attitude.from_quaternion(functions.Vector(q.T)), Environment(time), rate)
 
-    energy = twin.potential_at(at(environment(seeded([t], "time")[0])))
-    here, there = (opened(twin.potential_at(at(each))) for each in (environment(t), another(t)))
-    torque = [opened(x) for x in twin.torque_at(at(environment(t)))]
-    others = [force.torque(at(environment(t))) for force in twin.forces if isinstance(force, Torque)]
-    g = at(environment(t)).angular_momentum_body
-    explicit = opened(partial(energy, "time", 0))
-    values = opened(getattr(energy, "value", energy)), explicit, here - there
-    power = sum(opened(functions.dot(other, rate)) for other in others)
+    now = at(time)
+    energy, torque, g = twin.potential_at(now), twin.torque_at(now), now.angular_momentum_body
+    (explicit,) = tangents([energy], {time: 1.0})
+    power = sum(functions.dot(force.torque(now), rate) for force in twin.forces if isinstance(force, Torque))
     gyration, momenta = functions.Vector((0.0, 0.0, 0.0)), []  # without parts symmetry is a matter of the tensor
     if twin.parts:
-        rates = twin.rates(at(environment(t)))
-        power = _change_of_energy(twin, at(environment(t)), rates, environment) - explicit
+        rates = twin.rates(now)
+        power = _change_of_energy(twin, now, rates) - explicit
         gyration, momenta = functions.cross(g, rate), [rates[part.name][i] for part, i in _places(twin)]
-    rows = (*values, power, functions.dot(g, torque), *torque, *attitude.to_space(torque), *gyration, *momenta)
-    return [omega.T, *(np.broadcast_to(np.asarray(opened(x), dtype=float), (*system.members, t.size)) for x in rows)]
+    along = power, functions.dot(g, torque), *torque, *now.attitude.to_space(torque), *gyration, *momenta
+    rows = [energy, explicit, *along]
+    if forced:
+        (there,) = on_branches(graph, [energy], len(t), other=True)
+        rows = on_branches(graph, rows, len(t))
+    else:
+        there = twin.potential_at(at(np.roll(t, 1)))
+        rows = graph.evaluated(rows)
+    rows = [omega.T, *rows[:2], rows[0] - there, *rows[2:]]
+    shapes = [(3,), *[system.members] * (len(rows) - 1)]
+    found = [
+        np.broadcast_to(np.asarray(row, dtype=float), (*shape, len(t))) for shape, row in zip(shapes, rows, strict=True)
+    ]
+    return [row.reshape(*row.shape[:-1], 2, -1) for row in found], bool(conditions([energy, explicit, *along]))
 
 
 def _own_samples(part: Part, time: Any, omega: functions.Vector) -> functions.Vector:
@@ -265,20 +251,20 @@ def _own_samples(part: Part, time: Any, omega: functions.Vector) -> functions.Ve
     return functions.Vector(x + x * random.normal() + 0.1 * random.normal() for x in part.start(time, omega))
 
 
-def _change_of_energy(
-    system: Dynamics, instant: Instant, rates: Mapping[str, functions.Vector], environment: Callable[[Any], Environment]
-) -> Any:
+def _change_of_energy(system: Dynamics, instant: Instant, rates: Mapping[str, functions.Vector]) -> Any:
     """Return the rate of T + U along the equations of motion, those of the parts included."""
+    time, seeds = instant.time, {instant.time: 1.0}
 
-    def along(values: Any, change: Any) -> functions.Vector:
-        return functions.Vector(Dual(x, {("time", 0): rate}) for x, rate in zip(values, change, strict=True))
+    def moving(values: Any, name: str) -> functions.Vector:
+        variables = functions.Vector(map(time.graph.variable, values))
+        seeds.update(zip(variables, rates[name], strict=True))
+        return variables
 
-    now = Dual(opened(instant.time), {("time", 0): 1.0})
-    own = {part.name: along(instant.own(part), rates[part.name]) for part in system.parts if part.size}
-    body, q = system.body_at(own, now), along(instant.attitude.quaternion, rates["quaternion"])
-    potential = system.potential_at(Instant(body, Attitude.from_quaternion(q), environment(now)))
-    kinetic = body.kinetic_energy(along(instant.angular_momentum_body, rates["angular_momentum_body"]))
-    return opened(partial(kinetic + potential, "time", 0))
+    own = {part.name: moving(instant.own(part), part.name) for part in system.parts if part.size}
+    body, q = system.body_at(own, time), moving(instant.attitude.quaternion, "quaternion")
+    potential = system.potential_at(Instant(body, Attitude.from_quaternion(q), instant.environment))
+    kinetic = body.kinetic_energy(moving(instant.angular_momentum_body, "angular_momentum_body"))
+    return tangents([kinetic + potential], seeds)[0]
 
 
 def _symmetric(system: Dynamics, axis: Array) -> bool:

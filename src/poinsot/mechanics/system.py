@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.algebra.program import Graph
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body, started
-from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, opened
+from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
 from poinsot.mechanics.dynamics import Dynamics, scalars
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Force, Potential, Torque
@@ -170,18 +171,28 @@ class System(Dynamics):
         branching = _branches(_Alike(self))
         if not branching and not self.members:
             return self.sample_torque
-        q, t, _ = samples(self, BRANCHES)
-        environments = [Environment(t), *[ExploredEnvironment(t)] * branching]
-        return functools.reduce(np.maximum, [self.strongest_at(q, environment) for environment in environments])
-
-    def strongest_at(self, q: NDArray[np.float64], environment: Environment) -> Any:
-        """Return the largest energy, over the least, or torque of each member's forces on a body at rest."""
-        twin, time, at_rest = self.beside_samples, environment.time, Vector((0.0, 0.0, 0.0))
-        body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
-        instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), environment, at_rest)
         with np.errstate(all="ignore"):
-            sizes = [np.atleast_1d(_size(force, instant)) for force in twin.forces]
-        return sum(np.nan_to_num(np.max(size, axis=-1), posinf=0.0) for size in sizes)
+            graph, sizes = self.traced_sizes()
+            found = [graph.evaluated(sizes), *[on_branches(graph, sizes)] * branching]
+            return functools.reduce(np.maximum, map(self._summed, found))
+
+    def _summed(self, sizes: list[Any]) -> Any:
+        """Return the sum of the largest torques, and of the largest energies over the least, of each member."""
+        ranges = (
+            np.max(size, axis=-1) - (np.min(size, axis=-1) if isinstance(force, Potential) else 0.0)
+            for force, size in zip(self.forces, map(np.atleast_1d, sizes), strict=True)
+        )
+        return sum(np.nan_to_num(each, posinf=0.0) for each in ranges)
+
+    def traced_sizes(self) -> tuple[Graph, list[Any]]:
+        """Return the energies of potentials, or the sizes of torques, on a body at rest at samples, and their graph."""
+        q, t, _ = samples(self, BRANCHES)
+        graph, twin, at_rest = Graph(), self.beside_samples, Vector((0.0, 0.0, 0.0))
+        time = graph.variable(t)
+        body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
+        instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), Environment(time), at_rest)
+        with np.errstate(all="ignore"):
+            return graph, [_size(force, instant) for force in twin.forces]
 
     @property
     def _displaced(self) -> Body:
@@ -207,9 +218,8 @@ def _size(force: Any, instant: Instant) -> Any:
     if isinstance(force, Part):
         return 0.0
     if isinstance(force, Potential):
-        energy = np.atleast_1d(opened(force.energy(instant)))
-        return energy - np.min(energy, axis=-1, keepdims=True)
-    return opened(functions.norm(force.torque(instant)))
+        return force.energy(instant)
+    return functions.norm(force.torque(instant))
 
 
 class _Alike:
@@ -228,7 +238,4 @@ class _Alike:
 @functools.lru_cache(1024)
 def _branches(alike: _Alike) -> bool:
     """Whether the formula of a force has a condition on the time or an orbit."""
-    q, t, _ = samples(alike.system, BRANCHES)
-    environment = ExploredEnvironment(t)
-    alike.system.strongest_at(q, environment)
-    return bool(environment.asked)
+    return bool(conditions(alike.system.traced_sizes()[1]))
