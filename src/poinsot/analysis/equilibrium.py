@@ -1,7 +1,7 @@
 """Relative equilibria: attitudes at rest in a uniformly turning frame, their small oscillations and stability.
 
 x = (rotation vector, angular momentum), both along the body axes, obeys x' = matrix x to first order. The matrix is
-the derivative of the system's own equations, by dual numbers; Newton's method finds the equilibria with the same one.
+the derivative of the system's own equations; Newton's method finds the equilibria with the same one.
 For satellites on circular orbits this is the analysis of DeBra and Delp (1961, J. Astronaut. Sci. 8, 14): "lyapunov"
 is Lagrange's region of stability, "linear" theirs.
 """
@@ -9,6 +9,7 @@ is Lagrange's region of stability, "linear" theirs.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,14 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.dual import Dual, partial
+from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
 from poinsot.functions import Vector
 from poinsot.html_text import PER_TIME, Summarized, told
 from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.branch_exploration import Nested, opened
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
@@ -186,20 +186,24 @@ class _Balance:
     def flow(self, p: Array) -> tuple[Array, Array]:
         """Return the rates (n, 6) of rotation vector and momentum, and their derivatives by both, (n, 6, 6)."""
         q = quat.product(self.to_space, p)
+        g = self.body.angular_momentum(Attitude.from_quaternion(q.T).to_body(self.omega_space))
+        symbols, outputs = self._traced
+        values = symbols[0].graph.evaluated(outputs, dict(zip(symbols, (*q.T, *g), strict=True)))
+        table = np.array([np.broadcast_to(x, len(p)) for x in values], dtype=float).reshape(6, 8, len(p))
         turns = [quat.product(q, half_turn) for half_turn in HALF_TURNS]
-        attitude = Attitude.from_quaternion(
-            Nested(Dual(q[:, i], {("turn", k): turns[k][:, i] for k in range(3)})) for i in range(4)
-        )
-        comoving = attitude.to_body(self.omega_space)
-        g = self.body.angular_momentum(Vector(component.inner.value for component in comoving))
-        momentum = Vector(Nested(Dual(component, {("momentum", i): 1.0})) for i, component in enumerate(g))
+        by_turn, by_momentum = np.einsum("iqn,knq->nik", table[:, 1:5], turns), np.moveaxis(table[:, 5:], -1, 0)
+        return table[:, 0].T, np.concatenate([by_turn, by_momentum], axis=-1)
+
+    @functools.cached_property
+    def _traced(self) -> tuple[list[Node], list[Any]]:
+        """The quaternion and momentum as symbols; the rates, each with its derivatives by these."""
+        graph = Graph()
+        symbols = [graph.symbol(i) for i in range(7)]
+        attitude, momentum = Attitude.from_quaternion(symbols[:4]), Vector(symbols[4:])
         instant = Instant(self.body, attitude, Environment(self.time), angular_momentum_body=momentum)
         change = self.system.momentum_rate(instant, self.system.torque_at(instant))
-        rates = [opened(rate) for rate in (*(instant.omega_body - comoving), *change)]
-        names = [(block, i) for block in ("turn", "momentum") for i in range(3)]
-        rows = [[getattr(rate, "value", rate), *(partial(rate, *name) for name in names)] for rate in rates]
-        table = np.array([[np.broadcast_to(x, len(p)) for x in row] for row in rows], dtype=float)
-        return table[:, 0].T, np.moveaxis(table[:, 1:], -1, 0)
+        rates = (*(instant.omega_body - attitude.to_body(self.omega_space)), *change)
+        return symbols, [x for rate in rates for x in (rate, *gradient(rate, symbols))]
 
     def imbalance(self, p: Array) -> tuple[Array, Array]:
         """Return g x omega + tau of the body at rest in the frame, (n, 3), and its derivative by turns, (n, 3, 3)."""
