@@ -160,7 +160,7 @@ def equilibria(
         _check_same_at_all_times(balance, frame)
         starts = balance.starts() if guesses is None else np.atleast_2d(unit_quaternion(guesses, "guesses"))
         points, settled = balance.settled(starts)
-        return [balance.equilibrium(point, frame) for point in balance.distinct(points[settled])]
+        return balance.equilibria(balance.distinct(points[settled]), frame)
 
 
 class _Balance:
@@ -251,16 +251,18 @@ class _Balance:
     def distinct(self, points: Array) -> Array:
         """Return one attitude of each family, the first."""
         kept: list[Array] = []
+        free = self._free(points)
         while len(points):
             kept.append(points[0])
-            points = points[rotation_angle(points, kept[-1]) > ALIKE]
-            points = points[rotation_angle(self._slid(points, kept[-1]), kept[-1]) > ALIKE]
+            others = rotation_angle(points, kept[-1]) > ALIKE
+            points, free = points[others], free[others]
+            others = rotation_angle(self._slid(points, free, kept[-1]), kept[-1]) > ALIKE
+            points, free = points[others], free[others]
         return np.array(kept)
 
-    def _slid(self, points: Array, target: Array) -> Array:
+    def _slid(self, points: Array, free: Array, target: Array) -> Array:
         """Return how near attitudes come to a target along directions in which nothing changes the balance."""
-        points = points.copy()
-        free = self._free(points)
+        points, free = points.copy(), free.copy()
         sliding = np.flatnonzero(np.any(free, axis=(-1, -2)))
         for start in (True, *(False,) * ROUNDS):
             way = rotation(quat.product(quat.conjugate(points[sliding]), target)).as_rotvec() + OFF_COURSE * start
@@ -276,9 +278,11 @@ class _Balance:
 
     def _free(self, points: Array) -> Array:
         """Return the projections on the turns without stiffness, (n, 3, 3)."""
-        if not len(points):
-            return np.empty((0, 3, 3))
-        _, stiffness, axes = np.linalg.svd(self.imbalance(points)[1])
+        return self._without_stiffness(self.imbalance(points)[1]) if len(points) else np.empty((0, 3, 3))
+
+    def _without_stiffness(self, slope: Array) -> Array:
+        """Return the projections on the turns that change nothing, (n, 3, 3), from the slopes of the balance."""
+        _, stiffness, axes = np.linalg.svd(slope)
         free = axes * (stiffness <= SLOW * self.slow * self.stiffness)[..., None]
         return np.asarray(np.swapaxes(free, -1, -2) @ free)
 
@@ -291,11 +295,17 @@ class _Balance:
 
     # ------------------------------------------------------------------ small motion
 
-    def equilibrium(self, p: Array, frame: Frame) -> Equilibrium:
-        """Return the equilibrium at an attitude."""
-        p = p / np.linalg.norm(p)
-        matrix = self.flow(p[None])[1][0]
-        free = self._free(p[None])[0]
+    def equilibria(self, points: Array, frame: Frame) -> list[Equilibrium]:
+        """Return the equilibria at attitudes."""
+        if not len(points):
+            return []
+        points = points / np.linalg.norm(points, axis=-1, keepdims=True)
+        matrices = self.flow(points)[1]
+        frees = self._without_stiffness(_slope(matrices))
+        return [self._equilibrium(*each, frame) for each in zip(points, matrices, frees, strict=True)]
+
+    def _equilibrium(self, p: Array, matrix: Array, free: Array, frame: Frame) -> Equilibrium:
+        """Return the equilibrium at an attitude, from its linear equations and the turns without stiffness."""
         unit = np.array([1.0] * 3 + [self.momentum] * 3)
         scaled = matrix * unit / unit[:, None]
         eigenvalues = np.linalg.eigvals(scaled)
