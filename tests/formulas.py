@@ -1,5 +1,7 @@
 """Energies, torques and rates of a system on scalars of any kind, for tests on symbols and long numbers."""
 
+import sympy as sp
+
 import poinsot as pt
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.functions import Vector
@@ -27,3 +29,9 @@ def rates(system, formulation, variables, time=0):
     here = pt.Instant(system.body, attitude, pt.Environment(time), angular_momentum_body=g)
     load = system.torque_at(here)
     return chart.rates(variables, here.omega_body, system.momentum_rate(here, load), load)
+
+
+def rational(expression):
+    """Return a SymPy expression with the decimal fractions that its floats were written as."""
+    exact = sp.sympify(expression)
+    return exact.xreplace({number: sp.Rational(str(number)) for number in exact.atoms(sp.Float)})

@@ -24,7 +24,8 @@ def gradient(scalar, variables):
 
 def exact(expression):
     """Return the expression with rational numbers, and one symbol for |x|, which saves square roots."""
-    return sp.nsimplify(expression, rational=True).subs(norm(x), distance)
+    rational = formulas.rational(expression)
+    return rational.subs(norm(x), distance) if rational.has(*x) else rational
 
 
 def numerator(expression):
