@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine import kernels
+from poinsot.engine.dense_output import DenseOutput
 from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, Polynomials, ScalarStepper, Stepper
+from poinsot.engine.looped_runs import LoopedRun, program_of
 from poinsot.engine.progress import bar
 from poinsot.engine.runs import BOTH_WAYS, Job, Report, Rows, Run, Sink, Stop
-from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, HeldInterrupts
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import State
 
-__all__ = ["DenseOutput", "Driver"]
+__all__ = ["Driver"]
 
 SLAB_BYTES = 8_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
@@ -28,32 +29,6 @@ SLAB_BYTES = 8_000_000
 BATCHES_IN_A_SLAB = 16
 
 Array = NDArray[Any]
-
-
-class DenseOutput:
-    """A motion at any time between the two that it has reached, from its Taylor polynomials."""
-
-    def __init__(self, variables: StateVector, origin: float, start: Array, kind: Any) -> None:
-        self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
-        self.parts = {forwards: Polynomials(variables, kind, forwards) for forwards in BOTH_WAYS}
-        self.reached: dict[bool, float] = {}
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The earliest time and the latest."""
-        later, earlier = (self.reached.get(forwards, self._origin) for forwards in BOTH_WAYS)
-        return earlier, later
-
-    def __call__(self, times: Array) -> Phase:
-        """Return q and the momenta."""
-        later, earlier = self.parts.values()
-        if later.pieces and not earlier.pieces:
-            return self._variables.to_phase(times, later.at(times))
-        out = np.empty((times.size, self._variables.size))
-        for part, chosen in ((later, times >= self._origin), (earlier, times < self._origin)):
-            if np.any(chosen):
-                out[chosen] = part.at(times[chosen]) if part.pieces else self._start
-        return self._variables.to_phase(times, out)
 
 
 class Driver(Job):
@@ -64,8 +39,9 @@ class Driver(Job):
 
         A state with one time is that of one body, one with times those of an ensemble.
         """
-        kind = _Members if state.time.ndim else _OneBody
-        run = kind(self, state, times, sink, ways)
+        given, program = (self, state, times, sink, ways), program_of(self)
+        engine_run = _Members if state.time.ndim else _OneBody
+        run = engine_run(*given) if program is None else LoopedRun(program, *given)
         with HeldInterrupts(run.interrupt):
             run.go()
         return run.report
@@ -109,10 +85,11 @@ class _OneBody(_EngineRun):
         own, out = self.job, self.report
         kind, origin = kernels.PRECISIONS[own.precision], float(self.origins[0])
         ends = (origin, float(self.times[0]), float(self.times[-1]))
-        dense = out.dense = DenseOutput(own.variables, origin, self.starts[0], kind) if own.dense else None
+        dense = out.dense = DenseOutput(own.variables, origin, self.starts[0]) if own.dense else None
+        polynomials = {forwards: Polynomials(own.variables, kind, forwards) for forwards in BOTH_WAYS}
 
         def stepper(forwards: bool) -> Stepper:
-            return DenseStepper(kernel, kind, dense.parts[forwards]) if dense else ScalarStepper(kernel, kind)
+            return DenseStepper(kernel, kind, polynomials[forwards]) if dense else ScalarStepper(kernel, kind)
 
         parts: list[Integration] = []
         with bar("time", max(ends) - min(ends), own.progress) as told, self.kernel(1) as kernel:
@@ -128,6 +105,7 @@ class _OneBody(_EngineRun):
             out.wall_time = clock.perf_counter() - began
         self.book(parts)
         if dense:
+            dense.parts = polynomials
             dense.reached = {part.forwards: float(part.reached[0]) for part in parts}
         self._hand_over({part.forwards: part.rows(0) for part in parts})
 

@@ -426,6 +426,11 @@ class Polynomials:
         self.pieces: list[Any] = []
         self._bits: list[int] = []
 
+    @property
+    def empty(self) -> bool:
+        """Whether there are none."""
+        return not self.pieces
+
     def add(self, piece: Any, bits: int) -> None:
         """Add those of a chunk of steps, with the scale of their momenta."""
         self.pieces.append(piece)

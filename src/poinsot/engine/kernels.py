@@ -101,7 +101,7 @@ class _Pool:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._idle: OrderedDict[Any, list[_Compiled]] = OrderedDict()
-        self._decided: OrderedDict[Any, bool] = OrderedDict()
+        self._decided: OrderedDict[Any, Any] = OrderedDict()
 
     def take(self, key: Any) -> _Compiled | None:
         with self._lock:
@@ -118,20 +118,21 @@ class _Pool:
                 if not self._idle[oldest]:
                     del self._idle[oldest]
 
-    def decide(self, key: Any, question: Callable[[], bool]) -> bool:
+    def known(self, key: Any, question: Callable[[], Any]) -> Any:
         """Return the answer to a question about equations, asked once."""
         with self._lock:
-            known = self._decided.get(key)
-        if known is None:
-            known = question()
-            with self._lock:
-                self._decided[key] = known
-                while len(self._decided) > DECISIONS:
-                    self._decided.popitem(last=False)
-        return known
+            if key in self._decided:
+                return self._decided[key]
+        answer = question()
+        with self._lock:
+            self._decided[key] = answer
+            while len(self._decided) > DECISIONS:
+                self._decided.popitem(last=False)
+        return answer
 
 
 _pool = _Pool()
+known = _pool.known
 
 
 def state_vector(problem: Problem, state: State, formulation: Formulation, precision: str) -> StateVector:
@@ -147,7 +148,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     parts = factors_of_parts(system, state)
     if smooth.orbits and formulation.turns and precision == "double":
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
-        if set(comoving.views) == {0} and _pool.decide(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
+        if set(comoving.views) == {0} and _pool.known(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
             return comoving
     return StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda orbit: orbit.integrated))
 
@@ -339,6 +340,21 @@ class Kernel:
             part.repeat(busy, idle)
 
 
+def smooth_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
+    """Return the program of a system without events; None if something switches on the way, or if it is larger."""
+    key = problem.structure, variables.structure, largest
+    program: Program | None = known(key, lambda: _smooth_program(problem, variables, largest))
+    return program
+
+
+def _smooth_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
+    field = _traced(problem, variables)
+    if field.conditions or variables.formulation.nearness(field.own) is not None:
+        return None
+    program = lowered(field.graph, field.rates)
+    return program if program.decomposition.size <= largest else None
+
+
 @contextmanager
 def kernel_of(
     problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int = 1
@@ -500,7 +516,7 @@ def _build(
             discontinuities.look, detection.settle = detection.look, discontinuities.settle
     if nearness:
         stops["t_events"] = [*stops.get("t_events", []), event_class(lanes, kind)(*nearness)]
-    roots = Roots([(made.of([f])[0], place) for f, place in program.roots], made, variables.momenta, kind)
+    roots = Roots([(made.of([root.value])[0], root.parameter) for root in program.roots], made, variables.momenta, kind)
     build = hy.taylor_adaptive if lanes == 1 else hy.taylor_adaptive_batch
     many_vectors = variables.variations is not None and variables.variations.total > 1
     engine = build(

@@ -66,6 +66,7 @@ class Status(IntEnum):
     NOT_FINITE = 2
     STALLED = 3
     PAUSED = 4
+    GIVEN_UP = 5
 
 
 class Momenta(NamedTuple):
@@ -828,6 +829,21 @@ class Run:
         if left and self._work["kept_count"][0] == self._work["kept_most"][0]:
             self._keep(2 * self._steps.size)
         return left
+
+    def note(self) -> NDArray[np.int_]:
+        """Write how far the tasks in lanes have come into them, and return their numbers."""
+        work, tasks = self._work[0], self._queue.tasks
+        lanes = np.flatnonzero(work["active"])
+        numbers: NDArray[np.int_] = work["task"][lanes]
+        for name in ("steps", "index"):
+            tasks[name][numbers] = work[name][lanes]
+        tasks["time"][numbers] = work["time"][:, lanes].T
+        return numbers
+
+    def give_up(self, numbers: NDArray[np.int_]) -> None:
+        """Let tasks in lanes leave them after their next step."""
+        work = self._work[0]
+        work["status"][np.isin(work["task"], numbers) & (work["active"] != 0)] = Status.GIVEN_UP
 
     @property
     def kept(self) -> NDArray[Any]:

@@ -32,7 +32,7 @@ from poinsot.engine.decomposition import (
     Time,
 )
 
-__all__ = ["TIME", "Program", "lowered"]
+__all__ = ["HELD", "TIME", "Program", "lowered"]
 
 TIME = "time"
 """The name of the symbol of the time; a variable of the state vector is named by its place."""
@@ -67,6 +67,14 @@ class Linear(NamedTuple):
     constant: Any = 0.0
 
 
+class Root(NamedTuple):
+    """What is under a square root, a node and its value, and the parameter that is added to it."""
+
+    argument: Node
+    value: Coefficient | int
+    parameter: int
+
+
 @dataclass(frozen=True)
 class Program:
     """A decomposition with what its parameters are computed from.
@@ -79,15 +87,14 @@ class Program:
     parameters : list of Node
     conditions : dict
         The place of a condition in the graph to the parameter that holds it.
-    roots : list
-        What is under each square root, a value, and the parameter that is added to it.
+    roots : list of Root
     """
 
     decomposition: Decomposition
     others: list[Coefficient | int]
     parameters: list[Node]
     conditions: dict[int, int]
-    roots: list[tuple[Coefficient | int, int]]
+    roots: list[Root]
 
     def values(self, inputs: Sequence[Any]) -> list[Any]:
         """Return the values of the parameters for the inputs of a run, scalars or arrays; 0 for those that are held."""
@@ -143,11 +150,15 @@ class _Lowering:
         for slopes in self._slopes.values():
             self._uses.update(x.place for x in slopes if isinstance(x, Node))
         rates, others = ([self._output(output) for output in outputs] for outputs in (self._rates, self._others))
-        roots = [(self._value(node.operands[0]), parameter) for node, parameter in self._roots]
+        for node, _ in self._roots:
+            self._value(node.operands[0])
         by_function: dict[int, Any] = {place: tuple(map(self._value, each)) for place, each in self._slopes.items()}
         final = Assembly(self._drafts, by_function)
         rates, others = ([final.value(x) for x in outputs] for outputs in (rates, others))
-        roots = [(final.value(argument), parameter) for argument, parameter in roots]
+        roots = [
+            Root(node.operands[0], final.value(self._value(node.operands[0])), parameter)
+            for node, parameter in self._roots
+        ]
         decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants))
         return Program(decomposition, others, self._constants, self._conditions, roots)
 

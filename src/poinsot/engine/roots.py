@@ -6,15 +6,18 @@ root: what a motion from rest makes of the difference is of the size e^2, below 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.heyoka_expressions import Expressions
+from poinsot.engine.lowering import HELD, TIME, Program
 from poinsot.engine.state_vector import SMALL
 
-__all__ = ["Roots"]
+__all__ = ["Roots", "set_roots"]
 
 NEGLIGIBLE = 1e-9
 """The part of the size of a root that counts for nothing when squared."""
@@ -52,3 +55,26 @@ class Roots:
             moving[self._momenta] += kind(SMALL)
             here, there = (self._look(np.append(x, time), pars=known) for x in (state, moving))
             pars[self._places] = np.where((here == kind(0)) & (there > kind(0)), kind(NEGLIGIBLE**2) * there, kind(0))
+
+
+def set_roots(
+    program: Program,
+    table: NDArray[np.float64],
+    numbers: Sequence[Any],
+    starts: NDArray[np.float64],
+    times: NDArray[np.float64],
+    momenta: slice | list[int],
+) -> None:
+    """Set the parameters of members, shape (members, parameters), for their starts, shape (members, size)."""
+    moving = starts.copy()
+    moving[:, momenta] += SMALL
+    for root in program.roots:
+        graph = root.argument.graph
+        given = {graph.input(place): number for place, number in enumerate(numbers)}
+        given |= {node: 0.0 for node in program.parameters if node.name == HELD}
+        given[graph.symbol(TIME)] = times
+        here, there = (
+            graph.evaluated([root.argument], given | {graph.symbol(k): x for k, x in enumerate(rows.T)})[0]
+            for rows in (starts, moving)
+        )
+        table[:, root.parameter] = np.where((here == 0) & (there > 0), NEGLIGIBLE**2 * there, 0.0)

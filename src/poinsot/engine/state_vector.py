@@ -162,7 +162,8 @@ class StateVector:
         return not (np.ndim(self.scale) or any(np.ndim(number) for block in self.orbits for number in block.numbers))
 
     @functools.cached_property
-    def _scaled(self) -> list[int]:
+    def scaled(self) -> list[int]:
+        """Where all variables are that scale as the angular momentum does, of tangent vectors too."""
         return [place for slot in self.slots.values() for place in slot.momenta]
 
     @property
@@ -176,7 +177,7 @@ class StateVector:
         if not bits:
             return rows
         rows = rows.copy()
-        rows[..., [place for place in self._scaled if place < rows.shape[-1]]] *= rows.dtype.type(2.0) ** bits
+        rows[..., [place for place in self.scaled if place < rows.shape[-1]]] *= rows.dtype.type(2.0) ** bits
         return rows
 
     def of_members(self, members: int | NDArray[np.int_]) -> StateVector:

@@ -1,0 +1,284 @@
+"""Runs on looped kernels: smooth systems in double precision, one body or many, with tangent vectors too."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.engine import kernels, looped_kernel
+from poinsot.engine.dense_output import DenseOutput, KeptSteps
+from poinsot.engine.looped_kernel import Code, Layout, Momenta, Output, Queue, Status
+from poinsot.engine.lowering import Program
+from poinsot.engine.progress import bar
+from poinsot.engine.roots import set_roots
+from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
+from poinsot.engine.scales import BITS, LEAST, MOST
+from poinsot.engine.state_vector import SMALL
+from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
+from poinsot.engine.termination import INTERRUPTED, reason
+
+__all__ = ["LoopedRun", "program_of"]
+
+SLAB_BYTES = 16_000_000
+"""The most that a thread holds of its members' variables before it hands them over."""
+
+LARGEST = 2500
+"""Operations of a decomposition above which the looped kernel compiles for many seconds."""
+
+Array = NDArray[Any]
+
+
+def program_of(job: Job) -> Program | None:
+    """Return the program of a job that a looped kernel can do; None if heyoka must do it.
+
+    heyoka takes what stops a step on its way: events, knots of tables, conditions; and wide precision.
+    """
+    if job.precision != "double" or job.problem.events or job.problem.knots.size or not looped_kernel.available():
+        return None
+    return kernels.smooth_program(job.problem, job.variables, LARGEST)
+
+
+class LoopedRun(Run):
+    """One on a looped kernel.
+
+    Attributes
+    ----------
+    code : Code
+    parameters : array (members, parameters)
+    push : array (1,) or (members,)
+        The momenta that forces give a body at rest.
+    """
+
+    def __init__(self, program: Program, *given: Any) -> None:
+        super().__init__(*given)
+        job, self._program, self._lock = self.job, program, Lock()
+        self.one = not self.state.time.ndim
+        order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
+        layout: Layout = "single" if self.one else "batch"
+        lanes = 1 if self.one else kernels.LANES
+        structure = job.problem.structure, job.variables.structure
+        self.code: Code = kernels.known((structure, order, layout, lanes), lambda: self._compiled(order, layout, lanes))
+        self.parameters = self._values()
+        self.push = np.ravel(job.problem.system.torque_scale * job.variables.scale)
+        self.report.order, self.report.tolerance = order, job.tolerance
+
+    def _compiled(self, order: int, layout: Layout, lanes: int) -> Code:
+        variables, program = self.job.variables, self._program
+        places = np.arange(variables.size)[variables.momenta].tolist()
+        momenta = Momenta(
+            tuple(places), tuple(variables.scaled), tuple(program.powers.tolist()), LEAST, MOST, SMALL, BITS
+        )
+        return looped_kernel.compiled(program.decomposition, order, lanes, layout, momenta)
+
+    def _values(self) -> Array:
+        """Return the parameters of members, shape (members, parameters)."""
+        job = self.job
+        numbers = [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *job.problem.numbers)]
+        columns = self._program.values(numbers)
+        table = np.empty((self.origins.size, len(columns)))
+        for place, column in enumerate(columns):
+            table[:, place] = column
+        set_roots(self._program, table, numbers, self.starts, self.origins, job.variables.momenta)
+        return table
+
+    @override
+    def go(self) -> None:
+        began = clock.perf_counter()
+        if self.one:
+            self._go_on_one_body()
+        else:
+            self._go_on_members()
+        self.report.wall_time = clock.perf_counter() - began
+
+    # ------------------------------------------------------------------ one body
+
+    def _go_on_one_body(self) -> None:
+        """Integrate; what is computed before Ctrl-C or a failure is kept."""
+        job, origin = self.job, float(self.origins[0])
+        rows = np.empty((1, self.rising.size, job.variables.size))
+        tasks = _Tasks(self, kernels.FIRST, rows)
+        ends = (origin, float(self.times[0]), float(self.times[-1]))
+        with bar("time", max(ends) - min(ends), job.progress) as told:
+            steps = tasks.run(told, keeps=job.dense)
+        chosen = tasks.reached
+        times = self.rising[chosen][self.turn]
+        self.sink.take(kernels.FIRST, times, Rows(job.variables, times, rows[0, chosen][self.turn]))
+        tasks.book()
+        if job.dense:
+            dense = self.report.dense = DenseOutput(job.variables, origin, self.starts[0])
+            dense.parts = {way: KeptSteps(steps[tasks.forwards[steps["task"]] == way]) for way in BOTH_WAYS}
+            dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
+
+    # ------------------------------------------------------------------ members
+
+    def _go_on_members(self) -> None:
+        """Integrate slabs of members on threads; on Ctrl-C the members that are finished are kept."""
+        job, count = self.job, self.origins.size
+        threads = max(min(job.threads, -(-count // self.code.lanes)), 1)
+        speed = np.linalg.norm(job.problem.system.omega_body(self.state), axis=-1)
+        order = np.argsort(-np.broadcast_to(speed, (count,)), kind="stable")
+        slabs = self._cut(order, threads)
+        with bar("members", count, job.progress) as told:
+            if threads == 1:
+                self._serve(slabs, told)
+                return
+            with ThreadPoolExecutor(threads) as pool:
+                workers = []
+                try:
+                    workers += [pool.submit(self._serve, slabs, told) for _ in range(threads)]
+                    while wait(workers, timeout=1.0).not_done:
+                        pass
+                except KeyboardInterrupt:
+                    self.interrupt()
+                for worker in workers:
+                    worker.result()
+
+    def _cut(self, order: NDArray[np.int_], threads: int) -> Iterator[NDArray[np.int_]]:
+        """Yield members in slabs, fast rotators first and ever fewer, so that all threads end at the same time."""
+        lanes, row = self.code.lanes, self.times.size * self.job.variables.size * 8
+        most = max(SLAB_BYTES // row, 1)
+        while order.size:
+            fair = -(-order.size // (2 * threads)) if threads > 1 else order.size
+            size = min(max(fair, 2 * lanes), most)
+            yield order[:size]
+            order = order[size:]
+
+    def _serve(self, slabs: Iterator[NDArray[np.int_]], told: Callable[[float], None]) -> None:
+        """Integrate slab after slab, until none is left."""
+        try:
+            while not self.stop:
+                with self._lock:
+                    members = next(slabs, None)
+                if members is None:
+                    return
+                rows = np.full((members.size, self.times.size, self.job.variables.size), np.nan)
+                tasks = _Tasks(self, members, rows)
+                tasks.run(told)
+                kept = tasks.finished
+                with self._lock:
+                    self.report.finished += int(kept.sum())
+                    tasks.book()
+                variables = self.job.variables.of_members(members[kept])
+                self.sink.take(members[kept], self.times, Rows(variables, self.times, rows[kept][:, self.turn]))
+        except BaseException:  # the other threads would go on to the end before anyone hears of it
+            self.stop = True
+            raise
+
+
+class _Tasks:
+    """Members, each in each direction, in the queue of one thread.
+
+    Parameters
+    ----------
+    run : LoopedRun
+    members : array (n,)
+    rows : array (n, times, size)
+        Where rows go, at the rising times.
+    """
+
+    def __init__(self, run: LoopedRun, members: NDArray[np.int_], rows: Array) -> None:
+        self._run, self._members, self._told = run, members, 0.0
+        self._hopeless: dict[int, str] = {}
+        origins, n = run.origins[members], run.rising.size
+        self._place = place = run.rising.searchsorted(origins)
+        at_start = np.flatnonzero(run.rising[np.minimum(place, n - 1)] == origins)
+        at_start = at_start[: at_start.size * (True in run.ways)]
+        rows[at_start, place[at_start]] = run.starts[members[at_start]]
+        self._first = place.copy()
+        self._first[at_start] += 1
+        ways = {True: (self._first, n - self._first, 1), False: (place - 1, place, -1)}
+        each = zip(*(ways[way] for way in run.ways), strict=True)
+        first, count, stride = (np.concatenate([np.broadcast_to(x, members.shape) for x in part]) for part in each)
+        busy = np.flatnonzero(count > 0)
+        self.own = np.tile(np.arange(members.size), len(run.ways))[busy]
+        self.forwards = stride[busy] > 0
+        output = Output(run.rising, rows, self.own, first[busy], count[busy], stride[busy])
+        chosen = members[self.own]
+        self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
+        self.queue.tasks["push"] = run.push[chosen % run.push.size]
+
+    def run(self, told: Callable[[float], None], keeps: bool = False) -> NDArray[Any]:
+        """Take steps until all is done or the run is to stop; return the steps, if they are kept."""
+        variations, tasks = self._run.job.variables.variations, self.queue.tasks
+        kernel = looped_kernel.Run(self._run.code, self.queue, keeps)
+        if variations is not None:
+            tasks["pause"] = STEPS_AT_A_TIME[variations.order] // 10
+        while True:
+            while kernel.advance() and not self._run.stop:
+                self._watch(kernel, told)
+            kernel.note()
+            self._tell(told)
+            paused = np.flatnonzero(tasks["status"] == Status.PAUSED)
+            if variations is None or self._run.stop or not paused.size:
+                return kernel.kept
+            states = tasks["state"][paused]
+            variations.rescale(states[:, self._run.job.variables.tangent])
+            tasks["state"][paused] = states
+            tasks["pause"][paused] += STEPS_AT_A_TIME[variations.order]
+            self.queue.put(paused)
+
+    def _watch(self, kernel: looped_kernel.Run, told: Callable[[float], None]) -> None:
+        """Tell how far tasks are, and give up those whose steps lead nowhere."""
+        tasks = self.queue.tasks
+        before = tasks[["time", "steps"]].copy()
+        for k in kernel.note().tolist():
+            task, steps = tasks[k], int(tasks["steps"][k] - before["steps"][k])
+            time = float(task["time"][0])
+            left, advance = abs(float(task["end"]) - time), abs(time - float(before["time"][k, 0]))
+            if steps >= looped_kernel.BUDGET and (why := reason("step_limit", advance, time, left, steps)):
+                self._hopeless[k] = why
+                kernel.give_up(np.array([k]))
+        self._tell(told)
+
+    def _tell(self, told: Callable[[float], None]) -> None:
+        tasks = self.queue.tasks
+        if self._run.one:
+            done = float(np.sum(np.abs(tasks["time"][:, 0] - self._run.origins[0])))
+        else:
+            done = float(np.sum(self.finished))
+        told(done - self._told)
+        self._told = done
+
+    # ------------------------------------------------------------------ what has become of them
+
+    @property
+    def finished(self) -> NDArray[np.bool_]:
+        """Which members have come to an end, or stopped before."""
+        under_way = np.isin(self.queue.tasks["status"], (Status.UNDER_WAY, Status.PAUSED))
+        left: NDArray[np.int_] = np.bincount(self.own[under_way], minlength=self._members.size)
+        return left == 0
+
+    @property
+    def reached(self) -> slice:
+        """Which of the rising times one body has reached."""
+        rows = dict(zip(self.forwards.tolist(), self.queue.tasks["index"].tolist(), strict=True))
+        return slice(int(self._place[0]) - rows.get(False, 0), int(self._first[0]) + rows.get(True, 0))
+
+    def book(self) -> None:
+        """Note what happened to members that are finished, and to one body in any case."""
+        report, finished = self._run.report, self.finished
+        for k, task in enumerate(self.queue.tasks):
+            member = int(self._members[self.own[k]])
+            if not (finished[self.own[k]] or self._run.one):
+                continue
+            report.steps[member] += task["steps"]
+            if why := self._why(k, int(task["status"])):
+                stop = Stop(why, float(task["time"][0]), float(task["end"]), None)
+                report.stops.setdefault(member, stop)
+
+    def _why(self, k: int, status: int) -> str:
+        """Return why a task stopped before its end; empty if it did not."""
+        if status == Status.NOT_FINITE:
+            return reason("err_nf_state", 0.0, 0.0, 0.0, 1)
+        if status == Status.STALLED:
+            return reason("step_limit", 0.0, 0.0, 0.0, 1)
+        if status == Status.GIVEN_UP:
+            return self._hopeless[k]
+        return "" if status == Status.DONE else INTERRUPTED
