@@ -11,9 +11,7 @@ import sympy
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.algebra.dual import Dual
 from poinsot.algebra.program import Graph
-from poinsot.mechanics.branch_exploration import BRANCHES, ExploredEnvironment, Nested
 
 EPS = np.finfo(float).eps
 ARGUMENT = 0.3
@@ -102,9 +100,8 @@ KINDS = {
     "mpmath": lambda: mpmath.mpf(1),
     "constant of a run": lambda: Graph().input(0),
     "variable of a kernel": lambda: Graph().symbol("x"),
-    "dual": lambda: Dual(1.0, {"x": 1.0}),
-    "nested dual": lambda: Nested(Dual(1.0, {"x": 1.0})),
-    "explored": lambda: ExploredEnvironment(np.ones(BRANCHES)).time,
+    "variable about an array": lambda: Graph().variable(np.array([1.0, 2.0])),
+    "variable about a variable": lambda: Graph().variable(Graph().variable(1.0)),
 }
 SIGNS = {
     "x < 1.5": (lambda x: x < 1.5, lambda x: functions.less(x, 1.5)),
