@@ -9,19 +9,48 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from numbers import Real
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from typing_extensions import override
+import numpy as np
 
 from poinsot import functions
-from poinsot.functions import Combining, Scalar, Vector
+from poinsot.functions import Comparable, Scalar, Vector
 
 __all__ = ["Graph", "Node", "gradient", "number", "ordered", "partials", "ruled", "tangents"]
 
 LARGEST_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
+
+
+OPERATORS: Mapping[str, Callable[..., Any]] = {
+    "add": operator.add,
+    "neg": operator.neg,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "pow": operator.pow,
+}
+
+
+def _operators(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return the methods of an operator: with the node on its left and on its right."""
+    return lambda node, other: _combined(name, node, other), lambda node, other: _combined(name, other, node)
+
+
+def _combined(name: str, a: Any, b: Any) -> Any:
+    """Return what an operator makes of two operands; vectors have their own rules, arrays of nodes go one by one."""
+    if isinstance(a, Vector) or isinstance(b, Vector):
+        return NotImplemented
+    for x in (a, b):
+        if isinstance(x, np.ndarray) and x.dtype == object:
+            return OPERATORS[name](*map(_in_an_array, (a, b)))
+    return _newest((a, b)).applied(name, a, b)
+
+
+def _in_an_array(scalar: Any) -> Any:
+    array = np.empty(np.shape(scalar) if isinstance(scalar, np.ndarray) else (), dtype=object)
+    array[()] = scalar
+    return array
 
 
 class Graph:
@@ -55,20 +84,28 @@ class Graph:
         """Return the values of outputs for those of symbols and inputs, or of any other nodes of this graph."""
         known: dict[int, Any] = {node.place: value for node, value in (values or {}).items()}
         own = [x for x in outputs if isinstance(x, Node) and x.graph is self]
-        for node in _needed(own, known):
+        needed = _needed(own, known)
+        last = {x.place: node.place for node in needed for x in node.nodes} | {x.place: -1 for x in own}
+        for node in needed:
             known[node.place] = node.value if node.name in HOLDING else replayed(node, known)
+            for x in node.nodes:
+                if last[x.place] == node.place:
+                    known.pop(x.place, None)  # so that memory is used again
         return [known[x.place] if isinstance(x, Node) and x.graph is self else x for x in outputs]
 
-    def node(self, name: str, operands: tuple[Any, ...], varies: bool) -> Node:
+    def node(self, name: str, operands: tuple[Any, ...], varies: bool | None = None) -> Node:
         """Return the node of an operation, a new one if it is not known."""
-        key = name, *(("node", x.place) if isinstance(x, Node) else x for x in operands)
-        if key not in self._known:
-            self._known[key] = Node(self, len(self._known), name, operands, varies)
-        return self._known[key]
+        key = name, *operands
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = Node(self, len(self._known), name, operands, varies)
+        return found
 
     def leaf(self, scalar: Any) -> Any:
         """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
-        if isinstance(scalar, Real) or (isinstance(scalar, Node) and scalar.graph is self):
+        if isinstance(scalar, NUMBERS):
+            return float(scalar) if isinstance(scalar, float) else scalar
+        if isinstance(scalar, Node) and scalar.graph is self:
             return scalar
         self._foreign.append(scalar)  # so that no other one has its identity
         node = self.node("value", (id(scalar),), varies=False)
@@ -77,18 +114,17 @@ class Graph:
 
     def applied(self, name: str, *scalars: Any) -> Any:
         """Return a function of scalars, of which one at least is a node."""
-        operands = tuple(map(self.leaf, scalars))
+        operands = tuple([x if x.__class__ in PLAIN or _is_of(x, self) else self.leaf(x) for x in scalars])
         rule = SIMPLER.get(name)
         simple = rule(*operands) if rule else None
         if simple is not None:
             return simple
-        if name in COMMUTING:
-            operands = tuple(sorted(operands, key=_order))
-        varies = any(isinstance(x, Node) and x.varies for x in operands)
-        return self.node(name, operands, varies)
+        if name in COMMUTING and _order(operands[1]) < _order(operands[0]):
+            operands = operands[::-1]
+        return self.node(name, operands)
 
 
-class Node(Combining):
+class Node(Comparable):
     """The result of an operation in a graph.
 
     Attributes
@@ -100,68 +136,71 @@ class Node(Combining):
         function of formulas.
     operands : tuple
         Nodes and numbers; of a symbol its name, of an input its number.
+    nodes : tuple
+        The operands that are nodes.
     varies : bool
         Whether it depends on a symbol or a variable.
     """
 
-    __slots__ = ("graph", "name", "operands", "place", "value", "varies")
+    __slots__ = ("graph", "name", "nodes", "operands", "place", "value", "varies")
+    varies: bool
+    __array_ufunc__ = None
 
-    def __init__(self, graph: Graph, place: int, name: str, operands: tuple[Any, ...], varies: bool) -> None:
-        self.graph, self.place, self.name, self.operands, self.varies = graph, place, name, operands, varies
+    def __init__(self, graph: Graph, place: int, name: str, operands: tuple[Any, ...], varies: bool | None) -> None:
+        self.graph, self.place, self.name, self.operands = graph, place, name, operands
+        self.nodes: tuple[Node, ...] = tuple([x for x in operands if x.__class__ is Node])
+        self.varies = True in [x.varies for x in self.nodes] if varies is None else varies
         self.value: Any = None
 
     def __repr__(self) -> str:
         return f"{self.name}({', '.join(map(repr, self.operands))})"
 
-    @property
-    def nodes(self) -> tuple[Node, ...]:
-        """The operands that are nodes."""
-        return tuple(x for x in self.operands if isinstance(x, Node))
+    __add__, __radd__ = _operators("add")
+    __mul__, __rmul__ = _operators("mul")
+    __truediv__, __rtruediv__ = _operators("div")
+    __pow__, __rpow__ = _operators("pow")
 
-    @override
-    def combined(self, operation: Callable[..., Any], *operands: Any) -> Any:
-        """Return what an operation makes of the operands; vectors have their own rules."""
-        if any(isinstance(x, Vector) for x in operands):
-            return NotImplemented
-        if operation is operator.sub:
-            return operands[0] + (-operands[1])
-        if operation is operator.abs:
-            return functions.abs(operands[0])
-        return _newest(operands).applied(OPERATORS[operation], *operands)
+    def __neg__(self) -> Any:
+        return self.graph.applied("neg", self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return other + (-self)
+
+    def __abs__(self) -> Any:
+        return functions.abs(self)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
     def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
         """Return an elementary function of scalars, this one among them."""
         return _newest(arguments).applied(name, *arguments)
 
-    def __bool__(self) -> bool:
-        raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
-
-def _newest(scalars: Iterable[Any]) -> Graph:
-    return max((x.graph for x in scalars if isinstance(x, Node)), key=lambda graph: graph.age)
-
-
-OPERATORS = {
-    operator.add: "add",
-    operator.neg: "neg",
-    operator.mul: "mul",
-    operator.truediv: "div",
-    operator.pow: "pow",
-}
-REPLAYED: Mapping[str, Callable[..., Any]] = {
-    **{name: operation for operation, name in OPERATORS.items()},
-    "ruled": lambda value, *_: value,
-}
+NUMBERS = (int, float, np.integer, np.floating)
+PLAIN = (int, float)
+REPLAYED: Mapping[str, Callable[..., Any]] = {**OPERATORS, "ruled": lambda value, *_: value}
 COMMUTING = ("add", "mul")
 HOLDING = ("variable", "value")
 
 
+def _is_of(scalar: Any, graph: Graph) -> bool:
+    return scalar.__class__ is Node and scalar.graph is graph
+
+
+def _newest(scalars: Iterable[Any]) -> Graph:
+    return max([x.graph for x in scalars if x.__class__ is Node], key=operator.attrgetter("age"))
+
+
 def _order(operand: Any) -> tuple[int, Any]:
-    return (1, operand.place) if isinstance(operand, Node) else (0, operand)
+    return (1, operand.place) if operand.__class__ is Node else (0, operand)
 
 
 def _is(operand: Any, number: float) -> bool:
-    return isinstance(operand, Real) and bool(operand == number)
+    return operand.__class__ is not Node and bool(operand == number)
 
 
 # ---------------------------------------------------------------------- simplifications: None where there is none
@@ -183,12 +222,12 @@ def _multiplied(a: Any, b: Any) -> Any:
             return other
         if _is(one, -1):
             return -other
-        if isinstance(one, Node) and one.name == "neg":
-            return -(one.operands[0] * other)
-        if isinstance(one, Real) and isinstance(other, Node) and other.name == "mul":
+        if one.__class__ is Node:
+            if one.name == "neg":
+                return -(one.operands[0] * other)
+        elif other.name == "mul" and other.operands[0].__class__ is not Node:
             number, rest = other.operands
-            if isinstance(number, Real):
-                return (one * number) * rest
+            return (one * number) * rest
     return None
 
 
@@ -197,16 +236,14 @@ def _divided(a: Any, b: Any) -> Any:
         return 0.0
     if _is(b, 1):
         return a
-    if isinstance(a, Node) and a.name == "neg":
+    if a.__class__ is Node and a.name == "neg":
         return -(a.operands[0] / b)
     return None
 
 
 def _powered(base: Any, power: Any) -> Any:
-    if not isinstance(power, Real):
-        if isinstance(power, Node) and not power.varies and isinstance(base, Node) and base.varies:
-            return None
-        return functions.exp(power * functions.log(base)) if isinstance(power, Node) and power.varies else None
+    if isinstance(power, Node):
+        return functions.exp(power * functions.log(base)) if power.varies else None
     n = float(power)
     if n == int(n) and 0 <= n <= LARGEST_POWER:
         return _whole_power(base, int(n))
@@ -222,7 +259,7 @@ def _whole_power(x: Any, n: int) -> Any:
 
 
 def _chosen(_: Any, a: Any, b: Any) -> Any:
-    return a if a is b or (isinstance(a, Real) and isinstance(b, Real) and a == b) else None
+    return a if a is b or (a.__class__ is not Node and _is(b, a)) else None
 
 
 SIMPLER: Mapping[str, Callable[..., Any]] = {
@@ -253,7 +290,7 @@ PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
     "neg": lambda *_: (-1,),
     "mul": lambda _, a, b: (b, a),
     "div": lambda y, _, b: (1 / b, -y / b),
-    "pow": lambda y, a, b: (b * y / a, y * functions.log(a)),
+    "pow": lambda y, a, b: (b * y / a, y * functions.log(a) if isinstance(b, Node) else 0.0),
     "sqrt": lambda y, _: (0.5 / y,),
     "exp": lambda y, _: (y,),
     "log": lambda _, a: (1 / a,),
@@ -280,11 +317,12 @@ def partials(node: Node) -> tuple[Any, ...]:
         If it has none.
     """
     if node.name == "ruled":
-        return 0.0, *map(node.value, range(len(node.operands) - 1))
+        *variables, slope = node.operands[1:]
+        return 0.0, *map(slope, range(len(variables))), 0.0
     if node.name not in PARTIALS:
         raise TypeError(f"{node.name} must not be of what a derivative is taken by, but it is.")
     slopes = PARTIALS[node.name](node, *node.operands)
-    return tuple(s if isinstance(x, Node) else 0.0 for s, x in zip(slopes, node.operands, strict=True))
+    return tuple([s if isinstance(x, Node) else 0.0 for s, x in zip(slopes, node.operands, strict=True)])
 
 
 def ruled(value: Any, variables: Sequence[Any], slope: Callable[[int], Any]) -> Any:
@@ -292,9 +330,7 @@ def ruled(value: Any, variables: Sequence[Any], slope: Callable[[int], Any]) -> 
     if not any(isinstance(x, Node) for x in variables):
         return value
     graph = _newest(variables)
-    node = graph.node("ruled", tuple(map(graph.leaf, (value, *variables))), varies=True)
-    node.value = slope
-    return node
+    return graph.node("ruled", (*map(graph.leaf, (value, *variables)), slope))
 
 
 def ordered(outputs: Iterable[Any]) -> list[Node]:
@@ -315,20 +351,14 @@ def gradient(output: Any, by: Sequence[Node]) -> list[Any]:
         return [0.0] * len(by)
     nodes, ends = ordered([output]), {node.place for node in by}
     reached = _reached(nodes, ends)
-    adjoints: dict[int, Any] = {output.place: 1}
+    adjoints: dict[int, Any] = {output.place: 1} if output.place in reached else {}
     for node in reversed(nodes):
         if node.place not in adjoints or node.place in ends:
             continue
         adjoint = adjoints[node.place]
-        if node.name == "where":
-            condition, a, b = node.operands
-            shares = [(a, functions.where(condition, adjoint, 0.0)), (b, functions.where(condition, 0.0, adjoint))]
-        else:
-            needed = any(x.place in reached for x in node.nodes)
-            shares = list(zip(node.operands, partials(node), strict=True)) if needed else []
-            shares = [(x, slope * adjoint) for x, slope in shares if isinstance(x, Node) and x.place in reached]
-        for x, share in shares:
-            if isinstance(x, Node) and x.place in reached and not _is(share, 0):
+        factors = [adjoint if x.__class__ is Node and x.place in reached else 0.0 for x in node.operands]
+        for x, share in zip(node.operands, _shares(node, factors), strict=True):
+            if not _is_zero(share):
                 adjoints[x.place] = adjoints[x.place] + share if x.place in adjoints else share
     return [adjoints.get(node.place, 0.0) for node in by]
 
@@ -341,21 +371,34 @@ def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
     for node in ordered(own):
         if node.place in found or not any(x.place in found for x in node.nodes):
             continue
-        if node.name == "where":
-            condition, *branches = node.operands
-            change = functions.where(condition, *(_known(found, x) for x in branches))
-        elif node.name == "less":
+        if node.name == "less":
             continue
+        factors = [_known(found, x) for x in node.operands]
+        if node.name == "where":
+            change = functions.where(node.operands[0], *factors[1:])
         else:
-            pairs = [(s, _known(found, x)) for x, s in zip(node.operands, partials(node), strict=True)]
-            change = sum((s * x for s, x in pairs if not _is(x, 0)), start=0.0)
-        if not _is(change, 0):
+            change = sum([share for share in _shares(node, factors) if not _is_zero(share)], start=0.0)
+        if not _is_zero(change):
             found[node.place] = change
     return [_known(found, x) for x in own]
 
 
+def _shares(node: Node, factors: Sequence[Any]) -> Sequence[Any]:
+    """Return the derivatives of a node by its operands, each times a factor."""
+    if node.name == "add":
+        return factors
+    if node.name == "where":
+        condition, (_, first, second) = node.operands[0], factors
+        return 0.0, functions.where(condition, first, 0.0), functions.where(condition, 0.0, second)
+    return [0.0 if _is_zero(x) else s * x for s, x in zip(partials(node), factors, strict=True)]
+
+
+def _is_zero(scalar: Any) -> bool:
+    return scalar.__class__ in PLAIN and bool(scalar == 0)
+
+
 def _known(found: Mapping[int, Any], operand: Any) -> Any:
-    return found.get(operand.place, 0.0) if isinstance(operand, Node) else 0.0
+    return found.get(operand.place, 0.0) if operand.__class__ is Node else 0.0
 
 
 def _reached(nodes: Iterable[Node], ends: Iterable[int]) -> set[int]:
@@ -379,13 +422,13 @@ def number(scalar: Any) -> Any:
 
 def replayed(node: Node, known: Mapping[int, Any]) -> Any:
     """Return the value of a node from those of its operands, by their places."""
-    operands = [known[x.place] if isinstance(x, Node) else x for x in node.operands]
+    operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
     operation = REPLAYED.get(node.name) or getattr(functions, node.name)
     return operation(*operands)
 
 
-def _needed(outputs: Iterable[Node], known: Mapping[int, Any]) -> Iterator[Node]:
-    """Yield the nodes to be computed, operands first."""
+def _needed(outputs: Iterable[Node], known: Mapping[int, Any]) -> list[Node]:
+    """Return the nodes to be computed, operands first."""
     found: dict[int, Node] = {}
     waiting = list(outputs)
     while waiting:
@@ -393,4 +436,4 @@ def _needed(outputs: Iterable[Node], known: Mapping[int, Any]) -> Iterator[Node]
         if node.place not in found and node.place not in known:
             found[node.place] = node
             waiting += node.nodes
-    return (found[place] for place in sorted(found))
+    return [found[place] for place in sorted(found)]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from poinsot.algebra.program import ruled
+from poinsot.algebra.program import number, ruled
 from poinsot.functions import Scalar
 
 __all__ = ["SolidHarmonics"]
@@ -31,8 +31,8 @@ class SolidHarmonics:
 
     def __init__(self, vector: Sequence[Scalar], squared: Scalar | None = None) -> None:
         self.vector = tuple(vector)
-        self._x, self._y, self._z = x, y, z = self.vector
-        self._squared = x * x + y * y + z * z if squared is None else squared
+        self._x, self._y, self._z = x, y, z = tuple(map(number, self.vector))
+        self._squared = x * x + y * y + z * z if squared is None else number(squared)
         self._known: dict[tuple[int, int], tuple[Scalar, Scalar]] = {(0, 0): (1.0, 0.0)}
 
     def pair(self, n: int, m: int) -> tuple[Scalar, Scalar]:

@@ -9,7 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import ruled
+from poinsot.algebra.program import number
 from poinsot.errors import refuse_nonpositive
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
@@ -125,8 +125,7 @@ def _beyond_the_sphere(q1: Scalar, q2: Scalar, e2: Scalar, e3: Scalar) -> Scalar
     With d = e / r^2, l = L / r^2, v = L / T and y = v / l, the product under the root is T^3 (1 + x), x = y^2 (e2 +
     e3 y): the d_i sum up to zero. Every term is as small as the d_i.
     """
-    cubic = e2 + q1, e3 - q2
-    l = ruled(_largest_root(*cubic), cubic, lambda _: 0.0)  # the integrand is zero where the integral begins
+    l = _largest_root(number(e2 + q1), number(e3 - q2))  # no derivative: the integrand is zero where it begins
     inverse = 1 / l
     second, third = e2 * inverse * inverse, e3 * inverse * inverse * inverse
     excesses = [v * v * second + v * v * v * third for v, _ in NODES]
