@@ -15,7 +15,7 @@ import builtins
 import operator
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -93,6 +93,8 @@ class Vector(Sequence[Any]):
 class Comparable:
     """The comparisons of a kind of scalar: the conditions that `less` makes."""
 
+    __slots__ = ()
+
     def __lt__(self, other: Any) -> Any:
         return less(self, other)
 
@@ -103,75 +105,6 @@ class Comparable:
         raise TypeError("a formula must compare by < or >, as poinsot.functions.less(a, b) does, got <= or >=.")
 
     __ge__ = __le__
-
-
-class Commuting(Comparable):
-    """The operators of a kind of scalar whose left operand is another kind, by those with the operands exchanged."""
-
-    if TYPE_CHECKING:
-
-        def __neg__(self) -> Any: ...
-
-    def __radd__(self, other: Any) -> Any:
-        return self + other
-
-    def __rsub__(self, other: Any) -> Any:
-        return -self + other
-
-    def __rmul__(self, other: Any) -> Any:
-        return self * other
-
-    def __abs__(self) -> Any:
-        return abs(self)
-
-    def __bool__(self) -> bool:
-        raise TypeError("a formula must not branch with `if` on a value, but it does.")
-
-
-class Combining(Comparable):
-    """The operators of a kind of scalar, by one method that takes the operation and its operands in their order."""
-
-    __array_ufunc__ = None
-
-    if TYPE_CHECKING:
-
-        def combined(self, operation: Callable[..., Any], *operands: Any) -> Any: ...
-
-    def __add__(self, other: Any) -> Any:
-        return self.combined(operator.add, self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self.combined(operator.add, other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self.combined(operator.sub, self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self.combined(operator.sub, other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self.combined(operator.mul, self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self.combined(operator.mul, other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self.combined(operator.truediv, self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self.combined(operator.truediv, other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return self.combined(operator.pow, self, other)
-
-    def __rpow__(self, other: Any) -> Any:
-        return self.combined(operator.pow, other, self)
-
-    def __neg__(self) -> Any:
-        return self.combined(operator.neg, self)
-
-    def __abs__(self) -> Any:
-        return self.combined(operator.abs, self)
 
 
 class ComovingVector(Vector):

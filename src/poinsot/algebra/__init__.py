@@ -1,1 +1,1 @@
-"""Numbers alone: quaternions, derivatives by dual numbers, sums of two doubles, solid harmonics."""
+"""Numbers alone: quaternions, formulas as graphs and their derivatives, sums of two doubles, solid harmonics."""
