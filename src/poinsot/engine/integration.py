@@ -342,7 +342,10 @@ class Integration:
             taken = kernel.sound_steps(ends, most)
             back()
         kernel.certain(self._closely)
-        results, on_the_way = stepper.advance(taken)
+        found = stepper.advance(taken)
+        if self._closely:
+            taken, found = self._sound(taken, found, before, under_way, back)
+        results, on_the_way = found
         doubtful = kernel.doubtful(under_way, results, on_the_way)
         if self._goes_back(doubtful, under_way, back):
             return
@@ -356,6 +359,25 @@ class Integration:
         self.take_events()
         kernel.rescale()
         self._chunk, self._closely = kernel.steps_at_a_time(stepper.chunk), doubtful
+
+    def _sound(
+        self, taken: int, found: Any, before: Array, under_way: list[int], back: Callable[[], None]
+    ) -> tuple[int, Any]:
+        """Take fewer steps where as many as were rehearsed fail, or one more where they lead nowhere; return them.
+
+        For an event at the start of a chunk the engine takes a step of length 0, in a rehearsal or in the chunk alone.
+        """
+        stepper, kernel = self._stepper, self._kernel
+        while taken > 1 and kernel.failing(under_way, found[0]):
+            taken //= 2
+            back()
+            found = stepper.advance(taken)
+        stands = np.array_equal(stepper.times(), before)
+        if stands and all(kernel.outcome(found[0][lane][0], lane) == "step_limit" for lane in under_way):
+            taken += 1
+            back()
+            found = stepper.advance(taken)
+        return taken, found
 
     def _goes_back(self, doubtful: bool, under_way: list[int], back: Callable[[], None]) -> bool:
         """Go back to the start of a chunk that must be taken again, closely or for a lost zero; return whether so."""

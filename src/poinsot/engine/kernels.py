@@ -263,13 +263,17 @@ class Kernel:
             return most
         return STEPS_AT_A_TIME[self._variations.order] // (10 if first else 1)
 
+    def failing(self, lanes: list[int], results: list[Any]) -> bool:
+        """Whether a chunk of steps has ended with a state that is not finite in one of some lanes."""
+        return any(OUTCOMES.get(int(results[lane][0])) == "err_nf_state" for lane in lanes)
+
     def doubtful(self, lanes: list[int], results: list[Any], rows: NDArray[Any]) -> bool:
         """Whether a chunk of steps in some lanes may have begun one with momenta out of the band of their scale.
 
         `results` are the engine's: how each lane ended, its shortest and its longest step; `rows` are variables on the
         way, shape (n, size, lanes). A chunk that ends with a state that is not finite is taken again up to there.
         """
-        if any(OUTCOMES.get(int(results[lane][0])) == "err_nf_state" for lane in lanes):
+        if self.failing(lanes, results):
             return True
         looked_at = rows[: -1 : max(len(rows) // SAMPLES, 1)]
         if self.scales.all_fit(self.engine.state, looked_at):
