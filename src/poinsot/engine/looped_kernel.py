@@ -328,26 +328,20 @@ class _Kernel:
                 *((name, "f8", (lanes,)) for name in doubles),
                 *((name, "i8", (lanes,)) for name in integers),
                 ("reciprocals_of_orders", "f8", (self.order + 1,)),
-                ("tasks", "u8"),
-                ("queue", "u8"),
-                ("kept", "u8"),
-                ("kept_count", "i8"),
-                ("kept_most", "i8"),
+                *((name, "i8") for name in ("queue", "kept", "kept_most", "kept_count")),
             ]
         )
 
     def _task_type(self) -> np.dtype[Any]:
+        doubles = ("end", "limit", "push", "shortest", "longest")
+        integers = ("status", "steps", "pause", "bits", "index", "count", "stride", "first", "place")
         return np.dtype(
             [
                 ("state", "f8", (self.variables,)),
                 ("parameters", "f8", (self.parameters,)),
                 ("time", "f8", (2,)),
-                *((name, "f8") for name in ("end", "limit", "push", "shortest", "longest")),
-                *(
-                    (name, "i8")
-                    for name in ("status", "steps", "pause", "bits", "index", "count", "stride", "row_stride")
-                ),
-                *((name, "u8") for name in ("times", "rows")),
+                *((name, "f8") for name in doubles),
+                *((name, "i8") for name in integers),
             ]
         )
 
@@ -501,9 +495,10 @@ class _Kernel:
     def _write_row(self, address: Value, lane: Value) -> None:
         """Write a row of a lane, and turn to its next output time."""
         work, lines = _Record(address, self.work), address.function
-        task = self._task(work, lane)
-        index = work.array("index", INTEGER)
-        out = Array(task.array("rows", POINTER)[0], DOUBLE).at(index[lane] * task.array("row_stride", INTEGER)[0])
+        queue, task = _Record(work.array("queue", POINTER)[0], QUEUE), self._task(work, lane)
+        index, numbers = work.array("index", INTEGER), (task.array(name, INTEGER)[0] for name in ("place", "stride"))
+        place, stride = numbers
+        out = Array(queue.array("rows", POINTER)[0], DOUBLE).at((place + index[lane] * stride) * self.variables)
         self._copy(lines, self.variables, work.array("row"), lane, Array(out, DOUBLE))
         index[lane] = index[lane] + 1
         self._look_ahead(work, task, lane)
@@ -511,17 +506,19 @@ class _Kernel:
     def _look_ahead(self, work: _Record, task: _Record, lane: Value) -> None:
         """Set the next output time of a lane, infinity if it has none."""
         lines, index = lane.function, work.array("index", INTEGER)[lane]
-        times = Array(task.array("times", POINTER)[0], DOUBLE)
+        queue = _Record(work.array("queue", POINTER)[0], QUEUE)
+        times = Array(queue.array("times", POINTER)[0], DOUBLE)
 
         def ahead() -> list[Value]:
-            return [times[index * task.array("stride", INTEGER)[0]]]
+            return [times[task.array("first", INTEGER)[0] + index * task.array("stride", INTEGER)[0]]]
 
         none = [lines.constant(DOUBLE, math.inf)]
         (following,) = lines.either(index.is_("lt", task.array("count", INTEGER)[0]), none, ahead)
         work.array("output_time")[lane] = following
 
     def _task(self, work: _Record, lane: Value) -> _Record:
-        tasks = Array(work.array("tasks", POINTER)[0], f"[{self.task.itemsize} x i8]")
+        queue = _Record(work.array("queue", POINTER)[0], QUEUE)
+        tasks = Array(queue.array("tasks", POINTER)[0], f"[{self.task.itemsize} x i8]")
         return _Record(tasks.at(work.array("task", INTEGER)[lane]), self.task)
 
     def _copy(self, lines: Lines, count: int, source: Array, lane: Value, out: Array) -> None:
@@ -678,7 +675,7 @@ class _Kernel:
         return work.array("active", self.whole)[0].is_("ne", 0).any().to_integer()
 
 
-QUEUE = np.dtype([("next", "i8"), ("count", "i8"), ("members", "u8")])
+QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
 DOUBLES = ("end", "limit", "shortest", "longest")
 INTEGERS = ("steps", "pause", "index", "bits")
 """What a lane takes of a task as it is."""
@@ -732,8 +729,8 @@ class Output:
     rows : array (members, m, variables)
         C-contiguous.
     members, first, count, stride : arrays (n,)
-        Of each task: which member's rows it writes, from which time on, how many, and whether to later ones of the
-        array (1) or to earlier ones (-1).
+        Of each task: which member's rows it writes, from which time on, how many, at least one, and whether to later
+        ones of the array (1) or to earlier ones (-1).
     """
 
     times: Doubles
@@ -744,11 +741,9 @@ class Output:
     stride: NDArray[np.int64]
 
     def into(self, tasks: NDArray[Any]) -> None:
-        """Write the addresses and the last times into tasks."""
-        width = self.rows.shape[-1]
-        tasks["times"] = self.times.ctypes.data + 8 * self.first
-        tasks["rows"] = self.rows.ctypes.data + 8 * width * (self.members * self.times.size + self.first)
-        tasks["count"], tasks["stride"], tasks["row_stride"] = self.count, self.stride, self.stride * width
+        """Write places and last times into tasks."""
+        tasks["first"], tasks["count"], tasks["stride"] = self.first, self.count, self.stride
+        tasks["place"] = self.members * self.times.size + self.first
         tasks["end"] = self.times[self.first + self.stride * (self.count - 1)]
 
 
@@ -777,56 +772,59 @@ class Queue:
     """
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
-        count = len(states)
-        self.tasks, self.record = np.zeros(count, code.task), np.zeros(1, QUEUE)
-        self.tasks["state"], self.tasks["parameters"] = states, parameters
-        parts = np.reshape(times, (count, -1))
-        self.tasks["time"][:, : parts.shape[1]] = parts
-        self.tasks["limit"], self.tasks["shortest"], self.tasks["pause"] = LONGEST, np.inf, FOREVER
-        output.into(self.tasks)
-        self._output, self._members = output, np.empty(0, dtype=np.int64)  # tasks have their addresses
-        self.put(np.arange(count))
+        tasks = self.tasks = np.zeros(len(states), code.task)
+        tasks["limit"], tasks["shortest"], tasks["pause"] = LONGEST, np.inf, FOREVER
+        tasks["state"], tasks["parameters"] = states, parameters
+        tasks["time"][:, : 1 if times.ndim == 1 else 2] = times.reshape(len(states), -1)
+        output.into(tasks)
+        self._output, self._waiting = output, np.arange(len(states))  # the memory whose addresses are given away
+        arrays = self._waiting, tasks, output.times, output.rows
+        self._record = np.array([0, len(states), *(array.ctypes.data for array in arrays)])
+        self.address = self._record.ctypes.data
 
-    def put(self, members: NDArray[np.int_]) -> None:
-        """Add tasks that are under way; no run may be advancing."""
-        record = self.record[0]
-        self._members = np.concatenate([self._members[record["next"] :], members])
-        self.tasks["status"][members] = Status.UNDER_WAY
-        self.record[0] = (0, self._members.size, self._members.ctypes.data)
+    def put(self, tasks: NDArray[np.int_]) -> None:
+        """Add tasks that have left their lanes, by their numbers; no run may be advancing."""
+        self._waiting = np.concatenate([self._waiting[self._record[0] :], tasks])
+        self._record[:3] = 0, self._waiting.size, self._waiting.ctypes.data
+        self.tasks["status"][tasks] = Status.UNDER_WAY
 
 
 class Run:
-    """The memory of one thread that works on a queue of tasks.
+    """The memory of one thread that works on queues of tasks.
 
     Parameters
     ----------
     code : Code
-    queue : Queue
     keeps_steps : bool
         Whether `kept` has the coefficients of all steps; for one lane.
     """
 
-    def __init__(self, code: Code, queue: Queue, keeps_steps: bool = False) -> None:
+    def __init__(self, code: Code, keeps_steps: bool = False) -> None:
         memory = np.zeros(code.work.itemsize + ALIGNMENT, np.uint8)
         start = -memory.ctypes.data % ALIGNMENT
-        self._code, self._queue = code, queue
-        self._work = memory[start : start + code.work.itemsize].view(code.work)
-        self._work["reciprocals_of_orders"][0, 1:] = 1.0 / np.arange(1, code.order + 1)
-        self._work["tasks"], self._work["queue"] = queue.tasks.ctypes.data, queue.record.ctypes.data
-        self._work["kept_most"], self._steps = FOREVER, np.empty(0, code.step)
+        memory = memory[start : start + code.work.itemsize]
+        work = memory.view(code.work)
+        work["reciprocals_of_orders"][0, 1:] = 1.0 / np.arange(1, code.order + 1)
+        self._code, self._address, self._active = code, memory.ctypes.data, work["active"]
+        self._numbers = memory.view(np.int64)[-4:]  # queue, kept, kept_most, kept_count
+        self._numbers[2], self._steps = FOREVER, np.empty(0, code.step)
         if keeps_steps:
             self._keep(STEPS_KEPT)
+
+    def start(self, queue: Queue) -> None:
+        """Turn to a queue, and forget what was before."""
+        self._queue, self._numbers[0], self._numbers[3] = queue, queue.address, 0
+        self._active[:] = 0
 
     def _keep(self, count: int) -> None:
         larger = np.empty(count, self._code.step)
         larger[: self._steps.size] = self._steps
-        self._steps = larger
-        self._work["kept"], self._work["kept_most"] = larger.ctypes.data, count
+        self._steps, self._numbers[1], self._numbers[2] = larger, larger.ctypes.data, count
 
     def advance(self, budget: int = BUDGET) -> bool:
         """Take so many steps at most in each lane; return whether something is left to do."""
-        left = bool(self._code.advance(self._work.ctypes.data, budget))
-        if left and self._work["kept_count"][0] == self._work["kept_most"][0]:
+        left = bool(self._code.advance(self._address, budget))
+        if left and self._numbers[3] == self._numbers[2]:
             self._keep(2 * self._steps.size)
         return left
 
@@ -848,7 +846,7 @@ class Run:
     @property
     def kept(self) -> NDArray[Any]:
         """The steps that were kept: task, start (two parts), length and coefficients (order + 1, variables) of each."""
-        return self._steps[: int(self._work["kept_count"][0])]
+        return self._steps[: self._numbers[3]]
 
 
 @functools.cache

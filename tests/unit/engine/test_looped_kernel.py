@@ -195,7 +195,8 @@ def integrated(code, states, times, *, origin=0.0, parameters=None, budget=10**6
     )
     if change is not None:
         change(queue.tasks)
-    run = Run(code, queue, keeps_steps=code.lanes == 1)
+    run = Run(code, keeps_steps=code.lanes == 1)
+    run.start(queue)
     while run.advance(budget):
         pass
     return rows, queue.tasks, run
@@ -342,7 +343,8 @@ def test_members_run_both_ways_on_ragged_times_and_take_one_anothers_lanes():
     first = np.concatenate([places, places - 1])
     output = Output(times, rows, members, first, counts.ravel(), way)
     queue = Queue(code, states[members], origins[members], np.zeros((2 * count, 0)), output)
-    run = Run(code, queue)
+    run = Run(code)
+    run.start(queue)
     assert not run.advance()
     np.testing.assert_array_equal(queue.tasks["status"], Status.DONE)
     np.testing.assert_array_equal(queue.tasks["index"], counts.ravel())
@@ -404,7 +406,8 @@ def test_tasks_that_pause_go_on_when_they_are_put_back():
         np.zeros((6, 0)),
         Output(times, again, np.arange(6), numbers, numbers + 39, numbers + 1),
     )
-    queue.tasks["pause"][:4], run = 10, Run(code, queue)
+    queue.tasks["pause"][:4], run = 10, Run(code)
+    run.start(queue)
     run.advance()
     paused = np.flatnonzero(queue.tasks["status"] == Status.PAUSED)
     np.testing.assert_array_equal(paused, range(4))
@@ -537,7 +540,8 @@ def test_threads_share_a_queue():
     queue = Queue(code, starts("top", count), np.zeros(count), np.zeros((count, 0)), output)
 
     def work():
-        run = Run(code, queue)
+        run = Run(code)
+        run.start(queue)
         while run.advance(20):
             pass
 
