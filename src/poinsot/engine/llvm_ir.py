@@ -6,14 +6,35 @@ unless it says so (`fma`). So the same formulas give the same bits in vectors of
 
 from __future__ import annotations
 
+import ctypes
+import functools
+import platform
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["BOOL", "DOUBLE", "INTEGER", "POINTER", "Array", "Function", "Module", "Value", "vector"]
+import numpy as np
+
+__all__ = [
+    "BOOL",
+    "DOUBLE",
+    "INTEGER",
+    "POINTER",
+    "Array",
+    "Function",
+    "Module",
+    "Record",
+    "Value",
+    "host_features",
+    "machine_code",
+    "vector",
+]
 
 DOUBLE, INTEGER, BOOL, POINTER = "double", "i64", "i1", "ptr"
+
+CODE_GENERATION = 2
+"""LLVM's level: 3 is not faster."""
 
 
 def vector(kind: str, lanes: int) -> str:
@@ -223,6 +244,18 @@ class Array:
         return Array(self.address, kind)
 
 
+class Record:
+    """A structure in memory whose fields are those of a NumPy type."""
+
+    def __init__(self, address: Value, kind: np.dtype[Any]) -> None:
+        self.address, self._kind = address, kind
+
+    def array(self, name: str, kind: str = DOUBLE) -> Array:
+        """Return a field as elements of a type."""
+        fields: Any = self._kind.fields
+        return Array(Array(self.address, "i8").at(fields[name][1]), kind)
+
+
 class Module:
     """Functions, and what they call from outside."""
 
@@ -360,3 +393,28 @@ class Function:
 
 def _listed(values: Sequence[Value]) -> str:
     return ", ".join(f"{value.type} {value.name}" for value in values)
+
+
+@functools.cache
+def host_features() -> dict[str, bool]:
+    """Return the instructions that this processor has, by LLVM's names."""
+    import llvmlite.binding as llvm
+
+    return dict(llvm.get_host_cpu_features())
+
+
+def machine_code(text: str, library: Sequence[str]) -> Any:
+    """Compile a module that calls some functions of the C library, and return what owns the code."""
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    own = ctypes.CDLL("ucrtbase" if platform.system() == "Windows" else None)
+    for name in library:
+        llvm.add_symbol(name, ctypes.cast(getattr(own, name), ctypes.c_void_p).value)
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=CODE_GENERATION
+    )
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    engine.finalize_object()
+    return engine

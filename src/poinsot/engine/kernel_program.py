@@ -1,0 +1,543 @@
+"""The program of a kernel: a loop over the orders in each step, steps, rows, and members that take others' lanes."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from typing_extensions import override
+
+from poinsot.engine import llvm_functions
+from poinsot.engine.decomposition import Coefficient, Decomposition, Function
+from poinsot.engine.kernel_layouts import Batch, Layout, Single
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
+from poinsot.engine.llvm_ir import Function as Lines
+from poinsot.engine.taylor_schedule import Row, Schedule
+
+__all__ = ["QUEUE", "KernelProgram", "Momenta", "Status"]
+
+AT_ONCE = 8
+"""Polynomials that are evaluated side by side: their sums stay in registers."""
+
+QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
+
+DOUBLES, INTEGERS = ("end", "limit", "shortest", "longest"), ("steps", "pause", "index", "bits")
+"""What a lane takes of a task as it is."""
+
+
+class Status(IntEnum):
+    """How a task stands."""
+
+    UNDER_WAY = 0
+    DONE = 1
+    NOT_FINITE = 2
+    STALLED = 3
+    PAUSED = 4
+
+
+class Momenta(NamedTuple):
+    """Momenta that are rescaled by a power of two where their norm leaves a band as a step begins.
+
+    Parameters
+    ----------
+    places : tuple of int
+        Of the state variables whose norm it is.
+    scaled : tuple of int
+        Of all that go with the scale.
+    powers : tuple of int
+        To which power of the scale each parameter goes.
+    least, most, size : float
+        The band, and the size that they are given.
+    bits : (int, int)
+        The range of the scale over that of the start, powers of two.
+    """
+
+    places: tuple[int, ...] = ()
+    scaled: tuple[int, ...] = ()
+    powers: tuple[int, ...] = ()
+    least: float = 0.0
+    most: float = math.inf
+    size: float = 1.0
+    bits: tuple[int, int] = (0, 0)
+
+
+class _ZerothOrder:
+    """The arithmetic of order 0 in a kernel."""
+
+    def __init__(self, kernel: KernelProgram, work: Record, n: Value | int = 0) -> None:
+        self._kernel, self._work, self._kind = kernel, work, kernel.kind
+        self._states = kernel.layout.states(work.address, n)
+
+    def coefficient(self, coefficient: Coefficient) -> Value:
+        number, parameter = coefficient
+        if parameter is None:
+            return self._work.address.function.constant(self._kind, number)
+        if number == 1.0:
+            return self._work.array("parameters", self._kind)[parameter]
+        return self._work.array("multiples", self._kind)[self._kernel.multiples.index(coefficient)]
+
+    def state(self, place: int) -> Value:
+        return self._states[place]
+
+    def time(self) -> Value:
+        return self._work.array("time", self._kind)[0]
+
+    def function(self, function: Function, arguments: Sequence[Value]) -> Value:
+        return llvm_functions.elementary(function, arguments, self._kernel.lanes)
+
+    def keep(self, k: int, value: Value) -> None:
+        """Store what higher orders need of order 0."""
+        if k in self._kernel.schedule.zeros:
+            self._work.array("zeros", self._kind)[self._kernel.zeros.index(k)] = value
+        if k in self._kernel.schedule.reciprocals:
+            self._work.array("reciprocals", self._kind)[self._kernel.reciprocals.index(k)] = 1.0 / value
+
+
+class _HigherOrder(_ZerothOrder):
+    """The arithmetic of an order n > 0."""
+
+    def __init__(self, kernel: KernelProgram, work: Record, n: Value) -> None:
+        super().__init__(kernel, work, n)
+        self._n, self._inner = n, kernel.layout.inner_sums(work.address, n)
+        self._over, self._weight = kernel.over_order(work, n), n.to_double().spread(kernel.lanes)
+
+    @override
+    def time(self) -> Value:
+        one = self._n.function.constant(DOUBLE, 1.0)
+        return self._n.is_("eq", 1).choose(one, 0.0).spread(self._kernel.lanes)
+
+    @override
+    def keep(self, k: int, value: Value) -> None:
+        """Store what inner sums of higher orders read."""
+        for row in (Row(k, False), Row(k, True)):
+            if row in self._kernel.schedule.rows:
+                kept = value * self._weight if row.weighted else value
+                self._kernel.layout.keep(self._work.address, self._n, row, kept)
+
+    def zero(self, operation: int) -> Value:
+        return self._work.array("zeros", self._kind)[self._kernel.zeros.index(operation)]
+
+    def reciprocal(self, operation: int) -> Value:
+        return self._work.array("reciprocals", self._kind)[self._kernel.reciprocals.index(operation)]
+
+    def inner_sum(self, place: int) -> Value:
+        return self._inner(place)
+
+    def over_order(self, value: Value) -> Value:
+        return value * self._over
+
+
+class KernelProgram:
+    """The text of a kernel and the types of its memory."""
+
+    def __init__(self, decomposition: Decomposition, order: int, lanes: int, layout: Layout, momenta: Momenta) -> None:
+        self.schedule, self.order, self.lanes, self.momenta = Schedule(decomposition), order, lanes, momenta
+        self.variables, self.parameters = len(decomposition.rates), decomposition.parameters
+        self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
+        self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
+        self.multiples = self.schedule.multiples
+        self.layout: Batch | Single = (
+            Batch(self.schedule, self.variables, order, lanes)
+            if layout == "batch"
+            else Single(self.schedule, self.variables, order)
+        )
+        self.work, self.task, self.step = self._work_type(), self._task_type(), self._step_type()
+        self.module = Module()
+        for name, body in (("take", self._take), ("leave", self._leave), ("write_row", self._write_row)):
+            self.module.function(name, "void", [POINTER, INTEGER], body)
+        if momenta.places:
+            self.module.function("fit", "void", [POINTER, INTEGER], self._fit)
+        self.module.function("evaluate", "void", [POINTER, POINTER, self.kind], self._evaluate)
+        if lanes == 1:
+            self.module.function("keep_step", "void", [POINTER, DOUBLE], self._keep_step)
+        self.module.function("advance", INTEGER, [POINTER, INTEGER], self._advance)
+
+    def _work_type(self) -> np.dtype[Any]:
+        """Return the type of the memory of a run; vectors come first, as they are aligned."""
+        lanes = self.lanes
+        sizes = {
+            "coefficients": (-(-self.layout.size // 8) * 8,),
+            "following": (self.variables, lanes),
+            "row": (self.variables, lanes),
+            "parameters": (self.parameters, lanes),
+            "multiples": (len(self.multiples), lanes),
+            "zeros": (len(self.zeros), lanes),
+            "reciprocals": (len(self.reciprocals), lanes),
+            "time": (2, lanes),
+        }
+        doubles = ("end", "output_time", "limit", "least", "most", "outward", "shortest", "longest")
+        integers = ("active", "status", "flags", "steps", "pause", "task", "index", "bits")
+        return np.dtype(
+            [
+                *((name, "f8", size) for name, size in sizes.items()),
+                *((name, "f8", (lanes,)) for name in doubles),
+                *((name, "i8", (lanes,)) for name in integers),
+                ("reciprocals_of_orders", "f8", (self.order + 1,)),
+                *((name, "i8") for name in ("queue", "kept", "kept_most", "kept_count")),
+            ]
+        )
+
+    def _task_type(self) -> np.dtype[Any]:
+        doubles = ("end", "limit", "push", "shortest", "longest")
+        integers = ("status", "steps", "pause", "bits", "index", "count", "stride", "first", "place")
+        return np.dtype(
+            [
+                ("state", "f8", (self.variables,)),
+                ("parameters", "f8", (self.parameters,)),
+                ("time", "f8", (2,)),
+                *((name, "f8") for name in doubles),
+                *((name, "i8") for name in integers),
+            ]
+        )
+
+    def _step_type(self) -> np.dtype[Any]:
+        coefficients = (self.order + 1, self.variables)
+        return np.dtype([("task", "i8"), ("start", "f8", (2,)), ("length", "f8"), ("coefficients", "f8", coefficients)])
+
+    def over_order(self, work: Record, n: Value) -> Value:
+        """Return 1/n in all lanes."""
+        return work.array("reciprocals_of_orders")[n].spread(self.lanes)
+
+    def _evaluate(self, address: Value, out: Value, h: Value) -> None:
+        """Write the polynomials of the states at a time after the start of the step."""
+        result = Array(out, self.kind)
+        for first in range(0, self.variables, AT_ONCE):
+            places = range(first, min(first + AT_ONCE, self.variables))
+
+            def body(n: Value, *sums: Value, places: range = places) -> list[Value]:
+                states = self.layout.states(address, n)
+                return [n - 1, *(total.fma(h, states[k]) for k, total in zip(places, sums, strict=True))]
+
+            highest = self.layout.states(address, self.order)
+            start = [h.function.constant(INTEGER, self.order - 1), *(highest[k] for k in places)]
+            _, *sums = h.function.repeat(start, lambda n, *_: n.is_("ge", 0), body)
+            for k, total in zip(places, sums, strict=True):
+                result[k] = total
+
+    def _coefficients(self, lines: Lines, work: Record) -> None:
+        """Write the Taylor coefficients of the states."""
+        numbers, first = _ZerothOrder(self, work), self.layout.states(work.address, 1)
+        for i, rate in enumerate(self.schedule.zeroth_order(numbers)):
+            first[i] = rate
+
+        def order(n: Value) -> list[Value]:
+            rates = self.schedule.higher_order(_HigherOrder(self, work, n))
+            following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
+            for i, rate in enumerate(rates):
+                following[i] = rate * over
+            return [n + 1]
+
+        lines.repeat([lines.constant(INTEGER, 1)], lambda n: n.is_("lt", self.order), order)
+
+    def _length(self, work: Record) -> Value:
+        """Return the length of a step: e^-2 of the radius of convergence by the last two coefficients (Jorba, Zou)."""
+        orders = (0, self.order - 1, self.order)
+        largest = []
+        for order, least in zip(orders, (1.0, 1e-300, 1e-300), strict=True):
+            states = self.layout.states(work.address, order)
+            sizes = [abs(states[k]) for k in range(self.variables)]
+            largest.append(llvm_functions.rough_log2(_in_pairs(sizes, Value.larger).larger(least)))
+        radius = [(largest[0] - high) * (1 / n) for n, high in zip(orders[1:], largest[1:], strict=True)]
+        return llvm_functions.rough_exp2(
+            radius[0].smaller(radius[1]) + (-0.7 / (self.order - 1) - 2.0) / math.log(2.0)
+        ).smaller(work.array("limit", self.kind)[0])
+
+    def _step(self, lines: Lines, work: Record) -> None:
+        """Write a step of all lanes."""
+        self._coefficients(lines, work)
+        time, active = work.array("time", self.kind), work.array("active", self.whole)[0].is_("ne", 0)
+        left = (work.array("end", self.kind)[0] - time[0]) - time[1]
+        length = self._length(work)
+        last = length.is_("ge", abs(left))
+        h = last.choose(left, length.intrinsic("copysign", left))
+        following, states = work.array("following", self.kind), self.layout.states(work.address, 0)
+        lines.run("evaluate", work.address, following.address, h)
+        moved = [following[k] for k in range(self.variables)]
+        finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0)
+        goes = active & finite
+        if self.lanes == 1:
+            with lines.when(work.array("kept", INTEGER)[0].is_("ne", 0) & goes):
+                lines.run("keep_step", work.address, h)
+        self._rows(lines, work, goes, h)
+        for k, value in enumerate(moved):
+            states[k] = goes.choose(value, states[k])
+        stalled = self._move(work, goes, last, h)
+        paused = self._count(work, goes, ~last, abs(h))
+        going = finite & ~last & ~stalled & ~paused
+        status = work.array("status", self.whole)
+        status[0] = _chosen(
+            work.array("active", self.whole)[0] * 0,
+            (paused, Status.PAUSED),
+            (stalled, Status.STALLED),
+            (last, Status.DONE),
+            (~finite, Status.NOT_FINITE),
+        )
+        self._for_each(lines, work, active & (~going | self._misfit(work, moved)), "leave")
+
+    def _move(self, work: Record, goes: Value, last: Value, h: Value) -> Value:
+        """Write the time after a step, in two parts; return where it did not move."""
+        time = work.array("time", self.kind)
+        high, low, end = time[0], time[1], work.array("end", self.kind)[0]
+        total = high + h
+        part = total - high
+        rest = ((high - (total - part)) + (h - part)) + low
+        later = total + rest
+        time[0] = goes.choose(last.choose(end, later), high)
+        time[1] = goes.choose(last.choose(low * 0.0, rest - (later - total)), low)
+        return ~last & total.is_("eq", high)
+
+    def _count(self, work: Record, goes: Value, whole: Value, length: Value) -> Value:
+        """Count the steps and book their lengths; return where it is time to pause."""
+        steps, counted = work.array("steps", self.whole), goes & whole
+        shortest, longest = work.array("shortest", self.kind), work.array("longest", self.kind)
+        steps[0] = steps[0] + goes.to_integer()
+        shortest[0] = counted.choose(shortest[0].smaller(length), shortest[0])
+        longest[0] = counted.choose(longest[0].larger(length), longest[0])
+        return steps[0].is_("ge", work.array("pause", self.whole)[0])
+
+    def _misfit(self, work: Record, states: Sequence[Value]) -> Value:
+        """Return where the norm of the momenta is out of the band."""
+        if not self.momenta.places:
+            return states[0].is_("lt", -math.inf)
+        square = self._norm([states[k] for k in self.momenta.places])
+        least, most = work.array("least", self.kind)[0], work.array("most", self.kind)[0]
+        return (square.is_("lt", least) & square.is_("gt", 0.0)) | square.is_("gt", most)
+
+    @staticmethod
+    def _norm(momenta: Sequence[Value]) -> Value:
+        """Return the square of a norm."""
+        return functools.reduce(lambda total, m: m.fma(m, total), momenta[1:], momenta[0] * momenta[0])
+
+    def _rows(self, lines: Lines, work: Record, goes: Value, h: Value) -> None:
+        """Write the rows of the output times within a step."""
+        time, row = work.array("time", self.kind), work.array("row", self.kind)
+
+        def due() -> list[Value]:
+            ahead = (work.array("output_time", self.kind)[0] - time[0]) - time[1]
+            return [ahead, goes & abs(ahead).is_("le", abs(h))]
+
+        def write(ahead: Value, which: Value) -> list[Value]:
+            lines.run("evaluate", work.address, row.address, which.choose(ahead, 0.0))
+            for k in self.momenta.scaled:
+                row[k] = row[k] * work.array("outward", self.kind)[0]
+            self._for_each(lines, work, which, "write_row")
+            return due()
+
+        lines.repeat(due(), lambda _, which: which.any(), write)
+
+    def _for_each(self, lines: Lines, work: Record, which: Value, name: str) -> None:
+        """Call a function for some lanes."""
+        with lines.when(which.any()):
+            flags = work.array("flags", self.whole)
+            flags[0] = which.to_integer()
+
+            def one(lane: Value) -> None:
+                with lines.when(flags.of(INTEGER)[lane].is_("ne", 0)):
+                    lines.run(name, work.address, lane)
+
+            lines.count(self.lanes, one)
+
+    def _write_row(self, address: Value, lane: Value) -> None:
+        """Write a row of a lane, and turn to its next output time."""
+        work, lines = Record(address, self.work), address.function
+        queue, task = Record(work.array("queue", POINTER)[0], QUEUE), self._task(work, lane)
+        index, numbers = work.array("index", INTEGER), (task.array(name, INTEGER)[0] for name in ("place", "stride"))
+        place, stride = numbers
+        out = Array(queue.array("rows", POINTER)[0], DOUBLE).at((place + index[lane] * stride) * self.variables)
+        self._copy(lines, self.variables, work.array("row"), lane, Array(out, DOUBLE))
+        index[lane] = index[lane] + 1
+        self._look_ahead(work, task, lane)
+
+    def _look_ahead(self, work: Record, task: Record, lane: Value) -> None:
+        """Set the next output time of a lane, infinity if it has none."""
+        lines, index = lane.function, work.array("index", INTEGER)[lane]
+        queue = Record(work.array("queue", POINTER)[0], QUEUE)
+        times = Array(queue.array("times", POINTER)[0], DOUBLE)
+
+        def ahead() -> list[Value]:
+            return [times[task.array("first", INTEGER)[0] + index * task.array("stride", INTEGER)[0]]]
+
+        none = [lines.constant(DOUBLE, math.inf)]
+        (following,) = lines.either(index.is_("lt", task.array("count", INTEGER)[0]), none, ahead)
+        work.array("output_time")[lane] = following
+
+    def _task(self, work: Record, lane: Value) -> Record:
+        queue = Record(work.array("queue", POINTER)[0], QUEUE)
+        tasks = Array(queue.array("tasks", POINTER)[0], f"[{self.task.itemsize} x i8]")
+        return Record(tasks.at(work.array("task", INTEGER)[lane]), self.task)
+
+    def _copy(self, lines: Lines, count: int, source: Array, lane: Value, out: Array) -> None:
+        """Copy the numbers of a lane to memory without gaps."""
+
+        def one(k: Value) -> None:
+            out[k] = source[k * self.lanes + lane]
+
+        lines.count(count, one)
+
+    def _spread(self, lines: Lines, count: int, source: Array, lane: Value, out: Array) -> None:
+        """Copy numbers to those of a lane."""
+
+        def one(k: Value) -> None:
+            out[k * self.lanes + lane] = source[k]
+
+        lines.count(count, one)
+
+    def _take(self, address: Value, lane: Value) -> None:
+        """Give a lane the next task of the queue, if there is one."""
+        work, lines = Record(address, self.work), address.function
+        queue = Record(work.array("queue", POINTER)[0], QUEUE)
+        place = lines.new(INTEGER, f"atomicrmw add ptr {queue.array('next').address.name}, i64 1 monotonic")
+        work.array("active", INTEGER)[lane] = 0
+        with lines.when(place.is_("lt", queue.array("count", INTEGER)[0])):
+            work.array("active", INTEGER)[lane] = 1
+            work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
+            task = self._task(work, lane)
+            for count, name, out in (
+                (self.variables, "state", self.layout.states(address, 0).of(DOUBLE)),
+                (self.parameters, "parameters", work.array("parameters")),
+                (2, "time", work.array("time")),
+            ):
+                self._spread(lines, count, task.array(name), lane, out)
+            for name in DOUBLES:
+                work.array(name)[lane] = task.array(name)[0]
+            for name in INTEGERS:
+                work.array(name, INTEGER)[lane] = task.array(name, INTEGER)[0]
+            self._look_ahead(work, task, lane)
+            if self.momenta.places:
+                self._scale_states(work, lane, work.array("bits", INTEGER)[lane])
+                self._scale_parameters(work, task, lane)
+                lines.run("fit", address, lane)
+            self._multiply(work, lane)
+
+    def _leave(self, address: Value, lane: Value) -> None:
+        """Let a lane leave its task and take another one, or rescale its momenta."""
+        work, lines = Record(address, self.work), address.function
+        status = work.array("status", INTEGER)[lane]
+        with lines.when(status.is_("ne", 0)):
+            task = self._task(work, lane)
+            if self.momenta.places:
+                self._scale_states(work, lane, 0 - work.array("bits", INTEGER)[lane])
+            self._copy(lines, self.variables, self.layout.states(address, 0).of(DOUBLE), lane, task.array("state"))
+            self._copy(lines, 2, work.array("time"), lane, task.array("time"))
+            for name in ("shortest", "longest"):
+                task.array(name)[0] = work.array(name)[lane]
+            for name in ("status", "steps", "index", "bits"):
+                task.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
+            lines.run("take", address, lane)
+        if self.momenta.places:
+            with lines.when(status.is_("eq", 0)):
+                lines.run("fit", address, lane)
+
+    def _multiply(self, work: Record, lane: Value) -> None:
+        """Write the multiples of parameters that linear sums have."""
+        for i, (number, parameter) in enumerate(self.multiples):
+            value = work.array("parameters")[lane + int(parameter or 0) * self.lanes] * number
+            work.array("multiples")[lane + i * self.lanes] = value
+
+    def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
+        """Multiply what goes with the scale of momenta by a power of two."""
+        states, factor = self.layout.states(work.address, 0).of(DOUBLE), _power_of_two(bits)
+        for k in self.momenta.scaled:
+            states[lane + k * self.lanes] = states[lane + k * self.lanes] * factor
+
+    def _scale_parameters(self, work: Record, task: Record, lane: Value) -> None:
+        """Set the parameters and the limits of the band for the scale of a lane."""
+        least, most, (fewest, largest) = self.momenta.least, self.momenta.most, self.momenta.bits
+        bits = work.array("bits", INTEGER)[lane]
+        for i, power in enumerate(self.momenta.powers):
+            if power:
+                number = task.array("parameters")[i]
+                for _ in range(abs(power)):
+                    number = number * _power_of_two(bits if power > 0 else 0 - bits)
+                work.array("parameters")[lane + i * self.lanes] = number
+        self._multiply(work, lane)
+        work.array("outward")[lane] = _power_of_two(0 - bits)
+        # No other scale is better at the ends of its range, or where forces give a body at rest as much.
+        pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", least)
+        zero = lane.function.constant(DOUBLE, 0.0)
+        work.array("least")[lane] = (pushed | bits.is_("ge", largest)).choose(zero, least**2)
+        infinite = lane.function.constant(DOUBLE, math.inf)
+        work.array("most")[lane] = bits.is_("le", fewest).choose(infinite, most**2)
+
+    def _fit(self, address: Value, lane: Value) -> None:
+        """Choose the scale of a lane anew if its momenta are out of the band."""
+        work, lines = Record(address, self.work), address.function
+        states = self.layout.states(address, 0).of(DOUBLE)
+        momenta = [states[lane + k * self.lanes] for k in self.momenta.places]
+        square, task = self._norm(momenta), self._task(work, lane)
+        bits = work.array("bits", INTEGER)[lane]
+        low = square.is_("lt", work.array("least")[lane]) & square.is_("gt", 0.0)
+        size = _in_pairs([abs(m) for m in momenta], Value.larger)
+        size = size.larger(task.array("push")[0] * _power_of_two(bits))
+        misfit = (low | square.is_("gt", work.array("most")[lane])) & size.is_("lt", math.inf)
+        with lines.when(misfit):
+            change = (math.log2(self.momenta.size) - lines.call(DOUBLE, "log2", size)).intrinsic("rint").to_integer()
+            fewest, most = self.momenta.bits
+            chosen = (bits + change).larger(fewest).smaller(most)
+            work.array("bits", INTEGER)[lane] = chosen
+            self._scale_states(work, lane, chosen - bits)
+            self._scale_parameters(work, task, lane)
+
+    def _keep_step(self, address: Value, h: Value) -> None:
+        """Keep the coefficients of a step, in the scale of the start."""
+        work, lines = Record(address, self.work), address.function
+        count = work.array("kept_count", INTEGER)
+        steps = Array(work.array("kept", POINTER)[0], f"[{self.step.itemsize} x i8]")
+        step = Record(steps.at(count[0]), self.step)
+        count[0] = count[0] + 1
+        step.array("task", INTEGER)[0] = work.array("task", INTEGER)[0]
+        step.array("length")[0] = h
+        for part in (0, 1):
+            step.array("start")[part] = work.array("time")[part]
+
+        def order(n: Value) -> None:
+            states = self.layout.states(address, n)
+            out = Array(step.array("coefficients").at(n * self.variables), DOUBLE)
+            for k in range(self.variables):
+                out[k] = states[k] * work.array("outward")[0] if k in self.momenta.scaled else states[k]
+
+        lines.count(self.order + 1, order)
+
+    def _advance(self, address: Value, budget: Value) -> Value:
+        """Take steps until all is done, the budget is used or no room is left; return whether something is to do."""
+        work, lines = Record(address, self.work), address.function
+
+        def fill(lane: Value) -> None:
+            with lines.when(work.array("active", INTEGER)[lane].is_("eq", 0)):
+                lines.run("take", address, lane)
+
+        lines.count(self.lanes, fill)
+
+        def going(left: Value) -> Value:
+            room = work.array("kept_count", INTEGER)[0].is_("lt", work.array("kept_most", INTEGER)[0])
+            return left.is_("gt", 0) & room & work.array("active", self.whole)[0].is_("ne", 0).any()
+
+        def body(left: Value) -> list[Value]:
+            self._step(lines, work)
+            return [left - 1]
+
+        lines.repeat([budget], going, body)
+        return work.array("active", self.whole)[0].is_("ne", 0).any().to_integer()
+
+
+def _power_of_two(bits: Value) -> Value:
+    return ((bits + 1023) << 52).as_double()
+
+
+def _in_pairs(values: Sequence[Value], operation: Callable[[Value, Value], Value]) -> Value:
+    """Combine values in a tree, which is short."""
+    while len(values) > 1:
+        halves = [operation(a, b) for a, b in zip(values[::2], values[1::2], strict=False)]
+        values = halves + list(values[len(values) & ~1 :])
+    return values[0]
+
+
+def _chosen(value: Value, *cases: tuple[Value, int]) -> Value:
+    """Return the number of the last case that holds, or a value."""
+    for mask, number in cases:
+        value = mask.choose(value.like(number), value)
+    return value
