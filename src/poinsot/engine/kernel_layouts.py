@@ -13,8 +13,11 @@ from poinsot.engine.taylor_schedule import InnerSum, Row, Schedule
 
 __all__ = ["Batch", "Layout", "Single"]
 
-WIDTH = 4
-"""Inner sums in a vector of the layout "single"."""
+WIDTH, WIDE = 4, 8
+"""Numbers in a vector, and in a wide one."""
+
+FIRST_CACHE = 32768
+"""Bytes of coefficients up to which wide vectors are faster."""
 
 Layout = Literal["batch", "single"]
 
@@ -22,15 +25,18 @@ Layout = Literal["batch", "single"]
 class Batch:
     """Vectors hold members: coefficients of the states and of what inner sums read, order by order."""
 
-    def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int) -> None:
-        self._kind = vector(DOUBLE, lanes)
-        self._groups = _parts(schedule.groups, _registers(lanes))
+    def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int | None) -> None:
         states = {row: schedule.state_of(row) for row in schedule.rows}
         stored = [row for row, place in states.items() if place is None]
         self._kept = {row: variables + i for i, row in enumerate(stored)}
         self._places = self._kept | {row: place for row, place in states.items() if place is not None}
         self._stride = variables + len(stored)
-        self.size = (order + 1) * self._stride * lanes
+        rows = (order + 1) * self._stride
+        if lanes is None:
+            lanes = WIDE if host_features().get("avx512f") and 8 * WIDE * rows <= FIRST_CACHE else WIDTH
+        self.lanes, self.size = lanes, rows * lanes
+        self._kind = vector(DOUBLE, lanes)
+        self._groups = _parts(schedule.groups, _registers(lanes))
 
     def states(self, memory: Value, n: Value | int) -> Array:
         """Return the coefficients of the states of some order."""
@@ -56,6 +62,8 @@ class Batch:
 
 class Single:
     """Vectors hold inner sums of one member: each coefficient is stored once for each place where it is read."""
+
+    lanes = 1
 
     def __init__(self, schedule: Schedule, variables: int, order: int) -> None:
         inner = [inner for group in schedule.groups for inner in group]

@@ -134,17 +134,20 @@ class _HigherOrder(_ZerothOrder):
 class KernelProgram:
     """The text of a kernel and the types of its memory."""
 
-    def __init__(self, decomposition: Decomposition, order: int, lanes: int, layout: Layout, momenta: Momenta) -> None:
-        self.schedule, self.order, self.lanes, self.momenta = Schedule(decomposition), order, lanes, momenta
+    def __init__(
+        self, decomposition: Decomposition, order: int, lanes: int | None, layout: Layout, momenta: Momenta
+    ) -> None:
+        self.schedule, self.order, self.momenta = Schedule(decomposition), order, momenta
         self.variables, self.parameters = len(decomposition.rates), decomposition.parameters
-        self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
-        self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
-        self.multiples = self.schedule.multiples
         self.layout: Batch | Single = (
             Batch(self.schedule, self.variables, order, lanes)
             if layout == "batch"
             else Single(self.schedule, self.variables, order)
         )
+        lanes = self.lanes = self.layout.lanes
+        self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
+        self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
+        self.multiples = self.schedule.multiples
         self.work, self.task, self.step = self._work_type(), self._task_type(), self._step_type()
         self.module = Module()
         for name, body in (("take", self._take), ("leave", self._leave), ("write_row", self._write_row)):

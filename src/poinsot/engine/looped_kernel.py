@@ -194,7 +194,11 @@ def order_of(tolerance: float) -> int:
 
 
 def compiled(
-    decomposition: Decomposition, order: int, lanes: int = 8, layout: Layout = "batch", momenta: Momenta = NO_MOMENTA
+    decomposition: Decomposition,
+    order: int,
+    lanes: int | None = None,
+    layout: Layout = "batch",
+    momenta: Momenta = NO_MOMENTA,
 ) -> Code:
     """Return the kernel of a decomposition.
 
@@ -203,15 +207,15 @@ def compiled(
     decomposition : Decomposition
     order : int
         Of the Taylor polynomials.
-    lanes : int
-        How many members it integrates at a time: 1, 2, 4, 8; one in the layout "single".
+    lanes : int, optional
+        How many members the layout "batch" integrates at a time: 1, 2, 4 or 8; by default, what is fastest.
     layout : {"batch", "single"}
     momenta : Momenta, optional
         What is rescaled on the way.
     """
-    return _compiled(decomposition, order, 1 if layout == "single" else lanes, layout, momenta)
+    return _compiled(decomposition, order, lanes, layout, momenta)
 
 
 @functools.lru_cache(CACHED)
-def _compiled(decomposition: Decomposition, order: int, lanes: int, layout: Layout, momenta: Momenta) -> Code:
+def _compiled(decomposition: Decomposition, order: int, lanes: int | None, layout: Layout, momenta: Momenta) -> Code:
     return Code(KernelProgram(decomposition, order, lanes, layout, momenta))

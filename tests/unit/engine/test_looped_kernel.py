@@ -225,7 +225,7 @@ def test_any_number_of_lanes_and_both_layouts_give_the_same_bits(name):
     states = starts(name, 9)
     found = [
         integrated(compiled(DECOMPOSITIONS[name], ORDER, lanes, layout), states, times)[0]
-        for lanes, layout in [(8, "batch"), (4, "batch"), (2, "batch"), (1, "batch"), (1, "single")]
+        for lanes, layout in [(8, "batch"), (4, "batch"), (2, "batch"), (1, "batch"), (None, "batch"), (None, "single")]
     ]
     assert np.all(np.isfinite(found[0]))
     for other in found[1:]:
@@ -439,7 +439,7 @@ def test_the_time_is_compensated():
     np.testing.assert_allclose(np.float64(ends) + np.diff(steps["start"][:, 1]), 0.0, atol=1e-20)
 
 
-@pytest.mark.parametrize(("lanes", "layout"), [(1, "single"), (1, "batch"), (4, "batch")])
+@pytest.mark.parametrize(("lanes", "layout"), [(None, "single"), (1, "batch"), (4, "batch")])
 def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
     """m' = -k m + f, k to power 0 and f to power 1 of the scale, and x' = g m, g to power -1."""
     momenta = Momenta((0, 1), (0, 1), (0, 1, -1), least=1 / 160, most=1.0, size=0.1, bits=(-400, 64))
@@ -480,7 +480,7 @@ def test_momenta_stay_in_their_scale_where_no_other_is_better():
 
 
 def test_kept_steps_are_the_polynomials_of_the_run():
-    code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, 1, "single"), starts("top"), 400.0
+    code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, layout="single"), starts("top"), 400.0
     rows, tasks, run = integrated(code, start, [-5.0, end])
     steps = run.kept
     assert len(steps) == tasks["steps"].sum() > 2 * looped_kernel.STEPS_KEPT
