@@ -166,14 +166,14 @@ def exactly_one(what: str, given: dict[str, Any]) -> tuple[str, Any]:
     return chosen[0]
 
 
-def optional(name: str, purpose: str) -> Any:
-    """Return a module of the extra `sky`, or raise an ImportError that says how to install it."""
+def optional(name: str, purpose: str, extra: str = "sky") -> Any:
+    """Return a module of an extra, or raise an ImportError that says how to install it."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError:
         package = name.partition(".")[0]
         raise ImportError(
-            f"{package} must be installed for {purpose}, got none. `pip install 'poinsot[sky]'` brings it."
+            f"{package} must be installed for {purpose}, got none. `pip install 'poinsot[{extra}]'` brings it."
         ) from None
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import importlib.util
 import platform
 import struct
 from collections.abc import Callable, Iterator, Sequence
@@ -397,7 +398,9 @@ def _listed(values: Sequence[Value]) -> str:
 
 @functools.cache
 def host_features() -> dict[str, bool]:
-    """Return the instructions that this processor has, by LLVM's names."""
+    """Return the instructions that this processor has, by LLVM's names; none without llvmlite."""
+    if importlib.util.find_spec("llvmlite") is None:
+        return {}
     import llvmlite.binding as llvm
 
     return dict(llvm.get_host_cpu_features())

@@ -60,7 +60,11 @@ class Code:
         self.order, self.lanes = kernel.order, kernel.lanes
         self.variables, self.parameters = kernel.variables, kernel.parameters
         self.work, self.task, self.step = kernel.work, kernel.task, kernel.step
-        self._engine = machine_code(str(kernel.module), LIBRARY)
+        self.load(str(kernel.module))
+
+    def load(self, text: str) -> None:
+        """Compile LLVM's representation."""
+        self._engine = machine_code(text, LIBRARY)
         address = self._engine.get_function_address("advance")
         self.advance = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)(address)
 
@@ -123,7 +127,7 @@ class Queue:
         tasks["state"], tasks["parameters"] = states, parameters
         tasks["time"][:, : 1 if times.ndim == 1 else 2] = times.reshape(len(states), -1)
         output.into(tasks)
-        self._output, self._waiting = output, np.arange(len(states))  # the memory whose addresses are given away
+        self.output, self._waiting = output, np.arange(len(states))  # the memory whose addresses are given away
         arrays = self._waiting, tasks, output.times, output.rows
         self._record = np.array([0, len(states), *(array.ctypes.data for array in arrays)])
         self.address = self._record.ctypes.data
@@ -133,6 +137,12 @@ class Queue:
         self._waiting = np.concatenate([self._waiting[self._record[0] :], tasks])
         self._record[:3] = 0, self._waiting.size, self._waiting.ctypes.data
         self.tasks["status"][tasks] = Status.UNDER_WAY
+
+    def take(self) -> NDArray[np.int64]:
+        """Return the numbers of all tasks that wait, and let none wait any more."""
+        waiting = self._waiting[self._record[0] :]
+        self._record[0] = self._record[1]
+        return waiting
 
 
 class Run:
