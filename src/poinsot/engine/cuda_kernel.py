@@ -1,0 +1,173 @@
+"""The looped kernel on a GPU of NVIDIA: one body per thread, in launches of some steps each.
+
+It is the program of the processor's kernel for one lane, in CUDA C, with the same tasks and the same rows. Between
+launches tasks wait in the memory of the device, as those that pause do; the threads of a launch take them in turn.
+"""
+
+from __future__ import annotations
+
+import functools
+import time as clock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.engine import looped_kernel
+from poinsot.engine.cuda_source import translated
+from poinsot.engine.decomposition import Decomposition
+from poinsot.engine.kernel_program import KernelProgram, Momenta, Status
+from poinsot.engine.looped_kernel import CACHED, FOREVER, NO_MOMENTA, Queue
+from poinsot.errors import optional
+
+__all__ = ["Code", "Run", "check_device", "compiled", "most_members"]
+
+THREADS = 64
+"""In a block."""
+
+BUDGET = 64
+"""Steps of a task in the first launch."""
+
+BRISK, SLOW = 0.1, 0.4
+"""Seconds of a launch below which the next one has twice as many steps, and above which half as many.
+
+Ctrl-C is heard between launches, and drivers of devices that have a screen stop what takes seconds.
+"""
+
+SHARE = 0.5
+"""Of the free memory of the device for tasks and rows; threads have their coefficients in the rest."""
+
+MOST_BYTES = 2**30
+"""The most for tasks and rows at a time, there and here."""
+
+OPTIONS = ("--std=c++17", "--fmad=false")
+"""A product and a sum are rounded one by one, as on the processor; where they are not, there is an fma."""
+
+ENTRY = """
+extern "C" __global__ void __launch_bounds__({threads}) propagate(char *queue, long long count) {{
+if (blockIdx.x * (long long){threads} + threadIdx.x >= count) return;
+alignas(16) char work[{size}];
+*(char **)(work + {queue}) = queue;
+*(long long *)(work + {kept}) = 0;
+*(long long *)(work + {kept_count}) = 0;
+*(long long *)(work + {kept_most}) = 1;
+*(long long *)(work + {active}) = 0;
+for (int n = 1; n <= {order}; n++) *(double *)(work + {reciprocals_of_orders} + 8 * n) = 1.0 / n;
+advance(work, {budget}LL);
+}}
+"""
+
+
+class Code(looped_kernel.Code):
+    """A kernel in CUDA C.
+
+    Attributes
+    ----------
+    source : str
+    """
+
+    @override
+    def load(self, text: str) -> None:
+        """Translate LLVM's representation."""
+        fields: Any = self.work.fields
+        places = {name: field[1] for name, field in fields.items()}
+        places |= {"size": self.work.itemsize, "order": self.order, "threads": THREADS, "budget": FOREVER}
+        self.source = translated(text) + ENTRY.format_map(places)
+        self._module: Any = None
+
+    def launch(self, cupy: Any, queue: Any, count: int) -> None:
+        """Start so many threads that take tasks of a queue."""
+        if self._module is None:
+            self._module = cupy.RawModule(code=self.source, options=OPTIONS)
+        self._module.get_function("propagate")((-(-count // THREADS),), (THREADS,), (queue, np.int64(count)))
+
+
+@functools.lru_cache(CACHED)
+def compiled(decomposition: Decomposition, order: int, momenta: Momenta = NO_MOMENTA) -> Code:
+    """Return the kernel of a decomposition; it is compiled when it is launched first."""
+    return Code(KernelProgram(decomposition, order, 1, "batch", momenta))
+
+
+class Run:
+    """The memory of a device that works on queues of tasks.
+
+    Parameters
+    ----------
+    code : Code
+    """
+
+    def __init__(self, code: Code) -> None:
+        self._cupy, self._code = optional("cupy", "device='cuda'", "cuda"), code
+
+    def start(self, queue: Queue) -> None:
+        """Turn to a queue, and forget what was before."""
+        self._queue, self._budget = queue, BUDGET
+        self._going: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+
+    def advance(self) -> bool:
+        """Launch the kernel once; return whether something is left to do. If not, all results are here."""
+        if not self._going.size:
+            self._upload()
+        began = clock.perf_counter()
+        self._launch()
+        taken = clock.perf_counter() - began
+        if taken < BRISK:
+            self._budget *= 2
+        elif taken > SLOW:
+            self._budget = max(self._budget // 2, 1)
+        if not self._going.size:
+            self.fetch()
+        return bool(self._going.size)
+
+    def _upload(self) -> None:
+        """Copy the tasks to the device, with their times and rows."""
+        upload, output, tasks = self._cupy.asarray, self._queue.output, self._queue.tasks
+        self._going = self._queue.take()
+        self._times, self._rows = upload(output.times), upload(output.rows)
+        self._tasks = upload(tasks.view(np.int64).reshape(tasks.size, -1))
+
+    def _field(self, name: str) -> Any:
+        """Return an integer of all tasks on the device."""
+        fields: Any = self._code.task.fields
+        return self._tasks[:, fields[name][1] // 8]
+
+    def _launch(self) -> None:
+        """Let tasks that are under way take steps, and find out which ones are not done."""
+        upload, download, pause = self._cupy.asarray, self._cupy.asnumpy, self._queue.tasks["pause"]
+        self._field("pause")[:] = upload(np.minimum(pause, download(self._field("steps")) + self._budget))
+        going = upload(self._going)
+        self._field("status")[going] = int(Status.UNDER_WAY)
+        arrays = going, self._tasks, self._times, self._rows
+        queue = upload(np.array([0, going.size, *(array.data.ptr for array in arrays)]))
+        self._code.launch(self._cupy, queue, going.size)
+        status, steps = download(self._field("status")), download(self._field("steps"))
+        self._going = self._going[((status == Status.PAUSED) & (steps < pause))[self._going]]
+
+    def fetch(self) -> None:
+        """Copy what the device has to tasks and rows here."""
+        tasks = self._queue.tasks
+        pause = tasks["pause"].copy()
+        tasks.view(np.int64).reshape(tasks.size, -1)[:] = self._cupy.asnumpy(self._tasks)
+        tasks["pause"] = pause
+        self._queue.output.rows[:] = self._cupy.asnumpy(self._rows)
+
+
+def check_device() -> None:
+    """Refuse a computer that has no cupy or no device."""
+    cupy = optional("cupy", "device='cuda'", "cuda")
+    try:
+        count = cupy.cuda.runtime.getDeviceCount()
+    except cupy.cuda.runtime.CUDARuntimeError:  # there is no driver, or one that is too old
+        count = 0
+    if not count:
+        raise RuntimeError(
+            "device='cuda' must have a GPU of NVIDIA with its driver, got none. Leave device out to use the processor."
+        )
+
+
+def most_members(code: Code, times: int) -> int:
+    """Return how many members the memory of the device has room for, each with two tasks and rows at some times."""
+    free, _ = optional("cupy", "device='cuda'", "cuda").cuda.runtime.memGetInfo()
+    each = 8 * times * code.variables + 2 * (code.task.itemsize + 8)
+    return max(int(min(SHARE * free, MOST_BYTES)) // each, 1)
