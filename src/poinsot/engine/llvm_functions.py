@@ -34,7 +34,7 @@ COSINE = (
 """Those of fdlibm, up to pi/4."""
 
 SINE_DEFECT = tuple((-1.0) ** k / math.factorial(2 * k + 3) for k in range(12))
-"""x - sin x over x^3, in powers of x^2; up to 1.5."""
+"""x - sin x over x^3, in powers of x^2; up to 2."""
 
 ROUNDING = 6755399441055744.0
 """1.5 2^52: a number with this added and taken away again is rounded to an integer, the low bits of the sum."""
@@ -58,6 +58,8 @@ def elementary(function: Function, arguments: Sequence[Value], lanes: int) -> Va
             kind = vector(DOUBLE, lanes)
             lines.module.function(name, kind, [kind, kind], lambda e, m: _eccentric_anomaly(e, m, lanes))
             return lines.call(kind, name, *arguments)
+        case "sine_defect" | "asinh_defect":
+            return _defect(name, arguments[0], lanes)
         case "pow":
             exponent = function.arguments[1]
             if isinstance(exponent, Coefficient) and exponent.parameter is None:
@@ -177,6 +179,15 @@ def _eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> 
         step,
     )
     return anomaly.intrinsic("copysign", reduced)
+
+
+def _defect(name: str, x: Value, lanes: int) -> Value:
+    """Return x - sin x, or x - asinh x, which is the like of the angle whose hyperbolic sine is x."""
+    of_sine = name == "sine_defect"
+    angle = x if of_sine else _each("asinh", [x], lanes)
+    square = angle * angle
+    near = angle * square * _polynomial(square, [c if of_sine else abs(c) for c in SINE_DEFECT])
+    return square.is_("lt", 4.0).choose(near, x - (_sine_and_cosine(x, lanes).part(0) if of_sine else angle))
 
 
 def rough_log2(x: Value) -> Value:

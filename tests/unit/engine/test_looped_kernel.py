@@ -253,6 +253,8 @@ def with_slopes():
             "acos": u.function("acos", slopes=lambda _: (-1.0 / root(one - u * u),)),
             "atan": u.function("atan", slopes=lambda _: (1.0 / (one + u * u),)),
             "asinh": u.function("asinh", slopes=lambda _: (1.0 / root(one + u * u),)),
+            "sine_defect": u.function("sine_defect", slopes=lambda _: (one - cosine,)),
+            "asinh_defect": u.function("asinh_defect", slopes=lambda _: (one - 1.0 / root(one + u * u),)),
             "atan2": u.function("atan2", v, slopes=lambda _: (v / square, -u / square)),
             "pow -2.5": u**-2.5,
             "pow 3": u**3.0,
@@ -281,6 +283,8 @@ def with_slopes():
         "acos": lambda u, _: mp.acos(u),
         "atan": lambda u, _: mp.atan(u),
         "asinh": lambda u, _: mp.asinh(u),
+        "sine_defect": lambda u, _: u - mp.sin(u),
+        "asinh_defect": lambda u, _: u - mp.asinh(u),
         "atan2": lambda u, v: mp.atan(u / v),
         "pow -2.5": lambda u, _: u ** mp.mpf(-2.5),
         "pow 3": lambda u, _: u**3,
@@ -530,6 +534,18 @@ def test_eccentric_anomaly(eccentricity):
             excess -= 2 * mpmath.pi * mpmath.nint(excess / (2 * mpmath.pi))
             assert abs(value) < 3.15
             assert abs(excess / (1 - e * mpmath.cos(own))) <= 4 * EPS * abs(own), (angle, value)
+
+
+@pytest.mark.parametrize(("name", "function"), [("sine_defect", mpmath.sin), ("asinh_defect", mpmath.asinh)])
+def test_what_an_angle_differs_by(name, function):
+    generator = np.random.default_rng(1)
+    sizes = np.concatenate([10.0 ** generator.uniform(-50, 6, 300), [1.99, 2.01, 3.6, 3.7, 0.0]])
+    angles = sizes * generator.choice([-1, 1], sizes.size)
+    found = of_angles(lambda x: x.function(name, slopes=lambda _: (0.0,)), angles, 4)
+    with mpmath.workdps(250):
+        exact = np.array([float(x - function(x)) for x in map(mpmath.mpf, angles)])
+    # Three times the error of asinh, of two roundings, and those of the series.
+    np.testing.assert_allclose(found, exact, rtol=10 * EPS, atol=0)
 
 
 def test_threads_share_a_queue():
