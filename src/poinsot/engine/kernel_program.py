@@ -37,6 +37,7 @@ class Status(IntEnum):
     NOT_FINITE = 2
     STALLED = 3
     PAUSED = 4
+    GIVEN_UP = 5
 
 
 class Momenta(NamedTuple):

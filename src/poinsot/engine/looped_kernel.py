@@ -161,6 +161,7 @@ class Run:
         memory = memory[start : start + code.work.itemsize]
         work = memory.view(code.work)
         work["reciprocals_of_orders"][0, 1:] = 1.0 / np.arange(1, code.order + 1)
+        self._memory = work
         self._code, self._address, self._active = code, memory.ctypes.data, work["active"]
         self._numbers = memory.view(np.int64)[-4:]  # queue, kept, kept_most, kept_count
         self._numbers[2], self._steps = FOREVER, np.empty(0, code.step)
@@ -183,6 +184,21 @@ class Run:
         if left and self._numbers[3] == self._numbers[2]:
             self._keep(2 * self._steps.size)
         return left
+
+    def note(self) -> NDArray[np.int_]:
+        """Write how far the tasks in lanes have come into them, and return their numbers."""
+        work, tasks = self._memory[0], self._queue.tasks
+        lanes = np.flatnonzero(work["active"])
+        numbers: NDArray[np.int_] = work["task"][lanes]
+        for name in ("steps", "index"):
+            tasks[name][numbers] = work[name][lanes]
+        tasks["time"][numbers] = work["time"][:, lanes].T
+        return numbers
+
+    def give_up(self, numbers: NDArray[np.int_]) -> None:
+        """Let tasks in lanes leave them after their next step."""
+        work = self._memory[0]
+        work["status"][np.isin(work["task"], numbers) & (work["active"] != 0)] = Status.GIVEN_UP
 
     @property
     def kept(self) -> NDArray[Any]:

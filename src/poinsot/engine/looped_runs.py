@@ -14,7 +14,8 @@ from typing_extensions import override
 
 from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.dense_output import DenseOutput, KeptSteps
-from poinsot.engine.looped_kernel import Code, Layout, Momenta, Output, Queue, Status
+from poinsot.engine.kernel_layouts import Layout
+from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Status
 from poinsot.engine.lowering import Program
 from poinsot.engine.progress import bar
 from poinsot.engine.roots import set_roots
@@ -106,14 +107,15 @@ class LoopedRun(Run):
         tasks = _Tasks(self, kernels.FIRST, rows)
         ends = (origin, float(self.times[0]), float(self.times[-1]))
         with bar("time", max(ends) - min(ends), job.progress) as told:
-            steps = tasks.run(told, keeps=job.dense)
+            kernel = looped_kernel.Run(self.code, keeps_steps=job.dense)
+            tasks.run(kernel, told)
         chosen = tasks.reached
         times = self.rising[chosen][self.turn]
         self.sink.take(kernels.FIRST, times, Rows(job.variables, times, rows[0, chosen][self.turn]))
         tasks.book()
         if job.dense:
             dense = self.report.dense = DenseOutput(job.variables, origin, self.starts[0])
-            dense.parts = {way: KeptSteps(steps[tasks.forwards[steps["task"]] == way]) for way in BOTH_WAYS}
+            dense.parts = {way: KeptSteps(kernel.kept[tasks.forwards[kernel.kept["task"]] == way]) for way in BOTH_WAYS}
             dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
 
     # ------------------------------------------------------------------ members
@@ -152,6 +154,7 @@ class LoopedRun(Run):
 
     def _serve(self, slabs: Iterator[NDArray[np.int_]], told: Callable[[float], None]) -> None:
         """Integrate slab after slab, until none is left."""
+        kernel = looped_kernel.Run(self.code)
         try:
             while not self.stop:
                 with self._lock:
@@ -160,7 +163,7 @@ class LoopedRun(Run):
                     return
                 rows = np.full((members.size, self.times.size, self.job.variables.size), np.nan)
                 tasks = _Tasks(self, members, rows)
-                tasks.run(told)
+                tasks.run(kernel, told)
                 kept = tasks.finished
                 with self._lock:
                     self.report.finished += int(kept.sum())
@@ -204,10 +207,10 @@ class _Tasks:
         self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push[chosen % run.push.size]
 
-    def run(self, told: Callable[[float], None], keeps: bool = False) -> NDArray[Any]:
-        """Take steps until all is done or the run is to stop; return the steps, if they are kept."""
+    def run(self, kernel: looped_kernel.Run, told: Callable[[float], None]) -> None:
+        """Take steps until all is done or the run is to stop."""
         variations, tasks = self._run.job.variables.variations, self.queue.tasks
-        kernel = looped_kernel.Run(self._run.code, self.queue, keeps)
+        kernel.start(self.queue)
         if variations is not None:
             tasks["pause"] = STEPS_AT_A_TIME[variations.order] // 10
         while True:
@@ -217,7 +220,7 @@ class _Tasks:
             self._tell(told)
             paused = np.flatnonzero(tasks["status"] == Status.PAUSED)
             if variations is None or self._run.stop or not paused.size:
-                return kernel.kept
+                return
             states = tasks["state"][paused]
             variations.rescale(states[:, self._run.job.variables.tangent])
             tasks["state"][paused] = states
@@ -253,7 +256,8 @@ class _Tasks:
         """Which members have come to an end, or stopped before."""
         under_way = np.isin(self.queue.tasks["status"], (Status.UNDER_WAY, Status.PAUSED))
         left: NDArray[np.int_] = np.bincount(self.own[under_way], minlength=self._members.size)
-        return left == 0
+        finished: NDArray[np.bool_] = left == 0
+        return finished
 
     @property
     def reached(self) -> slice:
