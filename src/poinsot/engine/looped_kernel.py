@@ -125,7 +125,8 @@ class Queue:
         tasks = self.tasks = np.zeros(len(states), code.task)
         tasks["limit"], tasks["shortest"], tasks["pause"] = LONGEST, np.inf, FOREVER
         tasks["state"], tasks["parameters"] = states, parameters
-        tasks["time"][:, : 1 if times.ndim == 1 else 2] = times.reshape(len(states), -1)
+        parts = times if times.ndim > 1 else times[:, None]
+        tasks["time"][:, : parts.shape[1]] = parts
         output.into(tasks)
         self.output, self._waiting = output, np.arange(len(states))  # the memory whose addresses are given away
         arrays = self._waiting, tasks, output.times, output.rows
