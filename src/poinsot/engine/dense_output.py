@@ -39,7 +39,7 @@ class KeptSteps:
     def __init__(self, steps: NDArray[Any]) -> None:
         self._starts, self._low = steps["start"].T.copy()
         self._ends = self._starts + steps["length"]
-        self._coefficients = steps["coefficients"].copy()  # (n, order + 1, size)
+        self._coefficients = steps["coefficients"]  # (n, order + 1, size)
 
     @property
     def empty(self) -> bool:

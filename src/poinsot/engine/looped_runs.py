@@ -115,7 +115,10 @@ class LoopedRun(Run):
         tasks.book()
         if job.dense:
             dense = self.report.dense = DenseOutput(job.variables, origin, self.starts[0])
-            dense.parts = {way: KeptSteps(kernel.kept[tasks.forwards[kernel.kept["task"]] == way]) for way in BOTH_WAYS}
+            steps = kernel.kept  # one task after the other
+            places = np.searchsorted(steps["task"], np.arange(3))
+            of_tasks = {way: steps[places[k] : places[k + 1]] for k, way in enumerate(tasks.forwards.tolist())}
+            dense.parts = {way: KeptSteps(of_tasks.get(way, steps[:0])) for way in BOTH_WAYS}
             dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
 
     # ------------------------------------------------------------------ members
