@@ -209,12 +209,7 @@ class _Members(_EngineRun):
                 if self.stop and not part.finished:
                     return False
             done.append(part)
-            for lane, place in enumerate(places):
-                found = part.rows(lane)
-                if part.forwards:
-                    rows[lane, place : place + len(found)] = found
-                else:
-                    rows[lane, place - len(found) : place] = found[::-1]
+            part.put(rows, places)
         with self._lock:
             self.report.finished += members.size
             self.book(done)

@@ -75,6 +75,10 @@ class Stepper(ABC):
     def rows(self, lane: int, ahead: Array, passed: int) -> Array:
         """Return variables of a lane at the times ahead that it has passed in the last steps, in its own scale."""
 
+    @abstractmethod
+    def rows_of_all(self, ahead: list[Array]) -> Array | None:
+        """Return those of the first lanes that have passed all times ahead; None if it cannot tell them at once."""
+
     def follow(self, lead: int, idle: list[int]) -> None:
         """Let idle lanes repeat another one."""
         raise NotImplementedError
@@ -123,6 +127,10 @@ class ScalarStepper(Stepper):
         if len(found) < passed:  # the engine leaves out the row at which an event stops it
             found = np.concatenate([found, self.engine.state[None]])
         return np.asarray(found, dtype=float)
+
+    @override
+    def rows_of_all(self, ahead: list[Array]) -> Array | None:
+        return self.rows(0, ahead[0], ahead[0].size)[None]
 
 
 class DenseStepper(ScalarStepper):
@@ -217,6 +225,14 @@ class BatchStepper(Stepper):
         return rows
 
     @override
+    def rows_of_all(self, ahead: list[Array]) -> Array | None:
+        length = ahead[0].size
+        if self._table is None or any(grid.size != length for grid in ahead):
+            return None
+        rows = self._found[-length:, :, : len(ahead)].transpose(2, 0, 1)
+        return None if np.isnan(rows[:, :, 0]).any() else rows
+
+    @override
     def follow(self, lead: int, idle: list[int]) -> None:
         high, low = (np.array(part) for part in self.engine.dtime)  # the engine's time has two parts
         high[idle], low[idle] = high[lead], low[lead]
@@ -270,15 +286,30 @@ class Integration:
         self.lasts = np.array([grid[-1] if grid.size else here for grid, here in zip(grids, origins, strict=True)])
         self._lanes = np.minimum(np.arange(stepper.lanes), members.size - 1)
         self._closely, self._tries = False, 0
-        self._ahead, self._rows = list(grids), [[np.empty((0, starts.shape[1]))] for _ in members]
+        self._ahead, self._rows = list(grids), [[] for _ in members]
+        self._later: Array | None = None  # the rows of all lanes behind the first ones, if they came at once
         for lane, grid in enumerate(grids):
             if grid.size and grid[0] == origins[lane]:
                 self._ahead[lane], self._rows[lane] = grid[1:], [np.asarray(starts[lane : lane + 1], dtype=float)]
 
     def rows(self, lane: int) -> Array:
         """Return the variables of a lane at the times of its grid that it reached; shape (n, size)."""
-        parts = [rows for rows in self._rows[lane] if len(rows)]
-        return parts[0] if len(parts) == 1 else np.concatenate(self._rows[lane])
+        parts = self._rows[lane] if self._later is None else [*self._rows[lane], self._later[lane]]
+        return parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, self._starts.shape[1])), *parts])
+
+    def put(self, out: Array, places: NDArray[np.intp]) -> None:
+        """Put the variables at the times reached into an array (count, n, size), by where each lane starts in it."""
+        if self._later is not None and (places == places[0]).all():
+            here = out[:, places[0] :] if self.forwards else out[:, : places[0]][:, ::-1]
+            first = len(self._rows[0])
+            if first:
+                here[:, 0] = self._starts
+            here[:, first : first + self._later.shape[1]] = self._later
+            return
+        for lane, place in enumerate(places.tolist()):
+            found = self.rows(lane)
+            here = out[lane, place:] if self.forwards else out[lane, :place][::-1]
+            here[: len(found)] = found
 
     def chunks(self) -> Iterator[None]:
         """Integrate every lane over its grid; yield after each chunk of steps."""
@@ -350,12 +381,13 @@ class Integration:
         if self._goes_back(doubtful, under_way, back):
             return
         reached = stepper.times()
-        for lane in under_way:
-            ended = kernel.outcome(results[lane][0], lane)
-            self.steps[lane] += results[lane][3]
-            if ended == "step_limit" and taken < most:  # only a full chunk tells whether the steps lead anywhere
-                ended = "success"
-            self._read(lane, ended, float(before[lane]), float(reached[lane]))
+        if not self._read_all(under_way, results, reached):
+            for lane in under_way:
+                ended = kernel.outcome(results[lane][0], lane)
+                self.steps[lane] += results[lane][3]
+                if ended == "step_limit" and taken < most:  # only a full chunk tells whether the steps lead anywhere
+                    ended = "success"
+                self._read(lane, ended, float(before[lane]), float(reached[lane]))
         self.take_events()
         kernel.rescale()
         self._chunk, self._closely = kernel.steps_at_a_time(stepper.chunk), doubtful
@@ -395,6 +427,20 @@ class Integration:
         else:
             self._limit_steps(self._tries + 1)
         back()
+        return True
+
+    def _read_all(self, under_way: list[int], results: list[Any], reached: Array) -> bool:
+        """Keep what the first chunk of steps has brought, if it has brought all members to their ends."""
+        kernel, count = self._kernel, self.members.size
+        if len(under_way) < count or self._detection is not None or kernel.scales.bits.any() or self.steps.any():
+            return False
+        if any(kernel.outcome(results[lane][0]) != "time_limit" for lane in under_way):
+            return False
+        self._later = self._stepper.rows_of_all(self._ahead)
+        if self._later is None:
+            return False
+        self.steps += [result[3] for result in results[:count]]
+        self.reached, self._ahead = reached[:count], [grid[:0] for grid in self._ahead]
         return True
 
     def _read(self, lane: int, ended: str, before: float, reached: float) -> None:
