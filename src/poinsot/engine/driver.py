@@ -62,8 +62,8 @@ class _EngineRun(Run):
         origins, starts = self.origins[members], self.starts[members]
         places = self.rising.searchsorted(origins)
         for forwards in self.ways:
-            grids = [self.rising[place:] if forwards else self.rising[:place][::-1] for place in places]
-            if any(grid.size for grid in grids):
+            if places.min() < self.rising.size if forwards else places.max() > 0:
+                grids = [self.rising[place:] if forwards else self.rising[:place][::-1] for place in places.tolist()]
                 yield Integration(stepper(forwards), members, starts, origins, grids, forwards), places
 
     def book(self, integrations: list[Integration]) -> None:

@@ -195,14 +195,18 @@ class BatchStepper(Stepper):
     @override
     def plan(self, ahead: list[Array], under_way: list[int], lead: int) -> Any:
         now, length = self.times(), ahead[lead].size
-        near = [lane for lane in under_way if not _has_room(ahead[lane], now[lane], length)]
+        short = [lane for lane in under_way if ahead[lane].size < length]
+        near = [lane for lane in short if not _has_room(ahead[lane], now[lane], length)]
         if near:
             ends = now.copy()
             ends[near] = [ahead[lane][0] for lane in near]
             self._table, self._ends = None, ends
             return ends
-        table = np.tile(np.append(now[lead], ahead[lead])[:, None], self.lanes)
+        table = np.empty((length + 1, self.lanes))
+        table[0], table[1:] = now, ahead[lead][:, None]
         for lane in under_way:
+            table[-ahead[lane].size :, lane] = ahead[lane]
+        for lane in short:
             table[:, lane] = _padded(ahead[lane], now[lane], length)
         self._table, self._ends = table, table[-1]
         return self._ends
@@ -362,8 +366,9 @@ class Integration:
     def _advance(self, under_way: list[int]) -> None:
         """Take a chunk of steps, or go back to where it began if it is to be taken again."""
         stepper, kernel = self._stepper, self._kernel
-        lead = max(under_way, key=lambda lane: self._ahead[lane].size)
-        idle = [lane for lane in range(stepper.lanes) if lane not in under_way]
+        sizes = [grid.size for grid in self._ahead]
+        lead = sizes.index(max(sizes))
+        idle = [lane for lane in range(stepper.lanes) if lane not in under_way] if len(under_way) < stepper.lanes else []
         if idle:
             stepper.follow(lead, idle)
         before, back = stepper.times(), self._mark(lead, idle)
@@ -415,7 +420,7 @@ class Integration:
         """Go back to the start of a chunk that must be taken again, closely or for a lost zero; return whether so."""
         if doubtful and not self._closely:
             self._closely = True
-        elif not (overlooked := [lane for lane in under_way if self._kernel.overlooked(lane)]):
+        elif not (overlooked := self._kernel.overlooked(under_way)):
             if self._tries:
                 self._limit_steps(0)
             return False
@@ -477,7 +482,7 @@ class Integration:
 def _has_room(ahead: Array, here: float, length: int) -> bool:
     """Whether the idle points that make a grid as long have room before its first time."""
     idle, ulp = length - ahead.size, np.spacing(max(abs(here), abs(ahead[0])))
-    return idle == 0 or bool(abs(ahead[0] - here) > 2 * (idle + 1) * ulp)
+    return bool(abs(ahead[0] - here) > 2 * (idle + 1) * ulp)
 
 
 def _padded(ahead: Array, here: float, length: int) -> Array:

@@ -234,9 +234,11 @@ class Kernel:
             longest = list(self._longest)
             self.limits["max_delta_t"] = longest if len(longest) > 1 else self._kind(longest[0])
 
-    def overlooked(self, lane: int = 0) -> bool:
-        """Return whether a zero of an event or of a condition was lost since this was asked last."""
-        return any(part.overlooked(self.engine, lane) for part in self._monitors)
+    def overlooked(self, lanes: list[int]) -> list[int]:
+        """Return the lanes in which a zero of an event or of a condition was lost since this was asked last."""
+        if not self._monitors:
+            return []
+        return [lane for lane in lanes if any(part.overlooked(self.engine, lane) for part in self._monitors)]
 
     def settle(self, lane: int = 0) -> None:
         """Set the conditions as their functions say: one of them jumped over zero."""
