@@ -112,19 +112,24 @@ class ScalarStepper(Stepper):
 
     @override
     def plan(self, ahead: list[Array], under_way: list[int], lead: int) -> Any:
-        self._grid = np.concatenate([self._typed([self.engine.time]), self._typed(ahead[0])])  # the engine wants both
+        self._grid = self._typed(ahead[0])
         return self._grid[-1]
 
     @override
     def advance(self, most: int) -> tuple[list[Any], Array]:
-        result = self.engine.propagate_grid(self._grid, max_steps=most, **self.kernel.limits)
-        self._found = result[5][1:]
+        if self._grid.size == 1:
+            result = self.engine.propagate_until(self._grid[0], max_steps=most, **self.kernel.limits)
+            self._found = np.empty((0, self.engine.state.size))
+        else:
+            grid = np.concatenate([self._typed([self.engine.time]), self._grid])  # the engine wants both
+            result = self.engine.propagate_grid(grid, max_steps=most, **self.kernel.limits)
+            self._found = result[5][1:]
         return [result], self._found[:, :, None]
 
     @override
     def rows(self, lane: int, ahead: Array, passed: int) -> Array:
         found = self._found[:passed]
-        if len(found) < passed:  # the engine leaves out the row at which an event stops it
+        if len(found) < passed:  # the engine leaves out the row at which an event stops it, or has no grid
             found = np.concatenate([found, self.engine.state[None]])
         return np.asarray(found, dtype=float)
 
@@ -165,7 +170,7 @@ class BatchStepper(Stepper):
     """Several lanes, each with its own time and grid.
 
     The engine wants grids of one length. What a grid lacks is filled up with times before its first one, at which
-    nothing is read.
+    nothing is read. Rows of a grid cost a tenth of the steps, so that one time ahead is no grid.
     """
 
     def __init__(self, kernel: kernels.Kernel) -> None:
@@ -196,7 +201,7 @@ class BatchStepper(Stepper):
     def plan(self, ahead: list[Array], under_way: list[int], lead: int) -> Any:
         now, length = self.times(), ahead[lead].size
         short = [lane for lane in under_way if ahead[lane].size < length]
-        near = [lane for lane in short if not _has_room(ahead[lane], now[lane], length)]
+        near = [lane for lane in short if not _has_room(ahead[lane], now[lane], length)] if length > 1 else under_way
         if near:
             ends = now.copy()
             ends[near] = [ahead[lane][0] for lane in near]
@@ -214,8 +219,9 @@ class BatchStepper(Stepper):
     @override
     def advance(self, most: int) -> tuple[list[Any], Array]:
         if self._table is None:
-            self.engine.propagate_until(list(self._ends), max_steps=most, write_tc=True)
-            self._found = np.full((1, *self.engine.state.shape), np.nan)
+            watched = self.kernel.detection is not None
+            self.engine.propagate_until(list(self._ends), max_steps=most, write_tc=watched, **self.kernel.limits)
+            self._found = np.where(self.times() == self._ends, self.engine.state, np.nan)[None]
         else:
             _, self._found = self.engine.propagate_grid(self._table, max_steps=most, **self.kernel.limits)
         return list(self.engine.propagate_res), self._found
@@ -231,7 +237,7 @@ class BatchStepper(Stepper):
     @override
     def rows_of_all(self, ahead: list[Array]) -> Array | None:
         length = ahead[0].size
-        if self._table is None or any(grid.size != length for grid in ahead):
+        if any(grid.size != length for grid in ahead):
             return None
         rows = self._found[-length:, :, : len(ahead)].transpose(2, 0, 1)
         return None if np.isnan(rows[:, :, 0]).any() else rows
@@ -368,7 +374,9 @@ class Integration:
         stepper, kernel = self._stepper, self._kernel
         sizes = [grid.size for grid in self._ahead]
         lead = sizes.index(max(sizes))
-        idle = [lane for lane in range(stepper.lanes) if lane not in under_way] if len(under_way) < stepper.lanes else []
+        idle = (
+            [lane for lane in range(stepper.lanes) if lane not in under_way] if len(under_way) < stepper.lanes else []
+        )
         if idle:
             stepper.follow(lead, idle)
         before, back = stepper.times(), self._mark(lead, idle)
