@@ -61,9 +61,10 @@ class _EngineRun(Run):
         """Yield the integration of members in each direction, and where in the rising times each of them starts."""
         origins, starts = self.origins[members], self.starts[members]
         places = self.rising.searchsorted(origins)
+        each = places.tolist()
         for forwards in self.ways:
-            if places.min() < self.rising.size if forwards else places.max() > 0:
-                grids = [self.rising[place:] if forwards else self.rising[:place][::-1] for place in places.tolist()]
+            if min(each) < self.rising.size if forwards else max(each) > 0:
+                grids = [self.rising[place:] if forwards else self.rising[:place][::-1] for place in each]
                 yield Integration(stepper(forwards), members, starts, origins, grids, forwards), places
 
     def book(self, integrations: list[Integration]) -> None:
@@ -71,7 +72,7 @@ class _EngineRun(Run):
         out = self.report
         for part in integrations:
             out.steps[part.members] += part.steps
-            for lane, member in enumerate(part.members.tolist()):
+            for lane, member in enumerate(part.members.tolist() if any(part.failed) or any(part.events) else ()):
                 out.events += [(member, record) for record in part.events[lane]]
                 if part.failed[lane]:
                     stop = Stop(part.failed[lane], float(part.reached[lane]), float(part.lasts[lane]), part.cause)

@@ -374,9 +374,7 @@ class Integration:
         stepper, kernel = self._stepper, self._kernel
         sizes = [grid.size for grid in self._ahead]
         lead = sizes.index(max(sizes))
-        idle = (
-            [lane for lane in range(stepper.lanes) if lane not in under_way] if len(under_way) < stepper.lanes else []
-        )
+        idle = sorted({*range(stepper.lanes)}.difference(under_way))
         if idle:
             stepper.follow(lead, idle)
         before, back = stepper.times(), self._mark(lead, idle)
@@ -394,13 +392,14 @@ class Integration:
         if self._goes_back(doubtful, under_way, back):
             return
         reached = stepper.times()
-        if not self._read_all(under_way, results, reached):
-            for lane in under_way:
-                ended = kernel.outcome(results[lane][0], lane)
-                self.steps[lane] += results[lane][3]
-                if ended == "step_limit" and taken < most:  # only a full chunk tells whether the steps lead anywhere
-                    ended = "success"
-                self._read(lane, ended, float(before[lane]), float(reached[lane]))
+        if self._read_all(under_way, results, reached):
+            return
+        for lane in under_way:
+            ended = kernel.outcome(results[lane][0], lane)
+            self.steps[lane] += results[lane][3]
+            if ended == "step_limit" and taken < most:  # only a full chunk tells whether the steps lead anywhere
+                ended = "success"
+            self._read(lane, ended, float(before[lane]), float(reached[lane]))
         self.take_events()
         kernel.rescale()
         self._chunk, self._closely = kernel.steps_at_a_time(stepper.chunk), doubtful
@@ -447,7 +446,7 @@ class Integration:
         kernel, count = self._kernel, self.members.size
         if len(under_way) < count or self._detection is not None or kernel.scales.bits.any() or self.steps.any():
             return False
-        if any(kernel.outcome(results[lane][0]) != "time_limit" for lane in under_way):
+        if {int(result[0]) for result in results[:count]} != {kernels.TIME_LIMIT}:
             return False
         self._later = self._stepper.rows_of_all(self._ahead)
         if self._later is None:

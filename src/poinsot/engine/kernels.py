@@ -80,6 +80,7 @@ FIRST = np.zeros(1, dtype=int)
 OUTCOMES = {
     int(getattr(hy.taylor_outcome, name)): name for name in ("success", "step_limit", "time_limit", "err_nf_state")
 }
+TIME_LIMIT, NOT_FINITE = int(hy.taylor_outcome.time_limit), int(hy.taylor_outcome.err_nf_state)
 
 hy.set_logger_level_error()  # it warns of each event at each step of each member that fails; `failures` says it once
 
@@ -267,7 +268,7 @@ class Kernel:
 
     def failing(self, lanes: list[int], results: list[Any]) -> bool:
         """Whether a chunk of steps has ended with a state that is not finite in one of some lanes."""
-        return any(OUTCOMES.get(int(results[lane][0])) == "err_nf_state" for lane in lanes)
+        return NOT_FINITE in [int(results[lane][0]) for lane in lanes]
 
     def doubtful(self, lanes: list[int], results: list[Any], rows: NDArray[Any]) -> bool:
         """Whether a chunk of steps in some lanes may have begun one with momenta out of the band of their scale.
@@ -301,7 +302,7 @@ class Kernel:
         count = 0
         while count < most and np.any(ends != self.engine.time):
             outcomes = self._step_towards(ends)
-            if any(OUTCOMES.get(int(outcome)) == "err_nf_state" for outcome in outcomes):
+            if NOT_FINITE in map(int, outcomes):
                 return max(count, 1)
             count += 1
             if any(map(_stops, outcomes)):

@@ -149,8 +149,10 @@ class Scales:
 
 def _within(momenta: Array) -> bool:
     """Whether all momenta are within the band, shape (n, size, ...); where NaN comes first, no."""
+    if not momenta.size:
+        return True
     squares = _squares(momenta).ravel().tolist()  # of few numbers a list has its least and largest soonest
-    return not squares or (min(squares) >= LEAST**2 and max(squares) <= MOST**2)
+    return min(squares) >= LEAST**2 and max(squares) <= MOST**2
 
 
 def _squares(momenta: Array) -> Array:
