@@ -126,9 +126,8 @@ class _OneBody(_EngineRun):
 
     def _hand_over(self, rows: dict[bool, Array]) -> None:
         """Give the rows of both directions in the order of the times."""
-        nothing = np.empty((0, self.starts.shape[1]))
-        later, earlier = (rows.get(forwards, nothing) for forwards in BOTH_WAYS)
-        place = int(np.searchsorted(self.rising, self.origins[0]))
+        later, earlier = (rows.get(forwards, self.starts[:0]) for forwards in BOTH_WAYS)
+        place = int(self.rising.searchsorted(self.origins[0]))
         times = self.rising[place - len(earlier) : place + len(later)][self.turn]
         whole = (np.concatenate([earlier[::-1], later]) if len(earlier) else later)[self.turn]
         self.sink.take(kernels.FIRST, times, Rows(self.job.variables, times, whole))

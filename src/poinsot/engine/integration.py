@@ -296,7 +296,7 @@ class Integration:
         self.lasts = np.array([grid[-1] if grid.size else here for grid, here in zip(grids, origins, strict=True)])
         self._lanes = np.minimum(np.arange(stepper.lanes), members.size - 1)
         self._closely, self._tries = False, 0
-        self._ahead, self._rows = list(grids), [[] for _ in members]
+        self._ahead, self._rows = list(grids), [list[Array]() for _ in members]
         self._later: Array | None = None  # the rows of all lanes behind the first ones, if they came at once
         for lane, grid in enumerate(grids):
             if grid.size and grid[0] == origins[lane]:

@@ -151,7 +151,7 @@ def _within(momenta: Array) -> bool:
     """Whether all momenta are within the band, shape (n, size, ...); where NaN comes first, no."""
     if not momenta.size:
         return True
-    squares = _squares(momenta).ravel().tolist()  # of few numbers a list has its least and largest soonest
+    squares: list[float] = _squares(momenta).ravel().tolist()  # of few numbers a list has its least and largest soonest
     return min(squares) >= LEAST**2 and max(squares) <= MOST**2
 
 

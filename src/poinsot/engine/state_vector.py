@@ -219,7 +219,7 @@ class StateVector:
         """Return the variables of attitude, momentum and parts."""
         chart, own = self.formulation, state.own
         rigid = chart.from_state(state)
-        rigid[..., chart.momenta] *= np.expand_dims(np.array(self.scale, dtype=rigid.dtype), -1)
+        rigid[..., chart.momenta] *= np.asarray(self.scale, dtype=rigid.dtype)[..., None]
         self._turn(rigid, turn)
         chart.check_variables(rigid)
         columns = []
@@ -246,9 +246,9 @@ class StateVector:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _converted(self, times: Array, variables: Array) -> Phase:
-        chart, scale = self.formulation, np.expand_dims(self.scale, -1)
+        chart, scale = self.formulation, np.asarray(self.scale)[..., None]
         rigid = variables[..., : chart.size].copy()
-        rigid[..., chart.momenta] /= np.expand_dims(scale, -1)
+        rigid[..., chart.momenta] /= scale[..., None]
         if self.comoving:
             (block,) = self.orbits
             if variables.ndim == 3:  # members first: their numbers go beside the times
