@@ -91,8 +91,8 @@ def grown(factor, way=1, rate=1.0):
 def check(motion, attitude, turned, omega, index=-1):
     """Check attitude and rate; a rounding of the rate in each step turns the body by so much of its angle.
 
-    Bounds are three times the worst of shaken starts. Truncation is relative to the largest variable, and Euler angles of
-    some turns are a thousand times the momenta where these have shrunk.
+    Bounds are three times the worst of shaken starts. Truncation is relative to the largest variable, and Euler angles
+    of some turns are a thousand times the momenta where these have shrunk.
     """
     bound = (35 if motion.run.formulation == "euler_angles" else 5) * max(motion.run.steps, 50) * EPS
     q, w = motion.quaternion.reshape(-1, 4)[index], motion.omega_body.reshape(-1, 3)[index]

@@ -353,7 +353,8 @@ class Integration:
 
     def _limit_steps(self, tries: int) -> None:
         self._tries = tries
-        self._kernel.limit_steps(np.abs(self.lasts - self._origins)[self._lanes], tries)
+        if self._kernel.watches:
+            self._kernel.limit_steps(np.abs(self.lasts - self._origins)[self._lanes], tries)
 
     def _mark(self, lead: int, idle: list[int]) -> Callable[[], None]:
         """Return what brings the engine back to where it is."""
@@ -452,7 +453,7 @@ class Integration:
         if self._later is None:
             return False
         self.steps += [result[3] for result in results[:count]]
-        self.reached, self._ahead = reached[:count], [grid[:0] for grid in self._ahead]
+        self.reached, self._ahead = reached[:count], [reached[:0]] * count
         return True
 
     def _read(self, lane: int, ended: str, before: float, reached: float) -> None:

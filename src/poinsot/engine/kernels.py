@@ -168,6 +168,8 @@ class Kernel:
         Those of the momenta: what the engine's state is in.
     limits : dict
         Arguments for the engine.
+    watches : bool
+        Whether there are zeros to look for.
     """
 
     def __init__(self, built: _Compiled, problem: Problem, variables: StateVector, precision: str, lanes: int) -> None:
@@ -189,7 +191,9 @@ class Kernel:
         for part in self._monitors:
             part.scales = self.scales
         self.limits: dict[str, Any] = {}
-        self._limited, self._kind = precision == "double" or bool(self._monitors), PRECISIONS[precision]
+        self.watches, self._kind = bool(self._monitors), PRECISIONS[precision]
+        self._limited = precision == "double" or self.watches
+        self.limit_steps(np.zeros(lanes))
 
     def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
         """Set the parameters for the time and the state that the engine has, and for members in its lanes.
@@ -203,7 +207,7 @@ class Kernel:
         else:
             table = self._table[:, members] if pars.ndim > 1 else self._values(self._problem)[: len(pars)]
             pars[: len(table)] = table
-            for lane in map(int, np.flatnonzero(self.scales.bits)):
+            for lane in np.flatnonzero(self.scales.bits).tolist() if self.scales.bits.any() else ():
                 own = lane_of(pars, lane)[: len(table)]
                 own[:] = self.scales.parameters(own, lane)
         self._roots.begin(self.engine)
