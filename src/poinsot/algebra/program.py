@@ -422,9 +422,13 @@ def number(scalar: Any) -> Any:
 
 def replayed(node: Node, known: Mapping[int, Any]) -> Any:
     """Return the value of a node from those of its operands, by their places."""
-    operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
-    operation = REPLAYED.get(node.name) or getattr(functions, node.name)
-    return operation(*operands)
+    return operation_of(node)(*[known[x.place] if x.__class__ is Node else x for x in node.operands])
+
+
+def operation_of(node: Node) -> Callable[..., Any]:
+    """Return the function that gives the value of a node from those of its operands."""
+    operation: Callable[..., Any] = REPLAYED.get(node.name) or getattr(functions, node.name)
+    return operation
 
 
 def _needed(outputs: Iterable[Node], known: Mapping[int, Any]) -> list[Node]:

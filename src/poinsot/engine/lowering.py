@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.program import Graph, Node, ordered, partials, replayed
+from poinsot.algebra.program import Graph, Node, operation_of, ordered, partials
 from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
@@ -50,6 +50,9 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
 }
 """The power of what an operation makes of two operands, from theirs and the number that the second one is."""
 
+
+_Step = tuple[int, Callable[..., Any], tuple[int, ...]]
+"""The place of a result, the operation, and the places of its operands."""
 
 Monomial = tuple[int, ...]
 """A product of operations, by their numbers in order."""
@@ -98,11 +101,34 @@ class Program:
 
     def values(self, inputs: Sequence[Any]) -> list[Any]:
         """Return the values of the parameters for the inputs of a run, scalars or arrays; 0 for those that are held."""
-        known: dict[int, Any] = {}
+        numbers, of_inputs, steps, places = self._replay
+        known = numbers.copy()
+        for place, number in of_inputs:
+            known[place] = inputs[number]
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
-            for node in ordered(self.parameters):
-                known[node.place] = _value(node, inputs, known)
-        return [known[node.place] for node in self.parameters]
+            for place, operation, operands in steps:
+                known[place] = operation(*map(known.__getitem__, operands))
+        return [known[place] for place in places]
+
+    @functools.cached_property
+    def _replay(self) -> tuple[list[Any], list[tuple[int, int]], list[_Step], list[int]]:
+        """Numbers by their places in a list, places of inputs, the steps that fill the others, places of parameters."""
+        numbers: list[Any] = []
+        of_inputs, steps, places = [], list[_Step](), {}
+
+        def new(value: Any = 0.0) -> int:
+            numbers.append(value)
+            return len(numbers) - 1
+
+        for node in ordered(self.parameters):
+            if node.name in ("input", "value", HELD):
+                places[node.place] = new(node.value if node.name == "value" else 0.0)
+                of_inputs += [(places[node.place], node.operands[0])] * (node.name == "input")
+            else:
+                operands = tuple(places[x.place] if isinstance(x, Node) else new(x) for x in node.operands)
+                places[node.place] = new()
+                steps.append((places[node.place], operation_of(node), operands))
+        return numbers, of_inputs, steps, [places[node.place] for node in self.parameters]
 
     @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
@@ -116,14 +142,6 @@ class Program:
             else:
                 known[node.place] = int(node.name == "input" and node.operands == (0,))
         return np.array([known[node.place] for node in self.parameters], dtype=int)
-
-
-def _value(node: Node, inputs: Sequence[Any], known: dict[int, Any]) -> Any:
-    if node.name == "input":
-        return inputs[node.operands[0]]
-    if node.name == HELD:
-        return 0.0
-    return node.value if node.name == "value" else replayed(node, known)
 
 
 def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
