@@ -83,9 +83,12 @@ class LoopedRun(Run):
         job = self.job
         numbers = [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *job.problem.numbers)]
         columns = self._program.values(numbers)
-        table = np.empty((self.origins.size, len(columns)))
-        for place, column in enumerate(columns):
-            table[:, place] = column
+        if self.one:
+            table = np.array([columns], dtype=float)
+        else:
+            table = np.empty((self.origins.size, len(columns)))
+            for place, column in enumerate(columns):
+                table[:, place] = column
         set_roots(self._program, table, numbers, self.starts, self.origins, job.variables.momenta)
         return table
 
@@ -192,20 +195,21 @@ class _Tasks:
     def __init__(self, run: LoopedRun, members: NDArray[np.int_], rows: Array) -> None:
         self._run, self._members, self._told = run, members, 0.0
         self._hopeless: dict[int, str] = {}
-        origins, n = run.origins[members], run.rising.size
-        self._place = place = run.rising.searchsorted(origins)
-        at_start = np.flatnonzero(run.rising[np.minimum(place, n - 1)] == origins)
-        at_start = at_start[: at_start.size * (True in run.ways)]
-        rows[at_start, place[at_start]] = run.starts[members[at_start]]
-        self._first = place.copy()
-        self._first[at_start] += 1
-        ways = {True: (self._first, n - self._first, 1), False: (place - 1, place, -1)}
-        each = zip(*(ways[way] for way in run.ways), strict=True)
-        first, count, stride = (np.concatenate([np.broadcast_to(x, members.shape) for x in part]) for part in each)
-        busy = np.flatnonzero(count > 0)
-        self.own = np.tile(np.arange(members.size), len(run.ways))[busy]
-        self.forwards = stride[busy] > 0
-        output = Output(run.rising, rows, self.own, first[busy], count[busy], stride[busy])
+        rising, n, tasks = run.rising, run.rising.size, []
+        self._place = places = rising.searchsorted(run.origins[members]).tolist()
+        self._first = list(places)
+        for k, (place, origin) in enumerate(zip(places, run.origins[members].tolist(), strict=True)):
+            if True in run.ways:
+                if place < n and rising[place] == origin:
+                    rows[k, place] = run.starts[members[k]]
+                    self._first[k] = place + 1
+                tasks.append((k, self._first[k], n - self._first[k], 1))
+            if False in run.ways:
+                tasks.append((k, place - 1, place, -1))
+        table = np.array([task for task in tasks if task[2]], dtype=np.int64).reshape(-1, 4)
+        self.own, first, count, stride = table.T.copy()
+        self.forwards = stride > 0
+        output = Output(rising, rows, self.own, first, count, stride)
         chosen = members[self.own]
         self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push[chosen % run.push.size]
@@ -217,12 +221,15 @@ class _Tasks:
         if variations is not None:
             tasks["pause"] = STEPS_AT_A_TIME[variations.order] // 10
         while True:
-            while kernel.advance() and not self._run.stop:
+            while kernel.advance():
                 self._watch(kernel, told)
-            kernel.note()
+                if self._run.stop:
+                    break
             self._tell(told)
+            if variations is None or self._run.stop:
+                return
             paused = np.flatnonzero(tasks["status"] == Status.PAUSED)
-            if variations is None or self._run.stop or not paused.size:
+            if not paused.size:
                 return
             states = tasks["state"][paused]
             variations.rescale(states[:, self._run.job.variables.tangent])
@@ -244,6 +251,8 @@ class _Tasks:
         self._tell(told)
 
     def _tell(self, told: Callable[[float], None]) -> None:
+        if not self._run.job.progress:
+            return
         tasks = self.queue.tasks
         if self._run.one:
             done = float(np.sum(np.abs(tasks["time"][:, 0] - self._run.origins[0])))
@@ -257,7 +266,8 @@ class _Tasks:
     @property
     def finished(self) -> NDArray[np.bool_]:
         """Which members have come to an end, or stopped before."""
-        under_way = np.isin(self.queue.tasks["status"], (Status.UNDER_WAY, Status.PAUSED))
+        status = self.queue.tasks["status"]
+        under_way = (status == Status.UNDER_WAY) | (status == Status.PAUSED)
         left: NDArray[np.int_] = np.bincount(self.own[under_way], minlength=self._members.size)
         finished: NDArray[np.bool_] = left == 0
         return finished
@@ -266,26 +276,25 @@ class _Tasks:
     def reached(self) -> slice:
         """Which of the rising times one body has reached."""
         rows = dict(zip(self.forwards.tolist(), self.queue.tasks["index"].tolist(), strict=True))
-        return slice(int(self._place[0]) - rows.get(False, 0), int(self._first[0]) + rows.get(True, 0))
+        return slice(self._place[0] - rows.get(False, 0), self._first[0] + rows.get(True, 0))
 
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""
-        report, finished = self._run.report, self.finished
-        for k, task in enumerate(self.queue.tasks):
-            member = int(self._members[self.own[k]])
-            if not (finished[self.own[k]] or self._run.one):
-                continue
-            report.steps[member] += task["steps"]
-            if why := self._why(k, int(task["status"])):
-                stop = Stop(why, float(task["time"][0]), float(task["end"]), None)
-                report.stops.setdefault(member, stop)
+        report, tasks = self._run.report, self.queue.tasks
+        chosen = np.flatnonzero(self.finished[self.own] | self._run.one)
+        members = self._members[self.own]
+        np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
+        for k in chosen[tasks["status"][chosen] != Status.DONE].tolist():
+            task = tasks[k]
+            stop = Stop(self._why(k, int(task["status"])), float(task["time"][0]), float(task["end"]), None)
+            report.stops.setdefault(int(members[k]), stop)
 
     def _why(self, k: int, status: int) -> str:
-        """Return why a task stopped before its end; empty if it did not."""
+        """Return why a task stopped before its end."""
         if status == Status.NOT_FINITE:
             return reason("err_nf_state", 0.0, 0.0, 0.0, 1)
         if status == Status.STALLED:
             return reason("step_limit", 0.0, 0.0, 0.0, 1)
         if status == Status.GIVEN_UP:
             return self._hopeless[k]
-        return "" if status == Status.DONE else INTERRUPTED
+        return INTERRUPTED
