@@ -33,6 +33,8 @@ SLAB_BYTES = 16_000_000
 LARGEST = 2500
 """Operations of a decomposition above which the looped kernel compiles for many seconds."""
 
+UNDER_WAY, DONE, PAUSED = int(Status.UNDER_WAY), int(Status.DONE), int(Status.PAUSED)
+
 Array = NDArray[Any]
 
 
@@ -228,7 +230,7 @@ class _Tasks:
             self._tell(told)
             if variations is None or self._run.stop:
                 return
-            paused = np.flatnonzero(tasks["status"] == Status.PAUSED)
+            paused = np.flatnonzero(tasks["status"] == PAUSED)
             if not paused.size:
                 return
             states = tasks["state"][paused]
@@ -267,7 +269,7 @@ class _Tasks:
     def finished(self) -> NDArray[np.bool_]:
         """Which members have come to an end, or stopped before."""
         status = self.queue.tasks["status"]
-        under_way = (status == Status.UNDER_WAY) | (status == Status.PAUSED)
+        under_way = (status == UNDER_WAY) | (status == PAUSED)
         left: NDArray[np.int_] = np.bincount(self.own[under_way], minlength=self._members.size)
         finished: NDArray[np.bool_] = left == 0
         return finished
@@ -280,11 +282,10 @@ class _Tasks:
 
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""
-        report, tasks = self._run.report, self.queue.tasks
-        chosen = np.flatnonzero(self.finished[self.own] | self._run.one)
-        members = self._members[self.own]
+        report, tasks, members = self._run.report, self.queue.tasks, self._members[self.own]
+        chosen = np.arange(members.size) if self._run.one else np.flatnonzero(self.finished[self.own])
         np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
-        for k in chosen[tasks["status"][chosen] != Status.DONE].tolist():
+        for k in chosen[tasks["status"][chosen] != DONE].tolist():
             task = tasks[k]
             stop = Stop(self._why(k, int(task["status"])), float(task["time"][0]), float(task["end"]), None)
             report.stops.setdefault(int(members[k]), stop)
