@@ -204,11 +204,11 @@ def _largest(values: Any) -> Any:
 
 
 def _rates_at(system: Dynamics, sampled: tuple[Array, Array, Array], forced: bool = False) -> tuple[list[Array], bool]:
-    """Return rates, members first, at samples and at neighbours a rounding away, which show their noise: (..., 2, n).
+    """Return rates at samples and at neighbours a rounding away, (..., 2, n), and whether formulas have conditions.
 
-    These are omega, energy, its rate, its change to another time, power and g . torque of torques, and torque. The
-    power is that of the forces without a potential; the torque is along the body axes, then along the space axes. Told
-    is too whether there are conditions; forced ones go every way, and the other one in place of the other time.
+    Omega, energy, its rate, its change to another time, power and g . torque of torques, and torque, members first. The
+    power is that of the forces without a potential; the torque is along the body axes, then along the space axes.
+    Forced conditions go every way, and the change of the energy is that to the other branches.
     """
     random = np.random.default_rng(1)
     shaken = (values * (1 + EPS * random.uniform(-2, 2, values.shape)) for values in sampled)
