@@ -93,6 +93,12 @@ class Graph:
                     known.pop(x.place, None)  # so that memory is used again
         return [known[x.place] if isinstance(x, Node) and x.graph is self else x for x in outputs]
 
+    def finished(self, outputs: Sequence[Any]) -> list[Any]:
+        """Return the values of outputs, and forget all nodes: what they hold is free at once."""
+        values = self.evaluated(outputs)
+        self._known.clear()
+        return values
+
     def node(self, name: str, operands: tuple[Any, ...], varies: bool | None = None) -> Node:
         """Return the node of an operation, a new one if it is not known."""
         key = name, *operands

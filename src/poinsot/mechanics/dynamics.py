@@ -147,7 +147,7 @@ class Dynamics(Collection):
         own = {part.name: Vector(map(graph.variable, instant.own(part))) for part in moving}
         body = self.body_at(own, instant.time)
         energy = self.potential_at(Instant(body, instant.attitude, instant.environment))
-        slopes = iter(graph.evaluated(gradient(energy, [x for each in own.values() for x in each])))
+        slopes = iter(graph.finished(gradient(energy, [x for each in own.values() for x in each])))
         return {part.name: Vector(-next(slopes) for _ in range(part.size)) for part in moving}
 
     def torque_at(self, instant: Instant) -> Vector:

@@ -118,7 +118,7 @@ def derived_torque(potential: Potential, instant: Instant) -> Vector:
     """
     recorder = _Recorder(instant.attitude)
     energy = potential.energy(Instant(instant.body, recorder, instant.environment))
-    slopes = iter(recorder.graph.evaluated(gradient(energy, [x for each in recorder.seen for x in each])))
+    slopes = iter(recorder.graph.finished(gradient(energy, [x for each in recorder.seen for x in each])))
     total = Vector((0.0, 0.0, 0.0))
     for each in recorder.seen:
         seen = Vector(x.value for x in each)

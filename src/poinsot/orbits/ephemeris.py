@@ -65,7 +65,7 @@ class PolynomialArc(Orbit):
     def velocity_at(self, time: Scalar) -> functions.Vector:
         graph = Graph()
         moving = graph.variable(time)
-        return functions.Vector(graph.evaluated(tangents(self.position_at(moving), {moving: 1.0})))
+        return functions.Vector(graph.finished(tangents(self.position_at(moving), {moving: 1.0})))
 
 
 SAMPLES = np.linspace(-1, 1, 17)

@@ -1,5 +1,8 @@
 """Graphs of formulas: their derivatives and values, on every kind of scalar."""
 
+import gc
+import weakref
+
 import mpmath
 import numpy as np
 import pytest
@@ -296,6 +299,20 @@ def test_number_of_what_depends_on_variables_alone():
     assert number(symbol) is symbol
     mixed = inner.variable(2.0) * symbol
     assert number(mixed) is mixed
+
+
+def test_a_finished_graph_holds_nothing():
+    gc.disable()
+    try:
+        array = np.ones(3)
+        kept, graph = weakref.ref(array), Graph()
+        variable = graph.variable(array)
+        (found,) = graph.finished(gradient(variable * variable, [variable]))
+        assert np.array_equal(found, 2 * array)
+        del array, variable, graph
+        assert kept() is None
+    finally:
+        gc.enable()
 
 
 # ---------------------------------------------------------------------- arrays and vectors
