@@ -34,14 +34,19 @@ OPERATORS: Mapping[str, Callable[..., Any]] = {
 
 def _operators(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Return the methods of an operator: with the node on its left and on its right."""
-    return lambda node, other: _combined(name, node, other), lambda node, other: _combined(name, other, node)
+    return (lambda node, other: _combined(name, node, other)), (lambda node, other: _combined(name, other, node))
 
 
 def _combined(name: str, a: Any, b: Any) -> Any:
     """Return what an operator makes of two operands; vectors have their own rules, arrays of nodes go one by one."""
-    if isinstance(a, Vector) or isinstance(b, Vector):
-        return NotImplemented
+    graph = a.graph if a.__class__ is Node else b.graph
+    if _is_operand(a, graph) and _is_operand(b, graph):
+        return graph.simplified(name, (a, b))
     for x in (a, b):
+        if x.__class__ in SCALARS:
+            continue
+        if isinstance(x, Vector):
+            return NotImplemented
         if isinstance(x, np.ndarray) and x.dtype == object:
             return OPERATORS[name](*map(_in_an_array, (a, b)))
     return _newest((a, b)).applied(name, a, b)
@@ -101,7 +106,7 @@ class Graph:
 
     def node(self, name: str, operands: tuple[Any, ...], varies: bool | None = None) -> Node:
         """Return the node of an operation, a new one if it is not known."""
-        key = name, *operands
+        key = name, operands
         found = self._known.get(key)
         if found is None:
             found = self._known[key] = Node(self, len(self._known), name, operands, varies)
@@ -111,7 +116,7 @@ class Graph:
         """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
         if isinstance(scalar, NUMBERS):
             return float(scalar) if isinstance(scalar, float) else scalar
-        if isinstance(scalar, Node) and scalar.graph is self:
+        if _is_operand(scalar, self):
             return scalar
         self._foreign.append(scalar)  # so that no other one has its identity
         node = self.node("value", (id(scalar),), varies=False)
@@ -120,13 +125,18 @@ class Graph:
 
     def applied(self, name: str, *scalars: Any) -> Any:
         """Return a function of scalars, of which one at least is a node."""
-        operands = tuple([x if x.__class__ in PLAIN or _is_of(x, self) else self.leaf(x) for x in scalars])
-        rule = SIMPLER.get(name)
-        simple = rule(*operands) if rule else None
-        if simple is not None:
-            return simple
-        if name in COMMUTING and _order(operands[1]) < _order(operands[0]):
-            operands = operands[::-1]
+        return self.simplified(name, tuple([x if _is_operand(x, self) else self.leaf(x) for x in scalars]))
+
+    def simplified(self, name: str, operands: tuple[Any, ...]) -> Any:
+        """Return a function of operands: a node, or what it is simpler than that."""
+        if name in SIMPLER:
+            simple = SIMPLER[name](*operands)
+            if simple is not None:
+                return simple
+        if name in COMMUTING:
+            a, b = operands
+            if b.__class__ is not Node or (a.__class__ is Node and b.place < a.place):
+                operands = b, a
         return self.node(name, operands)
 
 
@@ -188,32 +198,27 @@ class Node(Comparable):
 
 NUMBERS = (int, float, np.integer, np.floating)
 PLAIN = (int, float)
+SCALARS = (Node, int, float, np.float64)
 REPLAYED: Mapping[str, Callable[..., Any]] = {**OPERATORS, "ruled": lambda value, *_: value}
+UNITS = (1, -1)
 COMMUTING = ("add", "mul")
 HOLDING = ("variable", "value")
 
 
-def _is_of(scalar: Any, graph: Graph) -> bool:
-    return scalar.__class__ is Node and scalar.graph is graph
+def _is_operand(scalar: Any, graph: Graph) -> bool:
+    return scalar.graph is graph if scalar.__class__ is Node else scalar.__class__ in PLAIN
 
 
 def _newest(scalars: Iterable[Any]) -> Graph:
-    return max([x.graph for x in scalars if x.__class__ is Node], key=operator.attrgetter("age"))
-
-
-def _order(operand: Any) -> tuple[int, Any]:
-    return (1, operand.place) if operand.__class__ is Node else (0, operand)
-
-
-def _is(operand: Any, number: float) -> bool:
-    return operand.__class__ is not Node and bool(operand == number)
+    graphs = {x.graph for x in scalars if x.__class__ is Node}
+    return graphs.pop() if len(graphs) == 1 else max(graphs, key=operator.attrgetter("age"))
 
 
 # ---------------------------------------------------------------------- simplifications: None where there is none
 
 
 def _added(a: Any, b: Any) -> Any:
-    return b if _is(a, 0) else a if _is(b, 0) else None
+    return b if a == 0 else a if b == 0 else None
 
 
 def _negated(a: Any) -> Any:
@@ -221,16 +226,14 @@ def _negated(a: Any) -> Any:
 
 
 def _multiplied(a: Any, b: Any) -> Any:
-    if _is(a, 0) or _is(b, 0):
-        return 0.0
     for one, other in ((a, b), (b, a)):
-        if _is(one, 1):
-            return other
-        if _is(one, -1):
-            return -other
         if one.__class__ is Node:
             if one.name == "neg":
                 return -(one.operands[0] * other)
+        elif one == 0:
+            return 0.0
+        elif one in UNITS:
+            return other if one == 1 else -other
         elif other.name == "mul" and other.operands[0].__class__ is not Node:
             number, rest = other.operands
             return (one * number) * rest
@@ -238,9 +241,9 @@ def _multiplied(a: Any, b: Any) -> Any:
 
 
 def _divided(a: Any, b: Any) -> Any:
-    if _is(a, 0):
+    if a == 0:
         return 0.0
-    if _is(b, 1):
+    if b == 1:
         return a
     if a.__class__ is Node and a.name == "neg":
         return -(a.operands[0] / b)
@@ -265,7 +268,7 @@ def _whole_power(x: Any, n: int) -> Any:
 
 
 def _chosen(_: Any, a: Any, b: Any) -> Any:
-    return a if a is b or (a.__class__ is not Node and _is(b, a)) else None
+    return a if a is b or a == b else None
 
 
 SIMPLER: Mapping[str, Callable[..., Any]] = {
