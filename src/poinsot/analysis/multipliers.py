@@ -29,7 +29,11 @@ PAIRED = 1e-9
 NOISE = 1e-12
 """Of a coefficient of that polynomial, of the largest that it can have: below it is rounding."""
 MEETING = 3e-15
-"""The same where two sums meet away from 2 and -2: a slow growth of two slow pairs is above it."""
+"""The same where two sums meet away from 2 and -2.
+
+Rounding takes a double multiplier with one eigenvector apart by 1.7e-16 at most in 2,000 matrices of norms below 5, by
+4.5e-16 in 99 of 100 of norms to 95; two pairs at an angle of 0.006 that grow by 4e-4 are 9e-15 apart.
+"""
 
 
 class Multipliers:
