@@ -20,8 +20,8 @@ LIBRARY = ("acos", "asin", "asinh", "atan", "atan2", "cos", "exp", "log", "log2"
 HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
 """pi/2 in three parts, each the rest to double precision."""
 
-FAR = 1e5
-"""Angles beyond which the C library reduces them."""
+FAR = 2.0**48
+"""Angles beyond which the C library reduces them: the number of quarter turns must have fewer than 51 bits."""
 
 SINE = (
     -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
