@@ -349,9 +349,9 @@ class KernelProgram:
         """Write a row of a lane, and turn to its next output time."""
         work, lines = Record(address, self.work), address.function
         queue, task = Record(work.array("queue", POINTER)[0], QUEUE), self._task(work, lane)
-        index, numbers = work.array("index", INTEGER), (task.array(name, INTEGER)[0] for name in ("place", "stride"))
-        place, stride = numbers
-        out = Array(queue.array("rows", POINTER)[0], DOUBLE).at((place + index[lane] * stride) * self.variables)
+        index, rows = work.array("index", INTEGER), Array(queue.array("rows", POINTER)[0], DOUBLE)
+        place = task.array("place", INTEGER)[0] + index[lane] * task.array("stride", INTEGER)[0]
+        out = rows.at(place * self.variables)
         self._copy(lines, self.variables, work.array("row"), lane, Array(out, DOUBLE))
         index[lane] = index[lane] + 1
         self._look_ahead(work, task, lane)

@@ -130,11 +130,18 @@ class Queue:
         output.into(tasks)
         self.output, self._waiting = output, np.arange(len(states))  # the memory whose addresses are given away
         arrays = self._waiting, tasks, output.times, output.rows
+        if any(not array.flags.c_contiguous or array.itemsize != 8 for array in (output.times, output.rows)):
+            raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
         self._record = np.array([0, len(states), *(array.ctypes.data for array in arrays)])
         self.address = self._record.ctypes.data
 
+    def close(self) -> None:
+        """Forget the tasks that wait."""
+        self._waiting = self._waiting[:0]
+        self._record[1] = 0
+
     def put(self, tasks: NDArray[np.int_]) -> None:
-        """Add tasks that have left their lanes, by their numbers; no run may be advancing."""
+        """Add tasks that are in no lane and do not wait, by their numbers; no run may be advancing."""
         self._waiting = np.concatenate([self._waiting[self._record[0] :], tasks])
         self._record[:3] = 0, self._waiting.size, self._waiting.ctypes.data
         self.tasks["status"][tasks] = Status.UNDER_WAY
@@ -162,8 +169,8 @@ class Run:
         memory = memory[start : start + code.work.itemsize]
         work = memory.view(code.work)
         work["reciprocals_of_orders"][0, 1:] = 1.0 / np.arange(1, code.order + 1)
-        self._memory = work
-        self._code, self._address, self._active = code, memory.ctypes.data, work["active"]
+        self._memory, self._code, self._address = work, code, memory.ctypes.data
+        self._active, self._pause, self._times = work["active"][0], work["pause"][0], work["time"][0, 0]
         self._numbers = memory.view(np.int64)[-4:]  # queue, kept, kept_most, kept_count
         self._numbers[2], self._steps = FOREVER, np.empty(0, code.step)
         if keeps_steps:
@@ -200,6 +207,18 @@ class Run:
         """Let tasks in lanes leave them after their next step."""
         work = self._memory[0]
         work["status"][np.isin(work["task"], numbers) & (work["active"] != 0)] = Status.GIVEN_UP
+
+    def leave(self) -> None:
+        """Close the queue, and let all tasks leave their lanes after one more step."""
+        self._queue.close()
+        self._pause[:] = 0
+        self.advance(1)
+
+    @property
+    def times(self) -> Doubles:
+        """The times that the lanes have reached."""
+        reached: Doubles = self._times[self._active != 0]
+        return reached
 
     @property
     def kept(self) -> NDArray[Any]:

@@ -427,6 +427,39 @@ def test_tasks_that_pause_go_on_when_they_are_put_back():
     np.testing.assert_array_equal(queue.tasks["steps"], tasks["steps"])
 
 
+def test_an_interrupted_run_goes_on_later():
+    code, times, states = compiled(DECOMPOSITIONS["top"], ORDER, 4), np.linspace(0.0, 30.0, 40)[1:], starts("top", 20)
+    rows, _, _ = integrated(code, states, times)
+    again, zeros = np.full_like(rows, np.nan), np.zeros(20, dtype=int)
+    output = Output(times, again, np.arange(20), zeros, zeros + 39, zeros + 1)
+    queue, run = Queue(code, states, np.zeros(20), np.zeros((20, 0)), output), Run(code)
+    run.start(queue)
+    assert run.advance(20)
+    assert np.all((run.times > 5.0) & (run.times < 15.0))
+    run.leave()
+    assert run.times.size == 0
+    np.testing.assert_array_equal(queue.tasks["status"], [Status.PAUSED] * 4 + [Status.UNDER_WAY] * 16)
+    np.testing.assert_array_equal(queue.tasks["steps"], [21] * 4 + [0] * 16)
+    reached = np.searchsorted(times, queue.tasks["time"][:, 0], side="right")
+    np.testing.assert_array_equal(queue.tasks["index"], reached)
+    np.testing.assert_array_equal(np.isnan(again[:, :, 0]), np.arange(39) >= reached[:, None])
+    queue.put(np.arange(20))
+    run.start(queue)
+    assert not run.advance()
+    np.testing.assert_array_equal(again, rows)
+
+
+def test_rows_must_be_contiguous():
+    code, rows, zeros = (
+        compiled(DECOMPOSITIONS["top"], ORDER, 4),
+        np.zeros((2, 1, 14))[:, :, ::2],
+        np.zeros(1, dtype=int),
+    )
+    output = Output(np.array([1.0]), rows, zeros, zeros, zeros + 1, zeros + 1)
+    with pytest.raises(ValueError, match="times and rows must be C-contiguous"):
+        Queue(code, starts("top"), np.zeros(1), np.zeros((1, 0)), output)
+
+
 def test_no_step_is_longer_than_the_limit():
     def limited(tasks):
         tasks["limit"] = [0.1, 0.2]
