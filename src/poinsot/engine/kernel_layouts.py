@@ -5,6 +5,7 @@ There are two layouts: vectors hold members ("batch"), or inner sums of one memb
 
 from __future__ import annotations
 
+import collections
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
@@ -74,6 +75,9 @@ class Single:
             self._places.setdefault(one.first, []).append(i)
             self._places.setdefault(one.second, []).append(self._count + i)
         self._variables, self._stride = variables, 2 * self._count
+        self._open: dict[int, Value] = {}
+        self._left: dict[int, int] = {}
+        self._filled = collections.Counter(place // WIDTH for places in self._places.values() for place in places)
         self._sums = (order + 1) * self._stride
         self._states = self._sums + self._count
         self.size = self._states + (order + 1) * variables
@@ -83,10 +87,15 @@ class Single:
         return Array(Array(memory, DOUBLE).at(n * self._variables + self._states), DOUBLE)
 
     def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
-        """Store what inner sums of higher orders read."""
-        own = Array(Array(memory, DOUBLE).at(n * self._stride), DOUBLE)
+        """Store what inner sums of higher orders read, vectors as soon as they are complete."""
         for place in self._places.get(row, ()):
-            own[place] = value
+            block = place // WIDTH
+            vector_of = self._open.setdefault(block, n.function.constant(vector(DOUBLE, WIDTH), 0.0))
+            self._open[block] = vector_of.with_lane(place % WIDTH, value)
+            self._left[block] = self._left.get(block, self._filled[block]) - 1
+            if not self._left[block]:
+                Array(Array(memory, DOUBLE).at(n * self._stride), vector(DOUBLE, WIDTH))[block] = self._open.pop(block)
+                del self._left[block]
 
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
         """Write the inner sums of an order."""
