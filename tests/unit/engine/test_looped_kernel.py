@@ -1,5 +1,7 @@
 """The looped kernel against heyoka's integrator, against mpmath's Taylor coefficients, and against itself."""
 
+import subprocess
+import sys
 import threading
 
 import heyoka as hy
@@ -493,8 +495,12 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
     times = np.array([5.0, 15.0, 25.0])
     parameters = np.array([[1.0, 0.0, 0.25], [-1.0, 0.0, 0.25], [1.0, 1e-6, 0.25]])
     states = np.array([[0.8, 0.0, 0.5], [0.05, 0.0, 0.5], [0.8, 0.0, 0.5]])
-    rows, tasks, _ = integrated(code, states, times, parameters=parameters)
+    rows, tasks, run = integrated(code, states, times, parameters=parameters)
     np.testing.assert_array_equal(tasks["status"], Status.DONE)
+    if code.lanes == 1:  # kept steps are in the scale of the start
+        first = run.kept[run.kept["task"] == 0]
+        np.testing.assert_allclose(first["coefficients"][:, 0, 0], 0.8 * np.exp(-first["start"][:, 0]), rtol=1e-12)
+        np.testing.assert_allclose(first["coefficients"][:, 1, 0], -0.8 * np.exp(-first["start"][:, 0]), rtol=1e-12)
     for row, (k, f, g), (m1, _, x) in zip(rows, parameters, states, strict=True):
         decay = np.exp(-k * times)
         exact = (m1 - f / k) * decay + f / k
@@ -617,3 +623,17 @@ def test_a_kernel_is_compiled_once_for_a_structure():
     again = decomposed(7, SYSTEMS["top"][0])
     assert compiled(again, ORDER, 4) is compiled(DECOMPOSITIONS["top"], ORDER, 4)
     assert compiled(again, ORDER, 4) is not compiled(again, ORDER + 1, 4)
+
+
+def test_llvmlite_is_imported_where_a_kernel_is_compiled():
+    code = "import sys, poinsot.engine.looped_kernel; sys.exit(any('llvmlite' in name for name in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_no_kernels_without_llvmlite(monkeypatch):
+    monkeypatch.setitem(sys.modules, "llvmlite", None)
+    looped_kernel.available.cache_clear()
+    try:
+        assert not looped_kernel.available()
+    finally:
+        looped_kernel.available.cache_clear()
