@@ -205,14 +205,14 @@ class Run:
 
     def give_up(self, numbers: NDArray[np.int_]) -> None:
         """Let tasks in lanes leave them after their next step."""
-        work = self._memory[0]
-        work["status"][np.isin(work["task"], numbers) & (work["active"] != 0)] = Status.GIVEN_UP
+        self._pause[np.isin(self._memory[0]["task"], numbers) & (self._active != 0)] = 0
 
-    def leave(self) -> None:
-        """Close the queue, and let all tasks leave their lanes after one more step."""
-        self._queue.close()
-        self._pause[:] = 0
-        self.advance(1)
+    def finish(self) -> None:
+        """Let all tasks leave their lanes, after one more step if they are not done, and take no others."""
+        if self._active.any():
+            self._queue.close()
+            self._pause[:] = 0
+            self.advance(1)
 
     @property
     def times(self) -> Doubles:

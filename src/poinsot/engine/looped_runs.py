@@ -43,7 +43,9 @@ def program_of(job: Job) -> Program | None:
 
     heyoka takes what stops a step on its way: events, knots of tables, conditions; and wide precision.
     """
-    if job.precision != "double" or job.problem.events or job.problem.knots.size or not looped_kernel.available():
+    if job.precision != "double" or job.problem.events or job.problem.knots.size:
+        return None
+    if job.device == "cpu" and not looped_kernel.available():
         return None
     return kernels.smooth_program(job.problem, job.variables, LARGEST)
 
@@ -61,37 +63,39 @@ class LoopedRun(Run):
 
     def __init__(self, program: Program, *given: Any) -> None:
         super().__init__(*given)
-        job, self._program, self._lock = self.job, program, Lock()
+        job, self.program, self._lock = self.job, program, Lock()
         self.one = not self.state.time.ndim
         order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
         layout: Layout = "single" if self.one else "batch"
         lanes = 1 if self.one else kernels.LANES
-        structure = job.problem.structure, job.variables.structure
+        structure = job.problem.structure, job.variables.structure, job.device
         self.code: Code = kernels.known((structure, order, layout, lanes), lambda: self._compiled(order, layout, lanes))
         self.parameters = self._values()
         self.push = np.ravel(job.problem.system.torque_scale * job.variables.scale)
         self.report.order, self.report.tolerance = order, job.tolerance
 
     def _compiled(self, order: int, layout: Layout, lanes: int) -> Code:
-        variables, program = self.job.variables, self._program
+        return looped_kernel.compiled(self.program.decomposition, order, lanes, layout, self.momenta)
+
+    @property
+    def momenta(self) -> Momenta:
+        """Which variables are rescaled on the way."""
+        variables, powers = self.job.variables, self.program.powers.tolist()
         places = np.arange(variables.size)[variables.momenta].tolist()
-        momenta = Momenta(
-            tuple(places), tuple(variables.scaled), tuple(program.powers.tolist()), LEAST, MOST, SMALL, BITS
-        )
-        return looped_kernel.compiled(program.decomposition, order, lanes, layout, momenta)
+        return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS)
 
     def _values(self) -> Array:
         """Return the parameters of members, shape (members, parameters)."""
         job = self.job
         numbers = [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *job.problem.numbers)]
-        columns = self._program.values(numbers)
+        columns = self.program.values(numbers)
         if self.one:
             table = np.array([columns], dtype=float)
         else:
             table = np.empty((self.origins.size, len(columns)))
             for place, column in enumerate(columns):
                 table[:, place] = column
-        set_roots(self._program, table, numbers, self.starts, self.origins, job.variables.momenta)
+        set_roots(self.program, table, numbers, self.starts, self.origins, job.variables.momenta)
         return table
 
     @override
@@ -132,9 +136,7 @@ class LoopedRun(Run):
         """Integrate slabs of members on threads; on Ctrl-C the members that are finished are kept."""
         job, count = self.job, self.origins.size
         threads = max(min(job.threads, -(-count // self.code.lanes)), 1)
-        speed = np.linalg.norm(job.problem.system.omega_body(self.state), axis=-1)
-        order = np.argsort(-np.broadcast_to(speed, (count,)), kind="stable")
-        slabs = self._cut(order, threads)
+        slabs = self._cut(self.fast_first(), threads)
         with bar("members", count, job.progress) as told:
             if threads == 1:
                 self._serve(slabs, told)
@@ -149,6 +151,11 @@ class LoopedRun(Run):
                     self.interrupt()
                 for worker in workers:
                     worker.result()
+
+    def fast_first(self) -> NDArray[np.int_]:
+        """Return the members, fast rotators first."""
+        speed = np.linalg.norm(self.job.problem.system.omega_body(self.state), axis=-1)
+        return np.argsort(-np.broadcast_to(speed, self.origins.shape), kind="stable")
 
     def _cut(self, order: NDArray[np.int_], threads: int) -> Iterator[NDArray[np.int_]]:
         """Yield members in slabs, fast rotators first and ever fewer, so that all threads end at the same time."""
@@ -169,18 +176,22 @@ class LoopedRun(Run):
                     members = next(slabs, None)
                 if members is None:
                     return
-                rows = np.full((members.size, self.times.size, self.job.variables.size), np.nan)
-                tasks = _Tasks(self, members, rows)
-                tasks.run(kernel, told)
-                kept = tasks.finished
-                with self._lock:
-                    self.report.finished += int(kept.sum())
-                    tasks.book()
-                variables = self.job.variables.of_members(members[kept])
-                self.sink.take(members[kept], self.times, Rows(variables, self.times, rows[kept][:, self.turn]))
+                self.integrate(kernel, members, told)
         except BaseException:  # the other threads would go on to the end before anyone hears of it
             self.stop = True
             raise
+
+    def integrate(self, kernel: Any, members: NDArray[np.int_], told: Callable[[float], None]) -> None:
+        """Integrate some members, and hand over the rows of those that are finished."""
+        rows = np.full((members.size, self.times.size, self.job.variables.size), np.nan)
+        tasks = _Tasks(self, members, rows)
+        tasks.run(kernel, told)
+        kept = tasks.finished
+        with self._lock:
+            self.report.finished += int(kept.sum())
+            tasks.book()
+        variables = self.job.variables.of_members(members[kept])
+        self.sink.take(members[kept], self.times, Rows(variables, self.times, rows[kept][:, self.turn]))
 
 
 class _Tasks:
@@ -197,6 +208,7 @@ class _Tasks:
     def __init__(self, run: LoopedRun, members: NDArray[np.int_], rows: Array) -> None:
         self._run, self._members, self._told = run, members, 0.0
         self._hopeless: dict[int, str] = {}
+        self._judged: Array | None = None
         rising, n, tasks = run.rising, run.rising.size, []
         self._place = places = rising.searchsorted(run.origins[members]).tolist()
         self._first = list(places)
@@ -216,7 +228,7 @@ class _Tasks:
         self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push[chosen % run.push.size]
 
-    def run(self, kernel: looped_kernel.Run, told: Callable[[float], None]) -> None:
+    def run(self, kernel: Any, told: Callable[[float], None]) -> None:
         """Take steps until all is done or the run is to stop."""
         variations, tasks = self._run.job.variables.variations, self.queue.tasks
         kernel.start(self.queue)
@@ -227,6 +239,8 @@ class _Tasks:
                 self._watch(kernel, told)
                 if self._run.stop:
                     break
+            kernel.finish()
+            tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
             self._tell(told)
             if variations is None or self._run.stop:
                 return
@@ -239,17 +253,21 @@ class _Tasks:
             tasks["pause"][paused] += STEPS_AT_A_TIME[variations.order]
             self.queue.put(paused)
 
-    def _watch(self, kernel: looped_kernel.Run, told: Callable[[float], None]) -> None:
+    def _watch(self, kernel: Any, told: Callable[[float], None]) -> None:
         """Tell how far tasks are, and give up those whose steps lead nowhere."""
         tasks = self.queue.tasks
-        before = tasks[["time", "steps"]].copy()
-        for k in kernel.note().tolist():
+        if self._judged is None:
+            self._judged = tasks[["time", "steps"]].copy()
+        before, numbers = self._judged, kernel.note()
+        due = numbers[tasks["steps"][numbers] - before["steps"][numbers] >= looped_kernel.BUDGET]
+        for k in due.tolist():
             task, steps = tasks[k], int(tasks["steps"][k] - before["steps"][k])
             time = float(task["time"][0])
             left, advance = abs(float(task["end"]) - time), abs(time - float(before["time"][k, 0]))
-            if steps >= looped_kernel.BUDGET and (why := reason("step_limit", advance, time, left, steps)):
+            if why := reason("step_limit", advance, time, left, steps):
                 self._hopeless[k] = why
                 kernel.give_up(np.array([k]))
+        before[due] = tasks[["time", "steps"]][due]
         self._tell(told)
 
     def _tell(self, told: Callable[[float], None]) -> None:

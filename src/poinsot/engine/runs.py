@@ -195,6 +195,8 @@ class Job:
         Whether to show a bar of a run that lasts.
     dense : bool
         Whether to keep the polynomials, of one body.
+    device : {"cpu", "cuda"}
+        The second of an ensemble alone.
     """
 
     problem: Problem
@@ -205,6 +207,7 @@ class Job:
     threads: int = 1
     progress: bool = False
     dense: bool = False
+    device: str = "cpu"
 
 
 class Run:

@@ -438,7 +438,7 @@ def test_an_interrupted_run_goes_on_later():
     run.start(queue)
     assert run.advance(20)
     assert np.all((run.times > 5.0) & (run.times < 15.0))
-    run.leave()
+    run.finish()
     assert run.times.size == 0
     np.testing.assert_array_equal(queue.tasks["status"], [Status.PAUSED] * 4 + [Status.UNDER_WAY] * 16)
     np.testing.assert_array_equal(queue.tasks["steps"], [21] * 4 + [0] * 16)
