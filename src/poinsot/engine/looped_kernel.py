@@ -228,7 +228,7 @@ class Run:
 
 def _address(array: Any) -> int:
     """Return where numbers that may be changed are, in a fifth of the time of `array.ctypes.data`."""
-    return ctypes.addressof(ctypes.c_char.from_buffer(array))
+    return ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else 0
 
 
 @functools.cache
