@@ -99,25 +99,27 @@ class Run:
 
     def __init__(self, code: Code) -> None:
         self._cupy, self._code = optional("cupy", "device='cuda'", "cuda"), code
+        self._tasks: Any = None
+        self._rows: Any = None
 
     def start(self, queue: Queue) -> None:
         """Turn to a queue, and forget what was before."""
-        self._queue, self._budget = queue, BUDGET
-        self._going: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self._queue, self._budget, self._tasks, self._rows = queue, BUDGET, None, None
 
     def advance(self) -> bool:
         """Launch the kernel once; return whether something is left to do. If not, all results are here."""
-        if not self._going.size:
+        if self._tasks is None:
             self._upload()
-        began = clock.perf_counter()
-        self._launch()
-        taken = clock.perf_counter() - began
-        if taken < BRISK:
-            self._budget *= 2
-        elif taken > SLOW:
-            self._budget = max(self._budget // 2, 1)
+        if self._going.size:
+            began = clock.perf_counter()
+            self._launch()
+            taken = clock.perf_counter() - began
+            if taken < BRISK:
+                self._budget *= 2
+            elif taken > SLOW:
+                self._budget = max(self._budget // 2, 1)
         if not self._going.size:
-            self.fetch()
+            self.leave()
         return bool(self._going.size)
 
     def _upload(self) -> None:
@@ -144,13 +146,27 @@ class Run:
         status, steps = download(self._field("status")), download(self._field("steps"))
         self._going = self._going[((status == Status.PAUSED) & (steps < pause))[self._going]]
 
-    def fetch(self) -> None:
-        """Copy what the device has to tasks and rows here."""
+    def note(self) -> NDArray[np.int64]:
+        """Write how far tasks have come into them, and return the numbers of those under way."""
+        tasks, download, time = self._queue.tasks, self._cupy.asnumpy, self._code.variables + self._code.parameters
+        for name in ("status", "steps", "index"):
+            tasks[name] = download(self._field(name))
+        tasks["time"] = download(self._tasks[:, time : time + 2]).view(float)
+        return self._going
+
+    def give_up(self, numbers: NDArray[np.int_]) -> None:
+        """Let tasks take no more steps."""
+        self._field("status")[self._cupy.asarray(numbers)] = int(Status.GIVEN_UP)
+        self._going = np.setdiff1d(self._going, numbers)
+
+    def leave(self) -> None:
+        """Copy what the device has to tasks and rows here, all being done or not."""
         tasks = self._queue.tasks
         pause = tasks["pause"].copy()
         tasks.view(np.int64).reshape(tasks.size, -1)[:] = self._cupy.asnumpy(self._tasks)
         tasks["pause"] = pause
         self._queue.output.rows[:] = self._cupy.asnumpy(self._rows)
+        self._tasks = self._rows = None
 
 
 def check_device() -> None:

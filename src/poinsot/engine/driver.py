@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine import kernels
+from poinsot.engine.cuda_runs import CudaRun, check_device
 from poinsot.engine.dense_output import DenseOutput
 from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, Polynomials, ScalarStepper, Stepper
 from poinsot.engine.looped_runs import LoopedRun, program_of
@@ -39,9 +40,11 @@ class Driver(Job):
 
         A state with one time is that of one body, one with times those of an ensemble.
         """
-        given, program = (self, state, times, sink, ways), program_of(self)
-        engine_run = _Members if state.time.ndim else _OneBody
-        run = engine_run(*given) if program is None else LoopedRun(program, *given)
+        given, program, members = (self, state, times, sink, ways), program_of(self), bool(state.time.ndim)
+        if self.device == "cuda":
+            check_device(self, members, program)
+        engine_run, looped_run = _Members if members else _OneBody, CudaRun if self.device == "cuda" else LoopedRun
+        run = engine_run(*given) if program is None else looped_run(program, *given)
         with HeldInterrupts(run.interrupt):
             run.go()
         return run.report

@@ -17,6 +17,7 @@ from poinsot.mechanics.system import System
 __all__ = [
     "broadcast_members",
     "check_span",
+    "checked_device",
     "checked_formulation",
     "checked_threads",
     "checked_time",
@@ -98,6 +99,13 @@ def checked_threads(threads: int | None) -> int:
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
         raise ValueError(f"threads must be a positive whole number, got {threads!r}.")
     return threads
+
+
+def checked_device(device: str) -> str:
+    """Return where an ensemble is integrated."""
+    if device not in ("cpu", "cuda"):
+        raise ValueError(f"device must be 'cpu' or 'cuda', got {device!r}.")
+    return device
 
 
 def checked_formulation(formulation: str | Formulation | None) -> Formulation:

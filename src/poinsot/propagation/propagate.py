@@ -18,6 +18,7 @@ from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
     check_span,
+    checked_device,
     checked_formulation,
     checked_threads,
     checked_times,
@@ -44,6 +45,7 @@ def propagate(
     precision: str = "double",
     threads: int | None = None,
     progress: bool | None = None,
+    device: str = "cpu",
 ) -> Trajectory:
     """Return the motion of a system from a state, at the given times.
 
@@ -75,6 +77,8 @@ def propagate(
         For an ensemble; default: all the cores that the process may use.
     progress : bool, optional
         Show a bar of a run that lasts; default: of an ensemble, on a terminal.
+    device : {"cpu", "cuda"}
+        Where an ensemble is integrated: "cuda", on a GPU of NVIDIA (`pip install 'poinsot[cuda]'`).
 
     Raises
     ------
@@ -102,9 +106,12 @@ def propagate(
         _check_single(dense, precision)
         state = broadcast_members(state, members)
     variables = kernels.state_vector(problem, state, chosen, precision)
+    where = checked_device(device)
     cores = checked_threads(threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
-    driver = Driver(problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense)
+    driver = Driver(
+        problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense, device=where
+    )
     along = any(orbit.integrated for orbit in problem.orbits)
     of_orbits = {"orbits": (variables.size - variables.along_orbits.start,)} if along else {}
     kept = Memory(variables, members[0], t, **of_orbits) if members else OneMotion()

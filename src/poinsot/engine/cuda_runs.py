@@ -1,0 +1,56 @@
+"""Runs of ensembles on a GPU: chunks of members, as many as its memory has room for."""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from poinsot.engine import cuda_kernel
+from poinsot.engine.kernel_layouts import Layout
+from poinsot.engine.looped_runs import LARGEST, LoopedRun
+from poinsot.engine.lowering import Program
+from poinsot.engine.progress import bar
+from poinsot.engine.runs import Job
+
+__all__ = ["CudaRun", "check_device"]
+
+
+class CudaRun(LoopedRun):
+    """One of an ensemble."""
+
+    code: cuda_kernel.Code
+
+    @override
+    def _compiled(self, order: int, layout: Layout, lanes: int) -> cuda_kernel.Code:
+        return cuda_kernel.compiled(self.program.decomposition, order, self.momenta)
+
+    @override
+    def _go_on_members(self) -> None:
+        """Integrate chunks of members, half as many where the device has no room."""
+        left, kernel = self.fast_first(), cuda_kernel.Run(self.code)
+        most = cuda_kernel.most_members(self.code, self.rising.size)
+        with bar("members", left.size, self.job.progress) as told:
+            while left.size and not self.stop:
+                try:
+                    self.integrate(kernel, left[:most], told)
+                except MemoryError:
+                    if most == 1:
+                        raise
+                    most = max(min(most, left.size) // 2, 1)
+                else:
+                    left = left[most:]
+
+
+def check_device(job: Job, members: bool, program: Program | None) -> None:
+    """Refuse jobs that a GPU does not do, and computers without one."""
+    refused = {
+        "one body": not members,
+        "events": bool(job.problem.events),
+        "a table": bool(job.problem.knots.size),
+        f"a formula that switches, or one of more than {LARGEST} operations": program is None,
+    }
+    for what in [what for what, found in refused.items() if found]:
+        raise ValueError(
+            f"device='cuda' must have an ensemble of smooth systems without events, got {what}. "
+            "Leave device out to use the processor."
+        )
+    cuda_kernel.check_device()

@@ -1,0 +1,51 @@
+"""Every force, orbit and part gives the same bits on a GPU as on the processor; its source is compiled for that."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import cuda_on_cpu
+import poinsot as pt
+from laws.test_every_force import FORCES, label
+from laws.test_every_orbit import ORBITS
+from laws.test_every_part import PARTS
+from poinsot.engine import looped_kernel
+
+pytestmark = [
+    cuda_on_cpu.needs_compiler,
+    pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite"),
+]
+
+BODY = pt.Body((1.3, 1.0, 0.7))
+PART_OF = pt.Body((6.0, 8.0, 10.0))
+TIMES = np.array([-0.4, 0.0, 0.9, 2.4])
+SYSTEMS = (
+    {label(force): (BODY, force) for force in FORCES}
+    | {name: (BODY, pt.GravityGradient(orbit)) for name, orbit in ORBITS.items()}
+    | {type(part).__name__: (PART_OF, part) for part in PARTS}
+)
+
+
+@pytest.fixture(autouse=True)
+def machine(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cupy", cuda_on_cpu)
+    for force in FORCES:
+        monkeypatch.setattr(type(force), "check", lambda *_: None)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_all_bits_are_those_of_the_processor(name):
+    system = pt.System(*SYSTEMS[name])
+    attitudes = np.array([(0.1, 0.7, -0.5, 0.5), (0.5, 0.5, 0.5, -0.5), (0.8, 0.0, 0.6, 0.0)])
+    start = system.state(attitudes, omega_body=[(0.4, -0.3, 0.6), (0.0, 0.0, 1.5), (-0.2, 0.9, 0.1)])
+    here = pt.propagate(system, start, TIMES)
+    if name == "table":
+        with pytest.raises(ValueError, match="an ensemble of smooth systems without events, got a table"):
+            pt.propagate(system, start, TIMES, device="cuda")
+        return
+    there = pt.propagate(system, start, TIMES, device="cuda")
+    assert not there.failures
+    assert there.run.steps == here.run.steps
+    for rows in ("quaternion", "angular_momentum_body"):
+        np.testing.assert_array_equal(getattr(there, rows), getattr(here, rows))
