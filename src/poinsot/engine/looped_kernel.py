@@ -60,6 +60,7 @@ class Code:
         self.order, self.lanes = kernel.order, kernel.lanes
         self.variables, self.parameters = kernel.variables, kernel.parameters
         self.work, self.task, self.step = kernel.work, kernel.task, kernel.step
+        self.reciprocals_of_orders = np.append(0.0, 1.0 / np.arange(1, kernel.order + 1))
         self.load(str(kernel.module))
 
     def load(self, text: str) -> None:
@@ -165,11 +166,11 @@ class Run:
 
     def __init__(self, code: Code, keeps_steps: bool = False) -> None:
         memory = np.zeros(code.work.itemsize + ALIGNMENT, np.uint8)
-        start = -memory.ctypes.data % ALIGNMENT
+        start = -_address(memory) % ALIGNMENT
         memory = memory[start : start + code.work.itemsize]
         work = memory.view(code.work)
-        work["reciprocals_of_orders"][0, 1:] = 1.0 / np.arange(1, code.order + 1)
-        self._memory, self._code, self._address = work, code, memory.ctypes.data
+        work["reciprocals_of_orders"] = code.reciprocals_of_orders
+        self._memory, self._code, self._address = work, code, _address(memory)
         self._active, self._pause, self._times = work["active"][0], work["pause"][0], work["time"][0, 0]
         self._numbers = memory.view(np.int64)[-4:]  # queue, kept, kept_most, kept_count
         self._numbers[2], self._steps = FOREVER, np.empty(0, code.step)
