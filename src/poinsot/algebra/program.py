@@ -290,8 +290,14 @@ def _by_atan2(_: Any, y: Any, x: Any) -> tuple[Any, Any]:
 
 
 def _by_anomaly(E: Any, e: Any, _: Any) -> tuple[Any, Any]:
-    slope = 1 / (1 - e * functions.cos(E))
+    sine = functions.sin(0.5 * E)
+    slope = 1 / ((1 - e) + 2 * e * (sine * sine))
     return slope * functions.sin(E), slope
+
+
+def _by_inverse_hyperbolic_defect(_: Any, x: Any) -> tuple[Any, ...]:
+    root = functions.sqrt(1 + x * x)
+    return (x * x / (root * (1 + root)),)
 
 
 PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
@@ -307,13 +313,13 @@ PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
     "cos": lambda _, a: (-functions.sin(a),),
     "tan": lambda y, _: (1 + y * y,),
     "tanh": lambda y, _: (1 - y * y,),
-    "asin": lambda _, a: (1 / functions.sqrt(1 - a * a),),
-    "acos": lambda _, a: (-1 / functions.sqrt(1 - a * a),),
+    "asin": lambda _, a: (1 / functions.sqrt((1 - a) * (1 + a)),),
+    "acos": lambda _, a: (-1 / functions.sqrt((1 - a) * (1 + a)),),
     "atan": lambda _, a: (1 / (1 + a * a),),
     "atan2": _by_atan2,
     "eccentric_anomaly": _by_anomaly,
-    "sine_defect": lambda _, a: (1 - functions.cos(a),),
-    "asinh_defect": lambda _, a: (1 - 1 / functions.sqrt(1 + a * a),),
+    "sine_defect": lambda _, a: (2 * functions.sin(0.5 * a) ** 2,),
+    "asinh_defect": _by_inverse_hyperbolic_defect,
 }
 
 

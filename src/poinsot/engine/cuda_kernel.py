@@ -119,7 +119,7 @@ class Run:
             elif taken > SLOW:
                 self._budget = max(self._budget // 2, 1)
         if not self._going.size:
-            self.leave()
+            self.finish()
         return bool(self._going.size)
 
     def _upload(self) -> None:
@@ -159,7 +159,7 @@ class Run:
         self._field("status")[self._cupy.asarray(numbers)] = int(Status.GIVEN_UP)
         self._going = np.setdiff1d(self._going, numbers)
 
-    def leave(self) -> None:
+    def finish(self) -> None:
         """Copy what the device has to tasks and rows here, all being done or not."""
         tasks = self._queue.tasks
         pause = tasks["pause"].copy()

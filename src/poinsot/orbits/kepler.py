@@ -258,7 +258,7 @@ class KeplerOrbit(ConicOrbit):
         """Return a (1 - e cos E)."""
         a, e = self.semimajor_axis, self.eccentricity
         sine, _ = self._half_anomaly(mean_anomaly)
-        return a * (1 - e) + 2 * a * e * (sine * sine)
+        return a * ((1 - e) + 2 * e * (sine * sine))
 
     def _half_anomaly(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
         """Return sin E/2 and cos E/2, from which 1 - cos E is accurate to its last digit near the periapsis."""

@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -162,7 +163,8 @@ def built(tree, scalars):
     if not isinstance(tree, tuple):
         return scalars[tree]
     name, *operands = tree
-    return {**ONE, **TWO}[name](*(built(operand, scalars) for operand in operands))
+    operations: dict[str, Any] = {**ONE, **TWO}
+    return operations[name](*(built(operand, scalars) for operand in operands))
 
 
 @settings(max_examples=60, deadline=None)
@@ -365,3 +367,23 @@ def test_a_potential_that_branches_on_the_attitude_is_refused():
 
     with pytest.raises(TypeError, match=r"^the formula of Branching must not branch with `if` on a value"):
         pt.System(pt.Body((1.0, 1.2, 1.5)), Branching())
+
+
+@pytest.mark.parametrize("x", [1e-70, -1e-9, 1e-3, 0.2])
+@pytest.mark.parametrize("name", ["sine_defect", "asinh_defect"])
+def test_derivatives_of_small_differences_have_all_their_digits(name, x):
+    slope = {"sine_defect": lambda x: 1 - mpmath.cos(x), "asinh_defect": lambda x: 1 - 1 / mpmath.sqrt(1 + x * x)}
+    found = by_gradient(lambda x: getattr(functions, name)(x), x)[-1]
+    with mpmath.workdps(200):
+        expected = float(slope[name](mpmath.mpf(x)))
+    assert float(found) == pytest.approx(expected, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("left", [1e-3, 1e-12])
+def test_the_slope_of_the_eccentric_anomaly_near_the_periapsis_of_a_long_ellipse(left):
+    e, M = 1 - left, 1e-3 * left**1.5
+    found = by_gradient(lambda M: functions.eccentric_anomaly(e, M), M)[-1]
+    with mpmath.workdps(60):
+        E = mpmath.findroot(lambda E: E - e * mpmath.sin(E) - M, M / left)
+        expected = float(1 / (1 - e * mpmath.cos(E)))
+    assert float(found) == pytest.approx(expected, rel=1e-14)

@@ -159,7 +159,7 @@ def test_what_is_done_is_there_when_a_run_is_left():
     run = begun(cuda_kernel.Run(code), queue)
     assert run.advance()
     assert np.all(np.isnan(queue.output.rows))
-    run.leave()
+    run.finish()
     np.testing.assert_array_equal(queue.tasks["status"], Status.PAUSED)
     np.testing.assert_array_equal(queue.tasks["steps"], 7)
     np.testing.assert_array_equal(np.isnan(queue.output.rows[..., 0]), [[False, True]] * 2)
