@@ -18,6 +18,7 @@ class CudaRun(LoopedRun):
     """One of an ensemble."""
 
     code: cuda_kernel.Code
+    kernel_name = "cuda"
 
     @override
     def _compiled(self, order: int, layout: Layout, lanes: int) -> cuda_kernel.Code:

@@ -141,7 +141,7 @@ class _Members(_EngineRun):
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
-        self.width = kernels.LANES if np.ndim(self.job.variables.scale) else 1
+        self.width = self.report.lanes = kernels.LANES if np.ndim(self.job.variables.scale) else 1
         self._lock = threading.Lock()
         self._slabs = self._cut()
 

@@ -61,6 +61,8 @@ class LoopedRun(Run):
         The momenta that forces give a body at rest.
     """
 
+    kernel_name = "looped"
+
     def __init__(self, program: Program, *given: Any) -> None:
         super().__init__(*given)
         job, self.program, self._lock = self.job, program, Lock()
@@ -73,6 +75,7 @@ class LoopedRun(Run):
         self.parameters = self._values()
         self.push = np.ravel(job.problem.system.torque_scale * job.variables.scale)
         self.report.order, self.report.tolerance = order, job.tolerance
+        self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
     def _compiled(self, order: int, layout: Layout, lanes: int) -> Code:
         return looped_kernel.compiled(self.program.decomposition, order, lanes, layout, self.momenta)

@@ -140,6 +140,8 @@ class Report:
         Of the integrator.
     wall_time : float
         Seconds; of one body without the building of the integrator.
+    kernel : str
+    lanes : int
     interrupted : bool
     dense : callable or None
     """
@@ -151,6 +153,8 @@ class Report:
     order: int = 0
     tolerance: float = 0.0
     wall_time: float = 0.0
+    kernel: str = "heyoka"
+    lanes: int = 1
     interrupted: bool = False
     dense: Any = None
 
@@ -175,6 +179,7 @@ class Report:
     def add(self, later: Report) -> None:
         """Count what a later piece of the same motions took; the first stop of a member stays."""
         self.steps, self.wall_time = self.steps + later.steps, self.wall_time + later.wall_time
+        self.kernel, self.lanes = later.kernel, later.lanes
         self.order, self.tolerance, self.stops = later.order, later.tolerance, later.stops | self.stops
 
 

@@ -61,7 +61,7 @@ BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", "syste
 """Of all variables that are read; the last two are of arrays that a text names."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
-SUMMARY = (*RUN, "norm_error", "tangency_error", "integrals")
+SUMMARY = (*RUN, "kernel", "lanes", "norm_error", "tangency_error", "integrals")
 
 FOREIGN = (OSError, RuntimeError, KeyError, IndexError, TypeError, AttributeError, MemoryError, ValueError)
 """What the libraries raise about files that are not whole."""
@@ -410,7 +410,8 @@ class _Reading:
         if method not in list(Method):
             raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {method[:40]!r}.")
         tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
-        return Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions)
+        kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
+        return Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)
 
 
 def _said(name: str, says: dict[Any, Any]) -> Integral:

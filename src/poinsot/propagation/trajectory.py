@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from importlib import metadata
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -45,8 +46,8 @@ Array = NDArray[np.float64]
 Rows = Callable[[Array], Array]
 Several = slice | Sequence[int] | NDArray[Any]
 EVERY = slice(None)
-SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", "wall_time", "norm_error"}
-SUMMARY |= {"tangency_error", "integrals"}
+SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", "wall_time", "kernel", "lanes"}
+SUMMARY |= {"norm_error", "tangency_error", "integrals"}
 """The entries of every summary; the others are drifts, and formulas used outside their range of validity."""
 OF_PARTS = ("title", "calendar", "reference_frame")
 """What a part of a motion has of the provenance of the whole: the scenario is not its own."""
@@ -80,6 +81,10 @@ class Run:
         Seconds, without the building of the integrator.
     versions : mapping
         Of the package and of what computed.
+    kernel : str
+        "looped", "heyoka" or "cuda"; empty if nothing was integrated.
+    lanes : int
+        How many members it integrates at a time.
     """
 
     method: Method
@@ -90,19 +95,22 @@ class Run:
     steps: int
     wall_time: float
     versions: Mapping[str, str] = field(default_factory=dict)
+    kernel: str = ""
+    lanes: int = 0
 
     @classmethod
     def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
         """Return what a driver reports of a run."""
         steps = int(report.steps.sum())
         own = (report.tolerance, report.order, steps, report.wall_time)
-        return cls(method, formulation, precision, *own, versions())
+        return cls(method, formulation, precision, *own, versions(), report.kernel, report.lanes)
 
 
 @functools.cache
 def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
     packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
+    packages |= {"llvmlite": metadata.version("llvmlite")} if find_spec("llvmlite") else {}
     return {**packages, "python": platform.python_version()}
 
 
@@ -432,6 +440,7 @@ class Trajectory(Summarized):
             "times": told_times(self.times, unit),
             "members": f"{len(self)}, {len(self.failures)} failed" if self.quaternion.ndim == 3 else "",
             "method": str(known["method"]) + (steps if known["steps"] else ""),
+            "kernel": told_kernel(known["kernel"], known["lanes"]),
             "variables": f"{known['formulation']}, {known['precision']} precision",
             "wall time": told(known["wall_time"], "s") if np.isfinite(known["wall_time"]) else "",
             "dense output": "any time" if ends[:1] == [-np.inf] else told(ends, unit),
@@ -521,6 +530,11 @@ class RelativeMotion(Summarized):
     def omega_frame(self) -> Array:
         """The rate relative to the frame, along the frame's axes; shape (n, 3)."""
         return quat.rotate(self.quaternion, self.omega_body)
+
+
+def told_kernel(kernel: str, lanes: int) -> str:
+    """Return what is said of the kernel of a run."""
+    return f"{kernel}, {lanes} lanes" if lanes > 1 else kernel
 
 
 def _largest(values: Array) -> float:
