@@ -107,7 +107,7 @@ class Run:
         self._queue, self._budget, self._tasks, self._rows = queue, BUDGET, None, None
 
     def advance(self) -> bool:
-        """Launch the kernel once; return whether something is left to do. If not, all results are here."""
+        """Launch the kernel once; return whether something is left to do."""
         if self._tasks is None:
             self._upload()
         if self._going.size:
@@ -118,8 +118,6 @@ class Run:
                 self._budget *= 2
             elif taken > SLOW:
                 self._budget = max(self._budget // 2, 1)
-        if not self._going.size:
-            self.finish()
         return bool(self._going.size)
 
     def _upload(self) -> None:

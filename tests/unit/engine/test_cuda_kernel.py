@@ -55,6 +55,7 @@ def done(run):
     count = 1
     while run.advance():
         count += 1
+    run.finish()
     return count
 
 
