@@ -39,7 +39,7 @@ $(READY): pyproject.toml
 
 # `make bench` writes docs/benchmarks.md and appends to benchmarks/history.csv (some minutes); `make bench-short` takes a
 # quick look into out/bench-short. Both go without the peers that do not install; `make bench-peers` tries these again. numbalsoda is built from source
-# where it has no wheel, which needs a Fortran compiler.
+# where it has no wheel, which needs a Fortran compiler. `make bench ONLY="tops drifts"` prints single sections.
 BENCH := .venv-bench
 PEERS := numba numbalsoda diffrax mujoco bsk
 
@@ -56,7 +56,7 @@ endef
 .PHONY: bench bench-short bench-peers
 
 bench: $(BENCH)/.peers
-	$(BENCH)/bin/python -m benchmarks
+	$(BENCH)/bin/python -m benchmarks $(if $(ONLY),--only $(ONLY))
 
 bench-short: $(BENCH)/.peers
 	$(BENCH)/bin/python -m benchmarks --short
