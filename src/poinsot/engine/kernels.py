@@ -527,7 +527,6 @@ def _build(
             discontinuities.look, detection.settle = detection.look, discontinuities.settle
     if nearness:
         stops["t_events"] = [*stops.get("t_events", []), event_class(lanes, kind)(*nearness)]
-    roots = Roots([(made.of([root.value])[0], root.parameter) for root in program.roots], made, variables.momenta, kind)
     build = hy.taylor_adaptive if lanes == 1 else hy.taylor_adaptive_batch
     many_vectors = variables.variations is not None and variables.variations.total > 1
     engine = build(
@@ -538,4 +537,6 @@ def _build(
         compact_mode=many_vectors or program.decomposition.size > LARGE[precision],
         **stops,
     )
+    used = [root for root in program.roots if root.parameter < len(engine.pars)]  # the engine needs none of slopes
+    roots = Roots([(made.of([root.value])[0], root.parameter) for root in used], made, variables.momenta, kind)
     return _Compiled(engine, program, roots, discontinuities, detection)
