@@ -10,14 +10,13 @@ import functools
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy._core import _multiarray_umath  # type: ignore[attr-defined]  # it knows the processor and the system
 from numpy.typing import NDArray
 
 from poinsot import functions
@@ -48,16 +47,23 @@ PRECISIONS: dict[str, Any] = {
 }
 
 
-def _fastest_lanes(features: Mapping[str, bool], recommended: int) -> int:
+def _fastest_lanes(features: Collection[str], recommended: int) -> int:
     """Return how many lanes a batch has on a processor, of the engine's recommendation where it runs no 512-bit code.
 
     On some that do the engine recommends 4, and 8 are faster all the same at every order: 1.1 to 1.5 times on an AMD
     Zen 4, 1.4 to 1.8 times on an Intel Xeon. The engine has no batches of one.
     """
-    return 8 if any(features.get(name) for name in ("AVX512F", "AVX512_SKX", "X86_V4")) else max(2, recommended)
+    return 8 if {"AVX512F", "AVX512_SKX", "X86_V4"} & set(features) else max(2, recommended)
 
 
-LANES = _fastest_lanes(getattr(_multiarray_umath, "__cpu_features__", {}), hy.recommended_simd_size())
+def _features() -> list[str]:
+    """Return the names of the processor's instructions that NumPy knows."""
+    config: Any = np.show_config(mode="dicts")
+    known = config.get("SIMD Extensions", {})
+    return [*known.get("baseline", ()), *known.get("found", ())]
+
+
+LANES = _fastest_lanes(_features(), hy.recommended_simd_size())
 IDLE_INTEGRATORS = 64
 DECISIONS = 1024
 LARGE = {"double": 350, "extended": 80, "quadruple": 80}
