@@ -6,7 +6,7 @@ all operations come first, in loops over j that share what they load; what is le
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from poinsot.engine.decomposition import (
@@ -16,8 +16,10 @@ from poinsot.engine.decomposition import (
     Operation,
     Product,
     Quotient,
+    Select,
     State,
     Sum,
+    Time,
 )
 
 __all__ = ["HigherOrder", "InnerSum", "Row", "Schedule", "ZerothOrder"]
@@ -42,7 +44,11 @@ class InnerSum(NamedTuple):
 
 
 class ZerothOrder(Protocol):
-    """What an emitter writes order 0 with; values have the operators + - * / and a method fma(factor, addend)."""
+    """What an emitter writes order 0 with.
+
+    Values have the operators + - * / and the methods fma(factor, addend), is_(relation, number) and, of what that
+    returns, choose(yes, no).
+    """
 
     def coefficient(self, coefficient: Coefficient) -> Any:
         """Return a number times a parameter, or a number."""
@@ -160,7 +166,7 @@ class Schedule:
                 case Function():
                     result = arithmetic.function(operation, [value(argument) for argument in operation.arguments])
                 case _:
-                    result = _given(arithmetic, operation)
+                    result = _without_products(arithmetic, operation, value)
             values.append(result)
             arithmetic.keep(k, result)
         return [value(rate) for rate in self.rates]
@@ -168,6 +174,10 @@ class Schedule:
     def higher_order(self, arithmetic: HigherOrder) -> list[Any]:
         """Write the coefficients of an order n > 0 of all operations, and return those of the rates."""
         values: list[Any] = []
+
+        def value(of: Coefficient | int) -> Any:
+            return values[of] if isinstance(of, int) else arithmetic.coefficient(Coefficient(0.0))
+
         for k, operation in enumerate(self.operations):
             match operation:
                 case Sum(terms, _):
@@ -179,12 +189,10 @@ class Schedule:
                 case Function():
                     result = self._function(arithmetic, k, operation, values)
                 case _:
-                    result = _given(arithmetic, operation)
+                    result = _without_products(arithmetic, operation, value)
             values.append(result)
             arithmetic.keep(k, result)
-        return [
-            values[rate] if isinstance(rate, int) else arithmetic.coefficient(Coefficient(0.0)) for rate in self.rates
-        ]
+        return [value(rate) for rate in self.rates]
 
     def _product(self, arithmetic: HigherOrder, k: int, product: Product, values: list[Any]) -> Any:
         inner = arithmetic.inner_sum(self._of[k, 0])
@@ -220,6 +228,8 @@ def _coefficients(of: Operation | Coefficient | int) -> list[Coefficient]:
             return [numerator] if isinstance(numerator, Coefficient) else []
         case Function(_, arguments, slopes):
             return [given for given in (*arguments, *slopes) if isinstance(given, Coefficient)]
+        case Select(_, first, second):
+            return [given for given in (first, second) if isinstance(given, Coefficient)]
     return []
 
 
@@ -229,8 +239,17 @@ def _varying(function: Function) -> list[tuple[int, int, Coefficient | int]]:
     return [(i, argument, slope) for i, (argument, slope) in enumerate(pairs) if isinstance(argument, int)]
 
 
-def _given(arithmetic: ZerothOrder, operation: Operation) -> Any:
-    return arithmetic.state(operation.place) if isinstance(operation, State) else arithmetic.time()
+def _without_products(arithmetic: ZerothOrder, operation: Operation, value: Callable[[Coefficient | int], Any]) -> Any:
+    """Return a state variable, the time, or one of two values."""
+    match operation:
+        case State(place):
+            return arithmetic.state(place)
+        case Time():
+            return arithmetic.time()
+        case Select(condition, first, second):
+            absent = arithmetic.coefficient(Coefficient(1.0, condition)).is_("eq", 0.0)
+            return absent.choose(value(second), value(first))
+    raise TypeError(f"operation must be one with a recurrence, got {operation}.")
 
 
 def _linear(

@@ -49,6 +49,16 @@ class Thruster(pt.Torque):
         return where(less(instant.time, self.off), 0.3, 0.0) * Vector((0.5, -1.0, 0.8))
 
 
+class Sided(pt.Torque):
+    """A torque whose formula depends on the sign of a parameter."""
+
+    size: float
+
+    def torque(self, instant):
+        w1, w2, w3 = instant.omega_body
+        return Vector((where(less(self.size, 0), 0.3 * w2, w1 * w3), self.size * w1, 0.2 * w2))
+
+
 def assert_same(one, other):
     assert other.failures == one.failures
     assert other.run.steps == one.run.steps
@@ -68,6 +78,16 @@ def test_members_are_those_of_heyoka(monkeypatch):
     # The worst of 20 ensembles differs by 4.4e-13 and 1.6e-12: the rounding of both, and what the motions make of it.
     np.testing.assert_allclose(there.quaternion, here.quaternion, rtol=0, atol=2e-12)
     np.testing.assert_allclose(there.angular_momentum_body, here.angular_momentum_body, rtol=0, atol=8e-12)
+
+
+def test_a_parameter_chooses_between_formulas(monkeypatch):
+    system = pt.System(BODY, Sided(np.array([-0.4, 0.1])))
+    start = BODY.state(ATTITUDES[:2], omega_body=(0.1, 0.2, 0.3))
+    looped, there = (pt.propagate(system, start, [3.0], device=device) for device in ("cpu", "cuda"))
+    assert_same(looped, there)
+    monkeypatch.setattr(looped_kernel, "available", lambda: False)
+    # Some ten steps, each of some roundings.
+    np.testing.assert_allclose(looped.omega_body, pt.propagate(system, start, [3.0]).omega_body, rtol=1e-13)
 
 
 @pytest.mark.parametrize("most", [1, 7, 99])

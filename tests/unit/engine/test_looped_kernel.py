@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 from poinsot.engine import looped_kernel
-from poinsot.engine.decomposition import Coefficient, Decomposition, Function, Product, Quotient, State, Sum, Time
+from poinsot.engine.decomposition import (
+    Coefficient,
+    Decomposition,
+    Function,
+    Product,
+    Quotient,
+    Select,
+    State,
+    Sum,
+    Time,
+)
 from poinsot.engine.looped_kernel import Momenta, Output, Queue, Run, Status, compiled, order_of
 
 pytestmark = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
@@ -460,6 +470,21 @@ def test_rows_must_be_contiguous():
     output = Output(np.array([1.0]), rows, zeros, zeros, zeros + 1, zeros + 1)
     with pytest.raises(ValueError, match="times and rows must be C-contiguous"):
         Queue(code, starts("top"), np.zeros(1), np.zeros((1, 0)), output)
+
+
+def test_a_parameter_selects_one_of_two_values():
+    """x' = 2 p_1 where p_0 is not zero, x elsewhere; y' = x or 0.5, the other way round."""
+    operations = (State(0), Select(0, Coefficient(2.0, 1), 0), Select(0, 0, Coefficient(0.5)))
+    code = compiled(Decomposition(operations, (1, 2), 2), ORDER, 2)
+    parameters = np.array([[0.0, 0.3], [1.0, 0.3], [-2.0, -0.1]])
+    rows, _, _ = integrated(code, np.full((3, 2), 0.5), [2.0], parameters=parameters)
+    expected = [[0.5 * np.exp(2.0), 1.5], [1.7, 2.7], [0.1, 1.1]]
+    np.testing.assert_allclose(rows[:, 0], expected, rtol=1e-14)
+
+
+def test_what_has_no_recurrence_is_refused():
+    with pytest.raises(TypeError, match="operation must be one with a recurrence, got"):
+        compiled(Decomposition((State(0), object()), (1,), 0), ORDER, 1)
 
 
 def test_no_step_is_longer_than_the_limit():
