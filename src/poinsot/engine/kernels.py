@@ -65,7 +65,7 @@ def _features() -> list[str]:
 
 LANES = _fastest_lanes(_features(), hy.recommended_simd_size())
 IDLE_INTEGRATORS = 64
-DECISIONS = 1024
+DECISIONS = 256
 LARGE = {"double": 350, "extended": 80, "quadruple": 80}
 """Operations of a step above which the compiler would take many seconds: a system this large runs in the
 engine's compact mode, which compiles in one or two and takes two or three times as long a step; with many tangent
@@ -129,6 +129,7 @@ class _Pool:
         """Return the answer to a question about equations, asked once."""
         with self._lock:
             if key in self._decided:
+                self._decided.move_to_end(key)
                 return self._decided[key]
         answer = question()
         with self._lock:
