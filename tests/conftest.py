@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot.engine import looped_kernel
 
 pytest_plugins = ["margins"]
 
@@ -19,6 +20,12 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background
 @pytest.fixture
 def rng():
     return np.random.default_rng(20061027)
+
+
+@pytest.fixture
+def heyoka_alone(monkeypatch):
+    """Runs are heyoka's, also those that looped kernels do."""
+    monkeypatch.setattr(looped_kernel, "available", lambda: False)
 
 
 @pytest.fixture(scope="session")

@@ -13,8 +13,9 @@ TIMES = np.linspace(0, 20, 41)
 
 
 @pytest.fixture
-def built(monkeypatch):
-    """An empty pool, and the list of what was built since."""
+def built(monkeypatch, request):
+    """An empty pool, and the list of what heyoka built since."""
+    request.getfixturevalue("heyoka_alone")
     record, build = [], kernels._build
 
     def recorded(*arguments, **options):

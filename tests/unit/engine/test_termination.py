@@ -169,6 +169,7 @@ def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished
     assert set(motion.events[0].members.tolist()) == set(done)
 
 
+@pytest.mark.usefixtures("heyoka_alone")
 def test_an_interrupt_right_after_a_batch_keeps_its_members(monkeypatch):
     monkeypatch.setattr(kernels, "LANES", 2)
     book, times = driver._Members.book, []

@@ -268,6 +268,7 @@ def test_members_along_hyperbolas_of_their_own():
             np.testing.assert_allclose(together.quaternion[i], alone.quaternion, atol=1e-13)
 
 
+@pytest.mark.usefixtures("heyoka_alone")
 def test_other_numbers_use_the_same_kernel_also_across_the_parabola(monkeypatch):
     from poinsot.engine import kernels
 

@@ -292,6 +292,7 @@ def test_axes_formulations_and_precisions_agree():
         assert np.max(np.abs(motion.omega_body - reference.omega_body)) < 5e-13
 
 
+@pytest.mark.usefixtures("heyoka_alone")
 def test_other_numbers_use_the_same_kernel(monkeypatch):
     monkeypatch.setattr(kernels, "_pool", kernels._Pool())
     motions = [pt.propagate(pt.System(BODY, *both(path)), START, RUN).quaternion for path in (PATH, OTHER)]

@@ -378,6 +378,7 @@ class PressedAtCall:
             os.kill(os.getpid(), signal.SIGINT)
 
 
+@pytest.mark.usefixtures("heyoka_alone")
 @pytest.mark.parametrize("dense", [False, True])
 def test_an_interrupt_at_any_call_loses_no_chunk_of_steps(top, start, dense, monkeypatch):
     monkeypatch.setattr(integration, "SCALAR_STEPS", 5)
@@ -465,8 +466,10 @@ def test_a_singular_time_stops_the_run_and_keeps_what_was_reached(body, start, f
 
 def test_a_stopped_run_says_where_it_got(body, start):
     error = stopped(pt.System(body, Pole(5.25)), start, np.linspace(0, 10, 21))
-    assert str(error) == (
-        "propagation stopped at t = 5.25 of 10: the state became non-finite. A force is singular there."
+    assert re.fullmatch(
+        r"propagation stopped at t = 5\.25 of 10: (the state became non-finite\. A force is|"
+        r"the step size fell to rounding\. The equations are) singular there\.",
+        str(error),
     )
     assert isinstance(error, RuntimeError)
 
