@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 import poinsot as pt
 from poinsot import paper, verify
 from poinsot.cli import app, terminal
+from poinsot.engine import looped_kernel
 
 TOP = """\
 title = "a top"
@@ -36,6 +37,10 @@ run.method = "closed form"
 """
 ENSEMBLE = '[ensemble]\nmembers = 40\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
 
+HEYOKA_ALONE = """
+from poinsot.engine import looped_kernel
+looped_kernel.available = lambda: False
+"""
 INTERRUPT = """
 import os, signal, sys
 from importlib import import_module
@@ -58,11 +63,15 @@ app()
 
 
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143}
+LOOPED = "poinsot.engine.looped_runs"
+HEYOKA = "poinsot.engine.integration"
+needs_looped = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 
 
 def interrupted(module, name, at, *arguments, number=signal.SIGINT):
     """Run the command in a process of its own, which gets a signal at the n-th call of a function of the package."""
-    command = [sys.executable, "-c", INTERRUPT, str(int(number)), module, name, str(at), *map(str, arguments)]
+    code = HEYOKA_ALONE * (module == HEYOKA) + INTERRUPT
+    command = [sys.executable, "-c", code, str(int(number)), module, name, str(at), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == SIGNALS[number], done.stderr
     assert "Traceback" not in done.stderr
@@ -85,11 +94,18 @@ def on_terminal(code, *arguments, columns="80"):
 # ------------------------------------------------------------------ Ctrl-C
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-def test_single_run_keeps_what_there_is(tmp_path, number):
+@pytest.mark.parametrize(
+    ("number", "kernel", "name"),
+    [
+        pytest.param(signal.SIGINT, LOOPED, "_Tasks._watch", marks=needs_looped),
+        pytest.param(signal.SIGTERM, LOOPED, "_Tasks._watch", marks=needs_looped),
+        (signal.SIGINT, HEYOKA, "Integration._advance"),
+    ],
+)
+def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
     scenario = tmp_path / "long.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, step = 1e3}\n")
-    done = interrupted("poinsot.engine.integration", "Integration._advance", 3, "run", scenario, number=number)
+    done = interrupted(kernel, name, 3, "run", scenario, number=number)
     kept = pt.load(tmp_path / "long.partial.nc")
     assert f"What was computed is in {tmp_path}/long.partial.nc." in done.stderr
     assert done.stderr.count("\n") == 1
@@ -99,13 +115,18 @@ def test_single_run_keeps_what_there_is(tmp_path, number):
     assert {path.name for path in tmp_path.iterdir()} == {"long.toml", "long.partial.nc"}
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-def test_ensemble_keeps_the_members_that_are_done(tmp_path, number):
+@pytest.mark.parametrize(
+    ("number", "kernel", "name", "at"),
+    [
+        pytest.param(signal.SIGINT, LOOPED, "_Tasks._watch", 5, marks=needs_looped),
+        pytest.param(signal.SIGTERM, LOOPED, "_Tasks._watch", 5, marks=needs_looped),
+        (signal.SIGTERM, HEYOKA, "Integration.chunks", 4),
+    ],
+)
+def test_ensemble_keeps_the_members_that_are_done(tmp_path, number, kernel, name, at):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 3e4, count = 11}\n" + ENSEMBLE)
-    done = interrupted(
-        "poinsot.engine.integration", "Integration.chunks", 4, "run", scenario, "--threads", "1", number=number
-    )
+    done = interrupted(kernel, name, at, "run", scenario, "--threads", "1", number=number)
     assert re.search(r"propagation was interrupted: \d+ of 40 members are done\. What was computed is in ", done.stderr)
     told = CliRunner().invoke(app, ["info", str(tmp_path / "tops.partial.nc")]).stdout
     finished = np.isfinite(pt.load(tmp_path / "tops.partial.nc").quaternion[..., 0])
@@ -118,8 +139,10 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
-    told = "from poinsot.engine.integration import Integration as i; chunks = i.chunks\n"
-    told += "i.chunks = lambda *a: (print('begun', flush=True), chunks(*a))[1]\n"
+    own = ("looped_runs import _Tasks", "run"), ("integration import Integration", "chunks")
+    owner, name = own[not looped_kernel.available()]
+    told = f"from poinsot.engine.{owner} as owner; right = owner.{name}\n"
+    told += f"owner.{name} = lambda *a: (print('begun', flush=True), right(*a))[1]\n"
     command = [sys.executable, "-c", told + code, "run", str(scenario)]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert running.stdout.readline() == "begun\n"
@@ -132,7 +155,7 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
 
 def test_interrupt_before_anything_is_computed_is_a_sentence(tmp_path):
     (tmp_path / "top.toml").write_text(TOP + "times = {stop = 10, count = 11}\n")
-    done = interrupted("poinsot.engine.kernels", "kernel_of", 1, "run", tmp_path / "top.toml")
+    done = interrupted("poinsot.engine.kernels", "_traced", 1, "run", tmp_path / "top.toml")
     assert done.stderr == "poinsot: interrupted. What is not named above was not written.\n"
     assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
 
@@ -216,9 +239,9 @@ def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path
 
 SLOW = """
 import time
-from poinsot.engine import driver, progress
+from poinsot.engine import driver, looped_runs, progress
 progress.PATIENCE = 0.05
-for owner, name in ((driver._OneBody, "_integrate"), (driver._Members, "serve")):
+for owner, name in ((looped_runs._Tasks, "run"), (driver._OneBody, "_integrate"), (driver._Members, "serve")):
     def slow(*arguments, right=getattr(owner, name)):
         time.sleep({})
         return right(*arguments)
