@@ -13,6 +13,8 @@ import importlib.util
 import math
 import platform
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,14 +57,30 @@ class Code:
     order, lanes : int
     variables, parameters : int
         How many a member has.
+    blank : structured array ()
+        A task without numbers of its own.
     """
 
     def __init__(self, kernel: KernelProgram) -> None:
         self.order, self.lanes = kernel.order, kernel.lanes
         self.variables, self.parameters = kernel.variables, kernel.parameters
         self.work, self.task, self.step = kernel.work, kernel.task, kernel.step
+        self.blank = np.zeros((), self.task)
+        self.blank["limit"], self.blank["shortest"], self.blank["pause"] = LONGEST, np.inf, FOREVER
+        self.idle: list[Run] = []
         self.reciprocals_of_orders = np.append(0.0, 1.0 / np.arange(1, kernel.order + 1))
         self.load(str(kernel.module))
+
+    @contextmanager
+    def idle_run(self) -> Iterator[Run]:
+        """Give the memory of a run that is over, or new one."""
+        try:
+            run = self.idle.pop()
+        except IndexError:
+            run = Run(self)
+        yield run
+        run.forget()
+        self.idle.append(run)
 
     def load(self, text: str) -> None:
         """Compile LLVM's representation."""
@@ -71,7 +89,7 @@ class Code:
         self.advance = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)(address)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Output:
     """Where rows go, and at what times.
 
@@ -107,10 +125,10 @@ class Queue:
     Parameters
     ----------
     code : Code
-    states : array (n, variables)
-    times : array (n,) or (n, 2)
+    states : array (n, variables) or (1, variables)
+    times : array (n,), (1,) or (n, 2)
         Of the start, in one part or in two.
-    parameters : array (n, parameters)
+    parameters : array (n, parameters) or (1, parameters)
     output : Output
 
     Attributes
@@ -124,17 +142,17 @@ class Queue:
     """
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
-        tasks = self.tasks = np.zeros(len(states), code.task)
-        tasks["limit"], tasks["shortest"], tasks["pause"] = LONGEST, np.inf, FOREVER
+        count, parts = output.members.size, times if times.ndim > 1 else times[:, None]
+        tasks = self.tasks = np.empty(count, code.task)
+        tasks[:] = code.blank
         tasks["state"], tasks["parameters"] = states, parameters
-        parts = times if times.ndim > 1 else times[:, None]
         tasks["time"][:, : parts.shape[1]] = parts
         output.into(tasks)
-        self.output, self._waiting = output, np.arange(len(states))  # the memory whose addresses are given away
+        self.output, self._waiting = output, np.arange(count)  # the memory whose addresses are given away
         if any(not array.flags.c_contiguous or array.itemsize != 8 for array in (output.times, output.rows)):
             raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
         addresses = _address(self._waiting), _address(tasks), output.times.ctypes.data, _address(output.rows)
-        self._record = np.array([0, len(states), *addresses])
+        self._record = np.array([0, count, *addresses])
         self.address = _address(self._record)
 
     def close(self) -> None:
@@ -182,6 +200,10 @@ class Run:
         """Turn to a queue, and forget what was before."""
         self._queue, self._numbers[0], self._numbers[3] = queue, queue.address, 0
         self._active[:] = 0
+
+    def forget(self) -> None:
+        """Let go of the queue."""
+        del self._queue
 
     def _keep(self, count: int) -> None:
         larger = np.empty(count, self._code.step)

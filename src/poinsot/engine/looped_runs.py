@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, nullcontext
 from threading import Lock
 from typing import Any
 
@@ -118,8 +119,7 @@ class LoopedRun(Run):
         rows = np.empty((1, self.rising.size, job.variables.size))
         tasks = _Tasks(self, kernels.FIRST, rows)
         ends = (origin, float(self.times[0]), float(self.times[-1]))
-        with bar("time", max(ends) - min(ends), job.progress) as told:
-            kernel = looped_kernel.Run(self.code, keeps_steps=job.dense)
+        with bar("time", max(ends) - min(ends), job.progress) as told, self._memory() as kernel:
             tasks.run(kernel, told)
         chosen = tasks.reached
         times = self.rising[chosen][self.turn]
@@ -132,6 +132,10 @@ class LoopedRun(Run):
             of_tasks = {way: steps[places[k] : places[k + 1]] for k, way in enumerate(tasks.forwards.tolist())}
             dense.parts = {way: KeptSteps(of_tasks.get(way, steps[:0])) for way in BOTH_WAYS}
             dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
+
+    def _memory(self) -> AbstractContextManager[looped_kernel.Run]:
+        """Provide the memory of a run; that of one with dense output stays with it."""
+        return nullcontext(looped_kernel.Run(self.code, keeps_steps=True)) if self.job.dense else self.code.idle_run()
 
     # ------------------------------------------------------------------ members
 
@@ -227,9 +231,9 @@ class _Tasks:
         self.own, first, count, stride = table.T.copy()
         self.forwards = stride > 0
         output = Output(rising, rows, self.own, first, count, stride)
-        chosen = members[self.own]
+        chosen = slice(None) if run.one else members[self.own]
         self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
-        self.queue.tasks["push"] = run.push[chosen % run.push.size]
+        self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
 
     def run(self, kernel: Any, told: Callable[[float], None]) -> None:
         """Take steps until all is done or the run is to stop."""
