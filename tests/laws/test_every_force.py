@@ -13,7 +13,8 @@ import formulas
 import poinsot as pt
 from kinds import concrete_subclasses
 from poinsot.algebra.quaternion import product
-from poinsot.engine import kernels
+from poinsot.engine import kernels, looped_kernel
+from poinsot.engine.lowering import Program
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
 
@@ -239,15 +240,21 @@ def motion(body, force):
     return pt.propagate(pt.System(body, force), start, TIMES)
 
 
+def compiled():
+    """The kernels of either kind that there are."""
+    looped = [known for known in kernels._pool._decided.values() if isinstance(known, looped_kernel.Code)]
+    return looped + [each.engine for idle in kernels._pool._idle.values() for each in idle]
+
+
 @each_body
 @each_force
 def test_other_numbers_use_the_same_kernel(force, body, monkeypatch):
     monkeypatch.setattr(kernels, "_pool", kernels._Pool())
     first = motion(body, force)
-    pooled = {kernel: len(idle) for kernel, idle in kernels._pool._idle.items()}
-    assert list(pooled.values()) == [1]
+    known = compiled()
+    assert len(known) == 1
     second = motion(heavier(body), scaled(force, 1.2))
-    assert {kernel: len(idle) for kernel, idle in kernels._pool._idle.items()} == pooled
+    assert compiled() == known
     assert np.max(np.abs(first.quaternion - second.quaternion)) > 1e-3
 
 
@@ -268,7 +275,7 @@ def test_each_number_of_a_force_reaches_the_motion(force, monkeypatch):
     monkeypatch.setattr(kernels, "_pool", kernels._Pool())
     first = motion(BODIES[0], force)
     others = {name: motion(BODIES[0], other) for name, other in nudged(force)}
-    assert len(kernels._pool._idle) == 1
+    assert len(compiled()) == 1
     inert = [name for name, other in others.items() if np.max(np.abs(other.quaternion - first.quaternion)) < 1e-3]
     assert len(others) > 0
     ignored = ("orbit.radius[]", "field.extent[]")  # of surfaces, which are no matter of the motion
@@ -307,3 +314,60 @@ def test_structure_tells_forces_apart_and_numbers_do_not():
     structures = [force.structure for force in FORCES]
     assert len(set(structures)) == len(FORCES)
     assert [scaled(force, 1.2).structure for force in FORCES] == structures
+
+
+# ---------------------------------------------------------------------- parameters that are exactly zero
+
+
+SYMMETRIC = pt.Body((1.2, 1.2, 0.7))
+FREE_TO_BE_ZERO = (
+    "center_of_mass",
+    "position",
+    "pole",
+    "eccentricity",
+    "inclination",
+    "node",
+    "argument_of_periapsis",
+    "true_anomaly",
+    "epoch",
+    "C",
+    "S",
+    "masses",
+    "positions",
+)
+looped = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
+
+
+def simple(record):
+    """The same with zeros wherever they are allowed: vectors along one axis, angles and eccentricities gone."""
+    fields = {name: value for name, value in vars(record).items() if name in FREE_TO_BE_ZERO}
+    zeroed = dataclasses.replace(record, **{name: largest_alone(value) for name, value in fields.items()})
+    return zeroed if isinstance(record, PARTS) else with_each_part(zeroed, simple)
+
+
+def largest_alone(value):
+    return np.where(np.abs(value) == np.max(np.abs(value)), 2 * value, 0.0) if np.ndim(value) else 0.0
+
+
+@looped
+@pytest.mark.parametrize("body", [SYMMETRIC, BODIES[0]], ids=["symmetric", "asymmetric"])
+@each_force
+def test_a_motion_without_the_zeros_is_that_with_them(force, body, monkeypatch):
+    without = motion(body, simple(force))
+    monkeypatch.setattr(Program, "zeros", lambda *_: ())
+    with_them = motion(body, simple(force))
+    assert np.max(np.abs(without.quaternion - with_them.quaternion)) < 3e-14
+    assert np.max(np.abs(without.angular_momentum_body - with_them.angular_momentum_body)) < 3e-14
+
+
+@looped
+@each_force
+def test_zeros_select_a_kernel_and_other_numbers_do_not(force, monkeypatch):
+    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    motion(BODIES[0], force)
+    motion(SYMMETRIC, simple(force))
+    known = compiled()
+    assert len(known) == 2
+    motion(pt.Body((1.4, 1.1, 0.8)), force)
+    motion(pt.Body((1.3, 1.3, 0.8)), simple(force))
+    assert compiled() == known

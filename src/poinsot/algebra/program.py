@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from poinsot import functions
 from poinsot.functions import Comparable, Scalar, Vector
 
-__all__ = ["Graph", "Node", "gradient", "number", "ordered", "partials", "ruled", "tangents"]
+__all__ = ["Graph", "Node", "gradient", "needed", "number", "ordered", "partials", "ruled", "tangents", "without"]
 
 LARGEST_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -89,9 +89,9 @@ class Graph:
         """Return the values of outputs for those of symbols and inputs, or of any other nodes of this graph."""
         known: dict[int, Any] = {node.place: value for node, value in (values or {}).items()}
         own = [x for x in outputs if isinstance(x, Node) and x.graph is self]
-        needed = _needed(own, known)
-        last = {x.place: node.place for node in needed for x in node.nodes} | {x.place: -1 for x in own}
-        for node in needed:
+        path = needed(own, known)
+        last = {x.place: node.place for node in path for x in node.nodes} | {x.place: -1 for x in own}
+        for node in path:
             known[node.place] = node.value if node.name in HOLDING else replayed(node, known)
             for x in node.nodes:
                 if last[x.place] == node.place:
@@ -271,6 +271,10 @@ def _chosen(_: Any, a: Any, b: Any) -> Any:
     return a if a is b or a == b else None
 
 
+def _on_a_circle(eccentricity: Any, mean_anomaly: Any) -> Any:
+    return mean_anomaly if eccentricity == 0 else None
+
+
 SIMPLER: Mapping[str, Callable[..., Any]] = {
     "add": _added,
     "neg": _negated,
@@ -278,6 +282,7 @@ SIMPLER: Mapping[str, Callable[..., Any]] = {
     "div": _divided,
     "pow": _powered,
     "where": _chosen,
+    "eccentric_anomaly": _on_a_circle,
 }
 
 
@@ -409,7 +414,7 @@ def _shares(node: Node, factors: Sequence[Any]) -> Sequence[Any]:
 
 
 def _is_zero(scalar: Any) -> bool:
-    return scalar.__class__ in PLAIN and bool(scalar == 0)
+    return isinstance(scalar, NUMBERS) and bool(scalar == 0)
 
 
 def _known(found: Mapping[int, Any], operand: Any) -> Any:
@@ -423,6 +428,23 @@ def _reached(nodes: Iterable[Node], ends: Iterable[int]) -> set[int]:
         if node.name != "less" and any(x.place in reached for x in node.nodes):
             reached.add(node.place)
     return reached
+
+
+SINGULAR = {"div": 1, "atan2": 1, "sqrt": 0, "log": 0, "pow": 0}
+"""Operations that have no value, or no slope, where one of their operands is zero, and which one."""
+
+
+def without(outputs: Sequence[Any], zeros: Iterable[Node]) -> Sequence[Any]:
+    """Return outputs simplified for constants that are zero, but as they are where one is singular there."""
+    known: dict[int, Any] = {node.place: 0.0 for node in zeros}
+    for node in ordered(outputs):
+        if node.place in known or not any(x.place in known for x in node.nodes):
+            continue
+        operands = [known.get(x.place, x) if x.__class__ is Node else x for x in node.operands]
+        if node.name in SINGULAR and _is_zero(operands[SINGULAR[node.name]]):
+            return outputs
+        known[node.place] = operation_of(node)(*operands)
+    return [known.get(x.place, x) if x.__class__ is Node else x for x in outputs]
 
 
 # ---------------------------------------------------------------------- values
@@ -446,8 +468,8 @@ def operation_of(node: Node) -> Callable[..., Any]:
     return operation
 
 
-def _needed(outputs: Iterable[Node], known: Mapping[int, Any]) -> list[Node]:
-    """Return the nodes to be computed, operands first."""
+def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
+    """Return the nodes that outputs are computed from where those at some places are known, operands first."""
     found: dict[int, Node] = {}
     waiting = list(outputs)
     while waiting:

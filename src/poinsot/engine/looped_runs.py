@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, nullcontext
 from threading import Lock
@@ -66,14 +66,19 @@ class LoopedRun(Run):
 
     def __init__(self, program: Program, *given: Any) -> None:
         super().__init__(*given)
-        job, self.program, self._lock = self.job, program, Lock()
+        job, self._lock = self.job, Lock()
+        self._numbers = [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *job.problem.numbers)]
+        structure = job.problem.structure, job.variables.structure, job.device
+        constants = program.constants(self._numbers)
+        zeros = program.zeros(constants)
+        self.program, values = kernels.known((*structure, zeros), lambda: program.without(zeros))
         self.one = not self.state.time.ndim
         order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
         layout: Layout = "single" if self.one else "batch"
         lanes = 1 if self.one else kernels.LANES
-        structure = job.problem.structure, job.variables.structure, job.device
-        self.code: Code = kernels.known((structure, order, layout, lanes), lambda: self._compiled(order, layout, lanes))
-        self.parameters = self._values()
+        kind = *structure, zeros, order, layout, lanes
+        self.code: Code = kernels.known(kind, lambda: self._compiled(order, layout, lanes))
+        self.parameters = self._table(values([*constants, *self._numbers]))
         self.push = np.ravel(job.problem.system.torque_scale * job.variables.scale)
         self.report.order, self.report.tolerance = order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
@@ -88,18 +93,16 @@ class LoopedRun(Run):
         places = np.arange(variables.size)[variables.momenta].tolist()
         return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS)
 
-    def _values(self) -> Array:
-        """Return the parameters of members, shape (members, parameters)."""
+    def _table(self, columns: Sequence[Any]) -> Array:
+        """Return the parameters of members, shape (members, parameters), from their values."""
         job = self.job
-        numbers = [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *job.problem.numbers)]
-        columns = self.program.values(numbers)
         if self.one:
             table = np.array([columns], dtype=float)
         else:
             table = np.empty((self.origins.size, len(columns)))
             for place, column in enumerate(columns):
                 table[:, place] = column
-        set_roots(self.program, table, numbers, self.starts, self.origins, job.variables.momenta)
+        set_roots(self.program, table, self._numbers, self.starts, self.origins, job.variables.momenta)
         return table
 
     @override

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.program import Graph, Node, operation_of, ordered, partials
+from poinsot.algebra.program import Graph, Node, needed, operation_of, ordered, partials, without
 from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
@@ -70,6 +70,49 @@ class Linear(NamedTuple):
     constant: Any = 0.0
 
 
+class Replay:
+    """Constants computed again and again from numbers in a list; those that are held are 0.
+
+    Parameters
+    ----------
+    nodes : sequence of Node
+        What is computed.
+    first : sequence of Node
+        Nodes that the list begins with; the inputs of the run follow.
+    """
+
+    def __init__(self, nodes: Sequence[Node], first: Sequence[Node] = ()) -> None:
+        self._numbers: list[Any] = []
+        given = {node.place: number for number, node in enumerate(first)}
+        inputs = [node for node in needed(nodes, given) if node.name == "input"]
+        given |= {node.place: len(first) + node.operands[0] for node in inputs}
+        places = {place: self._new() for place in given}
+        self._given = [(places[place], number) for place, number in given.items()]
+        self._steps: list[_Step] = []
+        for node in needed(nodes, given):
+            if node.name in ("value", HELD):
+                places[node.place] = self._new(node.value if node.name == "value" else 0.0)
+            else:
+                operands = tuple(places[x.place] if isinstance(x, Node) else self._new(x) for x in node.operands)
+                places[node.place] = self._new()
+                self._steps.append((places[node.place], operation_of(node), operands))
+        self._places = [places[node.place] for node in nodes]
+
+    def _new(self, value: Any = 0.0) -> int:
+        self._numbers.append(value)
+        return len(self._numbers) - 1
+
+    def __call__(self, given: Sequence[Any]) -> list[Any]:
+        """Return the values, scalars or arrays."""
+        known = self._numbers.copy()
+        for place, number in self._given:
+            known[place] = given[number]
+        with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
+            for place, operation, operands in self._steps:
+                known[place] = operation(*map(known.__getitem__, operands))
+        return [known[place] for place in self._places]
+
+
 class Root(NamedTuple):
     """What is under a square root, a node and its value, and the parameter that is added to it."""
 
@@ -91,6 +134,9 @@ class Program:
     conditions : dict
         The place of a condition in the graph to the parameter that holds it.
     roots : list of Root
+    graph : Graph
+    rates : list of scalars
+        The formulas that the decomposition is made of.
     """
 
     decomposition: Decomposition
@@ -98,37 +144,42 @@ class Program:
     parameters: list[Node]
     conditions: dict[int, int]
     roots: list[Root]
-
-    def values(self, inputs: Sequence[Any]) -> list[Any]:
-        """Return the values of the parameters for the inputs of a run, scalars or arrays; 0 for those that are held."""
-        numbers, of_inputs, steps, places = self._replay
-        known = numbers.copy()
-        for place, number in of_inputs:
-            known[place] = inputs[number]
-        with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
-            for place, operation, operands in steps:
-                known[place] = operation(*map(known.__getitem__, operands))
-        return [known[place] for place in places]
+    graph: Graph
+    rates: Sequence[Any]
 
     @functools.cached_property
-    def _replay(self) -> tuple[list[Any], list[tuple[int, int]], list[_Step], list[int]]:
-        """Numbers by their places in a list, places of inputs, the steps that fill the others, places of parameters."""
-        numbers: list[Any] = []
-        of_inputs, steps, places = [], list[_Step](), {}
+    def values(self) -> Replay:
+        """The values of the parameters for the inputs of a run, scalars or arrays; 0 for those that are held."""
+        return Replay(self.parameters)
 
-        def new(value: Any = 0.0) -> int:
-            numbers.append(value)
-            return len(numbers) - 1
+    @functools.cached_property
+    def constants(self) -> Replay:
+        """The values of the constants that a variable meets in the formulas, for the inputs of a run."""
+        return Replay(self._constants)
 
-        for node in ordered(self.parameters):
-            if node.name in ("input", "value", HELD):
-                places[node.place] = new(node.value if node.name == "value" else 0.0)
-                of_inputs += [(places[node.place], node.operands[0])] * (node.name == "input")
-            else:
-                operands = tuple(places[x.place] if isinstance(x, Node) else new(x) for x in node.operands)
-                places[node.place] = new()
-                steps.append((places[node.place], operation_of(node), operands))
-        return numbers, of_inputs, steps, [places[node.place] for node in self.parameters]
+    def zeros(self, constants: Sequence[Any]) -> tuple[int, ...]:
+        """Return which constants are zero for all members; none if one is not finite, which is to stop the run."""
+        found = [_kind_of(value) for value in constants]
+        if None in found:
+            return ()
+        return tuple(number for number in self._never_conditions if found[number])
+
+    def without(self, zeros: Iterable[int]) -> Special:
+        """Return the program for runs in which some of the constants are zero."""
+        program = lowered(self.graph, without(self.rates, [self._constants[number] for number in zeros]))
+        return Special(program, Replay(program.parameters, self._constants))
+
+    @functools.cached_property
+    def _constants(self) -> list[Node]:
+        nodes = ordered(self.rates)
+        met = [x for node in nodes if node.varies for x in node.nodes if not x.varies]
+        return [*dict.fromkeys([*met, *(x for x in self.rates if isinstance(x, Node) and not x.varies)])]
+
+    @functools.cached_property
+    def _never_conditions(self) -> list[int]:
+        """The numbers of the constants on which no formula branches."""
+        conditions = {node.operands[0] for node in ordered(self.rates) if node.name == "where"}
+        return [number for number, node in enumerate(self._constants) if node not in conditions]
 
     @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
@@ -142,6 +193,20 @@ class Program:
             else:
                 known[node.place] = int(node.name == "input" and node.operands == (0,))
         return np.array([known[node.place] for node in self.parameters], dtype=int)
+
+
+class Special(NamedTuple):
+    """A program for runs in which some constants are zero; its values are computed from constants and inputs."""
+
+    program: Program
+    values: Replay
+
+
+def _kind_of(value: Any) -> bool | None:
+    """Return whether a value is zero, for all members; None if it is not finite."""
+    if value.__class__ is np.ndarray:
+        return bool(not value.any()) if np.isfinite(value).all() else None
+    return bool(value == 0) if math.isfinite(value) else None
 
 
 def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
@@ -178,7 +243,7 @@ class _Lowering:
             for node, parameter in self._roots
         ]
         decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants))
-        return Program(decomposition, others, self._constants, self._conditions, roots)
+        return Program(decomposition, others, self._constants, self._conditions, roots, self._graph, self._rates)
 
     def _with_slopes(self) -> list[Node]:
         """Return the nodes of the outputs with those of the slopes of their functions."""
