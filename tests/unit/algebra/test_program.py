@@ -229,10 +229,10 @@ def test_solid_harmonics_have_a_closed_derivative():
     _, _, output = traced(harmonic, 3)
     assert "ruled" in {node.name for node in ordered([output])}
     with mpmath.workdps(40):
-        place = [mpmath.mpf(x) for x in place]
-        expected = differences(harmonic, *place)
-        assert close(by_gradient(harmonic, *place), expected, 15)  # weights are floats
-        assert close(by_tangents(harmonic, *place), expected, 15)
+        exact = [mpmath.mpf(x) for x in place]
+        expected = differences(harmonic, *exact)
+        assert close(by_gradient(harmonic, *exact), expected, 15)  # weights are floats
+        assert close(by_tangents(harmonic, *exact), expected, 15)
 
 
 def test_rules_of_one_value_are_others():
