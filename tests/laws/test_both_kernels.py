@@ -1,0 +1,247 @@
+"""What holds for every smooth system on the looped kernel and on heyoka's: the same steps, the same errors.
+
+Both are judged by heyoka's integrator in extended precision.
+"""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from laws.test_every_force import FORCES, label
+from laws.test_every_orbit import ORBITS
+from laws.test_every_part import BODY as LARGE
+from laws.test_every_part import PARTS
+from poinsot.engine import kernels, looped_kernel
+from poinsot.functions import Vector, norm
+from poinsot.orbits.ephemeris import Ephemeris
+
+pytestmark = [
+    pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite"),
+    pytest.mark.skipif(not kernels.available("extended"), reason="needs extended precision"),
+]
+
+EPS = np.finfo(float).eps
+BODY = pt.Body((1.3, 1.0, 0.7))
+START = {"quaternion": (0.1, 0.7, -0.5, 0.5), "omega_body": (0.4, -0.3, 0.6)}
+TIMES = np.array([-0.9, -0.55, -0.2, 0.0, 0.3, 0.7, 1.3, 1.9, 2.6])
+"""On both sides of the start; every other one is read from dense output."""
+
+
+class Growth(pt.Torque):
+    """A torque that multiplies the momentum by e in each unit of time over `rate`."""
+
+    rate: float
+
+    def torque(self, instant):
+        return self.rate * instant.angular_momentum_body
+
+
+class Drag(pt.Torque):
+    """A torque whose formula has the root of what is zero at rest."""
+
+    strength: float
+
+    def torque(self, instant):
+        return -self.strength * norm(instant.omega_body) * instant.omega_body
+
+
+class Pole(pt.Torque):
+    """A torque that is singular at a time."""
+
+    time: float
+
+    def torque(self, instant):
+        return Vector((0.1 / (self.time - instant.time), 0.0, 0.0))
+
+
+LONG = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.95, true_anomaly=1.0, inclination=0.4)
+GRAVITY = pt.UniformGravity(0.7, (0.3, -0.2, 0.5))
+SYSTEMS = {
+    **{f"force: {label(force)}": (BODY, force) for force in FORCES},
+    **{
+        f"orbit: {name}": (BODY, pt.GravityGradient(orbit))
+        for name, orbit in ORBITS.items()
+        if not isinstance(orbit, Ephemeris)
+    },
+    **{f"part: {type(part).__name__}": (LARGE, part) for part in PARTS},
+    "no force": (BODY,),
+    "forces at rest and moving": (BODY, GRAVITY, *FORCES[1:3]),
+    "part and forces": (LARGE, PARTS[1], GRAVITY, FORCES[1]),
+    "long ellipse in comoving axes": (BODY, pt.GravityGradient(LONG)),
+    "long ellipse in space axes": (BODY, pt.GravityGradient(LONG), GRAVITY),
+    "needle": (pt.Body((1.0, 1.0, 1e-9)), GRAVITY),
+    "spin-up": (BODY, Growth(2.5)),
+    "spin-down": (BODY, Growth(-8.0)),
+    "drag": (BODY, Drag(0.02), GRAVITY),
+}
+EASY = [name for name in SYSTEMS if name != "needle"]
+AT_REST = ("drag", "forces at rest and moving")
+CASES = [
+    *((name, "lie_poisson", START["omega_body"]) for name in EASY),
+    *((name, "lie_poisson", (0.0, 0.0, 0.0)) for name in AT_REST),
+    ("needle", "lie_poisson", (0.4, -0.3, 6.0)),
+    *(pytest.param(name, "canonical", START["omega_body"], marks=pytest.mark.slow) for name in EASY if name != "drag"),
+    ("drag", "canonical", START["omega_body"]),
+]
+
+
+@pytest.fixture(autouse=True)
+def any_body(monkeypatch):
+    """Whether or not the body of a force is the one that turns."""
+    for force in FORCES:
+        monkeypatch.setattr(type(force), "check", lambda *_: None)
+
+
+@pytest.fixture
+def on_heyoka(monkeypatch):
+    """Return a function that calls another one without looped kernels."""
+
+    def called(function, *arguments, **options):
+        with monkeypatch.context() as without:
+            without.setattr(looped_kernel, "available", lambda: False)
+            return function(*arguments, **options)
+
+    return called
+
+
+def values(motion):
+    """All variables of a motion."""
+    own = [motion.quaternion, motion.angular_momentum_body, *motion.own.values()]
+    return np.concatenate([np.reshape(x, (*x.shape[: motion.quaternion.ndim - 1], -1)) for x in own], axis=-1)
+
+
+def start_of(system, omega=START["omega_body"], time=0.0):
+    return system.state(START["quaternion"], omega_body=omega, time=time)
+
+
+def error(motion, judge):
+    """The largest error, relative to the size of each variable."""
+    size = np.maximum(np.max(np.abs(values(judge)), axis=0), np.finfo(float).tiny)
+    return np.max(np.abs(values(motion) - values(judge)) / size)
+
+
+def _plainly(function, *arguments, **options):
+    return function(*arguments, **options)
+
+
+@pytest.mark.parametrize(("name", "formulation", "omega"), CASES)
+def test_one_body(name, formulation, omega, on_heyoka):
+    system = pt.System(*SYSTEMS[name])
+    start = start_of(system, omega)
+    options = {"formulation": formulation, "dense": True}
+    looped, heyoka = (run(pt.propagate, system, start, TIMES[::2], **options) for run in (_plainly, on_heyoka))
+    judge = pt.propagate(system, start, TIMES, formulation=formulation, precision="extended")
+    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
+    assert looped.run.order == heyoka.run.order
+    assert abs(looped.run.steps - heyoka.run.steps) <= 2 + 0.01 * heyoka.run.steps  # one in each direction
+    # A rounding a step adds up as the root of the steps; by how much the motion makes it larger, heyoka's error says.
+    floor = 4 * EPS * np.sqrt(looped.run.steps)
+    assert error(looped(TIMES), judge) <= 3 * error(heyoka(TIMES), judge) + floor
+    np.testing.assert_allclose(values(looped(TIMES[::2])), values(looped), rtol=4 * EPS, atol=4 * EPS)
+    back = pt.propagate(system, start, TIMES[::-2], formulation=formulation)
+    assert np.array_equal(values(back)[::-1], values(looped))
+
+
+# ---------------------------------------------------------------------- ensembles
+
+
+def members_of(system, count):
+    """Starts of members at times of their own, fast and slow ones in turn, some of them among the times."""
+    random = np.random.default_rng(5)
+    omega = random.normal(size=(count, 3)) * (1 + np.arange(count) % 4)[:, None]
+    return start_of(system, omega, np.array([0.0, -0.4, 0.7, 2.6, -0.9, 0.31])[np.arange(count) % 6])
+
+
+def alone(system, start, k, **options):
+    phase = {name: np.broadcast_to(x, (17, x.shape[-1]))[k] for name, x in start.phase.items()}
+    return pt.propagate(system, pt.mechanics.state.state_of(phase, np.float64(start.time[k])), TIMES, **options)
+
+
+ENSEMBLES = ("force: UniformGravity", "long ellipse in comoving axes", "part and forces", "spin-up", "drag")
+
+
+@pytest.mark.parametrize("name", ENSEMBLES)
+def test_members(name, on_heyoka, monkeypatch):
+    system = pt.System(*SYSTEMS[name])
+    start = members_of(system, 17)
+    looped, heyoka = (run(pt.propagate, system, start, TIMES) for run in (_plainly, on_heyoka))
+    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
+    assert abs(looped.run.steps - heyoka.run.steps) <= 2 * 17 + 0.01 * heyoka.run.steps
+    judges = [alone(system, start, k, precision="extended") for k in range(17)]
+    floor = 4 * EPS * np.sqrt(looped.run.steps / 17)
+    own, others = (max(error(motion[k], judges[k]) for k in range(17)) for motion in (looped, heyoka))
+    assert own <= 3 * others + floor
+    for k in range(17):
+        assert np.array_equal(values(alone(system, start, k)), values(looped[k]))
+    for lanes in (1, 2, 4, 8):
+        monkeypatch.setattr(kernels, "LANES", lanes)
+        for count in (1, 7, 9, 17):
+            for threads in (1, 2):
+                few = pt.propagate(system, first(start, count), TIMES[::-1], threads=threads)
+                assert np.array_equal(values(few)[:, ::-1], values(looped)[:count]), (lanes, count, threads)
+
+
+def first(start, count):
+    phase = {name: x[:count] if x.ndim > 1 else x for name, x in start.phase.items()}
+    return pt.mechanics.state.state_of(phase, start.time[:count])
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 4, 8])
+def test_a_member_that_fails_disturbs_no_other(lanes, monkeypatch):
+    monkeypatch.setattr(kernels, "LANES", lanes)
+    poles = np.where(np.arange(9) % 4 == 1, 1.0, 9.0)
+    together = pt.propagate(pt.System(BODY, Pole(poles)), start_of(pt.System(BODY)), TIMES)
+    assert list(together.failures) == [1, 5]
+    for k, pole in enumerate(poles):
+        own = values(together[k])
+        if pole == 1.0:
+            assert np.array_equal(together[k].times, TIMES[TIMES < 1])
+            assert np.all(np.isfinite(own))
+        else:
+            one = pt.propagate(pt.System(BODY, Pole(pole)), start_of(pt.System(BODY)), TIMES)
+            assert np.array_equal(own, values(one))
+
+
+# ---------------------------------------------------------------------- tangent vectors
+
+VARIED = ("force: GravityGradient KeplerOrbit", "part: KaneDamper", "spin-up", "forces at rest and moving")
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_state_transition(name, on_heyoka):
+    system = pt.System(*SYSTEMS[name])
+    start = members_of(system, 9)
+    for state in (first_of(start), start):
+        looped, heyoka, wider = (
+            run(pt.analysis.state_transition, system, state, TIMES, ["body.moments[1]"], tolerance=tolerance)
+            for run, tolerance in ((_plainly, None), (on_heyoka, None), (on_heyoka, 2.0**-52))
+        )
+        assert (looped.motion.run.kernel, heyoka.motion.run.kernel) == ("looped", "heyoka")
+        for found in ("matrix", "sensitivity"):
+            check(found, looped, heyoka, wider, looped.motion.run.steps, (-3, -2, -1))
+
+
+def check(found, looped, heyoka, wider, steps, axes):
+    """Compare with a run of heyoka at another order: the two differ by rounding as large as the motion makes it."""
+    own, other, judge = (getattr(x, found) for x in (looped, heyoka, wider))
+    size = np.max(np.abs(judge), axis=axes, keepdims=True)
+    assert np.max(np.abs(own - judge) / size) <= 3 * np.max(np.abs(other - judge) / size) + 16 * EPS * np.sqrt(steps)
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_chaos_indicators(name, on_heyoka):
+    system = pt.System(*SYSTEMS[name])
+    start = start_of(system, np.random.default_rng(3).normal(size=(9, 3)))
+    times, options = np.linspace(1, 3, 5), {"vectors": 2, "momentum_unit": 1.0}
+    looped, heyoka, wider = (
+        run(pt.analysis.chaos_indicators, system, start, times, tolerance=tolerance, **options)
+        for run, tolerance in ((_plainly, None), (on_heyoka, None), (on_heyoka, 2.0**-52))
+    )
+    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
+    for found in ("fli", "megno", "gali"):
+        check(found, looped, heyoka, wider, looped.run.steps, None)
+
+
+def first_of(start):
+    phase = {name: x[0] if x.ndim > 1 else x for name, x in start.phase.items()}
+    return pt.mechanics.state.state_of(phase, np.float64(start.time[0]))
