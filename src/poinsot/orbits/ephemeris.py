@@ -318,17 +318,20 @@ class Ephemeris(Orbit):
 
     def position_at(self, time: Scalar) -> functions.Vector:
         """Return the components of the position; the time is a number, an array, or one with derivatives."""
-        here = number(time)
-        position = self._derivative(here, 0)
-        return position if here is time else functions.Vector(position + self._derivative(here, 1) * (time - here))
+        return self._along(time, 0)
 
     def velocity_at(self, time: Scalar) -> functions.Vector:
-        """Return the components of the velocity."""
-        return self._derivative(time, 1)
+        """Return the components of the velocity; the time as for the position."""
+        return self._along(time, 1)
 
     def acceleration_at(self, time: Scalar) -> functions.Vector:
         """Return the components of the second derivative of the position, which may jump at knots."""
-        return self._derivative(time, 2)
+        return self._along(time, 2)
+
+    def _along(self, time: Scalar, order: int) -> functions.Vector:
+        here = number(time)
+        value = self._derivative(here, order)
+        return value if here is time else functions.Vector(value + self._derivative(here, order + 1) * (time - here))
 
     def _derivative(self, time: Any, order: int) -> functions.Vector:
         t, table = real_numbers("time", time), self.pieces
