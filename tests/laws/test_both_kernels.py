@@ -54,6 +54,18 @@ class Pole(pt.Torque):
         return Vector((0.1 / (self.time - instant.time), 0.0, 0.0))
 
 
+class Cancelling(pt.Torque):
+    """A torque with factors, a numerator and a divisor whose terms cancel, to zero and to a number."""
+
+    size: float
+
+    def torque(self, instant):
+        _, x, y, z = instant.attitude.quaternion
+        nothing = (x + y) - y - x
+        one = nothing + self.size
+        return Vector((nothing * (y + z), nothing / (2.0 + y * y) + x / one, one * z * one))
+
+
 LONG = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.95, true_anomaly=1.0, inclination=0.4)
 GRAVITY = pt.UniformGravity(0.7, (0.3, -0.2, 0.5))
 SYSTEMS = {
@@ -72,6 +84,7 @@ SYSTEMS = {
     "needle": (pt.Body((1.0, 1.0, 1e-9)), GRAVITY),
     "spin-up": (BODY, Growth(2.5)),
     "spin-down": (BODY, Growth(-8.0)),
+    "terms that cancel": (BODY, Cancelling(0.3)),
     "drag": (BODY, Drag(0.02), GRAVITY),
 }
 EASY = [name for name in SYSTEMS if name != "needle"]

@@ -266,7 +266,8 @@ class _Lowering:
         form = self._linear.get(scalar.place)
         if form is None:
             form = self._linear[scalar.place] = self._new_form(scalar)
-        if (len(form.terms) > 1 or not _is_zero(form.constant)) and self._uses[scalar.place] > 1:
+        several = len(form.terms) > 1 or (form.terms and not _is_zero(form.constant))
+        if several and self._uses[scalar.place] > 1:
             form = self._linear[scalar.place] = self._single(form)
         return form
 
@@ -287,9 +288,10 @@ class _Lowering:
         return _scaled(self._form(a), -1)
 
     def _form_of_mul(self, a: Any, b: Any) -> Linear:
-        for one, other in ((a, b), (b, a)):
-            if not _varies(one):
-                return _scaled(self._form(other), one)
+        forms = self._form(a), self._form(b)
+        for one, other in (forms, forms[::-1]):
+            if not one.terms:  # also where all terms cancel
+                return _scaled(other, one.constant)
         (m, x), (n, y) = self._factors(a), self._factors(b)
         m, x, n = self._multiplied_in(m, x, n)
         n, y, m = self._multiplied_in(n, y, m)
@@ -304,13 +306,14 @@ class _Lowering:
         return sign, y, n
 
     def _form_of_div(self, a: Any, b: Any) -> Linear:
-        if not _varies(b):
-            return _scaled(self._form(a), _reciprocal(b))
+        form, divisor = self._form(a), self._form(b)
+        if not divisor.terms:
+            return _scaled(form, _reciprocal(divisor.constant))
         n, y = self._factors(b)
-        if self._uses[b.place] == 1 and _varies(a):
+        if self._uses[b.place] == 1 and form.terms:
             m, x = self._factors(a)
             return _scaled(self._drafted(DraftQuotient(x, y)), _times(m, _reciprocal(n)))
-        return _scaled(_times_form(self._form(a), self._drafted(DraftQuotient(Coefficient(), y))), _reciprocal(n))
+        return _scaled(_times_form(form, self._drafted(DraftQuotient(Coefficient(), y))), _reciprocal(n))
 
     def _form_of_ruled(self, value: Any, *_: Any) -> Linear:
         return self._form(value)
