@@ -46,5 +46,5 @@ class Root(pt.Potential):
 
 def test_a_formula_that_has_no_slope_at_zero_stops_as_before():
     motion(Root(0.3))
-    with pytest.raises(RuntimeError, match="not finite"):
+    with pytest.raises(RuntimeError, match="non-finite"):
         motion(Root(0.0))
