@@ -224,6 +224,7 @@ class _Lowering:
         self._parameters: dict[int, int] = {}
         self._constants: list[Node] = []
         self._linear: dict[int, Linear] = {}
+        self._scaled: dict[int, tuple[Node, Monomial]] = {}
         self._slopes: dict[int, tuple[Any, ...]] = {}
         self._conditions: dict[int, int] = {}
         self._roots: list[tuple[Node, int]] = []
@@ -282,7 +283,24 @@ class _Lowering:
         return self._drafted(Time() if name == TIME else State(name))
 
     def _form_of_add(self, a: Any, b: Any) -> Linear:
-        return _sum(self._form(a), self._form(b))
+        total = _sum(self._form(a), self._form(b))
+        plain = {x: self._without_constants(x) for x in total.terms}
+        twice = {x for x, count in Counter(y for y, _ in plain.values()).items() if count > 1}
+        apart = Linear({x: c for x, c in total.terms.items() if plain[x][0] not in twice}, total.constant)
+        for x, c in total.terms.items():
+            y, constant = plain[x]
+            if y in twice:  # a (c b) and (d a) b are (c + d) (a b)
+                apart = _sum(apart, Linear({y: _times(c, constant)}))
+        return apart
+
+    def _without_constants(self, monomial: Monomial) -> tuple[Monomial, Any]:
+        """Return a product without the constants that were multiplied into its factors, and these."""
+        constant, factors = None, list[int]()
+        for place in monomial:
+            own, factor = self._scaled.get(place, (None, (place,)))
+            constant = _times(constant, own)
+            factors += factor
+        return tuple(sorted(factors)), constant
 
     def _form_of_neg(self, a: Any) -> Linear:
         return _scaled(self._form(a), -1)
@@ -303,6 +321,7 @@ class _Lowering:
             return m, x, n
         sign, parameter = self._coefficient(m)
         ((y, _),) = self._drafted(DraftSum(((Coefficient(1.0, parameter), x),))).terms.items()
+        self._scaled[y[0]] = self._constants[parameter], x
         return sign, y, n
 
     def _form_of_div(self, a: Any, b: Any) -> Linear:

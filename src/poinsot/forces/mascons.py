@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.algebra.program import ruled
 from poinsot.errors import real_numbers
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
@@ -106,10 +107,11 @@ class MasconGravity(Potential):
 
 
 def _beyond_the_first(x: Scalar) -> Scalar:
-    """Return 1 / sqrt(1 + x) - 1 + x / 2 as a product, whose digits no small x takes away."""
+    """Return 1 / sqrt(1 + x) - 1 + x / 2 as a product, whose digits no small x takes away; so is its slope."""
     root = functions.sqrt(1 + x)
-    step = x / (1 + root)
-    return step * step * (0.5 + 1 / root)
+    step, inverse = x / (1 + root), 1 / root  # step = root - 1
+    slope = 0.5 * (step * inverse) * (1 + inverse + inverse * inverse)
+    return ruled(step * step * (0.5 + inverse), (x,), lambda _: slope)
 
 
 def _paired_sum(terms: list[Scalar]) -> Scalar:

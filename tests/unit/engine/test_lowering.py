@@ -11,6 +11,7 @@ from poinsot import functions as fn
 from poinsot import paper
 from poinsot.algebra.program import Graph
 from poinsot.engine import kernels
+from poinsot.engine.decomposition import Function, Product, Quotient
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.heyoka_expressions import Expressions
 from poinsot.engine.lowering import lowered
@@ -79,3 +80,75 @@ def test_a_kernel_has_the_products_of_series_that_a_person_would_write(system, p
         entries = [str(entry) for entry, _ in compiled.engine.decomposition]
     assert sum(bool(re.fullmatch(r"\(u_\d+ \* u_\d+\)", entry)) for entry in entries) == products
     assert sum(entry.count("**2") for entry in entries) == squares  # half the work of a product
+
+
+KINEMATICS = 12 + 3
+"""Products in q (0, omega) / 2, each of four by each of three, and in g x omega, whose terms go together."""
+
+ROW, MATRIX = 4, 6
+"""Products of two components of q in one row of a rotation matrix, and in all; squares are four."""
+
+PAIRS = 3
+"""Products u_i u_j in a torque u x I u: the two terms of each component go together."""
+
+ORBIT = pt.KeplerOrbit(1.1, semimajor_axis=3.0, eccentricity=0.3, inclination=0.7, node=-0.4, true_anomaly=0.3)
+AT_REST = pt.orbits.FixedPosition(0.9, position=(1.8, -0.5, 0.7))
+POINTS = [(0.5, -0.3, 0.2), (-0.3, 0.4, -0.5), (0.1, 0.2, 0.6)]
+SQUARE = np.array([(0.0, 0.0, 0.0)] * 2 + [(-0.3, 0.05, 0.1)])
+ZONAL = pt.GravityField(2, 1.1, 0.8, SQUARE.tolist(), (SQUARE * [(0, 1, 1)]).tolist())
+
+BY_HAND = {
+    "no force": ((), KINEMATICS, 0, 0, 0),
+    "uniform gravity": ((pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),), KINEMATICS + ROW, 4, 0, 0),
+    # c^3, c = 1 + e cos f, and it times each component; f' is proportional to c^2
+    "gravity gradient on an orbit": ((pt.GravityGradient(ORBIT),), KINEMATICS + ROW + PAIRS + 4, 5, 0, 2),
+    "gravity gradient at rest": ((pt.GravityGradient(AT_REST),), KINEMATICS + MATRIX + PAIRS, 4, 0, 0),
+    # two vectors, n and k - 5 s n, that are constant in space
+    "oblateness at rest": (
+        (pt.forces.Oblateness(AT_REST, 0.3, 0.7, (0.4, -0.3, 0.8)),),
+        KINEMATICS + MATRIX + 2 * PAIRS,
+        4,
+        0,
+        0,
+    ),
+    # n x slope, all six products of second degree; three of them are squares
+    "harmonics of degree 2 at rest": ((pt.forces.HarmonicGravity(AT_REST, ZONAL),), KINEMATICS + MATRIX + 6, 4, 0, 0),
+    # each point: root, 1 / root, x / (1 + root), and the slope by two products and a square; n x (sum m_i slope_i x_i)
+    "three points at rest": (
+        (pt.forces.MasconGravity(AT_REST, (0.6, 0.7, 0.5), POINTS),),
+        KINEMATICS + MATRIX + 6 + 3 * 2,
+        4 + 3,
+        3 * 2,
+        3,
+    ),
+    "linear damping": ((pt.forces.LinearDamping(0.05),), KINEMATICS, 0, 0, 0),
+}
+
+
+def operations_of(system):
+    variables = kernels.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
+    return kernels.smooth_program(Problem(system), variables, 10_000).decomposition.operations
+
+
+@pytest.mark.parametrize("name", BY_HAND)
+def test_a_program_has_no_more_operations_than_one_by_hand(name, monkeypatch):
+    forces, products, squares, quotients, function_count = BY_HAND[name]
+    for force in forces:
+        monkeypatch.setattr(type(force), "check", lambda *_: None)
+    operations = operations_of(pt.System(BODY, *forces))
+    own = [x for x in operations if isinstance(x, Product)]
+    assert sum(x.first != x.second for x in own) <= products
+    assert sum(x.first == x.second for x in own) <= squares
+    assert sum(isinstance(x, Quotient) for x in operations) <= quotients
+    assert sum(isinstance(x, Function) for x in operations) <= function_count
+
+
+def test_what_differs_in_constants_alone_is_one_product():
+    graph = Graph()
+    x, y, (a, b, c) = graph.symbol(0), graph.symbol(1), map(graph.input, range(3))
+    program = lowered(graph, [x * (a * y) - y * (b * x) + c * (x * y), a * y])
+    assert sum(isinstance(operation, Product) for operation in program.decomposition.operations) == 1
+    made = Expressions(program.decomposition)
+    pars = np.array(program.values([2.0, 0.7, -1.1]), dtype=float)
+    got = hy.cfunc(made.rates, made.symbols)([0.3, 0.9], pars=pars)
+    assert np.allclose(got, [0.3 * 0.9 * (2.0 - 0.7 - 1.1), 1.8], rtol=1e-15)
