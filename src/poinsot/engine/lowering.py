@@ -321,7 +321,7 @@ class _Lowering:
             return m, x, n
         sign, parameter = self._coefficient(m)
         ((y, _),) = self._drafted(DraftSum(((Coefficient(1.0, parameter), x),))).terms.items()
-        self._scaled[y[0]] = self._constants[parameter], x
+        self._scaled[y[0]] = _times(sign, m), x
         return sign, y, n
 
     def _form_of_div(self, a: Any, b: Any) -> Linear:

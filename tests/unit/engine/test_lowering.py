@@ -100,8 +100,8 @@ ZONAL = pt.GravityField(2, 1.1, 0.8, SQUARE.tolist(), (SQUARE * [(0, 1, 1)]).tol
 BY_HAND = {
     "no force": ((), KINEMATICS, 0, 0, 0),
     "uniform gravity": ((pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),), KINEMATICS + ROW, 4, 0, 0),
-    # c^3, c = 1 + e cos f, and it times each component; f' is proportional to c^2
-    "gravity gradient on an orbit": ((pt.GravityGradient(ORBIT),), KINEMATICS + ROW + PAIRS + 4, 5, 0, 2),
+    # c^3, c = 1 + e cos f, and c^3 u, u2 (c^3 u1), u3 (c^3 u1), u3 (c^3 u2); f' is proportional to c^2
+    "gravity gradient on an orbit": ((pt.GravityGradient(ORBIT),), KINEMATICS + ROW + 1 + 2 + PAIRS, 5, 0, 2),
     "gravity gradient at rest": ((pt.GravityGradient(AT_REST),), KINEMATICS + MATRIX + PAIRS, 4, 0, 0),
     # two vectors, n and k - 5 s n, that are constant in space
     "oblateness at rest": (
