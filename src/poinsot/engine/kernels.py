@@ -156,7 +156,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
-    scale = np.exp2(np.round(np.log2(SMALL / system.momentum_scale(state))))
+    scale = np.exp2(np.rint(np.log2(SMALL / system.momentum_scale(state))))
     parts = factors_of_parts(system, state)
     if smooth.orbits and formulation.turns and precision == "double":
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)

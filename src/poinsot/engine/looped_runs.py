@@ -250,7 +250,8 @@ class _Tasks:
                 if self._run.stop:
                     break
             kernel.finish()
-            tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
+            if self._hopeless:
+                tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
             self._tell(told)
             if variations is None or self._run.stop:
                 return

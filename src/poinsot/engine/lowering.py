@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
+from operator import or_
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,8 +52,11 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
 """The power of what an operation makes of two operands, from theirs and the number that the second one is."""
 
 
-_Step = tuple[int, Callable[..., Any], tuple[int, ...]]
-"""The place of a result, the operation, and the places of its operands."""
+_Step = tuple[int, Callable[..., Any], tuple[int, ...], int]
+"""The place of a result, the operation, the places of its operands, and the numbers that it depends on, as bits."""
+
+EVERY = -1
+"""All bits."""
 
 Monomial = tuple[int, ...]
 """A product of operations, by their numbers in order."""
@@ -73,6 +77,8 @@ class Linear(NamedTuple):
 class Replay:
     """Constants computed again and again from numbers in a list; those that are held are 0.
 
+    Of scalars only what depends on those that are others than the last time is computed anew.
+
     Parameters
     ----------
     nodes : sequence of Node
@@ -87,6 +93,7 @@ class Replay:
         inputs = [node for node in needed(nodes, given) if node.name == "input"]
         given |= {node.place: len(first) + node.operands[0] for node in inputs}
         places = {place: self._new() for place in given}
+        needs = {places[place]: 1 << number for place, number in given.items()}
         self._given = [(places[place], number) for place, number in given.items()]
         self._steps: list[_Step] = []
         for node in needed(nodes, given):
@@ -95,7 +102,9 @@ class Replay:
             else:
                 operands = tuple(places[x.place] if isinstance(x, Node) else self._new(x) for x in node.operands)
                 places[node.place] = self._new()
-                self._steps.append((places[node.place], operation_of(node), operands))
+                needs[places[node.place]] = own = functools.reduce(or_, (needs.get(x, 0) for x in operands), 0)
+                self._steps.append((places[node.place], operation_of(node), operands, own or EVERY))
+        self._last: tuple[tuple[Any, ...], list[Any]] = (), []
         self._places = [places[node.place] for node in nodes]
 
     def _new(self, value: Any = 0.0) -> int:
@@ -104,13 +113,28 @@ class Replay:
 
     def __call__(self, given: Sequence[Any]) -> list[Any]:
         """Return the values, scalars or arrays."""
-        known = self._numbers.copy()
+        last, before = self._last  # threads exchange both at once
+        changed = _changed(given, last)
+        known = (self._numbers if changed == EVERY else before).copy()
         for place, number in self._given:
             known[place] = given[number]
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
-            for place, operation, operands in self._steps:
-                known[place] = operation(*map(known.__getitem__, operands))
+            for place, operation, operands, needs in self._steps:
+                if needs & changed:
+                    known[place] = operation(*[known[x] for x in operands])
+        self._last = (tuple(given), known) if all(isinstance(x, np.generic) for x in given) else ((), [])
         return [known[place] for place in self._places]
+
+
+def _changed(given: Sequence[Any], last: Sequence[Any]) -> int:
+    """Return which numbers are others than the last time, as bits."""
+    if len(given) != len(last):
+        return EVERY
+    changed = 0
+    for bit, (x, y) in enumerate(zip(given, last, strict=True)):
+        if type(x) is not type(y) or x != y or (not x and math.copysign(1, x) != math.copysign(1, y)):
+            changed |= 1 << bit
+    return changed
 
 
 class Root(NamedTuple):

@@ -47,7 +47,7 @@ def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.
     if t.size == 0:
         raise ValueError("times must not be empty, got shape (0,).")
     steps = t[1:] - t[:-1]
-    onward = steps > 0 if (steps[:1] > 0).any() else steps < 0
+    onward = steps > 0 if t.size > 1 and t[1] > t[0] else steps < 0
     if not onward.all():
         i = int(np.argmin(onward))
         relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"

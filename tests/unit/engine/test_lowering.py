@@ -68,6 +68,23 @@ def test_multiples_are_the_same_numbers(name):
         assert np.allclose(compiled([value], pars=pars)[0], expected, rtol=1e-14, atol=1e-14, equal_nan=True)
 
 
+def test_constants_have_the_same_bits_whatever_they_were_computed_for_before():
+    graph = Graph()
+    a, b = graph.input(0), graph.input(1)
+    formulas = [fn.atan2(a, b) * 3, fn.sin(a) / b, fn.sqrt(b) + fn.exp(fn.cos(a) * b), 2 / a, b * b - fn.log(b)]
+    replay = lowered(graph, [x * graph.symbol(0) for x in formulas]).values
+    numbers = [0.0, -0.0, 0.7, -1.3, np.nan, 2.0, 0.7]
+    pairs = [[kind(x), kind(y)] for kind in (np.float64, np.longdouble) for x in numbers for y in numbers]
+    pairs += [[x, np.array([0.7, -0.2])] for x, _ in pairs[:3]] + pairs[::-1]
+    with np.errstate(all="ignore"):
+        for given in pairs:
+            expected = lowered(graph, [x * graph.symbol(0) for x in formulas]).values(given)
+            for value, own in zip(replay(given), expected, strict=True):
+                assert np.array_equal(value, own, equal_nan=True)
+                assert np.array_equal(np.signbit(value), np.signbit(own))
+                assert np.asarray(value).dtype == np.asarray(own).dtype
+
+
 @pytest.mark.parametrize(
     ("system", "products", "squares"),
     [(paper.FREE, 15, 0), (paper.HEAVY_TOP, 19, 4), (paper.KEPLER, 25, 5)],
