@@ -217,26 +217,39 @@ class _Tasks:
 
     def __init__(self, run: LoopedRun, members: NDArray[np.int_], rows: Array) -> None:
         self._run, self._members, self._told = run, members, 0.0
-        self._hopeless: dict[int, str] = {}
+        self._rows, self._hopeless = rows, dict[int, str]()
         self._judged: Array | None = None
-        rising, n, tasks = run.rising, run.rising.size, []
-        self._place = places = rising.searchsorted(run.origins[members]).tolist()
-        self._first = list(places)
-        for k, (place, origin) in enumerate(zip(places, run.origins[members].tolist(), strict=True)):
-            if True in run.ways:
-                if place < n and rising[place] == origin:
-                    rows[k, place] = run.starts[members[k]]
-                    self._first[k] = place + 1
-                tasks.append((k, self._first[k], n - self._first[k], 1))
-            if False in run.ways:
-                tasks.append((k, place - 1, place, -1))
-        table = np.array([task for task in tasks if task[2]], dtype=np.int64).reshape(-1, 4)
+        table = self._of_one() if run.one else self._of_many()
         self.own, first, count, stride = table.T.copy()
         self.forwards = stride > 0
-        output = Output(rising, rows, self.own, first, count, stride)
+        output = Output(run.rising, rows, self.own, first, count, stride)
         chosen = slice(None) if run.one else members[self.own]
         self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
+
+    def _of_many(self) -> NDArray[np.int64]:
+        """Return member, first time, number of times and stride of each task; a row at the start is written."""
+        run, members, ways = self._run, self._members, self._run.ways
+        origins = run.origins[members]
+        places = run.rising.searchsorted(origins)
+        there = (run.rising.take(places, mode="clip") == origins) & (True in ways)
+        self._rows[there, places[there]] = run.starts[members[there]]
+        first, table = places + there, np.empty((members.size, 2, 4), np.int64)
+        table[:, :, 0], table[:, :, 3] = np.arange(members.size)[:, None], (1, -1)
+        table[:, 0, 1], table[:, 0, 2] = first, (run.rising.size - first) * (True in ways)
+        table[:, 1, 1], table[:, 1, 2] = places - 1, places * (False in ways)
+        chosen: NDArray[np.int64] = table[table[:, :, 2] > 0]
+        return chosen
+
+    def _of_one(self) -> NDArray[np.int64]:
+        """Return the same for one body, where lists are faster."""
+        run, rising, ways = self._run, self._run.rising, self._run.ways
+        place = first = int(rising.searchsorted(run.origins[0]))
+        if True in ways and place < rising.size and rising[place] == run.origins[0]:
+            self._rows[0, place], first = run.starts[0], place + 1
+        self._place, self._first = place, first
+        tasks = [(0, first, rising.size - first, 1)] * (True in ways) + [(0, place - 1, place, -1)] * (False in ways)
+        return np.array([task for task in tasks if task[2]], dtype=np.int64).reshape(-1, 4)
 
     def run(self, kernel: Any, told: Callable[[float], None]) -> None:
         """Take steps until all is done or the run is to stop."""
@@ -307,7 +320,7 @@ class _Tasks:
     def reached(self) -> slice:
         """Which of the rising times one body has reached."""
         rows = dict(zip(self.forwards.tolist(), self.queue.tasks["index"].tolist(), strict=True))
-        return slice(self._place[0] - rows.get(False, 0), self._first[0] + rows.get(True, 0))
+        return slice(self._place - rows.get(False, 0), self._first + rows.get(True, 0))
 
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""
