@@ -218,7 +218,7 @@ class _Tasks:
     def __init__(self, run: LoopedRun, members: NDArray[np.int_], rows: Array) -> None:
         self._run, self._members, self._told = run, members, 0.0
         self._rows, self._hopeless = rows, dict[int, str]()
-        self._judged: Array | None = None
+        self._judged: tuple[Array, Array] | None = None
         table = self._of_one() if run.one else self._of_many()
         self.own, first, count, stride = table.T.copy()
         self.forwards = stride > 0
@@ -281,17 +281,17 @@ class _Tasks:
         """Tell how far tasks are, and give up those whose steps lead nowhere."""
         tasks = self.queue.tasks
         if self._judged is None:
-            self._judged = tasks[["time", "steps"]].copy()
-        before, numbers = self._judged, kernel.note()
-        due = numbers[tasks["steps"][numbers] - before["steps"][numbers] >= looped_kernel.BUDGET]
+            self._judged = tasks["time"][:, 0].copy(), tasks["steps"].copy()
+        (times, counts), numbers = self._judged, kernel.note()
+        due = numbers[tasks["steps"][numbers] - counts[numbers] >= looped_kernel.BUDGET]
         for k in due.tolist():
-            task, steps = tasks[k], int(tasks["steps"][k] - before["steps"][k])
+            task, steps = tasks[k], int(tasks["steps"][k] - counts[k])
             time = float(task["time"][0])
-            left, advance = abs(float(task["end"]) - time), abs(time - float(before["time"][k, 0]))
+            left, advance = abs(float(task["end"]) - time), abs(time - float(times[k]))
             if why := reason("step_limit", advance, time, left, steps):
                 self._hopeless[k] = why
                 kernel.give_up(np.array([k]))
-        before[due] = tasks[["time", "steps"]][due]
+        times[due], counts[due] = tasks["time"][due, 0], tasks["steps"][due]
         self._tell(told)
 
     def _tell(self, told: Callable[[float], None]) -> None:
