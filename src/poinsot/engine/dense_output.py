@@ -46,18 +46,17 @@ class KeptSteps:
 
     def __init__(self, steps: NDArray[Any]) -> None:
         self._starts, self._low = steps["start"].T.copy()
-        self._ends = self._starts + steps["length"]
+        self._sign = np.sign(steps["length"][:1])
         self._coefficients = steps["coefficients"]  # (n, order + 1, size)
 
     @property
     def empty(self) -> bool:
         """Whether there are none."""
-        return not self._ends.size
+        return not self._starts.size
 
     def at(self, times: Array) -> Array:
         """Return the variables at times; shape (n, size)."""
-        sign = 1.0 if self._ends[-1] >= self._starts[0] else -1.0
-        which = np.minimum(np.searchsorted(sign * self._ends, sign * times), self._ends.size - 1)
+        which = np.searchsorted(self._sign * self._starts[1:], self._sign * times)
         ahead = (times - self._starts[which]) - self._low[which]
         _, orders, size = self._coefficients.shape
         evaluate = _compiled(orders, size) if looped_kernel.available() else _evaluated
