@@ -1,15 +1,51 @@
-"""Runs on looped kernels: which kernel they take."""
+"""Runs on looped kernels: which kernel they take, Ctrl-C, members that fail or start anywhere, reports."""
+
+import os
+import signal
+import sys
 
 import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.engine import kernels, looped_kernel
+from poinsot.engine import kernels, looped_kernel, looped_runs
+from poinsot.engine.looped_kernel import Run
+from poinsot.engine.termination import HeldInterrupts
 
 pytestmark = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 
 BODY = pt.Body((1.3, 1.0, 0.7))
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.6, 0.5))
+TOP = pt.System(BODY, pt.UniformGravity(0.5, (1.0, 0.2, -0.3)))
+GRID = np.linspace(0, 40, 401)
+
+
+WITHIN = 2e-13
+"""What states that are converted one by one or together differ by, rounding, becomes in these motions."""
+
+
+def rows(motion):
+    return np.concatenate([motion.quaternion, motion.conjugate_momenta], axis=-1)
+
+
+def tops(count, time=0.0):
+    """Return states of one body that turns in many ways, from an attitude that no conversion rounds."""
+    generator = np.random.default_rng(5)
+    rates = np.array((0, 0, 1)) + generator.normal(size=(count, 3))
+    return BODY.state(np.tile((1.0, 0, 0, 0), (count, 1)), omega_body=rates, time=np.broadcast_to(time, count))
+
+
+def member(batch, i):
+    return pt.State(batch.quaternion[i], batch.conjugate_momenta[i], batch.time[i])
+
+
+@pytest.fixture
+def few_steps(monkeypatch):
+    """A run looks for Ctrl-C after five steps."""
+    monkeypatch.setattr(Run.advance, "__defaults__", (5,))
+
+
+# ---------------------------------------------------------------------- which kernel
 
 
 def motion(force):
@@ -48,3 +84,157 @@ def test_a_formula_that_has_no_slope_at_zero_stops_as_before():
     motion(Root(0.3))
     with pytest.raises(RuntimeError, match="non-finite"):
         motion(Root(0.0))
+
+
+# ---------------------------------------------------------------------- Ctrl-C
+
+
+class PressedAtCall:
+    """Ctrl-C at the n-th call or return of a function in a run, and the time that the kernel had reached by then."""
+
+    def __init__(self, at):
+        self.at, self.seen, self.reached = at, 0, 0.0
+
+    def __call__(self, frame, event, _):
+        if frame.f_code is HeldInterrupts.__exit__.__code__:
+            sys.setprofile(None)
+            return
+        self.seen += 1
+        if event == "return" and frame.f_code is Run.advance.__code__:
+            self.reached = float(frame.f_locals["self"]._memory["time"][0, 0, 0])
+        if self.seen == self.at:
+            sys.setprofile(None)
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.fixture
+def pressed(monkeypatch):
+    """Makes a Ctrl-C at the n-th call from the first step on."""
+    go = looped_runs._Tasks.run
+
+    def at_call(at):
+        press = PressedAtCall(at)
+
+        def watched(*arguments):
+            sys.setprofile(press)
+            go(*arguments)
+
+        monkeypatch.setattr(looped_runs._Tasks, "run", watched)
+        return press
+
+    return at_call
+
+
+@pytest.mark.usefixtures("few_steps")
+@pytest.mark.parametrize("dense", [False, True])
+def test_an_interrupt_at_any_call_loses_no_step(dense, pressed):
+    whole = pt.propagate(TOP, START, GRID, dense=dense)
+    count = pressed(0)
+    pt.propagate(TOP, START, GRID, dense=dense)
+    lengths = set()
+    for at in range(1, count.seen, count.seen // 40):
+        press = pressed(at)
+        with pytest.raises(pt.PropagationInterrupted) as caught:
+            pt.propagate(TOP, START, GRID, dense=dense)
+        motion = caught.value.trajectory
+        assert caught.value.time >= press.reached
+        assert motion.times.tolist() == GRID[caught.value.time >= GRID].tolist()
+        assert np.array_equal(rows(motion), rows(whole)[: len(motion.times)])
+        if dense:
+            assert np.array_equal(motion(caught.value.time).quaternion, whole(caught.value.time).quaternion)
+        lengths.add(len(motion.times))
+    assert len(lengths) > 3
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.usefixtures("few_steps")
+def test_an_interrupt_keeps_members_that_are_finished(pressed):
+    batch = tops(3 * kernels.LANES)
+    whole = pt.propagate(TOP, batch, GRID, threads=1)
+    count, done = pressed(0), set()
+    pt.propagate(TOP, batch, GRID, threads=1)
+    for at in range(1, count.seen, count.seen // 15):
+        pressed(at)
+        with pytest.raises(pt.PropagationInterrupted, match=rf"\d+ of {3 * kernels.LANES} members are done") as caught:
+            pt.propagate(TOP, batch, GRID, threads=1)
+        motion = caught.value.trajectory
+        finished = np.isfinite(motion.quaternion[:, -1, 0])
+        assert f"{finished.sum()} of" in str(caught.value)
+        assert np.array_equal(rows(motion)[finished], rows(whole)[finished])
+        assert np.all(np.isnan(motion.quaternion[~finished]))
+        done.add(int(finished.sum()))
+    assert len(done) > 2
+
+
+# ---------------------------------------------------------------------- members
+
+
+class Pole(pt.Torque):
+    """A torque that is infinite at one time."""
+
+    instant: float
+
+    def torque(self, instant):
+        return (1 / (self.instant - instant.time) ** 2, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_members_that_fail_fail_alone(way, threads):
+    count = 2 * kernels.LANES + 1
+    instants, times = np.full(count, 50.0 * way), way * np.arange(11.0)
+    instants[[1, -1]] = 5.25 * way
+    batch = tops(count)
+    motion = pt.propagate(pt.System(BODY, Pole(instants)), batch, times, threads=threads)
+    assert list(motion.failures) == [1, count - 1]
+    finite = np.isfinite(motion.quaternion[..., 0])
+    assert np.array_equal(finite, (times * way < instants[:, None] * way))
+    for i in range(count):
+        if i in motion.failures:
+            with pytest.raises(pt.PropagationError) as caught:
+                pt.propagate(pt.System(BODY, Pole(instants[i])), member(batch, i), times)
+            assert str(caught.value) == motion.failures[i]
+            alone = caught.value.trajectory
+        else:
+            alone = pt.propagate(pt.System(BODY, Pole(instants[i])), member(batch, i), times)
+        np.testing.assert_allclose(rows(motion)[i, finite[i]], rows(alone), rtol=0, atol=WITHIN)
+
+
+@pytest.mark.parametrize("times", [[-2.0, 0.0, 3.0], [3.0, 0.0, -2.0], [0.0], [-1.0]], ids=str)
+def test_members_that_start_before_at_behind_and_beyond_the_times(times):
+    origins = np.array([-5.0, -2.0, -1.0, 0.0, 0.5, 3.0, 9.0])
+    batch = tops(origins.size, time=origins)
+    motion = pt.propagate(TOP, batch, times, threads=1)
+    assert motion.failures == {}
+    for i in range(origins.size):
+        alone = pt.propagate(TOP, member(batch, i), times)
+        np.testing.assert_allclose(rows(motion)[i], rows(alone), rtol=0, atol=WITHIN)
+        assert motion.run.steps >= alone.run.steps
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_members_are_bit_for_bit_those_alone(threads):
+    batch = tops(40)
+    motion = pt.propagate(TOP, batch, GRID[::40], threads=threads)
+    for i in range(0, 40, 3):
+        alone = pt.propagate(TOP, member(batch, i), GRID[::40])
+        assert np.array_equal(motion.quaternion[i], alone.quaternion)
+
+
+# ---------------------------------------------------------------------- reports
+
+
+def test_a_run_of_no_span_reports_no_steps():
+    for state in (START, tops(3)):
+        motion = pt.propagate(TOP, state, [0.0])
+        assert motion.run.steps == 0
+        assert np.all(np.isfinite(motion.quaternion))
+        assert motion.run.order == looped_kernel.order_of(motion.run.tolerance)
+
+
+def test_the_wall_time_has_no_compilation(monkeypatch):
+    monkeypatch.setattr(kernels, "known", lambda _, question: question())
+    looped_kernel._compiled.cache_clear()
+    began = pt.propagate(TOP, START, [0.0, 1.0]).run.wall_time
+    again = pt.propagate(TOP, START, [0.0, 1.0]).run.wall_time
+    assert began < 10 * again + 0.01
