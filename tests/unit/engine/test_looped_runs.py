@@ -82,7 +82,7 @@ class Root(pt.Potential):
 
 def test_a_formula_that_has_no_slope_at_zero_stops_as_before():
     motion(Root(0.3))
-    with pytest.raises(RuntimeError, match="non-finite"):
+    with pytest.raises(pt.PropagationError, match="the state became non-finite"):
         motion(Root(0.0))
 
 
