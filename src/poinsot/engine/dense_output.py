@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -40,14 +40,15 @@ class KeptSteps:
 
     Parameters
     ----------
-    steps : structured array (n,)
-        As `looped_kernel.Run.kept` has them.
+    blocks : list of structured arrays (n,)
+        As `looped_kernel.Run.kept` has them, one at least.
     """
 
-    def __init__(self, steps: NDArray[Any]) -> None:
-        self._starts, self._low = steps["start"].T.copy()
-        self._sign = np.sign(steps["length"][:1])
-        self._coefficients = steps["coefficients"]  # (n, order + 1, size)
+    def __init__(self, blocks: Sequence[NDArray[Any]]) -> None:
+        blocks = [block for block in blocks if block.size] or blocks[:1]
+        self._starts, self._low = np.concatenate([block["start"] for block in blocks]).T.copy()
+        self._firsts = np.cumsum([0, *(block.size for block in blocks[:-1])])
+        self._coefficients = [block["coefficients"] for block in blocks]  # (n, order + 1, size)
 
     @property
     def empty(self) -> bool:
@@ -56,11 +57,18 @@ class KeptSteps:
 
     def at(self, times: Array) -> Array:
         """Return the variables at times; shape (n, size)."""
-        which = np.searchsorted(self._sign * self._starts[1:], self._sign * times)
+        sign = np.sign(self._starts[-1] - self._starts[0])
+        which = np.searchsorted(sign * self._starts[1:], sign * times)
         ahead = (times - self._starts[which]) - self._low[which]
-        _, orders, size = self._coefficients.shape
+        _, orders, size = self._coefficients[0].shape
         evaluate = _compiled(orders, size) if looped_kernel.available() else _evaluated
-        return evaluate(self._coefficients, which, ahead)
+        if len(self._coefficients) == 1:
+            return evaluate(self._coefficients[0], which, ahead)
+        blocks, out = np.searchsorted(self._firsts, which, "right") - 1, np.empty((times.size, size))
+        for block in np.unique(blocks).tolist():
+            chosen = blocks == block
+            out[chosen] = evaluate(self._coefficients[block], which[chosen] - self._firsts[block], ahead[chosen])
+        return out
 
 
 def _evaluated(coefficients: Array, which: Array, ahead: Array) -> Array:

@@ -42,8 +42,8 @@ FOREVER = 2**62
 
 ALIGNMENT = 64
 
-STEPS_KEPT = 256
-"""Room for steps at first."""
+STEPS_KEPT, BLOCK_BYTES = 256, 16_000_000
+"""Room for steps at first, and the most that a block of them takes."""
 
 Doubles = NDArray[np.float64]
 NO_MOMENTA = Momenta()
@@ -193,13 +193,14 @@ class Run:
         self._memory, self._code, self._address = work, code, _address(memory)
         self._active, self._pause, self._times = work["active"][0], work["pause"][0], work["time"][0, 0]
         self._numbers = memory.view(np.int64)[-4:]  # queue, kept, kept_most, kept_count
-        self._numbers[2], self._steps = FOREVER, np.empty(0, code.step)
+        self._numbers[2], self._blocks = FOREVER, list[NDArray[Any]]()
         if keeps_steps:
             self._keep(STEPS_KEPT)
 
     def start(self, queue: Queue) -> None:
         """Turn to a queue, and forget what was before."""
         self._queue, self._numbers[0], self._numbers[3] = queue, queue.address, 0
+        self._blocks = self._blocks[-1:]
         self._active[:] = 0
 
     def forget(self) -> None:
@@ -207,15 +208,15 @@ class Run:
         del self._queue
 
     def _keep(self, count: int) -> None:
-        larger = np.empty(count, self._code.step)
-        larger[: self._steps.size] = self._steps
-        self._steps, self._numbers[1], self._numbers[2] = larger, larger.ctypes.data, count
+        block = np.empty(count, self._code.step)
+        self._blocks.append(block)
+        self._numbers[1:] = _address(block), count, 0
 
     def advance(self, budget: int = BUDGET) -> bool:
         """Take so many steps at most in each lane; return whether something is left to do."""
         left = bool(self._code.advance(self._address, budget))
         if left and self._numbers[3] == self._numbers[2]:
-            self._keep(2 * self._steps.size)
+            self._keep(min(2 * self._blocks[-1].size, max(STEPS_KEPT, BLOCK_BYTES // self._code.step.itemsize)))
         return left
 
     def note(self) -> NDArray[np.int_]:
@@ -246,9 +247,9 @@ class Run:
         return reached
 
     @property
-    def kept(self) -> NDArray[Any]:
-        """The steps that were kept: task, start (two parts), length and coefficients (order + 1, variables) of each."""
-        return self._steps[: self._numbers[3]]
+    def kept(self) -> list[NDArray[Any]]:
+        """Blocks of steps: task, start (two parts), length and coefficients (order + 1, variables) of each."""
+        return [*self._blocks[:-1], *(block[: self._numbers[3]] for block in self._blocks[-1:])]
 
 
 def _address(array: Any) -> int:

@@ -130,10 +130,13 @@ class LoopedRun(Run):
         tasks.book()
         if job.dense:
             dense = self.report.dense = DenseOutput(job.variables, origin, self.starts[0])
-            steps = kernel.kept  # one task after the other
-            places = np.searchsorted(steps["task"], np.arange(3))
-            of_tasks = {way: steps[places[k] : places[k + 1]] for k, way in enumerate(tasks.forwards.tolist())}
-            dense.parts = {way: KeptSteps(of_tasks.get(way, steps[:0])) for way in BOTH_WAYS}
+            kept = kernel.kept
+            parts: dict[bool, list[Any]] = {way: [kept[0][:0]] for way in BOTH_WAYS}
+            for block in kept:  # one task after the other
+                places = np.searchsorted(block["task"], np.arange(3))
+                for k, way in enumerate(tasks.forwards.tolist()):
+                    parts[way].append(block[places[k] : places[k + 1]])
+            dense.parts = {way: KeptSteps(blocks) for way, blocks in parts.items()}
             dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
 
     def _memory(self) -> AbstractContextManager[looped_kernel.Run]:

@@ -39,18 +39,20 @@ def expected(steps, times):
 
 
 @pytest.mark.parametrize("compiled", [True, False])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("sign", "cut"), [(1.0, 0), (-1.0, 1), (1.0, 3), (-1.0, 4)])
 @pytest.mark.parametrize(("size", "orders"), [(1, 3), (7, 19), (8, 19), (17, 24)])
-def test_polynomials_at_times_in_any_order(monkeypatch, size, orders, sign, compiled):
+def test_polynomials_at_times_in_any_order(monkeypatch, size, orders, sign, cut, compiled):
     if compiled and not looped_kernel.available():
         pytest.skip("needs llvmlite")
     monkeypatch.setattr(looped_kernel, "available", lambda: compiled)
     steps = kept(size, orders, sign)
+    blocks = [steps[:cut], steps[cut:]]
     times = sign * np.random.default_rng(1).uniform(0.0, LENGTHS.sum(), 300)
     values, sizes = expected(steps, times)
     # Horner: two roundings an order, and one of the time since the start in each power of it
     bound = 3 * orders * EPS * sizes
-    for motion in (KeptSteps(steps), copy.deepcopy(KeptSteps(steps)), pickle.loads(pickle.dumps(KeptSteps(steps)))):
+    given = KeptSteps(blocks)
+    for motion in (given, copy.deepcopy(given), pickle.loads(pickle.dumps(given))):
         assert np.all(np.abs(motion.at(times) - values) <= bound)
 
 

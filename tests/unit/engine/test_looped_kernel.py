@@ -326,7 +326,7 @@ def coefficients():
     code = compiled(decomposed(len(exact), rates, parameters=1), ORDER, 1)
     _, _, run = integrated(code, np.zeros((1, len(exact))), [1e-3], parameters=np.array([[0.3]]))
     orders = np.arange(1, ORDER + 1)[:, None]
-    return dict(zip(exact, (orders * run.kept["coefficients"][0, 1:]).T, strict=True))
+    return dict(zip(exact, (orders * run.kept[0]["coefficients"][0, 1:]).T, strict=True))
 
 
 @pytest.mark.parametrize("name", with_slopes()[1])
@@ -501,7 +501,7 @@ def test_the_time_is_compensated():
     decomposition = decomposed(1, lambda x, t: [sine_and_cosine(t)[1] + 0.0 * x[0]])
     start = 2.0**32
     _, _, run = integrated(compiled(decomposition, ORDER, 1), np.zeros((1, 1)), [start + 300.0], origin=start)
-    steps = run.kept
+    steps = np.concatenate(run.kept)
     ends = np.longdouble(steps["start"][1:, 0]) - steps["start"][:-1, 0] - steps["length"][:-1]
     np.testing.assert_allclose(np.float64(ends) + np.diff(steps["start"][:, 1]), 0.0, atol=1e-20)
 
@@ -523,7 +523,8 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
     rows, tasks, run = integrated(code, states, times, parameters=parameters)
     np.testing.assert_array_equal(tasks["status"], Status.DONE)
     if code.lanes == 1:  # kept steps are in the scale of the start
-        first = run.kept[run.kept["task"] == 0]
+        (kept,) = run.kept
+        first = kept[kept["task"] == 0]
         np.testing.assert_allclose(first["coefficients"][:, 0, 0], 0.8 * np.exp(-first["start"][:, 0]), rtol=1e-12)
         np.testing.assert_allclose(first["coefficients"][:, 1, 0], -0.8 * np.exp(-first["start"][:, 0]), rtol=1e-12)
     for row, (k, f, g), (m1, _, x) in zip(rows, parameters, states, strict=True):
@@ -553,7 +554,7 @@ def test_momenta_stay_in_their_scale_where_no_other_is_better():
 def test_kept_steps_are_the_polynomials_of_the_run():
     code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, layout="single"), starts("top"), 400.0
     rows, tasks, run = integrated(code, start, [-5.0, end])
-    steps = run.kept
+    steps = np.concatenate(run.kept)
     assert len(steps) == tasks["steps"].sum() > 2 * looped_kernel.STEPS_KEPT
     forwards = steps[steps["task"] == 0]
     np.testing.assert_array_equal(steps["task"][len(forwards) :], 1)
