@@ -53,7 +53,11 @@ alignas(16) char work[{size}];
 *(long long *)(work + {kept_count}) = 0;
 *(long long *)(work + {kept_most}) = 1;
 *(long long *)(work + {active}) = 0;
-for (int n = 1; n <= {order}; n++) *(double *)(work + {reciprocals_of_orders} + 8 * n) = 1.0 / n;
+for (int n = 1; n <= {order}; n++) {{
+  const double high = 1.0 / n;
+  *(double *)(work + {reciprocals_of_orders} + 8 * n) = high;
+  *(double *)(work + {reciprocals_below} + 8 * n) = fma(-(double)n, high, 1.0) / n;
+}}
 advance(work, {budget}LL);
 }}
 """

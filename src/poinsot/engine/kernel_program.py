@@ -129,7 +129,7 @@ class _HigherOrder(_ZerothOrder):
         return self._inner(place)
 
     def over_order(self, value: Value) -> Value:
-        return value * self._over
+        return self._over(value)
 
 
 class KernelProgram:
@@ -181,6 +181,7 @@ class KernelProgram:
                 *((name, "f8", (lanes,)) for name in doubles),
                 *((name, "i8", (lanes,)) for name in integers),
                 ("reciprocals_of_orders", "f8", (self.order + 1,)),
+                ("reciprocals_below", "f8", (self.order + 1,)),
                 *((name, "i8") for name in ("queue", "kept", "kept_most", "kept_count")),
             ]
         )
@@ -202,9 +203,11 @@ class KernelProgram:
         coefficients = (self.order + 1, self.variables)
         return np.dtype([("task", "i8"), ("start", "f8", (2,)), ("length", "f8"), ("coefficients", "f8", coefficients)])
 
-    def over_order(self, work: Record, n: Value) -> Value:
-        """Return 1/n in all lanes."""
-        return work.array("reciprocals_of_orders")[n].spread(self.lanes)
+    def over_order(self, work: Record, n: Value) -> Callable[[Value], Value]:
+        """Return the division by n, by 1/n in two parts: the rounding of one would have the same sign at every step."""
+        parts = ("reciprocals_of_orders", "reciprocals_below")
+        high, low = (work.array(name)[n].spread(self.lanes) for name in parts)
+        return lambda value: value.fma(high, value * low)
 
     def _evaluate(self, address: Value, out: Value, h: Value) -> None:
         """Write the polynomials of the states at a time after the start of the step."""
@@ -232,7 +235,7 @@ class KernelProgram:
             rates = self.schedule.higher_order(_HigherOrder(self, work, n))
             following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
             for i, rate in enumerate(rates):
-                following[i] = rate * over
+                following[i] = over(rate)
             return [n + 1]
 
         lines.repeat([lines.constant(INTEGER, 1)], lambda n: n.is_("lt", self.order), order)

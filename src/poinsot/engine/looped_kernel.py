@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,9 @@ class Code:
         self.blank = np.zeros((), self.task)
         self.blank["limit"], self.blank["shortest"], self.blank["pause"] = LONGEST, np.inf, FOREVER
         self.idle: list[Run] = []
-        self.reciprocals_of_orders = np.append(0.0, 1.0 / np.arange(1, kernel.order + 1))
+        exact = [Fraction(1, n) for n in range(1, kernel.order + 1)]
+        self.reciprocals_of_orders = np.array([0.0, *map(float, exact)])
+        self.reciprocals_below = np.array([0.0, *(float(x - Fraction(float(x))) for x in exact)])
         self.load(str(kernel.module))
 
     @contextmanager
@@ -190,6 +193,7 @@ class Run:
         memory = memory[start : start + code.work.itemsize]
         work = memory.view(code.work)
         work["reciprocals_of_orders"] = code.reciprocals_of_orders
+        work["reciprocals_below"] = code.reciprocals_below
         self._memory, self._code, self._address = work, code, _address(memory)
         self._active, self._pause, self._times = work["active"][0], work["pause"][0], work["time"][0, 0]
         self._numbers = memory.view(np.int64)[-4:]  # queue, kept, kept_most, kept_count
