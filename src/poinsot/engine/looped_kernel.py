@@ -36,8 +36,8 @@ LONGEST = 2.0**46
 CACHED = 128
 """Kernels that are kept."""
 
-BUDGET = 20_000
-"""Steps between checks for Ctrl-C, some hundredths of a second."""
+BUDGET, SMALL_SYSTEM = 20_000, 25
+"""Steps between checks for Ctrl-C, some hundredths of a second, of a system with so many inner sums; of others fewer."""
 
 FOREVER = 2**62
 
@@ -72,6 +72,7 @@ class Code:
         exact = [Fraction(1, n) for n in range(1, kernel.order + 1)]
         self.reciprocals_of_orders = np.array([0.0, *map(float, exact)])
         self.reciprocals_below = np.array([0.0, *(float(x - Fraction(float(x))) for x in exact)])
+        self.budget = max(BUDGET * SMALL_SYSTEM // max(kernel.schedule.sums, SMALL_SYSTEM), 1)
         self.load(str(kernel.module))
 
     @contextmanager
@@ -216,9 +217,9 @@ class Run:
         self._blocks.append(block)
         self._numbers[1:] = _address(block), count, 0
 
-    def advance(self, budget: int = BUDGET) -> bool:
+    def advance(self, budget: int | None = None) -> bool:
         """Take so many steps at most in each lane; return whether something is left to do."""
-        left = bool(self._code.advance(self._address, budget))
+        left = bool(self._code.advance(self._address, budget or self._code.budget))
         if left and self._numbers[3] == self._numbers[2]:
             self._keep(min(2 * self._blocks[-1].size, max(STEPS_KEPT, BLOCK_BYTES // self._code.step.itemsize)))
         return left
