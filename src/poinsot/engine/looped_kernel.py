@@ -37,7 +37,7 @@ CACHED = 128
 """Kernels that are kept."""
 
 BUDGET, SMALL_SYSTEM = 20_000, 25
-"""Steps between checks for Ctrl-C, some hundredths of a second, of a system with so many inner sums; of others fewer."""
+"""Steps between checks for Ctrl-C, hundredths of a second: in a system of so many inner sums, in larger ones fewer."""
 
 FOREVER = 2**62
 
