@@ -79,7 +79,7 @@ class LoopedRun(Run):
         kind = *structure, zeros, order, layout, lanes
         self.code: Code = kernels.known(kind, lambda: self._compiled(order, layout, lanes))
         self.parameters = self._table(values([*constants, *self._numbers]))
-        self.push = np.ravel(job.problem.system.torque_scale * job.variables.scale)
+        self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale).reshape(-1)
         self.report.order, self.report.tolerance = order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
