@@ -267,7 +267,7 @@ def available() -> bool:
     """Whether there are looped kernels here: llvmlite, on a processor that multiplies and adds in one instruction."""
     if importlib.util.find_spec("llvmlite") is None:
         warnings.warn(
-            "llvmlite is not installed: smooth systems run on heyoka's kernels, in two to three times the time. "
+            "llvmlite is not installed: smooth systems run on heyoka's kernels, in 1.5 to 3 times the time. "
             "Install it with pip install llvmlite.",
             stacklevel=2,
         )
