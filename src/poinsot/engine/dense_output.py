@@ -65,6 +65,8 @@ class KeptSteps:
         if len(self._coefficients) == 1:
             return evaluate(self._coefficients[0], which, ahead)
         blocks, out = np.searchsorted(self._firsts, which, "right") - 1, np.empty((times.size, size))
+        if blocks.size and blocks.min() == blocks.max():  # as most of a few thousand times in order are
+            return evaluate(self._coefficients[blocks[0]], which - self._firsts[blocks[0]], ahead)
         for block in np.unique(blocks).tolist():
             chosen = blocks == block
             out[chosen] = evaluate(self._coefficients[block], which[chosen] - self._firsts[block], ahead[chosen])
