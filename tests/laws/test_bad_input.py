@@ -834,7 +834,7 @@ class Pole(pt.Torque):
 STOPPED = {
     "singular_force": (
         lambda: pt.propagate(pt.System(BODY, Pole(5.25)), STATE, (0, 10)),
-        "propagation stopped at t = 5.25 of 10: the state became non-finite. A force is singular there.",
+        "propagation stopped at t = 5.25 of 10: the step size fell to rounding. The equations are singular there.",
     ),
     "euler_angles": (
         lambda: pt.propagate(

@@ -126,11 +126,33 @@ def test_every_formulation_gives_one_motion():
         np.testing.assert_allclose(motion.quaternion, wide.quaternion, rtol=0, atol=1e-12)
 
 
-def test_variational_equations_refuse_the_quaternion():
-    system = pt.System(BODY, Read("attitude.quaternion"))
-    start = system.state((0.1, 0.7, -0.1, 0.7), omega_body=(0.4, -0.9, 0.3))
-    with pytest.raises(ValueError, match="in variational equations, got the quaternion"):
-        pt.analysis.state_transition(system, start, TIMES)
+class ByQuaternion(pt.Potential):
+    weight: float
+
+    def energy(self, instant):
+        a, b, c, d = instant.attitude.quaternion
+        return self.weight * (a * a + d * d - b * b - c * c + a * b)
+
+
+class ByMatrix(pt.Potential):
+    weight: float
+
+    def energy(self, instant):
+        matrix = instant.attitude.matrix
+        return self.weight * (matrix[2, 2] + (matrix[2, 1] - matrix[1, 2]) / 4)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_variational_equations_of_the_quaternion_are_those_of_the_matrix(order):
+    start = BODY.state((0.1, 0.7, -0.1, 0.7), omega_body=(0.4, -0.9, 0.3))
+    one, other = (
+        pt.analysis.state_transition(pt.System(BODY, force(0.3)), start, TIMES, order=order)
+        for force in (ByQuaternion, ByMatrix)
+    )
+    assert np.ptp(other.matrix[-1]) > 1
+    np.testing.assert_allclose(one.matrix, other.matrix, rtol=0, atol=1e-11 * np.max(np.abs(other.matrix)))
+    if order == 2:
+        np.testing.assert_allclose(one.second, other.second, rtol=0, atol=1e-11 * np.max(np.abs(other.second)))
 
 
 @pytest.mark.parametrize("name", RATES)
