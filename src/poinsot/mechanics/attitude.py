@@ -167,7 +167,8 @@ class Attitude:
         """The unit quaternion body -> space, four scalars, scalar first."""
         if self._quaternion is None:
             raise ValueError(
-                "formulas must read attitude.matrix or attitude.to_body in variational equations, got the quaternion."
+                "attitude must have its quaternion for a formula that reads it, got its matrix alone. "
+                "Make it by Attitude.from_quaternion."
             )
         return self._along_space(self._quaternion)
 
