@@ -196,3 +196,8 @@ def test_attitude_of_arrays_gives_arrays_of_components():
     seen = attitude.Attitude.from_quaternion(functions.Vector(q.T))
     assert np.allclose(seen.to_space((1, 0, 0))[0], np.cos([0.2, 1.2]), atol=1e-15)
     assert np.allclose(seen.to_body((1, 0, 0))[1], -np.sin([0.2, 1.2]), atol=1e-15)
+
+
+def test_an_attitude_of_a_matrix_alone_has_no_quaternion():
+    with pytest.raises(ValueError, match=r"^attitude must have its quaternion for a formula that reads it, got its"):
+        _ = pt.Attitude(np.eye(3)).quaternion
