@@ -200,4 +200,4 @@ def test_attitude_of_arrays_gives_arrays_of_components():
 
 def test_an_attitude_of_a_matrix_alone_has_no_quaternion():
     with pytest.raises(ValueError, match=r"^attitude must have its quaternion for a formula that reads it, got its"):
-        _ = pt.Attitude(np.eye(3)).quaternion
+        _ = attitude.Attitude(np.eye(3)).quaternion
