@@ -1,5 +1,6 @@
 """Fixtures shared by all tests."""
 
+import gc
 import os
 import signal
 
@@ -75,3 +76,10 @@ def reads(tmp_path):
         return read
 
     return reader_of
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _frozen():
+    """Keep what earlier modules have left out of later collections: a whole one would take a second of a timed test."""
+    gc.collect()
+    gc.freeze()
