@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+from abc import ABC, abstractmethod
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, NamedTuple, Protocol
 
@@ -215,7 +216,7 @@ class Job:
     device: str = "cpu"
 
 
-class Run:
+class Run(ABC):
     """One run of a job, from a state outwards to times, in a direction or both."""
 
     def __init__(self, job: Job, state: State, times: Array, sink: Sink, ways: tuple[bool, ...]) -> None:
@@ -230,9 +231,9 @@ class Run:
         """Let the run stop after the chunks of steps that are under way, and keep what it has."""
         self.stop = self.report.interrupted = True
 
+    @abstractmethod
     def go(self) -> None:
         """Integrate."""
-        raise NotImplementedError
 
 
 def _in_precision(state: State, precision: str) -> State:

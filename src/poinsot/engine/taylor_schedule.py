@@ -1,7 +1,7 @@
 """The order in which Taylor coefficients of a decomposition are computed, for emitters of kernels.
 
 Order n of a product, a quotient or a function has an inner sum of orders below n, sum_{j=1..n-1} a_j b_{n-j}. Those of
-all operations come first, in loops over j that share what they load; what is left of order n is a straight line.
+all operations come first, in loops over j that share what they load; the rest of order n has no loops.
 """
 
 from __future__ import annotations
