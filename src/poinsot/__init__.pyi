@@ -10,13 +10,15 @@ from .mechanics.body import Body
 from .mechanics.calendar import Calendar
 from .mechanics.environment import Environment, Orbit
 from .mechanics.event import Event
-from .mechanics.force import Potential, Torque
+from .mechanics.force import Load, PairLoad, Potential, Torque
 from .mechanics.frame import Frame, RotatingFrame
 from .mechanics.gravity_field import GravityField
 from .mechanics.instant import Instant
+from .mechanics.pair_instant import PairInstant
+from .mechanics.pair_system import TwoBodies
 from .mechanics.parameters import Vector
 from .mechanics.part import Part
-from .mechanics.state import State, project_to_tangent
+from .mechanics.state import PairState, State, project_to_tangent
 from .mechanics.system import System
 from .orbits.kepler import KeplerOrbit
 from .plot.view import view
@@ -40,7 +42,11 @@ __all__ = [
     "GravityGradient",
     "Instant",
     "KeplerOrbit",
+    "Load",
     "Orbit",
+    "PairInstant",
+    "PairLoad",
+    "PairState",
     "Part",
     "Potential",
     "PropagationError",
@@ -51,6 +57,7 @@ __all__ = [
     "System",
     "Torque",
     "Trajectory",
+    "TwoBodies",
     "UniformGravity",
     "Vector",
     "analysis",

@@ -201,7 +201,7 @@ class _Balance:
         symbols = [graph.symbol(i) for i in range(7)]
         attitude, momentum = Attitude.from_quaternion(symbols[:4]), Vector(symbols[4:])
         instant = Instant(self.body, attitude, Environment(self.time), angular_momentum_body=momentum)
-        change = self.system.momentum_rate(instant, self.system.torque_at(instant))
+        change = self.system.turning(instant, self.system.torque_at(instant)).momentum_rate
         rates = (*(instant.omega_body - attitude.to_body(self.omega_space)), *change)
         return symbols, [x for rate in rates for x in (rate, *gradient(rate, symbols))]
 

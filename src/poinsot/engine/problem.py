@@ -9,7 +9,6 @@ from typing_extensions import override
 
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.formula_trials import try_event
 from poinsot.mechanics.system import System
 
 __all__ = ["Problem"]
@@ -34,7 +33,7 @@ class Problem(Collection):
             return
         self.refuse_other_axes()
         for event in events:
-            try_event(event, system.body_on_pairs)
+            system.try_event(event)
 
     @property
     @override

@@ -4,6 +4,7 @@ from .damping import LinearDamping
 from .ellipsoid import EllipsoidGravity
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
 from .mascons import MasconGravity
+from .mutual_gravity import MutualGravity
 
 __all__ = [
     "EllipsoidGravity",
@@ -11,6 +12,7 @@ __all__ = [
     "HarmonicGravity",
     "LinearDamping",
     "MasconGravity",
+    "MutualGravity",
     "Oblateness",
     "UniformGravity",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import InitVar, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
 from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector, described
-from poinsot.quantities import AngularVelocities, Times
+from poinsot.quantities import AngularVelocities, Real, Times
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -45,11 +46,13 @@ class Body(Parametric):
     moments : array (3,) or (members, 3)
         Principal moments of inertia, in any order, in the user's unit of mass times length squared. The
         body axes are then the principal axes. Other axes: `Body.from_inertia`.
+    mass : float or array (members,), optional
+        Two bodies that attract each other need it; the rotation of one does not.
 
     Raises
     ------
     ValueError
-        If a moment is not positive, or is larger than the sum of the other two.
+        If a moment or the mass is not positive, or a moment is larger than the sum of the other two.
 
     Notes
     -----
@@ -63,12 +66,17 @@ class Body(Parametric):
     """
 
     moments: Vector
+    mass: InitVar[Any] = field(default=None, kw_only=True)
     shape: ClassVar[Any] = None
     """The shape that the body was made of by `from_shape`."""
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, mass: Any) -> None:
         super().__post_init__()
         _check_moments(np.asarray(self.moments))
+        if mass is not None:
+            mass = member_array("mass", mass, ())
+            refuse_nonpositive("mass", mass)
+        object.__setattr__(self, "mass", mass)
 
     # ------------------------------------------------------------------ momentum and rate
 
@@ -133,8 +141,8 @@ class Body(Parametric):
     # ------------------------------------------------------------------ ways to a body
 
     @staticmethod
-    def from_inertia(tensor: Matrix) -> Body:
-        """Return the body with an inertia tensor, shape (3, 3), about the user's axes.
+    def from_inertia(tensor: Matrix, mass: Real | None = None) -> Body:
+        """Return the body with an inertia tensor, shape (3, 3), about the user's axes, and with a mass.
 
         The axes stay the user's: every vector of a state, force or result is along them.
 
@@ -151,9 +159,9 @@ class Body(Parametric):
             )
         inertia = (inertia + inertia.T) / 2
         if np.count_nonzero(inertia - np.diag(np.diag(inertia))) == 0:
-            return Body(np.diag(inertia))
+            return Body(np.diag(inertia), mass=mass)
         moments, axes = _principal(inertia)
-        return ObliqueBody(moments, axes)
+        return ObliqueBody(moments, axes, mass=mass)
 
     @staticmethod
     def from_shape(shape: Any) -> Body:
@@ -170,7 +178,7 @@ class Body(Parametric):
             raise TypeError(f"shape must be a shape, such as a Mesh, got {described(shape)}.")
         inertia = shape.inertia
         negligible = np.abs(inertia) <= EQUAL_MOMENTS * np.max(np.diag(inertia))
-        body = Body.from_inertia(np.where(negligible & ~np.eye(3, dtype=bool), 0, inertia))
+        body = Body.from_inertia(np.where(negligible & ~np.eye(3, dtype=bool), 0, inertia), shape.mass)
         object.__setattr__(body, "shape", shape)
         return body
 
@@ -183,7 +191,7 @@ class Body(Parametric):
         C21: float = 0.0,
         S21: float = 0.0,
         S22: float = 0.0,
-        mass: float = 1.0,
+        mass: float | None = None,
         radius: float = 1.0,
     ) -> Body:
         """Return the body with a gravity field of second degree and a moment of inertia about its third axis.
@@ -200,7 +208,7 @@ class Body(Parametric):
         polar_moment_factor : float
             c = I33 / (mass radius^2); C / (M R^2) of principal axes. A mean factor m has c = m - 2/3 C20.
         mass, radius : float
-            Of the body, and of the sphere to which the coefficients refer.
+            Of the body, and of the sphere to which the coefficients refer. Without a mass moments are over the mass.
 
         Raises
         ------
@@ -208,10 +216,10 @@ class Body(Parametric):
             If no rigid body has these moments.
         """
         c20, c22, c21, s21, s22 = _numbers(C20=C20, C22=C22, C21=C21, S21=S21, S22=S22)
-        size = _positive("mass", mass) * _positive("radius", radius) ** 2
+        size = _positive("mass", 1.0 if mass is None else mass) * _positive("radius", radius) ** 2
         c = float(_positive("polar_moment_factor", polar_moment_factor))
         i11, i22, i12 = c + c20 - 2 * c22, c + c20 + 2 * c22, -2 * s22
-        return Body.from_inertia(size * np.array([(i11, i12, -c21), (i12, i22, -s21), (-c21, -s21, c)]))
+        return Body.from_inertia(size * np.array([(i11, i12, -c21), (i12, i22, -s21), (-c21, -s21, c)]), mass)
 
     @staticmethod
     def from_ratios(
@@ -246,20 +254,20 @@ class Body(Parametric):
     def from_ellipsoid(mass: float, semiaxes: ArrayLike) -> Body:
         """Return the homogeneous ellipsoid with semiaxes (a, b, c) along the body axes."""
         a, b, c = _positive("semiaxes", semiaxes, (3,)) ** 2
-        return Body(_positive("mass", mass) / 5 * np.array([b + c, a + c, a + b]))
+        return Body(_positive("mass", mass) / 5 * np.array([b + c, a + c, a + b]), mass=mass)
 
     @staticmethod
     def from_box(mass: float, sides: ArrayLike) -> Body:
         """Return the homogeneous box with full side lengths (a, b, c) along the body axes."""
         a, b, c = _positive("sides", sides, (3,)) ** 2
-        return Body(_positive("mass", mass) / 12 * np.array([b + c, a + c, a + b]))
+        return Body(_positive("mass", mass) / 12 * np.array([b + c, a + c, a + b]), mass=mass)
 
     @staticmethod
     def from_cylinder(mass: float, radius: float, height: float) -> Body:
         """Return the homogeneous circular cylinder, its axis the third body axis."""
         across, along = _positive("radius", radius) ** 2, _positive("height", height) ** 2
         side = across / 4 + along / 12
-        return Body(_positive("mass", mass) * np.array([side, side, across / 2]))
+        return Body(_positive("mass", mass) * np.array([side, side, across / 2]), mass=mass)
 
     @staticmethod
     def from_point_masses(masses: ArrayLike, positions: Points) -> Body:
@@ -269,7 +277,7 @@ class Body(Parametric):
             raise ValueError("masses must not be empty, got shape (0,).")
         x = real_array("positions", positions, (m.size, 3))
         x = x - m @ x / m.sum()
-        return Body.from_inertia(inertia_of_spread(np.einsum("n,ni,nj->ij", m, x, x)))
+        return Body.from_inertia(inertia_of_spread(np.einsum("n,ni,nj->ij", m, x, x)), m.sum())
 
     # ------------------------------------------------------------------ states
 

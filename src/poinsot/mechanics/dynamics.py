@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
-from typing import Any, Self
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,32 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import CompositeBody, Part
 from poinsot.mechanics.state import State
 
-__all__ = ["Dynamics", "scalars"]
+__all__ = ["Dynamics", "Turning", "scalars"]
+
+
+class Turning(NamedTuple):
+    """How a body turns.
+
+    Attributes
+    ----------
+    body : str
+        What names in a phase begin with; empty for the one body of a system.
+    attitude : Attitude
+    omega, momentum_rate, torque : Vector
+        Along the body axes; the last two times the scale of the instant.
+    """
+
+    body: str
+    attitude: Attitude
+    omega: Vector
+    momentum_rate: Vector
+    torque: Vector
+
+    def rates(self) -> dict[str, Vector]:
+        """Return the rates of the quaternion and of the angular momentum, by their names in a phase."""
+        begin = f"{self.body}_" if self.body else ""
+        q = quat.product(self.attitude.quaternion, quat.pure(self.omega))
+        return {f"{begin}quaternion": Vector(0.5 * x for x in q), f"{begin}angular_momentum_body": self.momentum_rate}
 
 
 class Dynamics(Collection):
@@ -52,19 +77,19 @@ class Dynamics(Collection):
     @checked
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state, eq. (9); shape (...)."""
-        instant = self.beside(state.quaternion.shape[:-1]).at(state)
-        return instant.body.kinetic_energy(instant.angular_momentum_body)
+        twin = self.beside(state.shape)
+        return twin.kinetic_at(twin.at(state))
 
     @checked
     def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
         """Return the sum of the energies of the potentials at a state; shape (...)."""
-        shape = state.quaternion.shape[:-1]
+        shape = state.shape
         twin = self.beside(shape)
         return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
 
     def validity(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
         """Return, by name, whether a formula is used at a state where it need not hold; each of shape (...)."""
-        shape = state.quaternion.shape[:-1]
+        shape = state.shape
         twin = self.beside(shape)
         instant = twin.at(state, environment)
         found = [force.validity(instant) for force in twin.forces]
@@ -76,7 +101,11 @@ class Dynamics(Collection):
     @checked
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
-        return np.stack(list(self.beside(state.quaternion.shape[:-1]).at(state).omega_body), axis=-1)
+        return np.stack(list(self.beside(state.shape).at(state).omega_body), axis=-1)
+
+    def speed(self, state: State) -> Any:
+        """Return how fast the fastest of the bodies turns; shape (...)."""
+        return np.linalg.norm(self.omega_body(state), axis=-1)
 
     @checked
     def energy(self, state: State) -> Any:
@@ -88,16 +117,31 @@ class Dynamics(Collection):
     @checked
     def torque_body(self, state: State, environment: Environment | None = None) -> Any:
         """Return the sum of all torques at a state along the body axes; shape (..., 3)."""
-        shape = state.quaternion.shape[:-1]
+        shape = state.shape
         twin = self.beside(shape)
         torque = twin.torque_at(twin.at(state, environment))
         return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
 
     def at(self, state: State, environment: Environment | None = None) -> Instant:
         """Return the instant of a state, for formulas."""
-        attitude, g = Attitude.from_quaternion(scalars(state.quaternion)), scalars(state.angular_momentum_body)
-        body = self.body_at({name: scalars(values) for name, values in state.own.items()}, state.time)
-        return Instant(body, attitude, environment or Environment(state.time), angular_momentum_body=g)
+        bodies = [
+            (Attitude.from_quaternion(scalars(each.quaternion)), scalars(each.angular_momentum_body))
+            for each in state.of_bodies.values()
+        ]
+        own = {name: scalars(values) for name, values in state.own.items()}
+        return self.instant(bodies, own, environment or Environment(state.time))
+
+    def instant(
+        self,
+        bodies: Sequence[tuple[Attitude, Vector]],
+        own: Mapping[str, Vector],
+        environment: Environment,
+        scales: Sequence[Scalar] = (1, 1),
+    ) -> Instant:
+        """Return the instant of attitudes and angular momenta, times the scales, and of other variables by name."""
+        ((attitude, g),) = bodies
+        body = self.body_at(own, environment.time)
+        return Instant(body, attitude, environment, angular_momentum_body=g, scale=scales[0])
 
     def body_at(self, own: Mapping[str, Vector], time: Scalar) -> Body:
         """Return the body with its parts, whose variables have values by the name of the part, at a time."""
@@ -118,26 +162,30 @@ class Dynamics(Collection):
         q' = q (0, omega)/2, g' = g x omega + tau along the body axes, times the scale of the instant; own' under the
         name of each part; and of the orbits whose variables the environment has, `orbits[0]` and so on.
         """
-        omega, q = instant.omega_body, instant.attitude.quaternion
-        return {
-            "quaternion": Vector(0.5 * x for x in quat.product(q, quat.pure(omega))),
-            "angular_momentum_body": self.momentum_rate(instant, self.torque_at(instant)),
-            **self.block_rates(instant),
-        }
+        turnings, blocks = self.changes(instant)
+        return {name: value for each in turnings for name, value in each.rates().items()} | blocks
 
-    def momentum_rate(self, instant: Instant, torque: Vector) -> Vector:
-        """Return g' = g x omega + torque along the body axes, all times the scale of the instant."""
+    def changes(self, instant: Instant) -> tuple[tuple[Turning, ...], dict[str, Vector]]:
+        """Return how the bodies turn, and the time derivatives of all other variables by block."""
+        return (self.turning(instant, self.torque_at(instant)),), self.block_rates(instant)
+
+    def turning(self, instant: Instant, torque: Vector, body: str = "") -> Turning:
+        """Return how a body turns under a torque along its axes, times the scale of the instant."""
         g = instant.scaled_momentum
         gyration = functions.cross(g, instant.omega_body) if self.parts else instant.scaled_kinetics.gyration(g)
-        return Vector(gyration) + torque
+        return Turning(body, instant.attitude, instant.omega_body, Vector(gyration) + torque, torque)
 
     def block_rates(self, instant: Instant) -> dict[str, Vector]:
         """Return the time derivatives of the variables of parts, by the name of the part, and of orbits."""
         moving = [part for part in self.parts if part.size]
         pulls = self._pulls(instant, moving)
         rates = {part.name: Vector(part.rates(instant, pulls[part.name])) for part in moving}
-        orbits = (block.rates_at(instant.time, own) for block, own in instant.environment.blocks)
-        return rates | {f"orbits[{i}]": Vector(each) for i, each in enumerate(orbits)}
+        return rates | self.orbit_rates(instant.environment)
+
+    def orbit_rates(self, environment: Environment) -> dict[str, Vector]:
+        """Return the time derivatives of the variables of orbits that the environment has."""
+        orbits = (block.rates_at(environment.time, own) for block, own in environment.blocks)
+        return {f"orbits[{i}]": Vector(each) for i, each in enumerate(orbits)}
 
     def _pulls(self, instant: Instant, moving: list[Part]) -> dict[str, Vector]:
         """Return minus the derivatives of the sum of the potentials by the variables of parts."""
@@ -160,6 +208,10 @@ class Dynamics(Collection):
                 torque = force.torque(instant)
                 total = total + Vector(instant.scale * component for component in torque)
         return total
+
+    def kinetic_at(self, instant: Instant) -> Scalar:
+        """Return the kinetic energy."""
+        return instant.body.kinetic_energy(instant.angular_momentum_body)
 
     def potential_at(self, instant: Instant) -> Scalar:
         """Return the sum of the energies of the potentials."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 from typing_extensions import override
 
@@ -19,22 +19,25 @@ from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of
-from poinsot.mechanics.body import Body
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 
-__all__ = ["Potential", "Torque"]
+__all__ = ["Load", "PairLoad", "Potential", "Torque"]
 
 
 class Force(Parametric, ABC):
     """What a system takes: a potential or a torque."""
 
-    def check(self, body: Body) -> None:
-        """Raise a ValueError if the force is that on another body; a system asks once, when it is made."""
+    def check(self, body: Any) -> None:
+        """Raise a ValueError if the force is that on another body, one or two; a system asks once, when it is made."""
 
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by name, whether the formula is used where it need not hold: a result counts these times."""
         return {}
+
+    def on(self, body: str) -> Force:  # noqa: ARG002
+        """Return the same force on one of two bodies, "primary" or "secondary"."""
+        raise TypeError(f"a force on one of two bodies must be a Potential or a Torque, got {type(self).__name__}.")
 
 
 class Potential(Force):
@@ -56,6 +59,10 @@ class Potential(Force):
     def energy(self, instant: Instant) -> Scalar:
         """Return the potential energy, written with `instant.attitude.to_body(u)` of space vectors u."""
 
+    @override
+    def on(self, body: str) -> Potential:
+        return PotentialOn(self, body)
+
 
 class Torque(Force):
     """An effect that has no potential, by one formula with three body components.
@@ -73,6 +80,96 @@ class Torque(Force):
     @abstractmethod
     def torque(self, instant: Instant) -> Any:
         """Return the torque along the body axes, three scalars."""
+
+    @override
+    def on(self, body: str) -> PairLoad:
+        return TorqueOn(self, body)
+
+
+class Load(NamedTuple):
+    """What acts on two bodies.
+
+    Attributes
+    ----------
+    force : Vector
+        On the secondary, space axes; the opposite one is on the primary.
+    torques : two of Vector
+        On primary and secondary, each about its centre of mass and along its axes.
+    """
+
+    force: Vector
+    torques: tuple[Vector, Vector]
+
+
+NOTHING = Vector((0.0, 0.0, 0.0))
+
+
+class PairLoad(Force):
+    """What acts on two bodies and has no potential, by one formula.
+
+    The force is the one along which the separation accelerates, reduced mass times relative acceleration.
+
+    Examples
+    --------
+    >>> class Drag(pt.PairLoad):
+    ...     friction: float
+    ...     def load(self, instant):
+    ...         nothing = pt.functions.Vector((0.0, 0.0, 0.0))
+    ...         return pt.Load(-self.friction * instant.relative_velocity, (nothing, nothing))
+    >>> Drag(0.2)
+    Drag(friction=0.2)
+    """
+
+    @abstractmethod
+    def load(self, instant: Any) -> Load:
+        """Return force and torques at a `PairInstant`."""
+
+
+class _On(Force):
+    """A force of one body on one of two."""
+
+    force: Force
+    body: str
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.body not in ("primary", "secondary"):
+            raise ValueError(f"body must be 'primary' or 'secondary', got {self.body!r}.")
+
+    @override
+    def __repr__(self) -> str:
+        return f"{self.force!r}.on({self.body!r})"
+
+    @override
+    def check(self, body: Any) -> None:
+        if not hasattr(body, self.body):
+            raise ValueError(f"a system of one body must have forces without `on`, got {self!r}. Leave it out.")
+        self.force.check(getattr(body, self.body))
+
+    @override
+    def validity(self, instant: Any) -> Mapping[str, Scalar]:
+        return self.force.validity(getattr(instant, self.body))
+
+
+class PotentialOn(_On, Potential):
+    """A potential of one body on one of two; made by `potential.on("secondary")`."""
+
+    force: Potential
+
+    @override
+    def energy(self, instant: Any) -> Scalar:
+        return self.force.energy(getattr(instant, self.body))
+
+
+class TorqueOn(_On, PairLoad):
+    """A torque of one body on one of two; made by `torque.on("secondary")`."""
+
+    force: Torque
+
+    @override
+    def load(self, instant: Any) -> Load:
+        torque = Vector(self.force.torque(getattr(instant, self.body)))
+        return Load(NOTHING, (torque, NOTHING) if self.body == "primary" else (NOTHING, torque))
 
 
 class _Recorder(Attitude):
@@ -111,18 +208,27 @@ UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 def derived_torque(potential: Potential, instant: Instant) -> Vector:
-    """Return the torque of a potential along the body axes: the sum over u of u_body x dV/du_body.
+    """Return the torque of a potential along the body axes, times the scale of the instant."""
+
+    def energy(attitude: Attitude) -> Scalar:
+        return potential.energy(Instant(instant.body, attitude, instant.environment))
+
+    return torque_of(energy, instant.attitude, instant.scale)
+
+
+def torque_of(energy: Callable[[Attitude], Scalar], attitude: Attitude, scale: Scalar) -> Vector:
+    """Return the torque of an energy that depends on an attitude: the sum over u of u_body x dV/du_body, times a scale.
 
     A space vector u turns in body axes as u' = u x omega, so that V' = -tau . omega; the quaternion turns as
-    q' = q (0, omega)/2, and gives -vec(q~ dV/dq)/2. The torque is multiplied by the scale of the instant.
+    q' = q (0, omega)/2, and gives -vec(q~ dV/dq)/2.
     """
-    recorder = _Recorder(instant.attitude)
-    energy = potential.energy(Instant(instant.body, recorder, instant.environment))
-    slopes = iter(recorder.graph.finished(gradient(energy, [x for each in recorder.seen for x in each])))
-    total = Vector((0.0, 0.0, 0.0))
+    recorder = _Recorder(attitude)
+    value = energy(recorder)
+    slopes = iter(recorder.graph.finished(gradient(value, [x for each in recorder.seen for x in each])))
+    total = NOTHING
     for each in recorder.seen:
         seen = Vector(x.value for x in each)
-        slope = [instant.scale * next(slopes) for _ in each]
+        slope = [scale * next(slopes) for _ in each]
         total = total + (functions.cross(seen, slope) if len(seen) == 3 else _turning(seen, slope))
     return total
 

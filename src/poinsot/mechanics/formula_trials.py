@@ -12,12 +12,13 @@ from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.force import Force, Potential, derived_torque
+from poinsot.mechanics.force import Force, Load, Potential, derived_torque
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import Part
 
-__all__ = ["try_event", "try_force"]
+__all__ = ["PAIR", "trial", "try_event", "try_force", "try_pair_force"]
 
 PAIR = np.array([1.0, 1.0])
 RATES = np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])
@@ -32,22 +33,45 @@ def try_force(force: Force, body: Body) -> float:
     """
     name = type(force).__name__
     formula = _of_part if isinstance(force, Part) else _of_potential if isinstance(force, Potential) else _of_torque
-    torque, change = _tried(name, formula, force, body)
+    torque, change = _tried(name, formula, force, trial(force, body))
     with np.errstate(all="ignore"):
         at_rest = np.linalg.norm([np.atleast_1d(component)[0] for component in torque])
     return float(np.max(np.nan_to_num([at_rest, change], posinf=0.0)))
 
 
-def try_event(event: Event, body: Body) -> None:
-    """Run the formulas of an event once on arrays of two values, which the body is made of."""
-    _tried(type(event).__name__, _of_event, event, body)
+def try_pair_force(force: Force, instant: Instant, derived: Callable[[Any, Any], Any]) -> None:
+    """Run the formula of a force on two bodies once, at an instant of arrays of two values."""
+
+    def load(twin: Any, at: Any) -> Any:
+        if isinstance(twin, Potential):
+            _one("energy", twin, twin.energy(at.without_rates))
+            return derived(twin.energy, at)
+        load = twin.load(at)
+        if not isinstance(load, Load):
+            raise WrongSizeError(f"the load of {type(twin).__name__} must be a poinsot.Load, got {described(load)}.")
+        for what, vector in (("force", load.force), ("first torque", load.torques[0]), ("second", load.torques[1])):
+            if _components(vector) != 3:
+                name = type(twin).__name__
+                raise WrongSizeError(f"the {what} of {name} must be three components, got {_size(vector)}.")
+        return load
+
+    _tried(type(force).__name__, load, force, instant)
 
 
-def _tried(name: str, formula: Callable[[Any, Instant], Any], record: Any, body: Body) -> Any:
+def try_event(event: Event, instant: Instant) -> None:
+    """Run the formulas of an event once, at an instant of arrays of two values."""
+    _tried(type(event).__name__, _of_event, event, instant)
+
+
+def trial(record: Any, body: Body) -> Instant:
+    """Return an instant for the trial of a formula, of a body that is made of arrays of two values."""
+    environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
+    return Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), environment, RATES)
+
+
+def _tried(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: Instant) -> Any:
     """Return what a formula gives, or raise the sentence about what it does not allow."""
     twin = record.with_numbers(np.ravel(number)[0] * PAIR for number in record.numbers)
-    environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
-    instant = Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), environment, RATES)
     try:
         with np.errstate(all="ignore"):
             return formula(twin, instant)
@@ -55,6 +79,10 @@ def _tried(name: str, formula: Callable[[Any, Instant], Any], record: Any, body:
         raise TypeError(str(error)) from None
     except RateUnknownError as error:
         raise TypeError(f"{error} Write {name} as a Torque.") from None
+    except AttributeError as error:
+        if isinstance(error.obj, Instant) or "of two bodies" in str(error):
+            raise TypeError(f"the formula of {name} must be for the bodies of its system, but {error}") from None
+        raise
     except (TypeError, ValueError) as error:
         if "positional argument" in str(error):
             raise TypeError(f"the formula of {name} must take one argument, the instant, but {error}.") from error
@@ -72,7 +100,7 @@ class WrongSizeError(TypeError):
 
 def _of_potential(potential: Potential, instant: Instant) -> tuple[Any, Any]:
     """Return the torque, and the difference of the energies."""
-    energy = _one("energy", potential, potential.energy(Instant(instant.body, instant.attitude, instant.environment)))
+    energy = _one("energy", potential, potential.energy(instant.without_rates))
     return derived_torque(potential, instant), np.ptp(energy)
 
 

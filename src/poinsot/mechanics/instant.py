@@ -50,8 +50,23 @@ class Instant:
         angular_momentum_body: Any = None,
         scale: Scalar = 1,
     ) -> None:
-        self.body, self.attitude, self.environment, self.scale = body, attitude, environment, scale
+        self._body, self._attitude, self.environment, self.scale = body, attitude, environment, scale
         self._omega_body, self._momentum = omega_body, angular_momentum_body
+
+    @property
+    def body(self) -> Body:
+        """The body, with its parts."""
+        return self._body
+
+    @property
+    def attitude(self) -> Attitude:
+        """The attitude."""
+        return self._attitude
+
+    @property
+    def without_rates(self) -> Instant:
+        """The same for formulas of energies."""
+        return Instant(self.body, self.attitude, self.environment)
 
     @property
     def time(self) -> Scalar:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from poinsot.mechanics.part import Part
     from poinsot.mechanics.state import State
 
-__all__ = ["Integral", "integrals_of"]
+__all__ = ["EPS", "ROUNDINGS", "SAME", "Integral", "component_of", "integrals_of"]
 
 Array = NDArray[np.float64]
 
@@ -102,7 +102,7 @@ def _energies(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
 def _space_components(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _space_axes(system):
         if rates.vanish(rates.along_space(axis), rates.torque_noise):
-            value = functools.partial(_component, "space", axis)
+            value = functools.partial(component_of, "space", axis)
             yield Integral(f"angular_momentum_space_{name}", f"G{name}", f"G along the axis {name} in space", value)
 
 
@@ -122,7 +122,7 @@ def _body_components(system: Dynamics, rates: _Rates) -> Iterator[Integral]:
     for name, axis in _body_axes(system):
         symmetric = system.parts or _symmetric(system, axis)
         if symmetric and rates.vanish(rates.along_body(axis), rates.gyration_noise):
-            value = functools.partial(_component, "body", axis)
+            value = functools.partial(component_of, "body", axis)
             yield Integral(f"angular_momentum_body_{name}", f"g{name}", "g along the body's symmetry axis", value)
 
 
@@ -154,7 +154,8 @@ def _size(rotor: Array, state: State) -> Any:
     return np.linalg.norm(g + np.reshape(rotor, (*rotor.shape[:-1], *(1,) * (g.ndim - rotor.ndim), 3)), axis=-1)
 
 
-def _component(axes: str, axis: Array, state: State) -> Any:
+def component_of(axes: str, axis: Array, state: State) -> Any:
+    """Return the angular momentum of a state along an axis in body or space."""
     return getattr(state, f"angular_momentum_{axes}") @ axis
 
 

@@ -21,7 +21,7 @@ from poinsot.quantities import Angles, Times
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Phase", "State", "project_to_tangent"]
+__all__ = ["PairState", "Phase", "State", "project_to_tangent"]
 
 Phase = dict[str, NDArray[Any]]
 """What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`; then
@@ -31,8 +31,9 @@ Each of the two momenta follows from the other and q. Q mixes the components of 
 rounding of the largest component in all of them; a Q that comes from g is tangent to the unit sphere by construction.
 """
 
-RIGID = ("quaternion", "angular_momentum_body", "conjugate_momenta")
-"""The names in a phase that are those of a rigid body."""
+OF_ONE = ("quaternion", "angular_momentum_body", "conjugate_momenta")
+RIGID = (*OF_ONE, *(f"{body}_{name}" for body in ("primary", "secondary") for name in OF_ONE))
+"""The names in a phase that are those of rigid bodies, one or two."""
 
 TANGENT_SLACK = 1e-9
 """How large |q . Q| / |Q| may be in what a user gives."""
@@ -134,6 +135,16 @@ class State(Summarized):
         return 2 * quat.product(self.quaternion, quat.pure(self.phase["angular_momentum_body"]))
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """() for one state, (n,) for many."""
+        return next(iter(self.phase.values())).shape[:-1]
+
+    @property
+    def of_bodies(self) -> dict[str, State]:
+        """The states of rigid bodies by what their names in a phase begin with."""
+        return {"": self}
+
+    @property
     def own(self) -> Phase:
         """The variables of the system's parts, by the name of the part; each of shape (..., k)."""
         return own_of(self.phase)
@@ -175,6 +186,121 @@ class State(Summarized):
         }
 
 
+class PairState(State):
+    """The state of two bodies: where the secondary is from the primary, and how both turn.
+
+    Parameters
+    ----------
+    position : array (3,) or (n, 3)
+        Of the secondary's centre of mass from the primary's, space axes.
+    momentum : array (3,) or (n, 3)
+        The relative velocity times the reduced mass, conjugate to the position.
+    primary, secondary : State
+        At one time. `TwoBodies.state` makes them of velocities and rates.
+
+    Raises
+    ------
+    ValueError
+        If the times are different, the position is zero, or there are not equally many members.
+
+    Examples
+    --------
+    >>> upright = pt.State(quaternion=(1, 0, 0, 0), conjugate_momenta=(0, 0, 0, 1))
+    >>> pt.PairState((3, 0, 0), (0, 2, 0), upright, upright).secondary.angular_momentum_body
+    array([0. , 0. , 0.5])
+    """
+
+    def __init__(self, position: ArrayLike, momentum: ArrayLike, primary: State, secondary: State) -> None:
+        position, momentum = member_array("position", position, (3,)), member_array("momentum", momentum, (3,))
+        if not np.array_equal(primary.time, secondary.time):
+            raise ValueError(f"primary and secondary must have one time, got {primary.time} and {secondary.time}.")
+        if not np.all(np.any(position, axis=-1)):
+            raise ValueError("position must not be zero, got the centres of mass at one place.")
+        self.time = primary.time
+        given = {"position": position.shape[:-1], "momentum": momentum.shape[:-1]}
+        given |= {"primary": primary.shape, "secondary": secondary.shape, "time": self.time.shape}
+        refuse_other_members(**given)
+        members = np.broadcast_shapes(*given.values())
+        orbit = np.concatenate(np.broadcast_arrays(position, momentum), axis=-1)
+        named = {"primary": primary, "secondary": secondary}
+        phase = {f"{body}_{name}": x for body, state in named.items() for name, x in state.phase.items()}
+        phase |= {"orbit": orbit}
+        self.phase = {name: np.broadcast_to(x, (*members, x.shape[-1])) for name, x in phase.items()}
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """The position of the secondary from the primary, space axes; shape (..., 3)."""
+        return self.phase["orbit"][..., :3]
+
+    @property
+    def momentum(self) -> NDArray[np.float64]:
+        """The relative velocity times the reduced mass, space axes; shape (..., 3)."""
+        return self.phase["orbit"][..., 3:]
+
+    @property
+    def primary(self) -> State:
+        """The state of the primary."""
+        return self.of_bodies["primary"]
+
+    @property
+    def secondary(self) -> State:
+        """The state of the secondary."""
+        return self.of_bodies["secondary"]
+
+    @property
+    @override
+    def of_bodies(self) -> dict[str, State]:
+        return {
+            body: state_of(
+                {name: x for name in OF_ONE if (x := self.phase.get(f"{body}_{name}")) is not None}, self.time
+            )
+            for body in ("primary", "secondary")
+        }
+
+    @property
+    @override
+    def quaternion(self) -> NDArray[np.float64]:
+        raise AttributeError(refused("quaternion"))
+
+    @property
+    @override
+    def conjugate_momenta(self) -> NDArray[np.float64]:
+        raise AttributeError(refused("conjugate_momenta"))
+
+    @property
+    @override
+    def angular_momentum_body(self) -> NDArray[np.float64]:
+        raise AttributeError(refused("angular_momentum_body"))
+
+    @property
+    @override
+    def angular_momentum_space(self) -> NDArray[np.float64]:
+        """The angular momentum about the barycentre, of the orbit and both rotations, space axes; shape (..., 3)."""
+        own = sum(state.angular_momentum_space for state in self.of_bodies.values())
+        return np.asarray(np.cross(self.position, self.momentum) + own)
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        members = f" of {self.shape[0]} members" if self.shape else ""
+        return f"PairState{members} at t = {told(self.time)}", {
+            "position (secondary from primary, space axes)": told(self.position),
+            "momentum (space axes)": told(self.momentum),
+            **{
+                f"{what} of the {body}": told(values)
+                for body, state in self.of_bodies.items()
+                for what, values in (
+                    ("quaternion (body to space)", state.quaternion),
+                    ("angular momentum (body axes)", state.angular_momentum_body),
+                )
+            },
+        }
+
+
+def refused(name: str) -> str:
+    """Return what is said of what two bodies do not have in common."""
+    return f"what is of two bodies has no {name}: take that of its `primary` or of its `secondary`."
+
+
 def state_with(q: ArrayLike, g: ArrayLike, time: Times, own: Mapping[str, ArrayLike] | None = None) -> State:
     """Return the state with an angular momentum along the body axes, which it keeps to the last digit."""
     checked = State(q, 2 * quat.product(q, quat.pure(g)), time, own=own)
@@ -189,7 +315,7 @@ def own_of(phase: Phase) -> Phase:
 
 def state_of(phase: Phase, time: Any) -> State:
     """Return a state of computed values, whose small defects are measurements and not mistakes."""
-    state = object.__new__(State)
+    state = object.__new__(PairState if "orbit" in phase and "quaternion" not in phase else State)
     state.phase, state.time = phase, time
     return state
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,14 +19,15 @@ from poinsot.mechanics.body import Body, started
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
 from poinsot.mechanics.dynamics import Dynamics, scalars
 from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Potential, Torque
-from poinsot.mechanics.formula_trials import PAIR, RATES, try_force
+from poinsot.mechanics.formula_trials import PAIR, RATES, trial, try_event, try_force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
 from poinsot.mechanics.probing import samples
-from poinsot.mechanics.state import Phase, State, state_with
+from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
 from poinsot.mechanics.units import checked_units, dated_units
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
     from poinsot.mechanics.frame import Frame
 
 __all__ = ["System"]
+
+AT_REST = 1e-9
+"""Of the rate of a variable whose part has no momentum: what is slower is at rest, and its rate mostly rounding."""
 
 
 class System(Dynamics):
@@ -61,20 +65,51 @@ class System(Dynamics):
     ['H', 'G3']
     """
 
+    _of: ClassVar[dict[type, type[System]]] = {}
+
+    def __init_subclass__(cls, of: type | None = None) -> None:
+        """Let a subclass be what a system of another kind of body is."""
+        super().__init_subclass__()
+        if of is not None:
+            System._of[of] = cls
+
+    def __new__(cls, body: Any = None, *_: Any, **__: Any) -> System:
+        """Return a system of the kind that the body asks for, not yet filled."""
+        return object.__new__(cls._of.get(type(body), cls))
+
     def __init__(self, body: Body, *forces: Force, units: Mapping[str, str] | None = None) -> None:
-        if not isinstance(body, Body):
-            raise TypeError(f"body must be a Body, got {described(body)}. The order is System(body, *forces).")
+        if not isinstance(body, (Body, *self._of)):
+            raise TypeError(
+                f"body must be a Body or TwoBodies, got {described(body)}. The order is System(body, *forces)."
+            )
         self.body = body
         self.forces = forces
         self.units = checked_units(units)
         for force in forces:
-            _check_force(force)
+            if isinstance(force, type):
+                name = force.__name__
+                raise TypeError(f"a force must be an instance, got the class {name}. Write {name}(...).")
+        self._check_kinds()
         self.refuse_other_axes()
         self.units = dated_units(self.units, units, self.calendar)
-        check_parts(body, self.parts)
-        for force in forces:
+        self._check()
+
+    def _check_kinds(self) -> None:
+        """Raise a TypeError for a force of another kind."""
+        for force in self.forces:
+            if not isinstance(force, Potential | Torque | Part):
+                raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.")
+
+    def _check(self) -> None:
+        """Raise an error for forces that are not of this body, or whose formulas are none."""
+        check_parts(self.body, self.parts)
+        for force in self.forces:
             force.check(self._displaced)
-        self.sample_torque = sum(try_force(force, self.body_on_pairs) for force in forces)
+        self.sample_torque = sum(try_force(force, self.body_on_pairs) for force in self.forces)
+
+    def try_event(self, event: Event) -> None:
+        """Raise a TypeError for an event whose formulas are none."""
+        try_event(event, trial(event, self.body_on_pairs))
 
     def __repr__(self) -> str:
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
@@ -161,6 +196,34 @@ class System(Dynamics):
         largest = functools.reduce(np.maximum, sizes, self.torque_scale)
         return np.where(largest > 0, largest, 1.0)
 
+    def momentum_ratios(self, state: State) -> dict[str, float]:  # noqa: ARG002
+        """Return what the angular momenta of the bodies are multiplied by to be of the size of the first one's."""
+        return {"": 1.0}
+
+    def sizes_of_blocks(self, state: State) -> dict[str, NDArray[np.float64]]:
+        """Return how large variables of parts are, or how far they go while the body turns by a radian; shapes (k,).
+
+        A part at rest goes as far as one without momentum in a body that turns as fast, about any axis. Those of parts
+        that are angular momenta alone are left out.
+        """
+        names = [part.name for part in self.parts if part.momenta < set(part.variables)]
+        if not names:
+            return {}
+        twin, g = self.beside(state.shape), np.linalg.norm(state.angular_momentum_body, axis=-1)
+        without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
+        turning = [state_of(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)]
+        with np.errstate(all="ignore"):
+            fastest = float(np.max(self.speed(state))) or 1.0
+            each = [twin.block_rates(twin.at(start)) for start in (state, *turning)]
+        sizes = {}
+        for name in names:
+            here, *there = (np.abs(np.stack(np.broadcast_arrays(*rates[name]), axis=-1)) for rates in each)
+            farthest = np.max(there, axis=0)
+            changes = np.where(here > AT_REST * farthest, here, farthest) / fastest
+            own = np.abs(state.own[name])
+            sizes[name] = np.max(np.maximum(own, changes).reshape(-1, own.shape[-1]), axis=0)
+        return sizes
+
     @functools.cached_property
     def torque_scale(self) -> Any:
         """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
@@ -205,13 +268,6 @@ class System(Dynamics):
 def _stacked(scalars: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return scalars, arrays that broadcast to a shape, as the last axis of an array."""
     return np.stack([np.broadcast_to(scalar, shape) for scalar in scalars], axis=-1)
-
-
-def _check_force(force: Any) -> None:
-    if isinstance(force, type):
-        raise TypeError(f"a force must be an instance, got the class {force.__name__}. Write {force.__name__}(...).")
-    if not isinstance(force, Potential | Torque | Part):
-        raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.")
 
 
 def _size(force: Any, instant: Instant) -> Any:

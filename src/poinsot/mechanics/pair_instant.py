@@ -1,0 +1,156 @@
+"""Two bodies at one instant: the one argument of formulas of a pair."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.instant import Instant, RateUnknownError
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+
+__all__ = ["PairInstant"]
+
+
+class PairInstant(Instant):
+    """Two bodies at one instant: all that a formula of a pair may see, in scalars of any kind.
+
+    Parameters
+    ----------
+    pair : TwoBodies
+    attitudes : two of Attitude
+        Of primary and secondary.
+    separation : vector
+        From the primary's centre of mass to the secondary's, space axes.
+    environment : Environment
+        The time, and where orbits are at it: those of the barycentre.
+    momentum : vector, optional
+        The relative momentum, the relative velocity times the reduced mass; space axes.
+    angular_momenta : two of vectors, optional
+        Of the bodies, each about its centre of mass and along its axes. Without momenta formulas may depend on time,
+        attitudes and the separation alone, as energies do.
+    scales : two scalars
+        What the angular momenta are multiplied by.
+
+    Examples
+    --------
+    >>> ball = pt.Body.from_ellipsoid(2.0, (1, 1, 1))
+    >>> upright = pt.Attitude.from_quaternion((1, 0, 0, 0))
+    >>> instant = pt.PairInstant(pt.TwoBodies(ball, ball, 1.0), (upright, upright), (3, 0, 4), pt.Environment(0.0))
+    >>> float(instant.distance), [float(x) for x in instant.primary.attitude.to_body(instant.separation)]
+    (5.0, [3.0, 0.0, 4.0])
+    """
+
+    def __init__(
+        self,
+        pair: TwoBodies,
+        attitudes: Sequence[Attitude],
+        separation: Any,
+        environment: Environment,
+        momentum: Any = None,
+        angular_momenta: Sequence[Any] = (None, None),
+        scales: Sequence[Scalar] = (1, 1),
+    ) -> None:
+        self.pair, self.attitudes, self.environment = pair, tuple(attitudes), environment
+        self.separation, self._relative = Vector(separation), momentum
+        self.angular_momenta, self.scales = tuple(angular_momenta), tuple(scales)
+
+    @property
+    @override
+    def body(self) -> Any:
+        raise AttributeError(_of_one("body"))
+
+    @property
+    @override
+    def attitude(self) -> Any:
+        raise AttributeError(_of_one("attitude"))
+
+    @functools.cached_property
+    def primary(self) -> Instant:
+        """The primary: as one body, where orbits refer to its own centre of mass."""
+        return self._of(0)
+
+    @functools.cached_property
+    def secondary(self) -> Instant:
+        """The secondary, likewise."""
+        return self._of(1)
+
+    @functools.cached_property
+    def distance(self) -> Scalar:
+        """The length of the separation."""
+        return functions.norm(self.separation)
+
+    @functools.cached_property
+    def momentum(self) -> Vector:
+        """The relative velocity times the reduced mass, space axes."""
+        if self._relative is None:
+            raise RateUnknownError(
+                "an energy must depend on time, attitudes, separation and orbits alone, got a velocity or momentum."
+            )
+        return Vector(self._relative)
+
+    @functools.cached_property
+    def relative_velocity(self) -> Vector:
+        """The velocity of the secondary relative to the primary, space axes."""
+        return Vector(component / self.pair.reduced_mass for component in self.momentum)
+
+    @property
+    @override
+    def without_rates(self) -> PairInstant:
+        return PairInstant(self.pair, self.attitudes, self.separation, self.environment)
+
+    def with_attitude(self, number: int, attitude: Attitude) -> PairInstant:
+        """Return the same without rates, and with another attitude of the primary, 0, or the secondary, 1."""
+        attitudes = [attitude if place == number else own for place, own in enumerate(self.attitudes)]
+        return PairInstant(self.pair, attitudes, self.separation, self.environment)
+
+    def with_separation(self, separation: Vector) -> PairInstant:
+        """Return the same without rates, and with another separation."""
+        return PairInstant(self.pair, self.attitudes, separation, self.environment)
+
+    def _of(self, number: int) -> Instant:
+        """Return one of the bodies."""
+        body = self.pair.bodies[BODIES[number]]
+        masses, total = self.pair.each_mass, self.pair.total_mass
+        lever = -masses[1] / total if number == 0 else masses[0] / total
+        place = _Displaced(self, lever)
+        momentum, scale = self.angular_momenta[number], self.scales[number]
+        return Instant(body, self.attitudes[number], place, angular_momentum_body=momentum, scale=scale)
+
+
+class _Displaced(Environment):
+    """The environment of one of the bodies, away from the barycentre by a part of the separation."""
+
+    def __init__(self, instant: PairInstant, lever: Scalar) -> None:
+        base = instant.environment
+        super().__init__(base.time, base.blocks)
+        self._base, self._instant, self._lever = base, instant, lever
+
+    @override
+    def position(self, orbit: Orbit) -> Vector:
+        place: Vector = Vector(self._base.position(orbit)) + self._lever * self._instant.separation
+        return place
+
+    @override
+    def velocity(self, orbit: Orbit) -> Vector:
+        velocity: Vector = Vector(self._base.velocity(orbit)) + self._lever * self._instant.relative_velocity
+        return velocity
+
+    @override
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
+        return 1 / functions.norm(self.position(orbit))
+
+    @override
+    def direction(self, orbit: Orbit) -> Vector:
+        inverse = self.inverse_distance(orbit)
+        return Vector(x * inverse for x in self.position(orbit))
+
+
+def _of_one(what: str) -> str:
+    return f"an instant of two bodies has no {what}: formulas read instant.primary.{what} or instant.secondary.{what}."

@@ -1,0 +1,234 @@
+"""Two bodies and the forces on them: energy, equations of motion, integrals."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.program import Graph, gradient
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.block import Block
+from poinsot.mechanics.dynamics import Turning
+from poinsot.mechanics.environment import Environment, orbits_of, sample_time, shared_blocks
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.force import Force, Load, PairLoad, Potential, torque_of
+from poinsot.mechanics.formula_trials import PAIR, try_event, try_pair_force
+from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.pair_instant import PairInstant
+from poinsot.mechanics.pair_integrals import integrals_of_pair
+from poinsot.mechanics.parameters import described
+from poinsot.mechanics.state import PairState, State, refused
+from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+
+__all__ = ["PairSystem", "TwoBodies"]
+
+NOTHING = Vector((0.0, 0.0, 0.0))
+
+
+class RelativeOrbit(Block):
+    """Position and momentum of the secondary relative to the primary."""
+
+    variables: ClassVar[Mapping[str, int]] = {"position": 3, "momentum": 3}
+
+
+ORBIT = RelativeOrbit(name="orbit")
+
+
+class PairSystem(System, of=TwoBodies):
+    """Two rigid bodies under forces: what `System(TwoBodies(...), *forces)` makes.
+
+    Parameters
+    ----------
+    body : TwoBodies
+    *forces : Potential or PairLoad
+        Those of one body on one of the two: `force.on("secondary")`.
+    units : mapping, optional
+        As for `System`, and that of `length`: `{"time": "s", "inertia": "kg m2", "length": "m"}`.
+    """
+
+    body: Any
+
+    # ------------------------------------------------------------------ what it is made of
+
+    @property
+    def pair(self) -> TwoBodies:
+        """The two bodies."""
+        pair: TwoBodies = self.body
+        return pair
+
+    @functools.cached_property
+    @override
+    def blocks(self) -> tuple[Block, ...]:
+        paths, _ = shared_blocks(self.orbits, lambda orbit: orbit.integrated)
+        return (ORBIT, *paths)
+
+    @override
+    def _check_kinds(self) -> None:
+        for force in self.forces:
+            if not isinstance(force, Potential | PairLoad):
+                raise TypeError(
+                    "a force on two bodies must be a Potential, a PairLoad or a force on one of them, got "
+                    f'{described(force)}. Write force.on("primary") or force.on("secondary").'
+                )
+
+    @override
+    def _check(self) -> None:
+        for force in self.forces:
+            force.check(self.pair)
+            try_pair_force(force, self._trial(force), self.derived_load)
+        self.sample_torque = 0.0
+
+    @override
+    def try_event(self, event: Event) -> None:
+        try_event(event, self._trial(event))
+
+    def _trial(self, record: Force | Event) -> PairInstant:
+        """Return the first member's bodies on arrays of two values, for trials of formulas."""
+        twin = self.with_numbers(np.ravel(number)[0] * PAIR for number in self.numbers).pair
+        attitudes = [Attitude.from_quaternion(Vector(q.T)) for q in ATTITUDES]
+        n = np.sqrt(twin.G * twin.total_mass / self.sample_distance**3)
+        position = Vector(self.sample_distance * x for x in np.array([[0.6, 0.0], [0.8, -0.6], [0.0, 0.8]]))
+        momentum = Vector(0.5 * twin.reduced_mass * self.sample_distance * n * x for x in (-0.8, 0.6, 0.1))
+        own = [Vector(body.angular_momentum(Vector(n * x for x in (0.1, 0.2, 0.9)))) for body in twin.bodies.values()]
+        environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
+        return PairInstant(twin, attitudes, position, environment, momentum, own)
+
+    @functools.cached_property
+    def sample_distance(self) -> float:
+        """A distance at which formulas may be tried: several times the size of the bodies."""
+        sizes = [
+            np.sqrt(np.max(np.asarray(body.moments).reshape(-1, 3)[0]) / np.ravel(mass)[0])
+            for body, mass in zip(self.pair.bodies.values(), self.pair.each_mass, strict=True)
+        ]
+        return 8.0 * float(sum(sizes))
+
+    # ------------------------------------------------------------------ states
+
+    @override
+    def state(self, *arguments: Any, **named: Any) -> PairState:
+        """Return the state of the two bodies: see `TwoBodies.state`."""
+        return self.pair.state(*arguments, **named)
+
+    @override
+    def omega_body(self, state: State) -> Any:
+        raise AttributeError(refused("omega_body"))
+
+    @override
+    def torque_body(self, state: State, environment: Environment | None = None) -> Any:
+        raise AttributeError(refused("torque_body"))
+
+    @override
+    def speed(self, state: State) -> Any:
+        twin = self.beside(state.shape).pair
+        omegas = [body.omega(each.angular_momentum_body) for body, each in self._with_states(twin, state)]
+        return np.max([np.linalg.norm(omega, axis=-1) for omega in omegas], axis=0)
+
+    def _with_states(self, pair: TwoBodies, state: State) -> list[tuple[Any, State]]:
+        bodies = pair.bodies
+        return [(bodies[name], each) for name, each in state.of_bodies.items()]
+
+    # ------------------------------------------------------------------ sizes
+
+    @override
+    def momentum_scale(self, state: State) -> Any:
+        return self._momentum_scales(state)[0]
+
+    @override
+    def momentum_ratios(self, state: State) -> dict[str, float]:
+        first, second = (float(np.max(size)) for size in self._momentum_scales(state))
+        return {"primary": 1.0, "secondary": float(np.exp2(np.rint(np.log2(first / second))))}
+
+    def _momentum_scales(self, state: Any) -> list[Any]:
+        """Return the larger of |g| of each body and what it has if it turns with the orbit; shapes (...)."""
+        pace = self._pace(state)
+        moments = (np.max(np.asarray(body.moments), axis=-1) for body in self.pair.bodies.values())
+        return [
+            np.maximum(np.linalg.norm(each.angular_momentum_body, axis=-1), largest * pace)
+            for each, largest in zip(state.of_bodies.values(), moments, strict=True)
+        ]
+
+    def _pace(self, state: Any) -> Any:
+        """Return the mean motion of a circular orbit at the distance of a state."""
+        return np.sqrt(self.pair.G * self.pair.total_mass / np.linalg.norm(state.position, axis=-1) ** 3)
+
+    @functools.cached_property
+    @override
+    def torque_scale(self) -> Any:
+        return np.zeros(self.members)[()]
+
+    @override
+    def sizes_of_blocks(self, state: Any) -> dict[str, NDArray[np.float64]]:
+        distance, mass = np.linalg.norm(state.position, axis=-1), self.pair.reduced_mass
+        momentum = np.maximum(np.linalg.norm(state.momentum, axis=-1), mass * distance * self._pace(state))
+        return {ORBIT.name: np.repeat([np.max(distance), np.max(momentum)], 3)}
+
+    # ------------------------------------------------------------------ formulas
+
+    @override
+    def instant(
+        self,
+        bodies: Sequence[tuple[Attitude, Vector]],
+        own: Mapping[str, Vector],
+        environment: Environment,
+        scales: Sequence[Scalar] = (1, 1),
+    ) -> PairInstant:
+        attitudes, momenta = zip(*bodies, strict=True)
+        orbit = own[ORBIT.name]
+        return PairInstant(self.pair, attitudes, orbit[:3], environment, orbit[3:], momenta, scales)
+
+    @override
+    def kinetic_at(self, instant: Any) -> Scalar:
+        """Return the kinetic energy of the relative motion, p^2 / (2 mu), and of both rotations."""
+        turning = sum(
+            each.body.kinetic_energy(each.angular_momentum_body) for each in (instant.primary, instant.secondary)
+        )
+        return functions.dot(instant.momentum, instant.momentum) / (2 * instant.pair.reduced_mass) + turning
+
+    @override
+    def changes(self, instant: Any) -> tuple[tuple[Turning, ...], dict[str, Vector]]:
+        load = self.load_at(instant)
+        each = zip((instant.primary, instant.secondary), load.torques, BODIES, strict=True)
+        orbit = {ORBIT.name: Vector((*instant.relative_velocity, *load.force))}
+        return tuple(self.turning(*one) for one in each), orbit | self.orbit_rates(instant.environment)
+
+    def load_at(self, instant: Any) -> Load:
+        """Return the force on the secondary, space axes, and both torques, body axes and times the scales."""
+        force, first, second = self.derived_load(self.potential_at, instant)
+        total = [force, first, second]
+        for loading in (force for force in self.forces if isinstance(force, PairLoad)):
+            load = loading.load(instant)
+            torques = (scale * Vector(torque) for scale, torque in zip(instant.scales, load.torques, strict=True))
+            total = [x + y for x, y in zip(total, (Vector(load.force), *torques), strict=True)]
+        return Load(total[0], (total[1], total[2]))
+
+    @staticmethod
+    def derived_load(energy: Any, instant: PairInstant) -> tuple[Vector, Vector, Vector]:
+        """Return force and torques of an energy, a function of an instant: its derivatives."""
+        graph = Graph()
+        separation = Vector(map(graph.variable, instant.separation))
+        slopes = graph.finished(gradient(energy(instant.with_separation(separation)), list(separation)))
+
+        def of_attitude(number: int) -> Vector:
+            return torque_of(
+                lambda attitude: energy(instant.with_attitude(number, attitude)),
+                instant.attitudes[number],
+                instant.scales[number],
+            )
+
+        return -Vector(slopes), of_attitude(0), of_attitude(1)
+
+    @functools.cached_property
+    @override
+    def integrals(self) -> tuple[Integral, ...]:
+        return integrals_of_pair(self)
+
+
+ATTITUDES = np.array([[[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]], [[0.1, 0.7, -0.1, 0.7], [0.5, 0.5, 0.5, -0.5]]])
