@@ -46,11 +46,11 @@ class Edge(pt.Torque):
 class Thruster(pt.Torque):
     """A torque between two times."""
 
-    on: float
+    begin: float
     off: float
 
     def torque(self, instant):
-        burns = fn.where(fn.less(instant.time, self.on), 0.0, fn.where(fn.less(instant.time, self.off), 0.3, 0.0))
+        burns = fn.where(fn.less(instant.time, self.begin), 0.0, fn.where(fn.less(instant.time, self.off), 0.3, 0.0))
         return burns * fn.Vector((0.5, -1.0, 0.8))
 
 

@@ -21,6 +21,7 @@ from poinsot.mechanics.named_parameters import resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import components
+from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import VariationalRun
 from poinsot.quantities import Times
@@ -171,7 +172,8 @@ def state_transition(
     report = job.integrate(np.eye(k), job.times, out)
     kept = slice(None) if job.members else 0
     phase = changed(out.phase, lambda x: x[kept])
-    motion = Trajectory(system, state, job.times, lambda: phase, job.run(report), failures=job.failures(report))
+    own = trajectory_class(system)
+    motion = own(system, state, job.times, lambda: phase, job.run(report), failures=job.failures(report))
     second = out.second[kept] if order == 2 else None
     result = StateTransition(motion, tuple(parameters), out.directions[kept], out.growth[kept], second)
     job.check(report, result)

@@ -164,7 +164,7 @@ class _Members(_EngineRun):
     def _cut(self) -> Iterator[NDArray[np.int_]]:
         """Yield the members in slabs, fast rotators first: lanes of a batch take about equally many steps."""
         own, count = self.job, self.origins.size
-        speed = np.linalg.norm(own.problem.system.omega_body(self.state), axis=-1)
+        speed = own.problem.system.speed(self.state)
         order = np.argsort(-np.broadcast_to(speed, (count,)), kind="stable")
         row = self.times.size * own.variables.size * self.width * 8
         slab = self.width * int(np.clip(SLAB_BYTES // row, 1, BATCHES_IN_A_SLAB))

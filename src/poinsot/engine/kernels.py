@@ -33,11 +33,10 @@ from poinsot.engine.scales import Scales
 from poinsot.engine.state_vector import SMALL, StateVector, factors_of_parts
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.engine.termination import LONGEST
-from poinsot.engine.variational import VariationalEquations
+from poinsot.engine.variational import TurningBody, VariationalEquations
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.formula_errors import use_functions
-from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.state import State
 
 PRECISIONS: dict[str, Any] = {
@@ -157,12 +156,13 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
     scale = np.exp2(np.rint(np.log2(SMALL / system.momentum_scale(state))))
-    parts = factors_of_parts(system, state)
-    if smooth.orbits and formulation.turns and precision == "double":
+    parts, ratios = factors_of_parts(system, state), system.momentum_ratios(state)
+    if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
         if set(comoving.views) == {0} and _pool.known(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
             return comoving
-    return StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda orbit: orbit.integrated))
+    orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
+    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios)
 
 
 class Kernel:
@@ -186,7 +186,7 @@ class Kernel:
     def __init__(self, built: _Compiled, problem: Problem, variables: StateVector, precision: str, lanes: int) -> None:
         self.engine, self._discontinuities, self.detection = built.engine, built.discontinuities, built.detection
         self._roots = built.roots
-        self._variations, self._first = variables.variations, variables.tangent.start
+        self._variations, self._first = variables.variations, variables.tangent_vectors.start
         kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
         typed = kind if lanes == 1 and not problem.knots.size else functools.partial(np.asarray, dtype=kind)
         if precision == "quadruple" and problem.knots.size:  # no array of these takes part in sums with other numbers
@@ -445,32 +445,37 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
         ((block, along),) = environment.blocks
         turning = block.omega(time, along)
     try:
-        motion = own[: chart.size]
-        attitude, g = chart.physical(motion)
-        matrix, quaternion = attitude.matrix, attitude.quaternion
-        attitude.comoving = variables.comoving
-        body = system.body_at(variables.physical(own, scale), time)
-        instant = Instant(body, attitude, environment, angular_momentum_body=g, scale=scale)
-        torque = system.torque_at(instant)
-        omega, momentum_rate = instant.omega_body, system.momentum_rate(instant, torque)
-        of_blocks = [*variables.rates(system.block_rates(instant), scale)]
-        rates = [*chart.rates(motion, omega, momentum_rate, torque, turning), *of_blocks]
+        motions = [own[place] for place in variables.charts]
+        bodies = [chart.physical(motion) for motion in motions]
+        axes = [(attitude.matrix, attitude.quaternion) for attitude, _ in bodies]
+        for attitude, _ in bodies:
+            attitude.comoving = variables.comoving
+        instant = system.instant(bodies, variables.physical(own, scale), environment, variables.scales(scale))
+        turnings, blocks = system.changes(instant)
+        of_blocks = [*variables.rates(blocks, scale)]
+        of_charts = [
+            rate
+            for motion, each in zip(motions, turnings, strict=True)
+            for rate in chart.rates(motion, each.omega, each.momentum_rate, each.torque, turning)
+        ]
+        rates = [*of_charts, *of_blocks]
         events = [event.value(instant) for event in twin.events]
         field = _Field(graph, [*own, time], rates, events, [event.condition(instant) for event in twin.events])
         if variations is None:
             return field
-        parts = own[chart.size : variables.along_orbits.start]
+        parts = own[variables.charts[-1].stop : variables.along_orbits.start]
         linear = VariationalEquations(
-            (*chart.tangent, *range(6, 6 + len(parts))),
-            matrix,
-            quaternion,
-            [*g, *parts],
-            [*momentum_rate, *of_blocks[: len(parts)]],
-            omega,
+            variables.tangent_coordinates,
+            [
+                TurningBody(*of_body, g, each.omega, each.momentum_rate)
+                for of_body, (_, g), each in zip(axes, bodies, turnings, strict=True)
+            ],
+            parts,
+            of_blocks[: len(parts)],
             graph.input,
         )
         _refuse_discontinuities(field, variables)
-        rates += linear.of(variations, own[variables.tangent])
+        rates += linear.of(variations, own[variables.tangent_vectors])
         return field
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error

@@ -167,7 +167,7 @@ class LoopedRun(Run):
 
     def fast_first(self) -> NDArray[np.int_]:
         """Return the members, fast rotators first."""
-        speed = np.linalg.norm(self.job.problem.system.omega_body(self.state), axis=-1)
+        speed = self.job.problem.system.speed(self.state)
         return np.argsort(-np.broadcast_to(speed, self.origins.shape), kind="stable")
 
     def _cut(self, order: NDArray[np.int_], threads: int) -> Iterator[NDArray[np.int_]]:
@@ -275,7 +275,7 @@ class _Tasks:
             if not paused.size:
                 return
             states = tasks["state"][paused]
-            variations.rescale(states[:, self._run.job.variables.tangent])
+            variations.rescale(states[:, self._run.job.variables.tangent_vectors])
             tasks["state"][paused] = states
             tasks["pause"][paused] += STEPS_AT_A_TIME[variations.order]
             self.queue.put(paused)

@@ -52,7 +52,7 @@ class Rows:
 
     @functools.cached_property
     def _variations(self) -> dict[str, Array]:
-        variations, values = self._variables.variations, self._values[..., self._variables.tangent]
+        variations, values = self._variables.variations, self._values[..., self._variables.tangent_vectors]
         return dict(zip(VARIATIONS, variations.read(values), strict=True)) if variations else {}
 
     def __getitem__(self, name: str) -> Array:

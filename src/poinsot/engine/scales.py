@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.state_vector import SMALL, StateVector
-from poinsot.mechanics.force import Torque
+from poinsot.mechanics.force import PairLoad, Torque
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.system import System
 
@@ -50,7 +50,7 @@ class Scales:
     def __init__(self, system: System, variables: StateVector, powers: Array, lanes: int, order: int) -> None:
         self._system, self._variables, self._powers, self._order = system, variables, powers, order
         self._momenta = variables.momenta
-        self._has_torques = any(isinstance(force, Torque | Part) for force in system.forces)
+        self._has_torques = any(isinstance(force, Torque | PairLoad | Part) for force in system.forces)
         self._is_free = not system.forces
         self.bits, self._members = np.zeros((2, lanes), dtype=int)
 
@@ -127,7 +127,10 @@ class Scales:
 
     @functools.cached_property
     def _inertia(self) -> Array:
-        return np.ravel(np.max(self._system.body.moments, axis=-1) * self._variables.scale)
+        """The largest moment of inertia of a body, times the scale of its momenta."""
+        scales = self._variables.scales(self._variables.scale)
+        each = zip(self._system.rigid_bodies, scales, strict=True)
+        return np.ravel(np.max(np.broadcast_arrays(*(np.max(body.moments, axis=-1) * x for body, x in each)), axis=0))
 
     def _of(self, values: Array, lane: int) -> float:
         """Return what is a lane's of values in the scale of the start, in its own."""

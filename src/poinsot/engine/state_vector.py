@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,8 +17,7 @@ from poinsot.engine.problem import Problem
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
-from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 
 __all__ = ["SMALL", "Slot", "StateVector", "factors_of_parts"]
@@ -28,9 +27,6 @@ Array = NDArray[np.float64]
 SMALL = 0.1
 """The size given to the momenta: below that of q, so that the engine's step control, which looks at the
 largest variable, keeps its grip on the attitude."""
-
-AT_REST = 1e-9
-"""Of the rate of a variable whose part has no momentum: what is slower is at rest, and its rate mostly rounding."""
 
 BLOCK = 8192
 """Rows converted together: their intermediate results stay in the processor's cache."""
@@ -70,7 +66,7 @@ class StateVector:
     Parameters
     ----------
     formulation : Formulation
-        The chart of attitude and momentum.
+        The chart of attitude and momentum of each body.
     scale : float or array (members,)
         What the momenta are multiplied by.
     parts : mapping
@@ -83,6 +79,8 @@ class StateVector:
         Whether the attitude refers to the comoving axes of the one block.
     variations : Variations, optional
         The tangent vectors.
+    ratios : mapping
+        What the momenta of each body are multiplied by beside the scale; 1 for the first.
     """
 
     formulation: Formulation
@@ -92,13 +90,15 @@ class StateVector:
     views: Views = ()
     comoving: bool = False
     variations: Variations | None = None
+    ratios: Mapping[str, Any] = field(default_factory=lambda: {"": 1.0})
 
     @functools.cached_property
     def slots(self) -> dict[str, Slot]:
         """The slots by name, in the order of the variables."""
         chart, tangent = self.formulation, self.variations
         momenta = range(chart.size)[chart.momenta]
-        factors: dict[str, Factors] = {CHART: tuple(None if i in momenta else 1.0 for i in range(chart.size))}
+        of_chart = tuple(None if i in momenta else 1.0 for i in range(chart.size))
+        factors: dict[str, Factors] = {_chart_of(body): of_chart for body in self.ratios}
         factors |= self.parts
         factors |= {f"orbits[{i}]": (1.0,) * block.size for i, block in enumerate(self.orbits)}
         if tangent:
@@ -118,16 +118,22 @@ class StateVector:
     def sizes(self) -> dict[str, int]:
         """How many numbers each array of a phase has in a row."""
         chart = self.formulation.to_phase(np.full(self.formulation.size, np.nan))
-        return {name: row.size for name, row in chart.items()} | {name: len(own) for name, own in self.parts.items()}
+        rigid = {_named(body, name): row.size for body in self.ratios for name, row in chart.items()}
+        return rigid | {name: len(own) for name, own in self.parts.items()}
+
+    @functools.cached_property
+    def charts(self) -> list[slice]:
+        """Where attitude and momentum of each body are."""
+        return [self.slots[_chart_of(body)].place for body in self.ratios]
 
     @functools.cached_property
     def along_orbits(self) -> slice:
         """Where the variables of orbits are."""
-        first = self.formulation.size + sum(map(len, self.parts.values()))
+        first = len(self.ratios) * self.formulation.size + sum(map(len, self.parts.values()))
         return slice(first, first + sum(block.size for block in self.orbits))
 
     @property
-    def tangent(self) -> slice:
+    def tangent_vectors(self) -> slice:
         """Where the tangent vectors are."""
         return slice(self.along_orbits.stop, None)
 
@@ -136,7 +142,8 @@ class StateVector:
         """Where the momenta of the motion are."""
         if not self.parts:
             return self.formulation.momenta
-        return [place for name in (CHART, *self.parts) for place in self.slots[name].momenta]
+        names = (*map(_chart_of, self.ratios), *self.parts)
+        return [place for name in names for place in self.slots[name].momenta]
 
     @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
@@ -144,17 +151,23 @@ class StateVector:
         variations = self.variations and replace(self.variations, initial=None)
         blocks = tuple(block.structure for block in self.orbits)
         parts = tuple((name, *(factor is None for factor in own)) for name, own in self.parts.items())
-        return self.formulation, parts, blocks, self.views, self.comoving, variations
+        return self.formulation, tuple(self.ratios), parts, blocks, self.views, self.comoving, variations
 
     @property
     def factors(self) -> tuple[float, ...]:
-        """The factors of parts that are numbers: parameters of a kernel."""
-        return tuple(factor for own in self.parts.values() for factor in own if factor is not None)
+        """The ratios of further bodies and the factors of parts that are numbers: parameters of a kernel."""
+        _, *ratios = self.ratios.values()
+        return *ratios, *(factor for own in self.parts.values() for factor in own if factor is not None)
 
     def with_factors(self, factors: Iterator[Any]) -> StateVector:
-        """Return the same with other factors of parts in place of the numbers, scalars of any kind."""
+        """Return the same with other ratios and factors in place of the numbers, scalars of any kind."""
+        ratios = {body: next(factors) if i else ratio for i, (body, ratio) in enumerate(self.ratios.items())}
         parts = {n: tuple(x if x is None else next(factors) for x in own) for n, own in self.parts.items()}
-        return replace(self, parts=parts)
+        return replace(self, parts=parts, ratios=ratios)
+
+    def scales(self, scale: Scalar) -> list[Scalar]:
+        """Return what the momenta of each body are multiplied by."""
+        return [scale * ratio if i else scale for i, ratio in enumerate(self.ratios.values())]
 
     @property
     def of_one(self) -> bool:
@@ -167,10 +180,23 @@ class StateVector:
         return [place for slot in self.slots.values() for place in slot.momenta]
 
     @property
-    def tangent_factors(self) -> Factors:
-        """What the variables multiply each tangent coordinate by; None: the scale of the momenta."""
-        rigid = (1.0 if place < 3 else None for place in self.formulation.tangent)
-        return *rigid, *(factor for own in self.parts.values() for factor in own)
+    def tangent_coordinates(self) -> list[int]:
+        """Which of the tangent coordinates there are: of each body six, and those of parts."""
+        rigid = [6 * i + place for i in range(len(self.ratios)) for place in self.formulation.tangent]
+        own = sum(map(len, self.parts.values()))
+        return rigid + list(range(6 * len(self.ratios), 6 * len(self.ratios) + own))
+
+    @property
+    def tangent_scales(self) -> tuple[bool, ...]:
+        """Which of the tangent coordinates scale as momenta do."""
+        rigid = (place >= 3 for _ in self.ratios for place in self.formulation.tangent)
+        return *rigid, *(factor is None for own in self.parts.values() for factor in own)
+
+    def tangent_units(self, scale: float) -> Array:
+        """Return what the variables multiply each tangent coordinate by, for a scale of the momenta; shape (k,)."""
+        each = zip(self.ratios, self.scales(scale), strict=True)
+        rigid = [own if place >= 3 else 1.0 for _, own in each for place in self.formulation.tangent]
+        return np.array([*rigid, *(scale if x is None else x for own in self.parts.values() for x in own)])
 
     def rescaled(self, rows: Array, bits: int) -> Array:
         """Return rows of variables with the scale of their momenta multiplied by 2^bits; shape (..., size)."""
@@ -218,10 +244,14 @@ class StateVector:
     def _packed(self, state: State, turn: Array | None = None) -> Array:
         """Return the variables of attitude, momentum and parts."""
         chart, own = self.formulation, state.own
-        rigid = chart.from_state(state)
-        rigid[..., chart.momenta] *= np.asarray(self.scale, dtype=rigid.dtype)[..., None]
-        self._turn(rigid, turn)
-        chart.check_variables(rigid)
+        bodies = []
+        for each, scale in zip(state.of_bodies.values(), self.scales(self.scale), strict=True):
+            body = chart.from_state(each)
+            body[..., chart.momenta] *= np.asarray(scale, dtype=body.dtype)[..., None]
+            self._turn(body, turn)
+            chart.check_variables(body)
+            bodies.append(body)
+        rigid = np.concatenate(bodies, axis=-1) if len(bodies) > 1 else bodies[0]
         columns = []
         for name, factors in self.parts.items():
             if np.shape(own.get(name, ()))[-1] != len(factors):
@@ -247,16 +277,19 @@ class StateVector:
 
     def _converted(self, times: Array, variables: Array) -> Phase:
         chart, scale = self.formulation, np.asarray(self.scale)[..., None]
-        rigid = variables[..., : chart.size].copy()
-        rigid[..., chart.momenta] /= scale[..., None]
+        turn, phase = None, Phase()
         if self.comoving:
             (block,) = self.orbits
             if variables.ndim == 3:  # members first: their numbers go beside the times
                 block = block.with_numbers(number[..., None] for number in block.numbers)
-            self._turn(rigid, block.quaternion(times, variables[..., self.along_orbits]))
+            turn = block.quaternion(times, variables[..., self.along_orbits])
+        for body, place, own_scale in zip(self.ratios, self.charts, self.scales(scale), strict=True):
+            rigid = variables[..., place].copy()
+            rigid[..., chart.momenta] /= own_scale[..., None]
+            self._turn(rigid, turn)
+            phase |= {_named(body, name): row for name, row in chart.to_phase(rigid).items()}
         columns = np.moveaxis(variables, -1, 0)
-        own = {name: np.stack(list(self.slots[name].physical(columns, scale)), axis=-1) for name in self.parts}
-        return chart.to_phase(rigid) | own
+        return phase | {name: np.stack(list(self.slots[name].physical(columns, scale)), axis=-1) for name in self.parts}
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
@@ -279,37 +312,24 @@ class StateVector:
                 yield from slot.scaled(by_block[name], scale)
 
 
+def _chart_of(body: str) -> str:
+    """Return the name of the slot of attitude and momentum."""
+    return f"{CHART} of the {body}" if body else CHART
+
+
+def _named(body: str, name: str) -> str:
+    """Return the name of an array of a body in a phase."""
+    return f"{body}_{name}" if body else name
+
+
 def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     """Return factors that bring the variables of parts near a tenth, along the motion from a state."""
-    parts = [block for block in system.blocks if isinstance(block, Part)]
-    others = [part.name for part in parts if part.momenta < set(part.variables)]
-    sizes = _sizes(system, state, others) if others else {}
-    factors = {}
+    parts = [block for block in system.blocks if not isinstance(block, OrbitBlock)]
+    sizes, factors = system.sizes_of_blocks(state), {}
     for part in parts:
         momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
         factors[part.name] = tuple(None if i in momenta else _power(sizes[part.name][i]) for i in range(part.size))
     return factors
-
-
-def _sizes(system: System, state: State, names: list[str]) -> dict[str, Array]:
-    """Return how large variables of parts are, or how far they go while the body turns by a radian.
-
-    A part at rest goes as far as one without momentum in a body that turns as fast, about any axis.
-    """
-    twin, g = system.beside(state.quaternion.shape[:-1]), np.linalg.norm(state.angular_momentum_body, axis=-1)
-    without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
-    turning = [state_of(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)]
-    with np.errstate(all="ignore"):
-        fastest = float(np.max(np.linalg.norm(system.omega_body(state), axis=-1))) or 1.0
-        each = [twin.block_rates(twin.at(start)) for start in (state, *turning)]
-    sizes = {}
-    for name in names:
-        here, *there = (np.abs(np.stack(np.broadcast_arrays(*rates[name]), axis=-1)) for rates in each)
-        farthest = np.max(there, axis=0)
-        changes = np.where(here > AT_REST * farthest, here, farthest) / fastest
-        own = np.abs(state.own[name])
-        sizes[name] = np.max(np.maximum(own, changes).reshape(-1, own.shape[-1]), axis=0)
-    return sizes
 
 
 def _power(size: float) -> float:

@@ -1,8 +1,8 @@
 """Variational equations of a motion: tangent vectors and derivatives by parameters, integrated along with it.
 
-A tangent vector has six coordinates, body axes: xi = (theta, gamma) changes (q, g) to (q exp(theta / 2), g + gamma).
-Behind them are the changes of the variables of parts; below, g and gamma stand for these as well. With m the rotation
-matrix, d m_i = m_i x theta for each of its rows, and g' = F(m, g), to first order
+A tangent vector has six coordinates, body axes: xi = (theta, gamma) changes (q, g) to (q exp(theta / 2), g + gamma). Of
+two bodies each has six. Behind them are the changes of the variables of parts; below, g and gamma stand for these as
+well. With m the rotation matrix, d m_i = m_i x theta for each of its rows, and g' = F(m, g), to first order
 
     theta' = d omega - omega x theta,    gamma' = dF.
 
@@ -17,7 +17,7 @@ differentials by parameters as well. The quaternion has d q = q (0, theta) / 2, 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,17 @@ from poinsot.algebra.program import Node, tangents
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.functions import Vector, cross
 
-__all__ = ["VariationalEquations"]
+__all__ = ["TurningBody", "VariationalEquations"]
+
+
+class TurningBody(NamedTuple):
+    """A body whose motion varies: its attitude and momentum, nodes or numbers, and their rates along its axes."""
+
+    matrix: Any
+    quaternion: Any
+    momentum: Sequence[Any]
+    omega: Sequence[Any]
+    momentum_rate: Sequence[Any]
 
 
 class VariationalEquations:
@@ -34,30 +44,28 @@ class VariationalEquations:
 
     Parameters
     ----------
-    tangent : tuple of int
-        Which of the coordinates theta, gamma there are.
-    matrix, quaternion
-        The attitude, nodes or numbers.
-    momenta, rates : sequences
-        g and the variables of parts, and their time derivatives.
-    omega : sequence
-        The angular velocity along the body axes.
+    chosen : sequence of int
+        Which of the coordinates there are: theta, gamma of each body, and the changes of other variables.
+    bodies : sequence of TurningBody
+    variables, rates : sequences
+        The variables of parts, and their time derivatives.
     inputs : callable
         The number of an input of the run to its node.
     """
 
     def __init__(
         self,
-        tangent: tuple[int, ...],
-        matrix: Any,
-        quaternion: Any,
-        momenta: Sequence[Any],
+        chosen: Sequence[int],
+        bodies: Sequence[TurningBody],
+        variables: Sequence[Any],
         rates: Sequence[Any],
-        omega: Sequence[Any],
         inputs: Any,
     ) -> None:
-        self._tangent, self._rows, self._quaternion = tangent, [Vector(row) for row in matrix], Vector(quaternion)
-        self._momenta, self._rates, self._omega, self._inputs = momenta, rates, omega, inputs
+        self._chosen, self._bodies, self._inputs = chosen, bodies, inputs
+        self._rows = [[Vector(row) for row in body.matrix] for body in bodies]
+        self._quaternions = [Vector(body.quaternion) for body in bodies]
+        self._momenta = [x for body in bodies for x in body.momentum] + list(variables)
+        self._rates = [x for body in bodies for x in (*body.omega, *body.momentum_rate)] + list(rates)
 
     def of(self, variations: Variations, symbols: Sequence[Any]) -> list[Any]:
         """Return the time derivatives of the variables of tangent vectors."""
@@ -66,58 +74,71 @@ class VariationalEquations:
             {self._inputs(number): unit for number in numbers}
             for numbers, unit in zip(variations.inputs, units, strict=True)
         ]
-        vectors = [_TangentVector(self._full(x), given) for x, given in zip(u, own, strict=True)]
+        bodies = len(self._bodies)
+        vectors = [_TangentVector(self._full(x), bodies, given) for x, given in zip(u, own, strict=True)]
         out = [rate for vector in vectors for rate in self._first(vector)]
         for (a, b), x in zip(variations.pairs, pairs, strict=True):
-            out += self._second(_TangentVector(self._full(x), {}), vectors[a], vectors[b])
+            out += self._second(_TangentVector(self._full(x), bodies, {}), vectors[a], vectors[b])
         return out + [0.0] * (variations.size - len(out))
 
     def _full(self, xi: Sequence[Any]) -> list[Any]:
-        full = [0.0] * (3 + len(self._momenta))
-        for place, x in zip(self._tangent, xi, strict=True):
+        full = [0.0] * len(self._rates)
+        for place, x in zip(self._chosen, xi, strict=True):
             full[place] = x
         return full
 
     def _first(self, vector: _TangentVector) -> list[Any]:
-        vector.row_changes = [cross(row, vector.theta) for row in self._rows]
-        vector.turn = self._turn(vector.theta)
-        seeds = _seeds([*self._rows, self._quaternion], [*vector.row_changes, vector.turn])
+        vector.row_changes = [
+            [cross(row, theta) for row in rows] for rows, theta in zip(self._rows, vector.thetas, strict=True)
+        ]
+        vector.turns = self._turns(vector.thetas)
+        seeds = _seeds([*_flat(self._rows), *self._quaternions], [*_flat(vector.row_changes), *vector.turns])
         seeds |= _seeds([self._momenta], [vector.gamma]) | vector.inputs
         vector.seeds = seeds
-        vector.changes = tangents([*self._omega, *self._rates], seeds)
-        theta = Vector(vector.changes[:3]) - cross(self._omega, vector.theta)
-        return self._chosen([*theta, *vector.changes[3:]])
+        vector.changes = tangents(self._rates, seeds)
+        rates = list(vector.changes)
+        for i, (body, theta) in enumerate(zip(self._bodies, vector.thetas, strict=True)):
+            own = slice(6 * i, 6 * i + 3)
+            rates[own] = Vector(vector.changes[own]) - cross(body.omega, theta)
+        return [rates[place] for place in self._chosen]
 
     def _second(self, pair: _TangentVector, a: _TangentVector, b: _TangentVector) -> list[Any]:
-        rows = [
-            cross(row, pair.theta) + 0.5 * (cross(row_a, b.theta) + cross(row_b, a.theta))
-            for row, row_a, row_b in zip(self._rows, a.row_changes, b.row_changes, strict=True)
-        ]
-        turn = self._turn(pair.theta) + 0.5 * (_half_product(a.turn, b.theta) + _half_product(b.turn, a.theta))
-        seeds = b.seeds | _seeds([*a.row_changes, a.turn, a.gamma], [*rows, turn, pair.gamma])
+        rows, turns = [], self._turns(pair.thetas)
+        for i, theta in enumerate(pair.thetas):
+            rows += [
+                cross(row, theta) + 0.5 * (cross(row_a, b.thetas[i]) + cross(row_b, a.thetas[i]))
+                for row, row_a, row_b in zip(self._rows[i], a.row_changes[i], b.row_changes[i], strict=True)
+            ]
+            turns[i] += 0.5 * (_half_product(a.turns[i], b.thetas[i]) + _half_product(b.turns[i], a.thetas[i]))
+        seeds = b.seeds | _seeds([*_flat(a.row_changes), *a.turns, a.gamma], [*rows, *turns, pair.gamma])
         changes = tangents(a.changes, seeds)
-        mixed = cross(a.theta, b.changes[:3]) + cross(b.theta, a.changes[:3])
-        theta = Vector(changes[:3]) - cross(self._omega, pair.theta) + 0.5 * mixed
-        return self._chosen([*theta, *changes[3:]])
+        for i, (body, theta) in enumerate(zip(self._bodies, pair.thetas, strict=True)):
+            own = slice(6 * i, 6 * i + 3)
+            mixed = cross(a.thetas[i], b.changes[own]) + cross(b.thetas[i], a.changes[own])
+            changes[own] = Vector(changes[own]) - cross(body.omega, theta) + 0.5 * mixed
+        return [changes[place] for place in self._chosen]
 
-    def _turn(self, theta: Vector) -> Vector:
-        return _half_product(self._quaternion, theta)
-
-    def _chosen(self, rates: Sequence[Any]) -> list[Any]:
-        """Return the rates of the tangent coordinates that there are."""
-        return [rates[place] for place in self._tangent]
+    def _turns(self, thetas: Sequence[Vector]) -> list[Any]:
+        return [_half_product(q, theta) for q, theta in zip(self._quaternions, thetas, strict=True)]
 
 
 class _TangentVector:
     """A tangent vector and what is known of the differentials along it."""
 
-    row_changes: list[Vector]
-    turn: Vector
+    row_changes: list[list[Any]]
+    turns: list[Any]
     seeds: dict[Node, Any]
     changes: list[Any]
 
-    def __init__(self, xi: Sequence[Any], inputs: Mapping[Node, Any]) -> None:
-        self.theta, self.gamma, self.inputs = Vector(xi[:3]), Vector(xi[3:]), dict(inputs)
+    def __init__(self, xi: Sequence[Any], bodies: int, inputs: Mapping[Node, Any]) -> None:
+        each = [6 * i for i in range(bodies)]
+        self.thetas = [Vector(xi[i : i + 3]) for i in each]
+        self.gamma = [x for i in each for x in xi[i + 3 : i + 6]] + list(xi[6 * bodies :])
+        self.inputs = dict(inputs)
+
+
+def _flat(lists: Iterable[Iterable[Any]]) -> list[Any]:
+    return [x for each in lists for x in each]
 
 
 def _half_product(q: Vector, theta: Vector) -> Vector:

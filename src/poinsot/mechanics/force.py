@@ -95,6 +95,12 @@ class Load(NamedTuple):
         On the secondary, space axes; the opposite one is on the primary.
     torques : two of Vector
         On primary and secondary, each about its centre of mass and along its axes.
+
+    Examples
+    --------
+    >>> nothing = pt.functions.Vector((0.0, 0.0, 0.0))
+    >>> pt.Load(pt.functions.Vector((0.0, -0.5, 0.0)), (nothing, nothing)).force[1]
+    -0.5
     """
 
     force: Vector

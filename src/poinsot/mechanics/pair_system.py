@@ -15,6 +15,7 @@ from poinsot.algebra.program import Graph, gradient
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
+from poinsot.mechanics.body import Body
 from poinsot.mechanics.dynamics import Turning
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time, shared_blocks
 from poinsot.mechanics.event import Event
@@ -63,6 +64,11 @@ class PairSystem(System, of=TwoBodies):
         """The two bodies."""
         pair: TwoBodies = self.body
         return pair
+
+    @property
+    @override
+    def rigid_bodies(self) -> tuple[Body, ...]:
+        return tuple(self.pair.bodies.values())
 
     @functools.cached_property
     @override
@@ -127,13 +133,8 @@ class PairSystem(System, of=TwoBodies):
 
     @override
     def speed(self, state: State) -> Any:
-        twin = self.beside(state.shape).pair
-        omegas = [body.omega(each.angular_momentum_body) for body, each in self._with_states(twin, state)]
-        return np.max([np.linalg.norm(omega, axis=-1) for omega in omegas], axis=0)
-
-    def _with_states(self, pair: TwoBodies, state: State) -> list[tuple[Any, State]]:
-        bodies = pair.bodies
-        return [(bodies[name], each) for name, each in state.of_bodies.items()]
+        instant: Any = self.beside(state.shape).at(state)
+        return np.maximum(*(functions.norm(each.omega_body) for each in (instant.primary, instant.secondary)))
 
     # ------------------------------------------------------------------ sizes
 
@@ -149,7 +150,7 @@ class PairSystem(System, of=TwoBodies):
     def _momentum_scales(self, state: Any) -> list[Any]:
         """Return the larger of |g| of each body and what it has if it turns with the orbit; shapes (...)."""
         pace = self._pace(state)
-        moments = (np.max(np.asarray(body.moments), axis=-1) for body in self.pair.bodies.values())
+        moments = (np.max(np.asarray(body.moments), axis=-1) for body in self.rigid_bodies)
         return [
             np.maximum(np.linalg.norm(each.angular_momentum_body, axis=-1), largest * pace)
             for each, largest in zip(state.of_bodies.values(), moments, strict=True)

@@ -64,6 +64,9 @@ class Parametric:
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
+        for name in cls.__annotations__.keys() - vars(cls).keys():
+            if callable(getattr(cls, name, None)):  # a field may have the name of a method, which is not its default
+                setattr(cls, name, dataclasses.field())
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
 
     @classmethod

@@ -196,6 +196,11 @@ class System(Dynamics):
         largest = functools.reduce(np.maximum, sizes, self.torque_scale)
         return np.where(largest > 0, largest, 1.0)
 
+    @property
+    def rigid_bodies(self) -> tuple[Body, ...]:
+        """The bodies: one or two."""
+        return (self.body,)
+
     def momentum_ratios(self, state: State) -> dict[str, float]:  # noqa: ARG002
         """Return what the angular momenta of the bodies are multiplied by to be of the size of the first one's."""
         return {"": 1.0}

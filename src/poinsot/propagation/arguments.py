@@ -79,7 +79,7 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
 
 def members_of(system: Collection, state: State) -> tuple[int, ...]:
     """Return () for one body, (members,) for an ensemble."""
-    shapes = {shape for shape in (state.quaternion.shape[:-1], state.time.shape, system.members) if shape}
+    shapes = {shape for shape in (state.shape, state.time.shape, system.members) if shape}
     if len(shapes) > 1:
         counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
         raise ValueError(f"state and system must have equally many members, got {counts}.")

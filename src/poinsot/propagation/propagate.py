@@ -26,6 +26,7 @@ from poinsot.propagation.arguments import (
     members_of,
 )
 from poinsot.propagation.event_record import crossings
+from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.trajectory import Method, Run, Trajectory
 from poinsot.quantities import Times
 
@@ -117,7 +118,7 @@ def propagate(
     kept = Memory(variables, members[0], t, **of_orbits) if members else OneMotion()
     report = driver.run(state, t, kept)
     method = Method.TAYLOR_OF_MEMBERS if members else Method.TAYLOR
-    motion = Trajectory(
+    motion = trajectory_class(system)(
         system,
         state,
         kept.times,

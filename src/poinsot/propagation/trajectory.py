@@ -289,7 +289,12 @@ class Trajectory(Summarized):
 
     def __len__(self) -> int:
         """Return the length of the first axis of its arrays: members of an ensemble, times of one body."""
-        return len(self.quaternion)
+        return len(next(iter(self.phase.values())))
+
+    @property
+    def is_ensemble(self) -> bool:
+        """Whether arrays have members as their first axis."""
+        return next(iter(self.phase.values())).ndim == 3
 
     def __iter__(self) -> Iterator[Any]:
         return (self[i] for i in range(len(self)))
@@ -297,7 +302,7 @@ class Trajectory(Summarized):
     def __getitem__(self, index: Index) -> Any:
         """Return what an index of the first axis chooses: members of an ensemble, times of one body."""
         chosen: Any = index
-        return self.isel(time=chosen) if self.quaternion.ndim == 2 else self.isel(member=chosen)
+        return self.isel(member=chosen) if self.is_ensemble else self.isel(time=chosen)
 
     @checked
     def member(self, member: int) -> Trajectory:
@@ -334,15 +339,15 @@ class Trajectory(Summarized):
         members = self._members(member)
         if isinstance(at, int):
             phase = changed(self.phase, lambda x: (x if members is None else x[members])[..., at, :])
-            return state_of(phase, np.full(phase["quaternion"].shape[:-1], self.times[at]))
+            return state_of(phase, np.full(next(iter(phase.values())).shape[:-1], self.times[at]))
         if np.any(np.diff(at) <= 0):
             raise ValueError("time must keep the order of the times of the motion, got places in another order.")
         return self._selected(members, at)
 
     def _members(self, index: Index) -> Chosen | None:
         """Return which members are chosen; None of one body."""
-        if self.quaternion.ndim == 3:
-            return checked_index("member", index, len(self.quaternion))
+        if self.is_ensemble:
+            return checked_index("member", index, len(self))
         if not (isinstance(index, slice) and index == EVERY):
             raise ValueError("motion must be an ensemble to have members, but it is of one body.")
         return None
@@ -350,7 +355,7 @@ class Trajectory(Summarized):
     def _selected(self, members: Chosen | None, at: NDArray[np.intp]) -> Trajectory:
         """Return the motion of some members, None: of the one body, at some times."""
         if isinstance(members, int):
-            at = at[np.all(np.isfinite(self.quaternion[members, at]), axis=-1)]
+            at = at[np.all(np.isfinite(next(iter(self.phase.values()))[members, at]), axis=-1)]
 
         def rows(values: Array) -> Array:
             return np.asarray(values[at] if members is None else values[members][..., at, :])
@@ -376,7 +381,8 @@ class Trajectory(Summarized):
             variables = kernels.state_vector(problem, initial, formulation_of(self.run.formulation), self.run.precision)
             return variables.environment(problem, times, rows(values))
 
-        motion = Trajectory(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
+        own = type(self)
+        motion = own(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
         motion.events = events
         return motion
 
@@ -405,15 +411,19 @@ class Trajectory(Summarized):
         Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
         """
         T_and_U = np.abs(self.kinetic_energy) + np.abs(self.potential_energy)
-        momentum = np.linalg.norm(self.angular_momentum_body, axis=-1)
         energy_scale = np.fmax.reduce(T_and_U, axis=-1, initial=0.0)
-        momentum_scale = np.fmax.reduce(momentum, axis=-1, initial=0.0)
+        momentum_scale = np.fmax.reduce(self._momentum_size, axis=-1, initial=0.0)
         out = {}
         for integral in self.system.integrals:
             scale = energy_scale if integral.is_energy else momentum_scale
             change = self.integrals[integral.name] - np.asarray(integral.value(self.initial))[..., None]
             out[integral.name] = change / np.where(scale > 0, scale, 1.0)[..., None]
         return out
+
+    @property
+    def _momentum_size(self) -> Array:
+        """What drifts of momenta are measured against; shape (n,)."""
+        return np.asarray(np.linalg.norm(self.angular_momentum_body, axis=-1))
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -438,7 +448,7 @@ class Trajectory(Summarized):
         drift = [(name.removeprefix("drift_"), size) for name, size in known.items() if name.startswith("drift_")]
         return f"Trajectory of {rounded(repr(self.system))}", {
             "times": told_times(self.times, unit),
-            "members": f"{len(self)}, {len(self.failures)} failed" if self.quaternion.ndim == 3 else "",
+            "members": f"{len(self)}, {len(self.failures)} failed" if self.is_ensemble else "",
             "method": str(known["method"]) + (steps if known["steps"] else ""),
             "kernel": told_kernel(known["kernel"], known["lanes"]),
             "variables": f"{known['formulation']}, {known['precision']} precision",

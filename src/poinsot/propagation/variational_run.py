@@ -88,9 +88,7 @@ class VariationalRun:
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
         self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(system.momentum_scale(self.state))))))
-        factors = variables.tangent_factors
-        self._scaled = tuple(factor is None for factor in factors)
-        self.units = np.array([self.scale if factor is None else factor for factor in factors])
+        self._scaled, self.units = variables.tangent_scales, variables.tangent_units(self.scale)
         self.variables = dataclasses.replace(variables, scale=np.full(self.members, self.scale)[()])
         first = 1 + len(variables.factors)  # behind the scales
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)

@@ -16,11 +16,11 @@ class Thruster(pt.Torque):
     """A constant torque between two times."""
 
     size: pt.Vector
-    on: float
+    begin: float
     off: float
 
     def torque(self, instant):
-        burns = fn.where(fn.less(instant.time, self.on), 0.0, fn.where(fn.less(instant.time, self.off), 1.0, 0.0))
+        burns = fn.where(fn.less(instant.time, self.begin), 0.0, fn.where(fn.less(instant.time, self.off), 1.0, 0.0))
         return burns * fn.Vector(self.size)
 
 
@@ -197,12 +197,12 @@ def test_what_a_thruster_changes_is_no_integral(on):
 
 def test_a_potential_that_is_switched_on_has_no_energy_to_keep():
     class Weight(pt.Potential):
-        on: float
+        begin: float
         off: float
 
         def energy(self, instant):
             lasts = fn.where(fn.less(instant.time, self.off), 1.0, 0.0)
-            return fn.where(fn.less(instant.time, self.on), 0.0, lasts) * instant.attitude.to_body((0, 0, 1))[2]
+            return fn.where(fn.less(instant.time, self.begin), 0.0, lasts) * instant.attitude.to_body((0, 0, 1))[2]
 
     assert [integral.symbol for integral in pt.System(BODY, Weight(3.0, 7.0)).integrals] == ["G3"]
     assert [integral.symbol for integral in pt.System(BODY, Ridge(0.7)).integrals] == ["H", "G1"]

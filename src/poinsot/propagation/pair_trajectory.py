@@ -1,0 +1,164 @@
+"""The motion of two bodies."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.algebra import quaternion as quat
+from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.pair_system import PairSystem
+from poinsot.mechanics.state import PairState, State, refused
+from poinsot.mechanics.system import System
+from poinsot.propagation.trajectory import Trajectory
+
+__all__ = ["PairTrajectory", "trajectory_class"]
+
+Array = NDArray[np.float64]
+
+
+class PairTrajectory(Trajectory):
+    """The motion of two bodies at the requested times: the secondary's orbit about the primary, and both rotations.
+
+    What is of one body is read from `motion.primary` and `motion.secondary`.
+
+    Attributes
+    ----------
+    system : System
+        Of `TwoBodies`.
+    initial : PairState
+    times, run, failures, events, provenance
+        As of a `Trajectory`.
+
+    Notes
+    -----
+    In an ensemble every array has the members as its first axis: (members, n, 3).
+
+    Examples
+    --------
+    >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+    >>> pair = pt.TwoBodies(ball, ball, G=1.0)
+    >>> start = pair.state((2, 0, 0), (0, 1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1), (0, 0, 0.5)])
+    >>> motion = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, [np.pi])
+    >>> motion.position.round(12), motion.secondary.omega_body
+    (array([[-2.,  0.,  0.]]), array([[0. , 0. , 0.5]]))
+    """
+
+    system: PairSystem
+    initial: PairState
+
+    @property
+    def position(self) -> Array:
+        """The position of the secondary's centre of mass from the primary's, space axes; shape (n, 3)."""
+        return self.phase["orbit"][..., :3]
+
+    @property
+    def momentum(self) -> Array:
+        """The relative velocity times the reduced mass, space axes; shape (n, 3)."""
+        return self.phase["orbit"][..., 3:]
+
+    @property
+    def velocity(self) -> Array:
+        """The velocity of the secondary relative to the primary, space axes; shape (n, 3)."""
+        mass = np.asarray(self.system.pair.reduced_mass)
+        return np.asarray(self.momentum / (mass[:, None, None] if mass.ndim else mass))
+
+    @property
+    def distance(self) -> Array:
+        """The distance of the centres of mass; shape (n,)."""
+        return np.asarray(np.linalg.norm(self.position, axis=-1))
+
+    @property
+    def primary(self) -> Trajectory:
+        """The rotation of the primary, as the motion of one body."""
+        return self._of("primary")
+
+    @property
+    def secondary(self) -> Trajectory:
+        """The rotation of the secondary, as the motion of one body."""
+        return self._of("secondary")
+
+    def _of(self, body: str) -> Trajectory:
+        def phase(whole: Any) -> Any:
+            return dict(whole.of_bodies[body].phase)
+
+        system = OneOfTwo(self.system.pair.bodies[body], units=self.system.units)
+        interpolant = None
+        if self._interpolant is not None:
+            _, first, last = self._interpolant
+            interpolant = (lambda times: phase(self(times))), first, last
+        rows = functools.partial(phase, self._state)
+        motion = Trajectory(
+            system, self.initial.of_bodies[body], self.times, rows, self.run, interpolant, self.failures
+        )
+        motion.provenance = {key: self.provenance[key] for key in ("title",) if key in self.provenance}
+        return motion
+
+    @property
+    @override
+    def quaternion(self) -> Array:
+        raise AttributeError(refused("quaternion"))
+
+    @property
+    @override
+    def conjugate_momenta(self) -> Array:
+        raise AttributeError(refused("conjugate_momenta"))
+
+    @property
+    @override
+    def angular_momentum_body(self) -> Array:
+        raise AttributeError(refused("angular_momentum_body"))
+
+    @property
+    @override
+    def omega_body(self) -> Array:
+        raise AttributeError(refused("omega_body"))
+
+    @property
+    @override
+    def angular_momentum_space(self) -> Array:
+        """The angular momentum about the barycentre, of the orbit and both rotations, space axes; shape (n, 3)."""
+        return self._state.angular_momentum_space
+
+    @property
+    @override
+    def norm_error(self) -> Array:
+        """The larger of | |q| - 1 | of the two bodies; shape (n,)."""
+        each = self._state.of_bodies.values()
+        return np.asarray(np.max([np.abs(quat.norm(one.quaternion) - 1) for one in each], axis=0))
+
+    @property
+    @override
+    def tangency_error(self) -> Array:
+        """The larger of |q . Q| of the two bodies; shape (n,)."""
+        each = self._state.of_bodies.values()
+        return np.asarray(np.max([np.abs(quat.dot(one.quaternion, one.conjugate_momenta)) for one in each], axis=0))
+
+    @property
+    @override
+    def _momentum_size(self) -> Array:
+        own = sum(np.linalg.norm(each.angular_momentum_body, axis=-1) for each in self._state.of_bodies.values())
+        return np.asarray(own + np.linalg.norm(np.cross(self.position, self.momentum), axis=-1))
+
+
+class OneOfTwo(System):
+    """One of two bodies, for reading its rotation: what acts on it is the pair's."""
+
+    @functools.cached_property
+    @override
+    def integrals(self) -> tuple[Integral, ...]:
+        return ()
+
+    @override
+    def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
+        raise AttributeError("one of two bodies has no energy of its own: take `motion.energy` of the pair.")
+
+
+def trajectory_class(system: System) -> type[Trajectory]:
+    """Return the class of the motions of a system."""
+    return PairTrajectory if isinstance(system, PairSystem) else Trajectory
