@@ -1,16 +1,20 @@
-"""What holds for every smooth system on the looped kernel and on heyoka's: the same steps, the same errors.
+"""What holds for every system on the looped kernel and on heyoka's: the same steps, the same errors.
 
-Both are judged by heyoka's integrator in extended precision.
+Both are judged by heyoka's integrator in extended precision; where formulas switch, also by an integration of Euler's
+equations with SciPy that starts anew at each switch.
 """
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from laws.test_every_force import FORCES, label
 from laws.test_every_orbit import ORBITS
 from laws.test_every_part import BODY as LARGE
 from laws.test_every_part import PARTS
+from poinsot import functions as fn
 from poinsot.engine import kernels, looped_kernel
 from poinsot.functions import Vector, norm
 from poinsot.orbits.ephemeris import Ephemeris
@@ -217,6 +221,129 @@ def test_a_member_that_fails_disturbs_no_other(lanes, monkeypatch):
         else:
             one = pt.propagate(pt.System(BODY, Pole(pole)), start_of(pt.System(BODY)), TIMES)
             assert np.array_equal(own, values(one))
+
+
+# ---------------------------------------------------------------------- formulas that switch
+
+
+class Window(pt.Torque):
+    """A torque between two times."""
+
+    on: float
+    off: float
+
+    def torque(self, instant):
+        inside = fn.where(instant.time < self.on, 0.0, fn.where(instant.time < self.off, 1.0, 0.0))
+        return inside * Vector((0.3, -0.1, 0.2))
+
+    @staticmethod
+    def plain(time, _axes, _omega, branches, on, off):
+        return (~branches[0] & branches[1]) * np.array((0.3, -0.1, 0.2)), [time - on, time - off]
+
+
+class Corner(pt.Torque):
+    """A torque that changes its sign with a component of a body axis."""
+
+    size: float
+
+    def torque(self, instant):
+        tilt = instant.attitude.to_space((0.0, 0.0, 1.0))[0]
+        return Vector((0.1, 0.0, self.size * fn.sign(tilt)))
+
+    @staticmethod
+    def plain(_time, axes, _omega, branches, size):
+        return np.array((0.1, 0.0, -size if branches[0] else size)), [axes[0, 2]]
+
+
+class Saturated(pt.Torque):
+    """A feedback of attitude and rate that each wheel limits."""
+
+    gain: float
+    limit: float
+
+    def torque(self, instant):
+        axis, omega = instant.attitude.to_body((1.0, 0.0, 0.0)), instant.omega_body
+        wanted = (-omega[0], -axis[2] - omega[1], axis[1] - omega[2])
+        return Vector([fn.clip(self.gain * x, -self.limit, self.limit) for x in wanted])
+
+    @staticmethod
+    def plain(_time, axes, omega, branches, gain, limit):
+        axis = axes[0]
+        wanted = gain * np.array((-omega[0], -axis[2] - omega[1], axis[1] - omega[2]))
+        sides = np.reshape(branches, (2, 3))
+        torque = [(-limit, x, limit)[1 - low + high] for x, low, high in zip(wanted, *sides, strict=True)]
+        return np.array(torque), [*(wanted + limit), *(limit - wanted)]
+
+
+SWITCHED = {
+    "a time": Window(0.2, 1.6),
+    "times that are rows": Window(-0.2, 0.7),
+    "a time before all": Window(-7.0, 9.0),
+    "the attitude": Corner(0.4),
+    "a limit": Saturated(0.8, 0.2),
+    "a limit that is never reached": Saturated(0.8, 20.0),
+}
+
+
+def restarted(force, start, time):
+    """Return quaternion and rates at a time, from SciPy's integrator with the branch held up to the next switch."""
+    moments, numbers = np.array(BODY.moments), [*map(float, force.numbers)]
+
+    def plain(t, y, branches):
+        return force.plain(t, Rotation.from_quat(y[:4], scalar_first=True).as_matrix(), y[4:], branches, *numbers)
+
+    def rate(t, y, branches):
+        w, axis, omega = y[0], y[1:4], y[4:]
+        turning = 0.5 * np.array([-axis @ omega, *(w * omega + np.cross(axis, omega))])
+        return np.concatenate([turning, (plain(t, y, branches)[0] - np.cross(omega, moments * omega)) / moments])
+
+    step, here, y = 1e-9 * np.sign(time), 0.0, np.concatenate([start.quaternion, START["omega_body"]])
+    while here != time:
+        branches = np.zeros(6, dtype=bool)
+        for ahead in (0.0, step):  # those of the start, then those just behind it
+            branches = np.less(plain(here + ahead, y + ahead * rate(here, y, branches), branches)[1], 0)
+        events = [lambda t, y, now, i=i: plain(t, y, now)[1][i] for i in range(branches.size)]
+        for event, holds in zip(events, branches, strict=True):
+            event.terminal, event.direction = True, 1 if holds else -1
+        options = {"args": (branches,), "events": events, "rtol": 1e-13, "atol": 1e-14}
+        found = solve_ivp(rate, (here, time), y, "DOP853", **options)
+        here, y = found.t[-1], found.y[:, -1]
+    return y
+
+
+@pytest.mark.parametrize("name", SWITCHED)
+def test_switches(name, on_heyoka):
+    force = SWITCHED[name]
+    system = pt.System(BODY, force)
+    start, options = start_of(system), {"dense": True}
+    looped, heyoka = (run(pt.propagate, system, start, TIMES[::2], **options) for run in (_plainly, on_heyoka))
+    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
+    judge = pt.propagate(system, start, TIMES, precision="extended")
+    # A switch is at most 16 roundings of the time, or of a step, beside its own time.
+    floor = 16 * EPS * np.max(np.abs(TIMES)) + 4 * EPS * np.sqrt(looped.run.steps)
+    assert error(looped(TIMES), judge) <= 3 * error(heyoka(TIMES), judge) + floor
+    for time in TIMES[[0, 6, 8]]:
+        expected, found = restarted(force, start, time), looped(time)
+        own = np.concatenate([found.quaternion, system.omega_body(found)])
+        assert np.allclose(own, expected, rtol=0, atol=1e-10)
+    assert np.array_equal(values(pt.propagate(system, start, TIMES[::-2]))[::-1], values(looped))
+
+
+@pytest.mark.parametrize("name", SWITCHED)
+def test_switches_of_members(name, on_heyoka, monkeypatch):
+    force = SWITCHED[name]
+    shifts = np.linspace(0.9, 1.1, 17)
+    system = pt.System(BODY, force.with_numbers([number * shifts for number in force.numbers]))
+    start = members_of(system, 17)
+    for lanes in (1, 2, 4, 8):
+        monkeypatch.setattr(kernels, "LANES", lanes)
+        together = pt.propagate(system, start, TIMES)
+        assert together.run.kernel == "looped"
+        for k in range(17):
+            one = pt.System(BODY, force.with_numbers([number * shifts[k] for number in force.numbers]))
+            assert np.array_equal(values(alone(one, start, k)), values(together[k]))
+    heyoka = on_heyoka(pt.propagate, system, start, TIMES)
+    assert max(error(together[k], heyoka[k]) for k in range(17)) < 1e-12
 
 
 # ---------------------------------------------------------------------- tangent vectors

@@ -104,11 +104,17 @@ class Decomposition:
         The time derivatives of the state variables, in their order.
     parameters : int
         How many parameters there are.
+    watched : tuple of Coefficient or int
+        What is negative where each condition holds.
+    conditions : tuple of int
+        The parameters that hold these conditions, 1 or 0.
     """
 
     operations: tuple[Operation, ...]
     rates: tuple[Coefficient | int, ...]
     parameters: int
+    watched: tuple[Coefficient | int, ...] = ()
+    conditions: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:

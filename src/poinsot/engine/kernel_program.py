@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -14,14 +15,18 @@ from typing_extensions import override
 from poinsot.engine import llvm_functions
 from poinsot.engine.decomposition import Coefficient, Decomposition, Function
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
-from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
+from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
+from poinsot.engine.sign_changes import first_change
 from poinsot.engine.taylor_schedule import Row, Schedule
 
 __all__ = ["QUEUE", "KernelProgram", "Momenta", "Status"]
 
 AT_ONCE = 8
 """Polynomials that are evaluated side by side: their sums stay in registers."""
+
+COINCIDENT = 16 * math.ulp(1.0)
+"""Times that differ by less, relative to the time and to the length of a step, are one."""
 
 QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
 
@@ -38,6 +43,7 @@ class Status(IntEnum):
     STALLED = 3
     PAUSED = 4
     GIVEN_UP = 5
+    HELD = 6
 
 
 class Momenta(NamedTuple):
@@ -145,6 +151,7 @@ class KernelProgram:
             if layout == "batch"
             else Single(self.schedule, self.variables, order)
         )
+        self.watched, self.conditions = len(decomposition.watched), decomposition.conditions
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
         self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
@@ -155,6 +162,10 @@ class KernelProgram:
             self.module.function(name, "void", [POINTER, INTEGER], body)
         if momenta.places:
             self.module.function("fit", "void", [POINTER, INTEGER], self._fit)
+        if self.conditions:
+            both, kinds = f"{{{self.kind}, {self.kind}}}", [POINTER, *(self.kind,) * 3]
+            search = functools.partial(first_change, orders=order + 1, lanes=lanes)
+            self.module.function("first_change", both, kinds, search)
         self.module.function("evaluate", "void", [POINTER, POINTER, self.kind], self._evaluate)
         if lanes == 1:
             self.module.function("keep_step", "void", [POINTER, DOUBLE], self._keep_step)
@@ -172,9 +183,10 @@ class KernelProgram:
             "zeros": (len(self.zeros), lanes),
             "reciprocals": (len(self.reciprocals), lanes),
             "time": (2, lanes),
+            "watched": (self.watched, self.order + 1, lanes),
         }
         doubles = ("end", "output_time", "limit", "least", "most", "outward", "shortest", "longest")
-        integers = ("active", "status", "flags", "steps", "pause", "task", "index", "bits")
+        integers = ("active", "status", "flags", "steps", "pause", "task", "index", "bits", "switched")
         return np.dtype(
             [
                 *((name, "f8", size) for name, size in sizes.items()),
@@ -228,17 +240,27 @@ class KernelProgram:
     def _coefficients(self, lines: Lines, work: Record) -> None:
         """Write the Taylor coefficients of the states."""
         numbers, first = _ZerothOrder(self, work), self.layout.states(work.address, 1)
-        for i, rate in enumerate(self.schedule.zeroth_order(numbers)):
+        outputs = self.schedule.zeroth_order(numbers)
+        for i, rate in enumerate(outputs[: self.variables]):
             first[i] = rate
+        self._watch(work, lines.constant(INTEGER, 0), outputs)
 
         def order(n: Value) -> list[Value]:
-            rates = self.schedule.higher_order(_HigherOrder(self, work, n))
-            following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
-            for i, rate in enumerate(rates):
-                following[i] = over(rate)
+            outputs = self.schedule.higher_order(_HigherOrder(self, work, n))
+            with lines.when(n.is_("lt", self.order)) if self.watched else nullcontext():
+                following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
+                for i, rate in enumerate(outputs[: self.variables]):
+                    following[i] = over(rate)
+            self._watch(work, n, outputs)
             return [n + 1]
 
-        lines.repeat([lines.constant(INTEGER, 1)], lambda n: n.is_("lt", self.order), order)
+        orders = self.order + bool(self.watched)
+        lines.repeat([lines.constant(INTEGER, 1)], lambda n: n.is_("lt", orders), order)
+
+    def _watch(self, work: Record, n: Value, outputs: Sequence[Value]) -> None:
+        """Store an order of what is watched."""
+        for i, value in enumerate(outputs[self.variables :]):
+            work.array("watched", self.kind)[n + i * (self.order + 1)] = value
 
     def _length(self, work: Record) -> Value:
         """Return the length of a step: e^-2 of the radius of convergence by the last two coefficients (Jorba, Zou)."""
@@ -260,12 +282,13 @@ class KernelProgram:
         left = (work.array("end", self.kind)[0] - time[0]) - time[1]
         length = self._length(work)
         last = length.is_("ge", abs(left))
-        h = last.choose(left, length.intrinsic("copysign", left))
+        h, cut, waits = self._switch(lines, work, last.choose(left, length.intrinsic("copysign", left)))
+        last = last & ~cut
         following, states = work.array("following", self.kind), self.layout.states(work.address, 0)
         lines.run("evaluate", work.address, following.address, h)
         moved = [following[k] for k in range(self.variables)]
-        finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0)
-        goes = active & finite
+        finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0) | waits
+        goes = active & finite & ~waits
         if self.lanes == 1:
             with lines.when(work.array("kept", INTEGER)[0].is_("ne", 0) & goes):
                 lines.run("keep_step", work.address, h)
@@ -273,17 +296,52 @@ class KernelProgram:
         for k, value in enumerate(moved):
             states[k] = goes.choose(value, states[k])
         stalled = self._move(work, goes, last, h)
-        paused = self._count(work, goes, ~last, abs(h))
-        going = finite & ~last & ~stalled & ~paused
+        paused = self._count(work, goes, ~last & ~cut, abs(h))
+        held = self._held(work, waits)
+        going = finite & ~last & ~stalled & ~paused & ~held
         status = work.array("status", self.whole)
         status[0] = _chosen(
             work.array("active", self.whole)[0] * 0,
             (paused, Status.PAUSED),
+            (held, Status.HELD),
             (stalled, Status.STALLED),
             (last, Status.DONE),
             (~finite, Status.NOT_FINITE),
         )
         self._for_each(lines, work, active & (~going | self._misfit(work, moved)), "leave")
+
+    def _switch(self, lines: Lines, work: Record, h: Value) -> tuple[Value, Value, Value]:
+        """Cut a step at the first sign change of a condition, which switches there.
+
+        Return the step, where it is cut, and where it waits, as conditions have switched before it: other coefficients
+        are due.
+        """
+        parameters, nowhere = work.array("parameters", self.kind), lines.constant(vector(BOOL, self.lanes), 0)
+        near = COINCIDENT * abs(work.array("time", self.kind)[0]).larger(abs(h))
+        chosen, cut, waits = lines.constant(self.whole, -1), nowhere, nowhere
+        wrong = []
+        for i, place in enumerate(self.conditions):
+            coefficients = work.array("watched", self.kind).at(i * (self.order + 1))
+            given = coefficients, h, 1.0 - 2.0 * parameters[place], near / abs(h)
+            found = lines.call(f"{{{self.kind}, {self.kind}}}", "first_change", *given)
+            share, changes = found.part(0), found.part(1).is_("gt", 0.0)
+            wrong.append(share.is_("eq", 0.0))
+            earlier = share.is_("lt", 1.0) & ~wrong[-1]
+            chosen = earlier.choose(changes.choose(chosen.like(i), -1), chosen)
+            h, cut, waits = earlier.choose(share * h, h), cut | earlier, waits | wrong[-1]
+        for i, place in enumerate(self.conditions):
+            switches = wrong[i] | (~waits & chosen.is_("eq", i))
+            held = parameters[place]
+            parameters[place] = switches.choose(1.0 - held, held)
+        return waits.choose(h.like(0.0), h), cut | waits, waits
+
+    def _held(self, work: Record, waits: Value) -> Value:
+        """Return where conditions switch without end: the motion leads back from both sides."""
+        if not self.conditions:
+            return waits
+        switched = work.array("switched", self.whole)
+        switched[0] = waits.choose(switched[0] + 1, 0)
+        return switched[0].is_("gt", 2 * len(self.conditions))
 
     def _move(self, work: Record, goes: Value, last: Value, h: Value) -> Value:
         """Write the time after a step, in two parts; return where it did not move."""
@@ -295,7 +353,7 @@ class KernelProgram:
         later = total + rest
         time[0] = goes.choose(last.choose(end, later), high)
         time[1] = goes.choose(last.choose(low * 0.0, rest - (later - total)), low)
-        return ~last & total.is_("eq", high)
+        return goes & ~last & total.is_("eq", high)
 
     def _count(self, work: Record, goes: Value, whole: Value, length: Value) -> Value:
         """Count the steps and book their lengths; return where it is time to pause."""
@@ -401,6 +459,7 @@ class KernelProgram:
         work.array("active", INTEGER)[lane] = 0
         with lines.when(place.is_("lt", queue.array("count", INTEGER)[0])):
             work.array("active", INTEGER)[lane] = 1
+            work.array("switched", INTEGER)[lane] = 0
             work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
             task = self._task(work, lane)
             for count, name, out in (

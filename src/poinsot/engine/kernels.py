@@ -25,7 +25,7 @@ from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class,
 from poinsot.engine.event_detection import EventDetection, refuse_constant_events
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.heyoka_expressions import Expressions
-from poinsot.engine.lowering import TIME, Program, lowered
+from poinsot.engine.lowering import TIME, Program, conditions_of, lowered
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
@@ -362,16 +362,16 @@ class Kernel:
             part.repeat(busy, idle)
 
 
-def smooth_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
-    """Return the program of a system without events; None if something switches on the way, or if it is larger."""
+def looped_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
+    """Return the program of a system without events; None if its variables have a singularity, or if it is larger."""
     key = problem.structure, variables.structure, largest
-    program: Program | None = known(key, lambda: _smooth_program(problem, variables, largest))
+    program: Program | None = known(key, lambda: _looped_program(problem, variables, largest))
     return program
 
 
-def _smooth_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
+def _looped_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
     field = _traced(problem, variables)
-    if field.conditions or variables.formulation.nearness(field.own) is not None:
+    if variables.formulation.nearness(field.own) is not None:
         return None
     program = lowered(field.graph, field.rates)
     return program if program.decomposition.size <= largest else None
@@ -423,9 +423,7 @@ class _Field:
     @property
     def conditions(self) -> dict[Node, Any]:
         """The conditions on which formulas branch, and the functions that are negative where they hold."""
-        nodes = ordered([*self.rates, *self.events, *self.counting])
-        found = [node for node in nodes if node.name == "less" and node.varies]
-        return {node: node.operands[0] - node.operands[1] for node in found}
+        return conditions_of([*self.rates, *self.events, *self.counting])
 
     def along(self, outputs: list[Any]) -> list[Any]:
         """Return the derivatives of functions along the motion."""

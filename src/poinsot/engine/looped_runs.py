@@ -1,4 +1,4 @@
-"""Runs on looped kernels: smooth systems in double precision, one body or many, with tangent vectors too."""
+"""Runs on looped kernels: systems without events or tables in double precision, one body or many."""
 
 from __future__ import annotations
 
@@ -42,13 +42,15 @@ Array = NDArray[Any]
 def program_of(job: Job) -> Program | None:
     """Return the program of a job that a looped kernel can do; None if heyoka must do it.
 
-    heyoka takes what stops a step on its way: events, knots of tables, conditions; and wide precision.
+    heyoka takes events, knots of tables and wide precision; a GPU takes no formulas that switch.
     """
     if job.precision != "double" or job.problem.events or job.problem.knots.size:
         return None
     if job.device == "cpu" and not looped_kernel.available():
         return None
-    return kernels.smooth_program(job.problem, job.variables, LARGEST)
+    program = kernels.looped_program(job.problem, job.variables, LARGEST)
+    switches = program is not None and program.decomposition.conditions
+    return None if job.device == "cuda" and switches else program
 
 
 class LoopedRun(Run):
@@ -341,6 +343,8 @@ class _Tasks:
             return reason("err_nf_state", 0.0, 0.0, 0.0, 1)
         if status == Status.STALLED:
             return reason("step_limit", 0.0, 0.0, 0.0, 1)
+        if status == Status.HELD:
+            return reason("switch", 0.0, 0.0, 0.0, 1)
         if status == Status.GIVEN_UP:
             return self._hopeless[k]
         return INTERRUPTED

@@ -33,7 +33,7 @@ from poinsot.engine.decomposition import (
     Time,
 )
 
-__all__ = ["HELD", "TIME", "Program", "lowered"]
+__all__ = ["HELD", "TIME", "Program", "conditions_of", "lowered"]
 
 TIME = "time"
 """The name of the symbol of the time; a variable of the state vector is named by its place."""
@@ -233,6 +233,12 @@ def _kind_of(value: Any) -> bool | None:
     return bool(value == 0) if math.isfinite(value) else None
 
 
+def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
+    """Return the conditions on which formulas branch on the way, and what is negative where they hold."""
+    found = [node for node in ordered(outputs) if node.name == "less" and node.varies]
+    return {node: node.operands[0] - node.operands[1] for node in found}
+
+
 def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
     """Return the program of the time derivatives of the state variables, and of other functions behind them."""
     return _Lowering(graph, rates, others).program()
@@ -243,6 +249,7 @@ class _Lowering:
 
     def __init__(self, graph: Graph, rates: Sequence[Any], others: Sequence[Any]) -> None:
         self._graph, self._rates, self._others = graph, rates, others
+        self._watched = conditions_of(rates)
         self._drafts: list[Any] = []
         self._known: dict[Any, int] = {}
         self._parameters: dict[int, int] = {}
@@ -254,25 +261,27 @@ class _Lowering:
         self._roots: list[tuple[Node, int]] = []
 
     def program(self) -> Program:
-        self._uses = Counter(x.place for node in self._with_slopes() for x in node.nodes)
+        groups = (self._rates, self._others, list(self._watched.values()))
+        self._uses = Counter(x.place for node in self._with_slopes(groups) for x in node.nodes)
         for slopes in self._slopes.values():
             self._uses.update(x.place for x in slopes if isinstance(x, Node))
-        rates, others = ([self._output(output) for output in outputs] for outputs in (self._rates, self._others))
+        outputs = [[self._output(output) for output in group] for group in groups]
         for node, _ in self._roots:
             self._value(node.operands[0])
         by_function: dict[int, Any] = {place: tuple(map(self._value, each)) for place, each in self._slopes.items()}
         final = Assembly(self._drafts, by_function)
-        rates, others = ([final.value(x) for x in outputs] for outputs in (rates, others))
+        rates, others, watched = ([final.value(x) for x in group] for group in outputs)
         roots = [
             Root(node.operands[0], final.value(self._value(node.operands[0])), parameter)
             for node, parameter in self._roots
         ]
-        decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants))
+        places = tuple(self._conditions[node.place] for node in self._watched)
+        decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants), tuple(watched), places)
         return Program(decomposition, others, self._constants, self._conditions, roots, self._graph, self._rates)
 
-    def _with_slopes(self) -> list[Node]:
+    def _with_slopes(self, groups: Iterable[Iterable[Any]]) -> list[Node]:
         """Return the nodes of the outputs with those of the slopes of their functions."""
-        wanted, count = [*self._rates, *self._others], -1
+        wanted, count = [*itertools.chain(*groups)], -1
         while count != len(wanted):
             count = len(wanted)
             for node in ordered(wanted):

@@ -91,6 +91,8 @@ class Schedule:
 
     Attributes
     ----------
+    outputs : tuple of Coefficient or int
+        The rates and, behind them, what is watched.
     groups : list of lists of InnerSum
     rows : list of Row
         What inner sums read.
@@ -101,7 +103,8 @@ class Schedule:
     """
 
     def __init__(self, decomposition: Decomposition) -> None:
-        self.operations, self.rates = decomposition.operations, decomposition.rates
+        self.operations = decomposition.operations
+        self.outputs = (*decomposition.rates, *decomposition.watched)
         self.zeros: set[int] = set()
         self.reciprocals: set[int] = set()
         self._of: dict[tuple[int, int], int] = {}
@@ -116,7 +119,7 @@ class Schedule:
         self.multiples = list(
             dict.fromkeys(
                 coefficient
-                for operation in (*self.operations, *self.rates)
+                for operation in (*self.operations, *self.outputs)
                 for given in _coefficients(operation)
                 for coefficient in (given, given._replace(number=-given.number))
                 if coefficient.parameter is not None and coefficient.number != 1.0
@@ -149,7 +152,7 @@ class Schedule:
         return []
 
     def zeroth_order(self, arithmetic: ZerothOrder) -> list[Any]:
-        """Write the values of all operations, and return those of the rates."""
+        """Write the values of all operations, and return those of the outputs."""
         values: list[Any] = []
 
         def value(of: Coefficient | int) -> Any:
@@ -169,10 +172,10 @@ class Schedule:
                     result = _without_products(arithmetic, operation, value)
             values.append(result)
             arithmetic.keep(k, result)
-        return [value(rate) for rate in self.rates]
+        return [value(output) for output in self.outputs]
 
     def higher_order(self, arithmetic: HigherOrder) -> list[Any]:
-        """Write the coefficients of an order n > 0 of all operations, and return those of the rates."""
+        """Write the coefficients of an order n > 0 of all operations, and return those of the outputs."""
         values: list[Any] = []
 
         def value(of: Coefficient | int) -> Any:
@@ -192,7 +195,7 @@ class Schedule:
                     result = _without_products(arithmetic, operation, value)
             values.append(result)
             arithmetic.keep(k, result)
-        return [value(rate) for rate in self.rates]
+        return [value(output) for output in self.outputs]
 
     def _product(self, arithmetic: HigherOrder, k: int, product: Product, values: list[Any]) -> Any:
         inner = arithmetic.inner_sum(self._of[k, 0])

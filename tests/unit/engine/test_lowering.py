@@ -144,7 +144,7 @@ BY_HAND = {
 
 def operations_of(system):
     variables = kernels.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
-    return kernels.smooth_program(Problem(system), variables, 10_000).decomposition.operations
+    return kernels.looped_program(Problem(system), variables, 10_000).decomposition.operations
 
 
 @pytest.mark.parametrize("name", BY_HAND)
