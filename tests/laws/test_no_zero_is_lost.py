@@ -94,6 +94,13 @@ def test_zeros_of_products_of_times(span, rate, sign):
     assert lost_windows(rng, 100, span, sign, rate) == 0
 
 
+def test_a_switch_behind_which_steps_are_much_shorter():
+    a, b = 0.015639073403142866, 0.015651426406430982
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1e-3))
+    motion = pt.propagate(pt.System(BODY, Window(a, b, 1e-3 / (b - a))), start, [10.0])
+    assert abs(motion.omega_body[0, 2] - 2e-3) < 1e-12 + 1e-3 * 3 * EPS / (b - a) ** 2  # as below
+
+
 def test_actions_at_zeros_of_products_of_times():
     assert lost_events(np.random.default_rng(2), 40, 10.0, 1, Kick, 1e-3) == 0
 

@@ -185,7 +185,7 @@ class KernelProgram:
             "time": (2, lanes),
             "watched": (self.watched, self.order + 1, lanes),
         }
-        doubles = ("end", "output_time", "limit", "least", "most", "outward", "shortest", "longest")
+        doubles = ("end", "output_time", "limit", "least", "most", "outward", "shortest", "longest", "near")
         integers = ("active", "status", "flags", "steps", "pause", "task", "index", "bits", "switched")
         return np.dtype(
             [
@@ -317,7 +317,9 @@ class KernelProgram:
         are due.
         """
         parameters, nowhere = work.array("parameters", self.kind), lines.constant(vector(BOOL, self.lanes), 0)
-        near = COINCIDENT * abs(work.array("time", self.kind)[0]).larger(abs(h))
+        # Behind a switch the time in which all happens at once is that before it: lengths of steps may differ much.
+        kept = work.array("near", self.kind)
+        near = (COINCIDENT * abs(h).larger(abs(work.array("time", self.kind)[0]))).larger(kept[0])
         chosen, cut, waits = lines.constant(self.whole, -1), nowhere, nowhere
         wrong = []
         for i, place in enumerate(self.conditions):
@@ -333,6 +335,8 @@ class KernelProgram:
             switches = wrong[i] | (~waits & chosen.is_("eq", i))
             held = parameters[place]
             parameters[place] = switches.choose(1.0 - held, held)
+        if self.conditions:
+            kept[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
         return waits.choose(h.like(0.0), h), cut | waits, waits
 
     def _held(self, work: Record, waits: Value) -> Value:
@@ -460,6 +464,7 @@ class KernelProgram:
         with lines.when(place.is_("lt", queue.array("count", INTEGER)[0])):
             work.array("active", INTEGER)[lane] = 1
             work.array("switched", INTEGER)[lane] = 0
+            work.array("near")[lane] = 0.0
             work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
             task = self._task(work, lane)
             for count, name, out in (
