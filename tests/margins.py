@@ -17,9 +17,12 @@ import pytest
 
 from poinsot.engine import kernels, state_vector
 
-NUMBER = r"(?:np\.(?:float64|longdouble)\(')?([-+]?\d[\d_.]*(?:e[-+]?\d+)?)'?\)?"
+SCALAR = re.compile(r"np\.\w+\('?([-+\d.e]+)'?\)")
+NUMBER = r"([-+]?\d[\d_.]*(?:e[-+]?\d+)?)"
 BELOW = re.compile(rf"(?<![\w.]){NUMBER} <=? {NUMBER}(?![\w.])")
 ABOVE = re.compile(rf"(?<![\w.]){NUMBER} >=? {NUMBER}(?![\w.])")
+FORMULA = re.compile(rf"{NUMBER} <=? (\([-+*/\d.e() ]+\))")
+"""A bound that the test works out of other numbers."""
 
 
 def pytest_addoption(parser):
@@ -66,8 +69,10 @@ class Margins:
 
     @pytest.hookimpl
     def pytest_assertion_pass(self, item, lineno, orig, expl):
-        first = expl.split("\n")[0]
+        first = SCALAR.sub(r"\1", expl.split("\n")[0])
         pairs = [(a, b) for a, b in BELOW.findall(first)] + [(b, a) for a, b in ABOVE.findall(first)]
+        if formula := FORMULA.fullmatch(first):
+            pairs.append((formula[1], eval(formula[2])))
         for a, b in pairs:
             self.note(f"{item.location[0]}:{lineno}", abs(float(a)), abs(float(b)), orig)
 
