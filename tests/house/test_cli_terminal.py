@@ -142,12 +142,14 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     own = ("looped_runs import _Tasks", "run"), ("integration import Integration", "chunks")
     owner, name = own[not looped_kernel.available()]
     told = f"from poinsot.engine.{owner} as owner; right = owner.{name}\n"
-    told += f"owner.{name} = lambda *a: (print('begun', flush=True), right(*a))[1]\n"
+    # One write for the word and its line end: threads tell it beside each other.
+    told += f"owner.{name} = lambda *a: (print('begun\\n', end='', flush=True), right(*a))[1]\n"
     command = [sys.executable, "-c", told + code, "run", str(scenario)]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert running.stdout.readline() == "begun\n"
+    begun = running.stdout.readline()
     running.terminate()
     _, said = running.communicate(timeout=60)
+    assert begun == "begun\n"
     assert running.returncode == 143, said
     assert "propagation was interrupted" in said
     assert "Traceback" not in said
