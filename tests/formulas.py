@@ -28,7 +28,7 @@ def rates(system, formulation, variables, time=0):
     attitude, g = chart.physical(variables)
     here = pt.Instant(system.body, attitude, pt.Environment(time), angular_momentum_body=g)
     load = system.torque_at(here)
-    return chart.rates(variables, here.omega_body, system.momentum_rate(here, load), load)
+    return chart.rates(variables, here.omega_body, system.turning(here, load).momentum_rate, load)
 
 
 def rational(expression):

@@ -4,6 +4,8 @@ Both are judged by heyoka's integrator in extended precision; where formulas swi
 equations with SciPy that starts anew at each switch.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -229,11 +231,11 @@ def test_a_member_that_fails_disturbs_no_other(lanes, monkeypatch):
 class Window(pt.Torque):
     """A torque between two times."""
 
-    on: float
+    begin: float
     off: float
 
     def torque(self, instant):
-        inside = fn.where(instant.time < self.on, 0.0, fn.where(instant.time < self.off, 1.0, 0.0))
+        inside = fn.where(instant.time < self.begin, 0.0, fn.where(instant.time < self.off, 1.0, 0.0))
         return inside * Vector((0.3, -0.1, 0.2))
 
     @staticmethod
@@ -302,7 +304,7 @@ def restarted(force, start, time):
         branches = np.zeros(6, dtype=bool)
         for ahead in (0.0, step):  # those of the start, then those just behind it
             branches = np.less(plain(here + ahead, y + ahead * rate(here, y, branches), branches)[1], 0)
-        events = [lambda t, y, now, i=i: plain(t, y, now)[1][i] for i in range(branches.size)]
+        events: list[Any] = [lambda t, y, now, i=i: plain(t, y, now)[1][i] for i in range(branches.size)]
         for event, holds in zip(events, branches, strict=True):
             event.terminal, event.direction = True, 1 if holds else -1
         options = {"args": (branches,), "events": events, "rtol": 1e-13, "atol": 1e-14}

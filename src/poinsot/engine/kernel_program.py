@@ -176,8 +176,9 @@ class KernelProgram:
         lanes = self.lanes
         sizes = {
             "coefficients": (-(-self.layout.size // 8) * 8,),
-            "following": (self.variables, lanes),
-            "row": (self.variables, lanes),
+            "following": (2 * self.variables, lanes),
+            "row": (2 * self.variables, lanes),
+            "below": (self.variables, lanes),
             "parameters": (self.parameters, lanes),
             "multiples": (len(self.multiples), lanes),
             "zeros": (len(self.zeros), lanes),
@@ -204,6 +205,7 @@ class KernelProgram:
         return np.dtype(
             [
                 ("state", "f8", (self.variables,)),
+                ("below", "f8", (self.variables,)),
                 ("parameters", "f8", (self.parameters,)),
                 ("time", "f8", (2,)),
                 *((name, "f8") for name in doubles),
@@ -222,8 +224,11 @@ class KernelProgram:
         return lambda value: value.fma(high, value * low)
 
     def _evaluate(self, address: Value, out: Value, h: Value) -> None:
-        """Write the polynomials of the states at a time after the start of the step."""
-        result = Array(out, self.kind)
+        """Write the polynomials of the states at a time after the start of the step, and what their sums round off.
+
+        What was rounded off before is added (Kahan): errors of many steps do not add up in what changes slowly.
+        """
+        result, below = Array(out, self.kind), Record(address, self.work).array("below", self.kind)
         for first in range(0, self.variables, AT_ONCE):
             places = range(first, min(first + AT_ONCE, self.variables))
 
@@ -233,9 +238,14 @@ class KernelProgram:
 
             highest = self.layout.states(address, self.order)
             start = [h.function.constant(INTEGER, self.order - 1), *(highest[k] for k in places)]
-            _, *sums = h.function.repeat(start, lambda n, *_: n.is_("ge", 0), body)
+            _, *sums = h.function.repeat(start, lambda n, *_: n.is_("ge", 1), body)
+            lowest = self.layout.states(address, 0)
             for k, total in zip(places, sums, strict=True):
-                result[k] = total
+                change, before = total.fma(h, below[k]), lowest[k]
+                after = before + change
+                gained = after - before
+                result[k] = after
+                result[self.variables + k] = (before - (after - gained)) + (change - gained)
 
     def _coefficients(self, lines: Lines, work: Record) -> None:
         """Write the Taylor coefficients of the states."""
@@ -293,8 +303,10 @@ class KernelProgram:
             with lines.when(work.array("kept", INTEGER)[0].is_("ne", 0) & goes):
                 lines.run("keep_step", work.address, h)
         self._rows(lines, work, goes, h)
+        below = work.array("below", self.kind)
         for k, value in enumerate(moved):
             states[k] = goes.choose(value, states[k])
+            below[k] = goes.choose(following[self.variables + k], below[k])
         stalled = self._move(work, goes, last, h)
         paused = self._count(work, goes, ~last & ~cut, abs(h))
         held = self._held(work, waits)
@@ -469,6 +481,7 @@ class KernelProgram:
             task = self._task(work, lane)
             for count, name, out in (
                 (self.variables, "state", self.layout.states(address, 0).of(DOUBLE)),
+                (self.variables, "below", work.array("below")),
                 (self.parameters, "parameters", work.array("parameters")),
                 (2, "time", work.array("time")),
             ):
@@ -493,6 +506,7 @@ class KernelProgram:
             if self.momenta.places:
                 self._scale_states(work, lane, 0 - work.array("bits", INTEGER)[lane])
             self._copy(lines, self.variables, self.layout.states(address, 0).of(DOUBLE), lane, task.array("state"))
+            self._copy(lines, self.variables, work.array("below"), lane, task.array("below"))
             self._copy(lines, 2, work.array("time"), lane, task.array("time"))
             for name in ("shortest", "longest"):
                 task.array(name)[0] = work.array(name)[lane]
@@ -512,8 +526,9 @@ class KernelProgram:
     def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
         """Multiply what goes with the scale of momenta by a power of two."""
         states, factor = self.layout.states(work.address, 0).of(DOUBLE), _power_of_two(bits)
-        for k in self.momenta.scaled:
-            states[lane + k * self.lanes] = states[lane + k * self.lanes] * factor
+        for array in (states, work.array("below")):
+            for k in self.momenta.scaled:
+                array[lane + k * self.lanes] = array[lane + k * self.lanes] * factor
 
     def _scale_parameters(self, work: Record, task: Record, lane: Value) -> None:
         """Set the parameters and the limits of the band for the scale of a lane."""

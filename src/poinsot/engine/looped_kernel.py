@@ -139,10 +139,10 @@ class Queue:
     ----------
     tasks : structured array (n,)
         What is to do, and later what has been done. Before a run, and where a task has left its lane, one may change
-        `state`, `parameters`, `end`, `limit` (the longest step), `pause` (the number of steps after which the task
-        leaves its lane) and `push` (momenta that forces give a body at rest). Results are `state`, `time` (two parts),
-        `status`, `steps`, `index` (how many rows are written), `bits` (of the scale of momenta) and, of the steps that
-        are not cut at the end, the `shortest` and the `longest`.
+        `state`, `below` (what was rounded off it), `parameters`, `end`, `limit` (the longest step), `pause` (the number
+        of steps after which the task leaves its lane) and `push` (momenta that forces give a body at rest). Results are
+        `state`, `time` (two parts), `status`, `steps`, `index` (how many rows are written), `bits` (of the scale of
+        momenta) and, of the steps that are not cut at the end, the `shortest` and the `longest`.
     """
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:

@@ -278,7 +278,7 @@ class _Tasks:
                 return
             states = tasks["state"][paused]
             variations.rescale(states[:, self._run.job.variables.tangent_vectors])
-            tasks["state"][paused] = states
+            tasks["state"][paused], tasks["below"][paused] = states, 0.0
             tasks["pause"][paused] += STEPS_AT_A_TIME[variations.order]
             self.queue.put(paused)
 

@@ -30,14 +30,6 @@ __all__ = [
 ROUNDING = {"double": 2.0**-52, "extended": 2.0**-63, "quadruple": 2.0**-112}
 """The distance from 1 to the next number, by precision: the smallest tolerance."""
 
-DEFAULT_TOLERANCES = {**ROUNDING, "double": 1.72e-15}
-"""What a run has unless it is told otherwise, by precision.
-
-In double precision it is the smallest tolerance of order 18, which begins at e^-34 = 1.714e-15. Steps have the length
-rho e^-2 at any order p, rho the radius of convergence, and leave out e^(-2 (p + 1)): at order 18 that is below
-rounding, and a higher order costs time alone.
-"""
-
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
 
@@ -123,14 +115,15 @@ def checked_formulation(formulation: str | Formulation | None) -> Formulation:
     return known[formulation]
 
 
-def checked_tolerance(tolerance: float | None, precision: str) -> float:
-    """Return a tolerance for the engine, by default that of the precision."""
+def checked_tolerance(tolerance: float | None, precision: str, formulation: Formulation) -> float:
+    """Return a tolerance for the engine: by default that of the formulation, in wider precision the rounding unit."""
     if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
         raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {precision!r}.")
     if not kernels.available(precision):
         raise ValueError(f"precision must be one that the engine has on this machine, got {precision!r}. Use 'double'.")
+    default = formulation.tolerance if precision == "double" else ROUNDING[precision]
     if tolerance is None:
-        return DEFAULT_TOLERANCES[precision]
+        return default
     value = float(real_array("tolerance", tolerance, ()))
     if not 0 < value < 1:
         raise ValueError(f"tolerance must be between 0 and 1, got {value}.")
@@ -138,6 +131,6 @@ def checked_tolerance(tolerance: float | None, precision: str) -> float:
     if value < least:
         raise ValueError(
             f"tolerance must be at least the rounding unit of {precision} precision, {least}, got {value}. "
-            f"Leave it out for the default, {DEFAULT_TOLERANCES[precision]}."
+            f"Leave it out for the default, {default}."
         )
     return value

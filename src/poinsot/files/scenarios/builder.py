@@ -26,7 +26,13 @@ from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.frame import Frame, from_roll_pitch_yaw
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import check_span, checked_times, checked_tolerance, members_of
+from poinsot.propagation.arguments import (
+    check_span,
+    checked_formulation,
+    checked_times,
+    checked_tolerance,
+    members_of,
+)
 
 __all__ = ["Parts"]
 
@@ -409,5 +415,5 @@ def _places(node: Any, path: str = "") -> Iterator[str]:
 def _one(tolerance: Any, precision: str) -> float:
     if np.ndim(tolerance):
         raise ValueError(f"tolerance must be one number, got shape {np.shape(tolerance)}.")
-    checked_tolerance(float(tolerance), precision)
+    checked_tolerance(float(tolerance), precision, checked_formulation(None))
     return float(tolerance)
