@@ -11,6 +11,7 @@ from poinsot.engine.runs import allowed_threads
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
+from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
@@ -115,13 +116,20 @@ def checked_formulation(formulation: str | Formulation | None) -> Formulation:
     return known[formulation]
 
 
-def checked_tolerance(tolerance: float | None, precision: str, formulation: Formulation) -> float:
-    """Return a tolerance for the engine: by default that of the formulation, in wider precision the rounding unit."""
+def checked_tolerance(
+    tolerance: float | None, precision: str, formulation: Formulation, system: System | None = None
+) -> float:
+    """Return a tolerance for the engine: by default that of the formulation.
+
+    In wider precision it is the rounding unit, and of two bodies, where a change of the orbital period grows
+    with the square of the time.
+    """
     if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
         raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {precision!r}.")
     if not kernels.available(precision):
         raise ValueError(f"precision must be one that the engine has on this machine, got {precision!r}. Use 'double'.")
-    default = formulation.tolerance if precision == "double" else ROUNDING[precision]
+    coarse = precision == "double" and not isinstance(system, PairSystem)
+    default = formulation.tolerance if coarse else ROUNDING[precision]
     if tolerance is None:
         return default
     value = float(real_array("tolerance", tolerance, ()))

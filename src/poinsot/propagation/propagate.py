@@ -68,8 +68,8 @@ def propagate(
         The variables integrated; results look the same. Default: the fastest, "lie_poisson", (q, g). The others
         have g from their own: the rate about an axis of small moment loses I_max / I_min roundings of theirs.
     tolerance : float, optional
-        Relative error per step, at least the rounding unit of the precision. Default: in double precision 1.72e-15,
-        whose truncation is below rounding already, and of "canonical", whose is not, as in wider precision the unit.
+        Relative error per step, at least the rounding unit of the precision. Default: 1.72e-15, whose truncation is
+        below rounding already; for "canonical", two bodies and wider precision, where it is not, the rounding unit.
     dense : bool
         Keep the Taylor polynomials, so that `motion(t)` gives the state at any time in between.
     precision : {"double", "extended", "quadruple"}
@@ -99,7 +99,7 @@ def propagate(
     """
     t = checked_times(times, system)
     chosen = checked_formulation(formulation)
-    asked = checked_tolerance(tolerance, precision, chosen)
+    asked = checked_tolerance(tolerance, precision, chosen, system)
     problem = Problem(system, events)
     check_span(problem, state, t)
     members = members_of(problem, state)
