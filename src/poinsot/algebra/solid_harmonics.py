@@ -57,10 +57,14 @@ class SolidHarmonics:
 
     def sum(self, coefficients: Coefficients) -> Scalar:
         """Return the sum over m of C_m Re Z_nm + S_m Im Z_nm, n the degree of the coefficients."""
-        value = self._value(coefficients)
-        if len(coefficients) == 1:
-            return value
-        return ruled(value, self.vector, lambda k: self._value(derivative(coefficients, k)))
+        values = [(number(c), number(s)) for c, s in coefficients]
+        if len(values) == 1:
+            return coefficients[0][0]
+
+        def slope(k: int) -> Scalar:
+            return self._value(derivative(values, k)) if k < 3 else self.pair(len(values) - 1, (k - 3) // 2)[(k - 3) % 2]
+
+        return ruled(self._value(values), (*self.vector, *(x for pair in coefficients for x in pair)), slope)
 
     def _value(self, coefficients: Coefficients) -> Scalar:
         n, total = len(coefficients) - 1, 0.0
