@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from poinsot.algebra.program import number, ruled
 from poinsot.functions import Scalar
 
-__all__ = ["Form", "TurnedForms", "coefficients_of", "form_of", "product"]
+__all__ = ["Form", "TurnedForms", "coefficients_of", "form_of", "product", "sum_of"]
 
 Form = Sequence[tuple[Scalar, Scalar]]
 
@@ -57,12 +57,17 @@ class TurnedForms:
     ----------
     axes : three of three scalars
         The axes of the body along those at rest.
+    turn : three scalars, optional
+        Angles of a small turn of the body about the axes at rest, which are zero: for derivatives.
     """
 
-    def __init__(self, axes: Sequence[Sequence[Scalar]]) -> None:
+    def __init__(self, axes: Sequence[Sequence[Scalar]], turn: Sequence[Scalar] = (0.0, 0.0, 0.0)) -> None:
         entries = [x for axis in axes for x in axis]
-        self._angles = [ruled(0.0, entries, _Turn(k, axes)) for k in range(3)]
-        self._x, self._y, self._z = ([(z, 0.0), (x, y)] for x, y, z in (map(number, axis) for axis in axes))
+        values = [number(x) for x in entries]
+        self._angles = list(turn)
+        if any(x is not value for x, value in zip(entries, values, strict=True)):
+            self._angles = [turn[k] + ruled(0.0, entries, _Turn(k, axes)) for k in range(3)]
+        self._x, self._y, self._z = ([(z, 0.0), (x, y)] for x, y, z in (values[:3], values[3:6], values[6:]))
         self._known: dict[tuple[int, int], tuple[Form, Form]] = {}
 
     def turned(self, form: Form) -> Form:
@@ -137,8 +142,9 @@ def _two_sided(form: Form, m: int) -> tuple[Scalar, Scalar]:
 
 def _complex_product(a: tuple[Form, Form], b: tuple[Form, Form]) -> tuple[Form, Form]:
     (p, q), (r, s) = a, b
-    return _sum(product(p, r), product(q, s), -1), _sum(product(p, s), product(q, r))
+    return sum_of(product(p, r), product(q, s), -1), sum_of(product(p, s), product(q, r))
 
 
-def _sum(a: Form, b: Form, factor: float = 1.0) -> Form:
+def sum_of(a: Form, b: Form, factor: float = 1.0) -> Form:
+    """Return one form and a factor times another one."""
     return [(c + factor * d, s + factor * t) for (c, s), (d, t) in zip(a, b, strict=True)]

@@ -57,12 +57,15 @@ class SolidHarmonics:
 
     def sum(self, coefficients: Coefficients) -> Scalar:
         """Return the sum over m of C_m Re Z_nm + S_m Im Z_nm, n the degree of the coefficients."""
-        values = [(number(c), number(s)) for c, s in coefficients]
-        if len(values) == 1:
+        if len(coefficients) == 1:
             return coefficients[0][0]
+        values = [(number(c), number(s)) for c, s in coefficients]
 
         def slope(k: int) -> Scalar:
-            return self._value(derivative(values, k)) if k < 3 else self.pair(len(values) - 1, (k - 3) // 2)[(k - 3) % 2]
+            if k < 3:
+                return self._value(derivative(values, k))
+            m, part = divmod(k - 3, 2)
+            return self.pair(len(values) - 1, m)[part]
 
         return ruled(self._value(values), (*self.vector, *(x for pair in coefficients for x in pair)), slope)
 

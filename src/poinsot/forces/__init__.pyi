@@ -4,7 +4,7 @@ from .damping import LinearDamping
 from .ellipsoid import EllipsoidGravity
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
 from .mascons import MasconGravity
-from .mutual_gravity import MutualGravity
+from .mutual_gravity import MutualGravity, MutualHarmonics
 
 __all__ = [
     "EllipsoidGravity",
@@ -13,6 +13,7 @@ __all__ = [
     "LinearDamping",
     "MasconGravity",
     "MutualGravity",
+    "MutualHarmonics",
     "Oblateness",
     "UniformGravity",
 ]

@@ -1,27 +1,85 @@
-"""The gravity between two bodies."""
+"""The gravity between two bodies, by the multipoles of both."""
 
 from __future__ import annotations
 
+import functools
+import itertools
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from math import comb
 from typing import Any
 
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.harmonic_forms import Form, TurnedForms, coefficients_of, form_of, product
+from poinsot.algebra.harmonic_forms import Form, TurnedForms, coefficients_of, form_of, product, sum_of
 from poinsot.algebra.solid_harmonics import SolidHarmonics
+from poinsot.forces.same_body import deviator, refuse_one_body, refuse_other_inertia, refuse_other_mass
 from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
-from poinsot.mechanics.gravity_field import GravityField
+from poinsot.mechanics.gravity_field import GravityField, whole_degree
 from poinsot.mechanics.two_bodies import TwoBodies
 
 __all__ = ["MutualGravity", "MutualHarmonics"]
 
+COARSE = 0.01
+"""An estimated error of the force above which a result counts the times."""
 
-class MutualGravity(Potential):
+
+class MutualSeries(Potential):
+    """The gravity of two bodies to some total degree."""
+
+    @override
+    def check(self, body: Any) -> None:
+        refuse_one_body(self, body)
+
+    def truncation(self, instant: Any) -> Scalar:
+        """Return an estimate of the error of the force between the bodies, relative to it, at a `PairInstant`.
+
+        It is the mean of the last two degrees over all attitudes, times (R1 + R2)^2 / r^2 for the two that follow; R
+        are the radii of spheres that hold the bodies. Near bodies have it above 1, where it tells no more than that.
+        """
+        first, second = self._powers(instant)
+        inverse = 1 / (instant.distance * instant.distance)
+        last, square = len(first) - 1, 0.0
+        for n in range(max(2, last - 1), last + 1):
+            degrees = sum(comb(2 * n, 2 * l) * (first[l] * second[n - l]) for l in range(n + 1))
+            square = square + (n + 1) * (2 * n + 1) * degrees * inverse**n
+        reach = sum(self._reaches(instant))
+        return functions.sqrt(square) * (reach * reach * inverse)
+
+    @override
+    def validity(self, instant: Any) -> Mapping[str, Scalar]:
+        return {
+            "overlapping_spheres": functions.less(instant.distance, sum(self._reaches(instant))),
+            "coarse_series": functions.less(COARSE, self.truncation(instant)),
+        }
+
+    @abstractmethod
+    def _powers(self, instant: Any) -> tuple[Sequence[Scalar], Sequence[Scalar]]:
+        """Return the mean squares of the terms of each body alone by degree, at the unit of length, over that of 0.
+
+        Those of both together have C(2 n, 2 l) times the product for their mean over all attitudes.
+        """
+
+    @abstractmethod
+    def _reaches(self, instant: Any) -> Sequence[Scalar]:
+        """Return the radii of spheres that hold the bodies."""
+
+
+class MutualGravity(MutualSeries):
     """The gravity of two bodies to second degree, complete: it moves the orbit and turns both.
 
-    V = -G m1 m2 / r - G / (2 r^3) (m1 (tr I2 - 3 u.I2 u) + m2 (tr I1 - 3 u.I1 u)), u the direction between the centres.
+    V = -G m1 m2 / r - G / (2 r^3) (m1 (tr I2 - 3 u.I2 u) + m2 (tr I1 - 3 u.I1 u)), u the direction between the centres:
+    MacCullagh's formula for both. A result counts the times at which ellipsoids with the same moments need not be apart
+    (`overlapping_spheres`), and those at which the estimated `truncation` is above 1% (`coarse_series`).
+
+    Raises
+    ------
+    ValueError
+        By `System`, if it is that of one body.
 
     Examples
     --------
@@ -30,10 +88,6 @@ class MutualGravity(Potential):
     >>> [integral.symbol for integral in system.integrals]
     ['H', 'G1', 'G2', 'G3']
     """
-
-    @override
-    def check(self, body: Any) -> None:
-        _refuse_one(self, body)
 
     @override
     def energy(self, instant: Any) -> Scalar:
@@ -47,51 +101,131 @@ class MutualGravity(Potential):
         second = masses[1] * spread[0] + masses[0] * spread[1]
         return -pair.G * inverse * (masses[0] * masses[1] + 0.5 * inverse * inverse * second)
 
+    @override
+    def _powers(self, instant: Any) -> tuple[Sequence[Scalar], Sequence[Scalar]]:
+        first, second = (
+            (1.0, 0.0, 0.1 * sum((a - b) * (a - b) for a, b in itertools.combinations(body.moments, 2)) / (mass * mass))
+            for body, mass in _bodies(instant)
+        )
+        return first, second
 
-class MutualHarmonics(Potential):
-    """The gravity of two bodies."""
+    @override
+    def _reaches(self, instant: Any) -> Sequence[Scalar]:
+        least = [functools.reduce(functions.minimum, body.moments) for body in instant.pair.bodies.values()]
+        return [
+            functions.sqrt(2.5 * (sum(body.moments) - 2 * moment) / mass)
+            for (body, mass), moment in zip(_bodies(instant), least, strict=True)
+        ]
+
+
+class MutualHarmonics(MutualSeries):
+    """The gravity of two bodies to any total degree, complete, from the fields of both.
+
+    V = -G m1 m2 / r sum_(l1 + l2 <= degree) (-1)^l2 (R1 / r)^l1 (R2 / r)^l2 (2n - 1)!! h(u), n = l1 + l2, u points
+    from primary to secondary and h is the harmonic part of h1 h2, those of the bodies along their axes:
+    h_l = sum_m (C_lm Re Z_lm + S_lm Im Z_lm) / (2l - 1)!! with the solid harmonics Z. It is the expansion of Borderies
+    1978 (Celest. Mech. 18, 295) and Boue 2017 (CMDA 128, 261), which converges where spheres that hold the bodies are
+    apart. A result counts other times (`overlapping_spheres`) and those of a `truncation` above 1% (`coarse_series`).
+
+    Parameters
+    ----------
+    primary, secondary : GravityField
+        Along the axes of the bodies, in the units of their masses and of the separation.
+    degree : int
+        From 2 to the lower one of the fields.
+
+    Raises
+    ------
+    ValueError
+        If a field has a lower degree; by `System`, if mass or degree 2 of a field is not that of its body to 1e-9.
+
+    Examples
+    --------
+    >>> shapes = pt.shapes.Ellipsoid((3, 2, 1), mass=2.0), pt.shapes.Ellipsoid((1, 1, 2), mass=0.5)
+    >>> pair = pt.TwoBodies(*map(pt.Body.from_shape, shapes), G=1.0)
+    >>> pt.System(pair, pt.forces.MutualHarmonics.of_shapes(pair, degree=4)).pair.masses
+    array([2. , 0.5])
+    """
 
     primary: GravityField
     secondary: GravityField
     degree: int
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        most = min(self.primary.degree, self.secondary.degree)
+        if not 2 <= self.degree <= most:
+            raise ValueError(f"degree must be from 2 to {most}, the lower one of the fields, got {self.degree}.")
+
+    @classmethod
+    def of_shapes(cls, pair: TwoBodies, degree: int) -> MutualHarmonics:
+        """Return the gravity of two bodies that are made of shapes, from 2 on to any degree."""
+        degree = whole_degree(degree)
+        for name, body in pair.bodies.items():
+            if body.shape is None:
+                raise ValueError(f"{name} must be made of a shape, by Body.from_shape, got {body!r}.")
+        primary, secondary = (body.shape.field(degree) for body in pair.bodies.values())
+        return cls(primary, secondary, degree)
+
+    @property
+    def fields(self) -> dict[str, GravityField]:
+        """The two fields by the name of the body."""
+        return {"primary": self.primary, "secondary": self.secondary}
+
+    @override
+    def check(self, body: Any) -> None:
+        super().check(body)
+        hint = "Take body and field from one shape along the same axes and in the same units."
+        for mass, (name, field) in zip(body.each_mass, self.fields.items(), strict=True):
+            refuse_other_mass(f"the field of the {name}", field.mass, mass, hint)
+            own, given = deviator(body.bodies[name].inertia), field.inertia_deviator
+            refuse_other_inertia(f"degree 2 of the field of the {name}", given, own, body.bodies[name], hint)
 
     @override
     def energy(self, instant: Any) -> Scalar:
         pair, inverse = instant.pair, 1 / instant.distance
         first, second = instant.attitudes
         masses, direction = pair.each_mass, inverse * instant.separation
-        axes = [first.to_body(axis) for axis in second.matrix.T]
-        near, far = first.to_body(direction), -second.to_body(direction)
-        total = 1 + self._terms(self.primary, self.secondary, inverse, near, axes, 0)
-        total = total + self._terms(self.secondary, self.primary, inverse, far, list(zip(*axes, strict=True)), 1)
-        return -pair.G * masses[0] * masses[1] * inverse * total
+        near = self._forms(self.primary, self.secondary, _turned(second, first), 0)
+        far = self._forms(self.secondary, self.primary, _turned(first, second), 1)
+        total = _series(near, self.primary.radius * inverse, first.to_body(direction))
+        total = total + _series(far, self.secondary.radius * inverse, -second.to_body(direction))
+        return -pair.G * masses[0] * masses[1] * inverse * (1 + total)
 
-    def _terms(
-        self,
-        own: GravityField,
-        other: GravityField,
-        inverse: Scalar,
-        direction: Vector,
-        axes: Sequence[Sequence[Scalar]],
-        least: int,
-    ) -> Scalar:
-        """Return the terms in which the degree of a body is that of the other one, plus the least, or larger."""
-        turned, ratio = TurnedForms(axes), other.radius / own.radius
-        forms: dict[int, Form] = {n: form_of(own.row(n)) for n in range(2, self.degree + 1)}
+    def _forms(self, own: GravityField, other: GravityField, turned: TurnedForms, above: int) -> dict[int, Form]:
+        """Return the sums of terms with l_own >= l_other + above by total degree, along the axes of the own body."""
+        ratio = other.radius / own.radius
+        forms = {n: form_of(own.row(n)) for n in range(2, self.degree + 1)}
         total = dict(forms)
-        for l in range(2, (self.degree - least) // 2 + 1):
+        for l in range(2, (self.degree - above) // 2 + 1):
             factor = (-ratio) ** l
             form = turned.turned([(factor * c, factor * s) for c, s in form_of(other.row(l))])
-            for k in range(l + least, self.degree - l + 1):
-                total[k + l] = _sum(total[k + l], product(forms[k], form))
-        harmonics, size = SolidHarmonics(direction, squared=1), own.radius * inverse
-        return sum(size**n * harmonics.sum(coefficients_of(form)) for n, form in total.items())
+            for k in range(l + above, self.degree - l + 1):
+                total[k + l] = sum_of(total[k + l], product(forms[k], form))
+        return total
+
+    @override
+    def _powers(self, instant: Any) -> tuple[Sequence[Scalar], Sequence[Scalar]]:
+        first, second = ([1.0, 0.0, *map(field.power, range(2, self.degree + 1))] for field in self.fields.values())
+        return first, second
+
+    @override
+    def _reaches(self, instant: Any) -> Sequence[Scalar]:
+        return [functions.where(functions.less(0, f.extent), f.extent, f.radius) for f in self.fields.values()]
 
 
-def _sum(a: Form, b: Form) -> Form:
-    return [(c + d, s + t) for (c, s), (d, t) in zip(a, b, strict=True)]
+def _bodies(instant: Any) -> list[tuple[Body, Scalar]]:
+    return list(zip(instant.pair.bodies.values(), instant.pair.each_mass, strict=True))
 
 
-def _refuse_one(force: Potential, body: Any) -> None:
-    if not isinstance(body, TwoBodies):
-        raise ValueError(f"{type(force).__name__} must act between TwoBodies, got {body!r}.")
+def _series(forms: Mapping[int, Form], size: Scalar, direction: Vector) -> Scalar:
+    harmonics = SolidHarmonics(direction, squared=1)
+    return sum(size**n * harmonics.sum(coefficients_of(form)) for n, form in forms.items())
+
+
+def _turned(body: Attitude, seen_from: Attitude) -> TurnedForms:
+    """Return the forms of a body along the axes of another one."""
+    axes = [seen_from.at_rest.to_body(axis) for axis in body.at_rest.matrix.T]
+    rows = zip(*axes, strict=True)
+    turn = [functions.dot(row, body.turn) - own for row, own in zip(rows, seen_from.turn, strict=True)]
+    return TurnedForms(axes, turn)

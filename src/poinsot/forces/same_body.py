@@ -1,13 +1,17 @@
-"""Check that the inertia of a force agrees with that of the body."""
+"""Check that mass and inertia of a force agree with those of the body."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.parameters import described
+from poinsot.mechanics.two_bodies import TwoBodies
 
-__all__ = ["deviator", "refuse_other_inertia"]
+__all__ = ["deviator", "refuse_one_body", "refuse_other_inertia", "refuse_other_mass"]
 
 SAME_INERTIA = 1e-9
 """Tolerance between the inertia tensors of body and force, relative to the largest moment: far above rounding."""
@@ -25,6 +29,22 @@ def refuse_other_inertia(name: str, own: Array, bodys: Array, body: Body, hint: 
             f"{name} must agree with the inertia of the body, but the tensors differ by {np.max(apart):.2g} of its "
             f"largest moment. {hint}"
         )
+
+
+def refuse_other_mass(name: str, own: Any, bodys: Any, hint: str) -> None:
+    """Raise a ValueError if the mass of a force is not that of the body; each of shape () or (members,)."""
+    if np.ndim(own) == np.ndim(bodys) == 1 and len(own) != len(bodys):
+        return  # which the system refuses
+    wrong = np.flatnonzero(np.abs(np.asarray(own) / bodys - 1) > SAME_INERTIA)
+    if wrong.size:
+        given, asked = (float(np.ravel(x)[wrong[0] if np.ndim(x) else 0]) for x in (own, bodys))
+        raise ValueError(f"{name} must have the mass of the body, {asked:.10g}, got {given:.10g}. {hint}")
+
+
+def refuse_one_body(force: Any, body: Any) -> None:
+    """Raise a ValueError if a force between two bodies is on one."""
+    if not isinstance(body, TwoBodies):
+        raise ValueError(f"{type(force).__name__} must act between TwoBodies, got a {described(body)}.")
 
 
 def deviator(tensor: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -155,6 +155,14 @@ class Attitude:
 
     def __init__(self, matrix: Array, comoving: bool = False, quaternion: Any = None) -> None:
         self._matrix, self.comoving, self._quaternion = matrix, comoving, quaternion
+
+    turn: Sequence[Scalar] = (0.0, 0.0, 0.0)
+    """Angles of a small turn about the body axes, which are zero: for derivatives of what is seen of `at_rest`."""
+
+    @property
+    def at_rest(self) -> Attitude:
+        """The same attitude, as what depends on its `turn` sees it."""
+        return self
 
     @property
     def matrix(self) -> Array:

@@ -187,6 +187,15 @@ class _Recorder(Attitude):
         self.seen: list[list[Node]] = []
 
     @functools.cached_property
+    def turn(self) -> Vector:  # type: ignore[override]
+        return Vector(self.graph.variable(0.0) for _ in range(3))
+
+    @property
+    @override
+    def at_rest(self) -> Attitude:
+        return self._attitude
+
+    @functools.cached_property
     @override
     def matrix(self) -> Array:
         return matrix_of(map(self.to_body, UNITS))
@@ -230,8 +239,9 @@ def torque_of(energy: Callable[[Attitude], Scalar], attitude: Attitude, scale: S
     """
     recorder = _Recorder(attitude)
     value = energy(recorder)
-    slopes = iter(recorder.graph.finished(gradient(value, [x for each in recorder.seen for x in each])))
-    total = NOTHING
+    by = [*recorder.turn, *(x for each in recorder.seen for x in each)]
+    slopes = iter(recorder.graph.finished(gradient(value, by)))
+    total = Vector(-scale * next(slopes) for _ in range(3))
     for each in recorder.seen:
         seen = Vector(x.value for x in each)
         slope = [scale * next(slopes) for _ in each]

@@ -87,6 +87,11 @@ class GravityField(Parametric):
         """Return the pairs (C_nm, S_nm) of one degree, m = 0 ... n."""
         return [(self.C[n, m], self.S[n, m]) for m in range(n + 1)]
 
+    def power(self, n: int) -> Scalar:
+        """Return the mean square of the terms of one degree at the unit of length, over that of degree 0."""
+        squares = sum((c * c + s * s) / norm**2 for (c, s), norm in zip(self.row(n), norms(n)[n], strict=True))
+        return self.radius ** (2 * n) * squares
+
     @classmethod
     def from_normalized(cls, mass: Real, radius: Real, C: Matrix, S: Matrix, extent: Real = 0.0) -> GravityField:
         """Return the field of fully normalised coefficients, as most tables have them; every one may have members.
