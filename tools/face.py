@@ -27,7 +27,7 @@ SHARED = {
     "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "
     "*.parsed_scenario *.rebuilt_system *.repetition",
-    "forces": "same_body.*",
+    "forces": "points.* same_body.*",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* piecewise_chebyshev.* solutions.* "
     "universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",

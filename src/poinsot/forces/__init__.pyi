@@ -5,6 +5,7 @@ from .ellipsoid import EllipsoidGravity
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
 from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
+from .mutual_mascons import MutualMascons
 
 __all__ = [
     "EllipsoidGravity",
@@ -14,6 +15,7 @@ __all__ = [
     "MasconGravity",
     "MutualGravity",
     "MutualHarmonics",
+    "MutualMascons",
     "Oblateness",
     "UniformGravity",
 ]

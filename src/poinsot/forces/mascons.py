@@ -6,12 +6,11 @@ import functools
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import ruled
 from poinsot.errors import real_numbers
+from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
@@ -21,11 +20,6 @@ from poinsot.mechanics.instant import Instant
 from poinsot.quantities import Along
 
 __all__ = ["MasconGravity"]
-
-CENTRED = 1e-12
-"""Tolerance of the centre of mass, relative to the distance of the farthest point: rounding only."""
-
-Array = NDArray[np.float64]
 
 
 class MasconGravity(Potential):
@@ -85,37 +79,13 @@ class MasconGravity(Potential):
         inverse = instant.inverse_distance(self.orbit)
         away = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
         terms = [
-            mass * _beyond_the_first(functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
+            mass * beyond_the_first(functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
             for mass, x in zip(self.masses, self.positions, strict=True)
         ]
-        return inverse * -self.orbit.mu * _paired_sum(terms)
+        return inverse * -self.orbit.mu * paired_sum(terms)
 
     @override
     def check(self, body: Body) -> None:
-        m, x = np.asarray(self.masses)[..., None], np.asarray(self.positions)
-        centre = np.sum(m * x, axis=-2) / np.sum(m, axis=-2)
-        off = np.max(np.linalg.norm(centre, axis=-1) / np.max(np.linalg.norm(x, axis=-1), axis=-1))
-        if not off <= CENTRED:
-            raise ValueError(
-                f"positions must be from the centre of mass, but it is off the origin by {off:.2g} of the farthest "
-                "point. Subtract it."
-            )
-        products = np.swapaxes(m * x, -1, -2) @ x
-        own = np.trace(products, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - products
+        own = inertia_of_points("positions", self.masses, self.positions)
         hint = "Body.from_point_masses(masses, positions) has the right one."
         refuse_other_inertia("masses and positions", own, body.inertia, body, hint)
-
-
-def _beyond_the_first(x: Scalar) -> Scalar:
-    """Return 1 / sqrt(1 + x) - 1 + x / 2 as a product, whose digits no small x takes away; so is its slope."""
-    root = functions.sqrt(1 + x)
-    step, inverse = x / (1 + root), 1 / root  # step = root - 1
-    slope = 0.5 * (step * inverse) * (1 + inverse + inverse * inverse)
-    return ruled(step * step * (0.5 + inverse), (x,), lambda _: slope)
-
-
-def _paired_sum(terms: list[Scalar]) -> Scalar:
-    """Return the sum, by halves: expressions of many terms are then built in a time that is nearly their number."""
-    while len(terms) > 1:
-        terms = [sum(terms[i + 1 : i + 2], start=terms[i]) for i in range(0, len(terms), 2)]
-    return terms[0]

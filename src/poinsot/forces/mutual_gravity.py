@@ -16,7 +16,6 @@ from poinsot.algebra.harmonic_forms import Form, TurnedForms, coefficients_of, f
 from poinsot.algebra.solid_harmonics import SolidHarmonics
 from poinsot.forces.same_body import deviator, refuse_one_body, refuse_other_inertia, refuse_other_mass
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
@@ -141,10 +140,8 @@ class MutualHarmonics(MutualSeries):
 
     Examples
     --------
-    >>> shapes = pt.shapes.Ellipsoid((3, 2, 1), mass=2.0), pt.shapes.Ellipsoid((1, 1, 2), mass=0.5)
-    >>> pair = pt.TwoBodies(*map(pt.Body.from_shape, shapes), G=1.0)
-    >>> pt.System(pair, pt.forces.MutualHarmonics.of_shapes(pair, degree=4)).pair.masses
-    array([2. , 0.5])
+    >>> pair = pt.TwoBodies(*2 * [pt.Body.from_shape(pt.shapes.Ellipsoid((3, 2, 1), mass=2.0))], G=1.0)
+    >>> gravity = pt.forces.MutualHarmonics.of_shapes(pair, degree=4)
     """
 
     primary: GravityField
@@ -186,8 +183,8 @@ class MutualHarmonics(MutualSeries):
         pair, inverse = instant.pair, 1 / instant.distance
         first, second = instant.attitudes
         masses, direction = pair.each_mass, inverse * instant.separation
-        near = self._forms(self.primary, self.secondary, _turned(second, first), 0)
-        far = self._forms(self.secondary, self.primary, _turned(first, second), 1)
+        near = self._forms(self.primary, self.secondary, TurnedForms(*second.seen_from(first)), 0)
+        far = self._forms(self.secondary, self.primary, TurnedForms(*first.seen_from(second)), 1)
         total = _series(near, self.primary.radius * inverse, first.to_body(direction))
         total = total + _series(far, self.secondary.radius * inverse, -second.to_body(direction))
         return -pair.G * masses[0] * masses[1] * inverse * (1 + total)
@@ -221,11 +218,3 @@ def _bodies(instant: Any) -> list[tuple[Body, Scalar]]:
 def _series(forms: Mapping[int, Form], size: Scalar, direction: Vector) -> Scalar:
     harmonics = SolidHarmonics(direction, squared=1)
     return sum(size**n * harmonics.sum(coefficients_of(form)) for n, form in forms.items())
-
-
-def _turned(body: Attitude, seen_from: Attitude) -> TurnedForms:
-    """Return the forms of a body along the axes of another one."""
-    axes = [seen_from.at_rest.to_body(axis) for axis in body.at_rest.matrix.T]
-    rows = zip(*axes, strict=True)
-    turn = [functions.dot(row, body.turn) - own for row, own in zip(rows, seen_from.turn, strict=True)]
-    return TurnedForms(axes, turn)

@@ -157,12 +157,21 @@ class Attitude:
         self._matrix, self.comoving, self._quaternion = matrix, comoving, quaternion
 
     turn: Sequence[Scalar] = (0.0, 0.0, 0.0)
-    """Angles of a small turn about the body axes, which are zero: for derivatives of what is seen of `at_rest`."""
+    """Angles of a small turn of `at_rest` about the body axes, which are zero: by which derivatives are taken."""
 
     @property
     def at_rest(self) -> Attitude:
-        """The same attitude, as what depends on its `turn` sees it."""
+        """The same attitude, which does not vary with its `turn`."""
         return self
+
+    def seen_from(self, other: Attitude) -> tuple[list[Vector], Vector]:
+        """Return the axes of this body along those of another one, and the angles of a small turn about the latter.
+
+        The axes do not vary with the angles, which are zero: a closed rule gives the derivatives of what is turned.
+        """
+        axes = [other.at_rest.to_body(axis) for axis in self.at_rest.matrix.T]
+        rows = zip(*axes, strict=True)
+        return axes, Vector(functions.dot(row, self.turn) - own for row, own in zip(rows, other.turn, strict=True))
 
     @property
     def matrix(self) -> Array:

@@ -1,0 +1,150 @@
+"""The gravity between two bodies made of points of mass, to all degrees."""
+
+from __future__ import annotations
+
+import functools
+from typing import Annotated, Any
+
+import numpy as np
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.program import number, ruled
+from poinsot.errors import real_numbers
+from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
+from poinsot.forces.same_body import deviator, refuse_one_body, refuse_other_inertia, refuse_other_mass
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.force import Potential
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.quantities import Along
+
+__all__ = ["MutualMascons"]
+
+
+class MutualMascons(Potential):
+    """The gravity between two sets of points of mass, each moving as one body, exactly and complete.
+
+    V = -G sum_ij m_i m_j / |r + x_j - x_i|, x_i from the centre of the primary and x_j from that of the secondary. Each
+    point may stand for a sphere: a body that is one is a point at the origin. The cost goes with the number of pairs.
+
+    Parameters
+    ----------
+    primary_masses, secondary_masses : array (n,)
+        In the unit of the masses. A hole is a negative mass.
+    primary_positions, secondary_positions : array (n, 3), axes of each body
+        From its centre of mass, in the unit of the separation.
+
+    Raises
+    ------
+    ValueError
+        By `System`, if the mass of a set, or its inertia but for what is the same about all axes, is not the body's to
+        1e-9, or the centre of mass is off the origin by more than 1e-12 of the farthest point.
+
+    Examples
+    --------
+    >>> bone = pt.shapes.Mascons((1.0, 1.0, 1.0), ((1, 0, 0), (-0.5, 0.75, 0), (-0.5, -0.75, 0)))
+    >>> pair = pt.TwoBodies(pt.Body.from_shape(bone), pt.Body.from_ellipsoid(0.5, (0.2, 0.2, 0.2)), G=1.0)
+    >>> gravity = pt.forces.MutualMascons(bone.masses, bone.positions, (0.5,), ((0, 0, 0),))
+    """
+
+    primary_masses: Annotated[Any, ("primary_count",)]
+    primary_positions: Annotated[Any, ("primary_count", 3), Along("body axes")]
+    secondary_masses: Annotated[Any, ("secondary_count",)]
+    secondary_positions: Annotated[Any, ("secondary_count", 3), Along("body axes")]
+
+    def __post_init__(self) -> None:
+        for name in BODIES:
+            shape = real_numbers(f"{name}_positions", getattr(self, f"{name}_positions")).shape
+            if len(shape) < 2:
+                raise ValueError(f"{name}_positions must have shape (n, 3) or (members, n, 3), got shape {shape}.")
+        super().__post_init__()
+
+    @classmethod
+    def of_shapes(cls, pair: TwoBodies) -> MutualMascons:
+        """Return the gravity of two bodies of which each is made of `Mascons` or is a sphere."""
+        masses = np.moveaxis(pair.masses, -1, 0)
+        sets = [_points(name, body, mass) for (name, body), mass in zip(pair.bodies.items(), masses, strict=True)]
+        return cls(*sets[0], *sets[1])
+
+    @property
+    def primary_count(self) -> int:
+        """The number of points of the primary."""
+        return int(np.shape(self.primary_positions)[-2])
+
+    @property
+    def secondary_count(self) -> int:
+        """The number of points of the secondary."""
+        return int(np.shape(self.secondary_positions)[-2])
+
+    @functools.cached_property
+    @override
+    def structure(self) -> tuple[Any, ...]:
+        return (*super().structure, self.primary_count, self.secondary_count)
+
+    @property
+    def sets(self) -> dict[str, tuple[Any, Any]]:
+        """Masses and positions by the name of the body."""
+        return {
+            "primary": (self.primary_masses, self.primary_positions),
+            "secondary": (self.secondary_masses, self.secondary_positions),
+        }
+
+    @override
+    def check(self, body: Any) -> None:
+        refuse_one_body(self, body)
+        hint = "Take both from one shape along the same axes and in the same units."
+        for mass, (name, (masses, positions)) in zip(body.each_mass, self.sets.items(), strict=True):
+            refuse_other_mass(f"{name}_masses", np.sum(masses, axis=-1), mass, hint)
+            own, given = body.bodies[name].inertia, inertia_of_points(f"{name}_positions", masses, positions)
+            named = f"{name}_masses and {name}_positions"
+            refuse_other_inertia(named, deviator(given), deviator(own), body.bodies[name], hint)
+
+    @override
+    def energy(self, instant: Any) -> Scalar:
+        ones, others = (list(zip(*each, strict=True)) for each in self.sets.values())
+        first, second = instant.attitudes
+        inverse = 1 / instant.distance
+        size, towards = inverse * inverse, inverse * inverse * instant.separation
+        near, far, rows = first.to_body(towards), second.to_body(towards), _rows(second, first)
+        behind = [size * functions.dot(x, x) - 2 * functions.dot(near, x) for _, x in ones]
+        ahead = [size * functions.dot(y, y) + 2 * functions.dot(far, y) for _, y in others]
+        turned = [Vector(2 * size * functions.dot(row, y) for row in rows) for _, y in others]
+        terms = [  # |r + y - x|^2 = r^2 (1 + a + b - 2 x . y / r^2)
+            m * n * beyond_the_first(a + b - functions.dot(x, y))
+            for (m, x), a in zip(ones, behind, strict=True)
+            for (n, _), b, y in zip(others, ahead, turned, strict=True)
+        ]
+        (first_mass, first_spread), (second_mass, second_spread) = map(_zeroth_and_second, self.sets.values())
+        linear = first_mass * second_mass - 0.5 * size * (first_mass * second_spread + second_mass * first_spread)
+        return -instant.pair.G * inverse * (linear + paired_sum(terms))
+
+
+def _zeroth_and_second(points: tuple[Any, Any]) -> tuple[Scalar, Scalar]:
+    masses, positions = points
+    return sum(masses), sum(m * functions.dot(x, x) for m, x in zip(masses, positions, strict=True))
+
+
+def _rows(body: Attitude, seen_from: Attitude) -> list[Vector]:
+    """Return the matrix from the axes of a body to those of another one, by rows that vary with a small turn."""
+    axes, turn = body.seen_from(seen_from)
+    columns = [[ruled(x, turn, functools.partial(_slope, axis, i)) for i, x in enumerate(axis)] for axis in axes]
+    return [Vector(row) for row in zip(*columns, strict=True)]
+
+
+def _slope(axis: Vector, i: int, k: int) -> Scalar:
+    """Return the derivative of a component by the angle of a turn about another axis, that of e_k x axis."""
+    if i == k:
+        return 0.0
+    other = number(axis[3 - i - k])
+    return other if (k - i) % 3 == 1 else -other
+
+
+def _points(name: str, body: Body, mass: Any) -> tuple[Any, Any]:
+    """Return masses and positions of a body that is made of points, or is a sphere."""
+    if hasattr(body.shape, "positions"):
+        return body.shape.masses, body.shape.positions - body.shape.center_of_mass
+    if np.ptp(body.moments, axis=-1).any():
+        raise ValueError(f"{name} must be made of Mascons, by Body.from_shape, or be a sphere, got {body!r}.")
+    return mass[..., None], np.zeros((1, 3))
