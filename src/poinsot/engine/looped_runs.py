@@ -1,4 +1,4 @@
-"""Runs on looped kernels: systems without events or tables in double precision, one body or many."""
+"""Runs on looped kernels: systems without events in double precision, one body or many."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from typing_extensions import override
 from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.dense_output import DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
+from poinsot.engine.legs import Legs
 from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Status
 from poinsot.engine.lowering import Program
+from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.roots import set_roots
 from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
@@ -34,6 +36,8 @@ SLAB_BYTES = 16_000_000
 LARGEST = 2500
 """Operations of a decomposition above which the looped kernel compiles for many seconds."""
 
+NONE = np.empty(0, dtype=int)
+
 UNDER_WAY, DONE, PAUSED = int(Status.UNDER_WAY), int(Status.DONE), int(Status.PAUSED)
 
 Array = NDArray[Any]
@@ -42,14 +46,14 @@ Array = NDArray[Any]
 def program_of(job: Job) -> Program | None:
     """Return the program of a job that a looped kernel can do; None if heyoka must do it.
 
-    heyoka takes events, knots of tables and wide precision; a GPU takes no formulas that switch.
+    heyoka takes events and wide precision; a GPU takes no tables and no formulas that switch.
     """
-    if job.precision != "double" or job.problem.events or job.problem.knots.size:
+    if job.precision != "double" or job.problem.events:
         return None
     if job.device == "cpu" and not looped_kernel.available():
         return None
-    program = kernels.looped_program(job.problem, job.variables, LARGEST)
-    switches = program is not None and program.decomposition.conditions
+    program = kernels.looped_program(job.problem.between_knots(), job.variables, LARGEST)
+    switches = job.problem.knots.size or (program is not None and program.decomposition.conditions)
     return None if job.device == "cuda" and switches else program
 
 
@@ -60,6 +64,7 @@ class LoopedRun(Run):
     ----------
     code : Code
     parameters : array (members, parameters)
+        Those of members that have no knots.
     push : array (1,) or (members,)
         The momenta that forces give a body at rest.
     """
@@ -69,18 +74,19 @@ class LoopedRun(Run):
     def __init__(self, program: Program, *given: Any) -> None:
         super().__init__(*given)
         job, self._lock = self.job, Lock()
-        self._numbers = [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *job.problem.numbers)]
-        structure = job.problem.structure, job.variables.structure, job.device
+        smooth = job.problem.between_knots()
+        self._numbers, self._constants = self._numbers_of(smooth), program.constants
+        structure = smooth.structure, job.variables.structure, job.device
         constants = program.constants(self._numbers)
-        zeros = program.zeros(constants)
-        self.program, values = kernels.known((*structure, zeros), lambda: program.without(zeros))
+        zeros = program.zeros(constants) if smooth is job.problem else ()
+        self.program, self._values = kernels.known((*structure, zeros), lambda: program.without(zeros))
         self.one = not self.state.time.ndim
         order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
         layout: Layout = "single" if self.one else "batch"
         lanes = 1 if self.one else kernels.LANES
         kind = *structure, zeros, order, layout, lanes
         self.code: Code = kernels.known(kind, lambda: self._compiled(order, layout, lanes))
-        self.parameters = self._table(values([*constants, *self._numbers]))
+        self.parameters = self._table(self._values([*constants, *self._numbers]), self._numbers)
         self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale).reshape(-1)
         self.report.order, self.report.tolerance = order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
@@ -95,17 +101,27 @@ class LoopedRun(Run):
         places = np.arange(variables.size)[variables.momenta].tolist()
         return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS)
 
-    def _table(self, columns: Sequence[Any]) -> Array:
-        """Return the parameters of members, shape (members, parameters), from their values."""
-        job = self.job
-        if self.one:
-            table = np.array([columns], dtype=float)
+    def _numbers_of(self, problem: Problem) -> list[Any]:
+        variables = self.job.variables
+        return [np.longdouble(x) for x in (variables.scale, *variables.factors, *problem.numbers)]
+
+    def _table(self, columns: Sequence[Any], numbers: list[Any], members: Any = slice(None)) -> Array:
+        """Return the parameters of members at their start, shape (n, parameters), from their values."""
+        starts, origins = self.starts[members], self.origins[members]
+        table = np.empty((origins.size, len(columns)))
+        if self.one and isinstance(members, slice):
+            table[0] = columns
         else:
-            table = np.empty((self.origins.size, len(columns)))
             for place, column in enumerate(columns):
                 table[:, place] = column
-        set_roots(self.program, table, self._numbers, self.starts, self.origins, job.variables.momenta)
+        set_roots(self.program, table, numbers, starts, origins, self.job.variables.momenta)
         return table
+
+    def parameters_around(self, times: Array, members: NDArray[np.int_]) -> Array:
+        """Return the parameters of members, shape (n, parameters), between the knots around times."""
+        around = self._numbers_of(self.job.problem.between_knots(times))
+        own = [x[members] if y.ndim else x for x, y in zip(around, self._numbers, strict=True)]
+        return self._table(self._values([*self._constants(own), *own]), own, members)
 
     @override
     def go(self) -> None:
@@ -134,10 +150,10 @@ class LoopedRun(Run):
             dense = self.report.dense = DenseOutput(job.variables, origin, self.starts[0])
             kept = kernel.kept
             parts: dict[bool, list[Any]] = {way: [kept[0][:0]] for way in BOTH_WAYS}
-            for block in kept:  # one task after the other
-                places = np.searchsorted(block["task"], np.arange(3))
+            for block in kept:
                 for k, way in enumerate(tasks.forwards.tolist()):
-                    parts[way].append(block[places[k] : places[k + 1]])
+                    own = block["task"] == k
+                    parts[way].append(block if own.all() else block[own])
             dense.parts = {way: KeptSteps(blocks) for way, blocks in parts.items()}
             dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
 
@@ -231,6 +247,13 @@ class _Tasks:
         chosen = slice(None) if run.one else members[self.own]
         self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
+        self._ends = self.queue.tasks["end"].copy()
+        self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
+
+    def _legs_of(self, members: NDArray[np.int_], stride: NDArray[np.int_]) -> Legs:
+        run, roots = self._run, [root.parameter for root in self._run.program.roots]
+        knots, origins = run.job.problem.knots, run.origins[members]
+        return Legs(knots, self.queue.tasks, members, stride, origins, run.parameters_around, roots, run.one)
 
     def _of_many(self) -> NDArray[np.int64]:
         """Return member, first time, number of times and stride of each task; a row at the start is written."""
@@ -270,17 +293,27 @@ class _Tasks:
             kernel.finish()
             if self._hopeless:
                 tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
+            waiting = [self._between_legs(), self._rescaled()]
             self._tell(told)
-            if variations is None or self._run.stop:
+            if self._run.stop or not any(each.size for each in waiting):
                 return
-            paused = np.flatnonzero(tasks["status"] == PAUSED)
-            if not paused.size:
-                return
-            states = tasks["state"][paused]
-            variations.rescale(states[:, self._run.job.variables.tangent_vectors])
-            tasks["state"][paused], tasks["below"][paused] = states, 0.0
-            tasks["pause"][paused] += STEPS_AT_A_TIME[variations.order]
-            self.queue.put(paused)
+            self.queue.put(np.concatenate(waiting))
+
+    def _between_legs(self) -> NDArray[np.int_]:
+        """Return the tasks that have come to a knot, with the parameters behind it."""
+        return NONE if self._legs is None else self._legs.go_on(self._run.stop)
+
+    def _rescaled(self) -> NDArray[np.int_]:
+        """Return the tasks that have paused, with vectors of tangents rescaled."""
+        job, tasks = self._run.job, self.queue.tasks
+        paused = NONE if job.variables.variations is None else np.flatnonzero(tasks["status"] == PAUSED)
+        if job.variables.variations is None or not paused.size or self._run.stop:
+            return NONE
+        states = tasks["state"][paused]
+        job.variables.variations.rescale(states[:, job.variables.tangent_vectors])
+        tasks["state"][paused], tasks["below"][paused] = states, 0.0
+        tasks["pause"][paused] += STEPS_AT_A_TIME[job.variables.variations.order]
+        return paused
 
     def _watch(self, kernel: Any, told: Callable[[float], None]) -> None:
         """Tell how far tasks are, and give up those whose steps lead nowhere."""
@@ -334,7 +367,7 @@ class _Tasks:
         np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
         for k in chosen[tasks["status"][chosen] != DONE].tolist():
             task = tasks[k]
-            stop = Stop(self._why(k, int(task["status"])), float(task["time"][0]), float(task["end"]), None)
+            stop = Stop(self._why(k, int(task["status"])), float(task["time"][0]), float(self._ends[k]), None)
             report.stops.setdefault(int(members[k]), stop)
 
     def _why(self, k: int, status: int) -> str:
