@@ -3,7 +3,8 @@
     python -m pytest -o enable_assertion_pass_hook=true --margins out/margins.txt --shake 7 --lanes 4
 
 A bound that is not derived is at least three times the worst over 20 seeds of `--shake` and over 2, 4 and 8 lanes:
-of each comparison that passes, the file lists the largest value over its bound.
+of each comparison that passes, the file lists the largest value over its bound. A bound near the rounding unit without
+a comment of its own is such a measured one.
 """
 
 import re

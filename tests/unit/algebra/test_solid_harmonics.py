@@ -41,9 +41,9 @@ def test_values_are_those_of_legendre_functions(n):
         expected = np.array([legendre * np.cos(m * longitude), legendre * np.sin(m * longitude)])
         size = np.max(np.abs(legendre))
         assert np.allclose(
-            np.broadcast_arrays(*harmonics.pair(n, m), r)[:2] / r**n, expected, rtol=0, atol=1e-14 * size
+            np.broadcast_arrays(*harmonics.pair(n, m), r)[:2] / r**n, expected, rtol=0, atol=2e-14 * size
         )
-        assert np.allclose(np.broadcast_arrays(*at_one.pair(n, m), r)[:2], expected, rtol=0, atol=1e-14 * size)
+        assert np.allclose(np.broadcast_arrays(*at_one.pair(n, m), r)[:2], expected, rtol=0, atol=2e-14 * size)
 
 
 @pytest.mark.parametrize("key", PAIRS)

@@ -73,7 +73,7 @@ def test_a_looser_fit_has_fewer_pieces(fitted):
     assert loose.error / 3 < position < 3 * loose.error < 3e-6 * 7700
 
 
-@pytest.mark.parametrize(("rows", "bound"), [(71, 1.0), (141, 1e-2), (351, 1e-5), (701, 2e-9), (7001, 4e-11)])
+@pytest.mark.parametrize(("rows", "bound"), [(71, 1.0), (141, 1e-2), (351, 1e-5), (701, 2e-9), (7001, 1e-10)])
 def test_a_table_says_its_error(rows, bound):
     ephemeris = table(np.linspace(-T, 6 * T, rows))
     position, _ = apart(ephemeris)
@@ -85,7 +85,7 @@ def test_a_table_keeps_its_rows(tabulated):
     rows = np.linspace(-T, 6 * T, 701)
     assert np.max(np.abs(np.stack(list(tabulated.position_at(rows)), axis=-1) - place(rows))) < ROUNDING
     assert np.max(np.abs(np.stack(list(tabulated.velocity_at(rows)), axis=-1) - speed(rows))) < 4e-11
-    assert tabulated.position_jump < 2e-11
+    assert tabulated.position_jump < 3e-11
 
 
 def test_the_noise_of_a_table_is_its_error(rng):
@@ -108,7 +108,7 @@ def test_a_kink_is_found_between_two_knots():
         return np.stack([10 + np.abs(times - 1 / 3), 0 * times, 0 * times], axis=-1)
 
     ephemeris = pt.orbits.Ephemeris.from_function(1.0, position=bent, start=0.0, stop=1.0)
-    assert np.min(np.abs(ephemeris.knots - 1 / 3)) < 1e-8
+    assert np.min(np.abs(ephemeris.knots - 1 / 3)) < 2.0**-25  # a piece as short as that ends the bisection
     x, _, _ = ephemeris.position_at(np.array([0.2, 1 / 3, 0.9]))
     assert np.max(np.abs(x - [10 + 2 / 15, 10, 10 + 17 / 30])) < 4 * ephemeris.error < 8e-9
 

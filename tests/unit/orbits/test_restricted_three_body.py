@@ -42,7 +42,7 @@ def test_start_is_the_given_one(name):
     reduced = MU2 / (MU1 + MU2) * SEPARATION
     attractor = np.array([-reduced if name == "primary" else SEPARATION - reduced, 0, 0])
     r = np.array(PLACE) - attractor
-    assert np.max(np.abs(stacked(orbit.position_at(EPOCH)) - r)) < 1e-15
+    assert np.max(np.abs(stacked(orbit.position_at(EPOCH)) - r)) < 2e-15
     assert np.max(np.abs(stacked(orbit.velocity_at(EPOCH)) - DRIFT - np.cross((0, 0, n), r))) < 1e-15
     assert orbit.inverse_distance_at(EPOCH) == pytest.approx(1 / np.linalg.norm(r), rel=1e-15)
     assert (orbit.mu, orbit.sample_time, orbit.closed_form) == ({"primary": MU1, "secondary": MU2}[name], EPOCH, False)

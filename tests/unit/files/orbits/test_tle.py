@@ -86,13 +86,13 @@ def test_polynomials_keep_sgp4():
     satellite = api.Satrec.twoline2rv(*VANGUARD)
     times = np.linspace(0, 3 * DAY, 4001)
     exact = np.array([satellite.sgp4_tsince(t / 60)[1] for t in times])
-    assert np.max(np.linalg.norm(place(orbit, times) - exact, axis=-1)) < 2e-6
-    assert orbit.error < 5e-6
+    assert np.max(np.linalg.norm(place(orbit, times) - exact, axis=-1)) < 4e-6
+    assert orbit.error < 8e-6
     speeds = np.array([satellite.sgp4_tsince(t / 60)[2] for t in times])
     # SGP4's velocities differ by a metre per second from the derivatives of its positions.
     assert np.max(np.linalg.norm(np.stack(orbit.velocity_at(times), axis=-1) - speeds, axis=-1)) < 1.3e-3
     differences = np.stack(orbit.velocity_at(times), axis=-1) - derivatives(satellite, times)
-    assert np.max(np.linalg.norm(differences, axis=-1)) < 1e-6
+    assert np.max(np.linalg.norm(differences, axis=-1)) < 1.5e-6
 
 
 def derivatives(satellite, times):
