@@ -1,8 +1,8 @@
 """The gravity between two homogeneous ellipsoids, exactly, by quadrature; knows nothing of poinsot.
 
 The field of the first one outside of it is in Carlson's symmetric integrals; it is integrated over the second one by
-Gauss's rules in a ball, of n nodes each along radius and height and 2 n around, which converge as a power of n where the
-ellipsoids are apart. G is 1; vectors are in space, and an attitude is the matrix body -> space.
+Gauss's rules in a ball, of n nodes each along radius and height and 2 n around, which converge as a power of n where
+the ellipsoids are apart. G is 1; vectors are in space, and an attitude is the matrix body -> space.
 """
 
 import numpy as np

@@ -73,7 +73,8 @@ def test_derivatives_by_angles_and_by_the_axes(n):
     expected = np.array([value(turn_of(plain, k), POINT) for k in range(3)])
 
     def slopes(forms, by):
-        return np.array(gradient(SolidHarmonics(tuple(POINT)).sum(coefficients_of(forms.turned(form))), by), dtype=float)
+        value = SolidHarmonics(tuple(POINT)).sum(coefficients_of(forms.turned(form)))
+        return np.array(gradient(value, by), dtype=float)
 
     graph = Graph()
     angles = [graph.variable(0.0) for _ in range(3)]
