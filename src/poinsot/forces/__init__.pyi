@@ -6,6 +6,7 @@ from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravit
 from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
 from .mutual_mascons import MutualMascons
+from .third_body import ThirdBody
 
 __all__ = [
     "EllipsoidGravity",
@@ -17,5 +18,6 @@ __all__ = [
     "MutualHarmonics",
     "MutualMascons",
     "Oblateness",
+    "ThirdBody",
     "UniformGravity",
 ]

@@ -87,6 +87,17 @@ class PairInstant(Instant):
         return functions.norm(self.separation)
 
     @functools.cached_property
+    def from_barycenter(self) -> tuple[Vector, Vector]:
+        """The positions of primary and secondary from the barycentre of both, space axes."""
+        first, second = self._levers
+        return first * self.separation, second * self.separation
+
+    @property
+    def _levers(self) -> tuple[Scalar, Scalar]:
+        (first, second), total = self.pair.each_mass, self.pair.total_mass
+        return -second / total, first / total
+
+    @functools.cached_property
     def momentum(self) -> Vector:
         """The relative velocity times the reduced mass, space axes."""
         if self._relative is None:
@@ -117,9 +128,7 @@ class PairInstant(Instant):
     def _of(self, number: int) -> Instant:
         """Return one of the bodies."""
         body = self.pair.bodies[BODIES[number]]
-        masses, total = self.pair.each_mass, self.pair.total_mass
-        lever = -masses[1] / total if number == 0 else masses[0] / total
-        place = _Displaced(self, lever)
+        place = _Displaced(self, self._levers[number])
         momentum, scale = self.angular_momenta[number], self.scales[number]
         return Instant(body, self.attitudes[number], place, angular_momentum_body=momentum, scale=scale)
 

@@ -1,0 +1,66 @@
+"""The gravity of a third body on two that attract each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.functions import Scalar
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.force import Potential
+from poinsot.mechanics.two_bodies import TwoBodies
+
+__all__ = ["ThirdBody"]
+
+
+class ThirdBody(Potential):
+    """The tidal field of a third body, such as the Sun or a planet on a flyby, on two bodies and their orbit.
+
+    U = -mu sum_i [m_i (1/d_i - 1/R + R.x_i/R^3) + (tr I_i - 3 u_i.I_i u_i)/(2 d_i^3)], where R is the barycentre and
+    R + x_i a body from the third one, d_i and u_i its distance and direction. What is left of m_i/d_i has no constant
+    and no linear term, and is written without differences of large numbers: with q = (2 R.x + x^2)/R^2 and
+    s = sqrt(1 + q) = d/R, R (1/d - 1/R + R.x/R^3) = q^2 (s + 2)/(2 s (1 + s)^2) - x^2/(2 R^2).
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Of the barycentre about the third body, whose `mu` is the orbit's. The pair does not move it.
+
+    Raises
+    ------
+    ValueError
+        By `System`, on one body, which takes `GravityGradient`.
+
+    Examples
+    --------
+    >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+    >>> sun = pt.orbits.KeplerOrbit(400.0, semimajor_axis=20.0, eccentricity=0.1)
+    >>> system = pt.System(pt.TwoBodies(ball, ball, G=1.0), pt.forces.MutualGravity(), pt.forces.ThirdBody(sun))
+    >>> system.integrals
+    ()
+    """
+
+    orbit: Orbit
+
+    @override
+    def check(self, body: Any) -> None:
+        if not isinstance(body, TwoBodies):
+            raise ValueError(f"ThirdBody must act on TwoBodies, got {body!r}. On one body: GravityGradient.")
+
+    @override
+    def energy(self, instant: Any) -> Scalar:
+        inverse, outwards = instant.inverse_distance(self.orbit), instant.direction(self.orbit)
+        bodies = zip(instant.pair.each_mass, (instant.primary, instant.secondary), instant.from_barycenter, strict=True)
+        total: Scalar = 0.0
+        for mass, each, position in bodies:
+            place = position * inverse
+            square = functions.dot(place, place)
+            q = 2 * functions.dot(outwards, place) + square
+            s = functions.sqrt(1 + q)
+            monopole = q * q * (s + 2) / (2 * s * (1 + s) * (1 + s)) - 0.5 * square
+            direction = each.attitude.to_body((outwards + place) / s)
+            spread = sum(each.body.moments) - 3 * each.body.moment_about(direction)
+            total = total + mass * monopole + inverse * inverse / (2 * s * s * s) * spread
+        return -self.orbit.mu * inverse * total
