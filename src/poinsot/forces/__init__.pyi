@@ -7,11 +7,13 @@ from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
 from .mutual_mascons import MutualMascons
 from .third_body import ThirdBody
+from .tides import LibrationDamping, TidalFriction
 
 __all__ = [
     "EllipsoidGravity",
     "GravityGradient",
     "HarmonicGravity",
+    "LibrationDamping",
     "LinearDamping",
     "MasconGravity",
     "MutualGravity",
@@ -19,5 +21,6 @@ __all__ = [
     "MutualMascons",
     "Oblateness",
     "ThirdBody",
+    "TidalFriction",
     "UniformGravity",
 ]
