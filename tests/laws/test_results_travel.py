@@ -1,6 +1,7 @@
 """Everything that the package returns pickles, is copied, and comes back equal to the last bit."""
 
 import copy
+import functools
 import html
 import inspect
 import pickle
@@ -46,6 +47,15 @@ class Drag(pt.Torque):
         return pt.functions.Vector(-self.coefficient * component for component in instant.omega_body)
 
 
+class Nearest(pt.Event):
+    """Of two bodies: the extremes of their distance."""
+
+    name = "nearest"
+
+    def value(self, instant):
+        return pt.functions.dot(instant.separation, instant.relative_velocity)
+
+
 class Runaway(pt.Torque):
     """It makes the rate infinite in a finite time."""
 
@@ -64,6 +74,18 @@ def stopped():
     with pytest.raises(pt.PropagationError) as caught:
         pt.propagate(pt.System(BODY, Runaway()), START, TIMES)
     return caught.value
+
+
+PAIR = pt.TwoBodies(pt.Body((2.0, 2.5, 3.0), mass=3.0), pt.Body((0.1, 0.12, 0.15), mass=[0.4, 0.5]), G=1.0)
+ONE_PAIR = pt.TwoBodies(PAIR.primary, pt.Body((0.1, 0.12, 0.15), mass=0.5), G=1.0)
+TURNS = (START.quaternion, (0.5, 0.5, -0.5, 0.5))
+
+
+def of_two(pair=ONE_PAIR, **options):
+    spins = [(0.1, 0.2, 1.0), (0.0, 0.1, 0.4)]
+    start = pair.state((6.0, 1.0, 2.0), (-0.1, 0.6, 0.3), TURNS, omega_body=spins)
+    system = pt.System(pair, pt.forces.MutualGravity(), pt.forces.LinearDamping(1e-3).on("secondary"))
+    return pt.propagate(system, start, np.linspace(0, 40, 5), **options)
 
 
 def scenario(folder):
@@ -104,6 +126,12 @@ RESULTS = {
     "relative to a frame": lambda _: along_orbit().relative_to(CIRCLE.frame),
     "read from a file": loaded,
     "stopped": lambda _: stopped(),
+    "PairTrajectory": lambda _: of_two(dense=True, events=[Nearest()]),
+    "one of two bodies": lambda _: of_two(dense=True).secondary,
+    "ensemble of two bodies": lambda _: of_two(PAIR, formulation="canonical"),
+    "one of an ensemble of two bodies": lambda _: of_two(PAIR).primary,
+    "state of two bodies": lambda _: of_two().initial,
+    "events of two bodies": lambda _: of_two(events=[Nearest()]).events[0],
 }
 COPIES = {
     "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
@@ -120,17 +148,20 @@ def contents(thing, seen=()):
         return {str(key): contents(value, seen) for key, value in thing.items()}
     if isinstance(thing, list | tuple):
         return [contents(item, seen) for item in thing]
-    if type(thing).__module__.startswith("poinsot") or isinstance(thing, Drag | Runaway):
+    if type(thing).__module__.startswith("poinsot") or isinstance(thing, Drag | Runaway | Nearest):
         if id(thing) in seen:
             return "again"
-        names = [*vars(thing), *(name for name in READ if hasattr(type(thing), name))]
+        own = [
+            name for name in vars(thing) if not isinstance(getattr(type(thing), name, None), functools.cached_property)
+        ]
+        names = [*own, *(name for name in READ if hasattr(thing, name))]
         public = {name: getattr(thing, name) for name in names if not name.startswith("_") and name not in UNREAD}
         return type(thing).__qualname__, contents(public, (*seen, id(thing)))
     return repr(thing) if not callable(thing) else getattr(thing, "__qualname__", "")
 
 
 STATE = ("phase", "quaternion", "conjugate_momenta", "angular_momentum_body")
-READ = (*STATE, "energy", "drift", "integrals", "matrix", "numbers", "structure", "args")
+READ = (*STATE, "position", "momentum", "energy", "drift", "integrals", "matrix", "numbers", "structure", "args")
 UNREAD = ("environment", "beside_samples", "origin_of")
 
 

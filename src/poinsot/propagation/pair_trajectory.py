@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from typing import Any
 
@@ -13,9 +14,9 @@ from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.state import PairState, State, refused
+from poinsot.mechanics.state import PairState, Phase, State, refused
 from poinsot.mechanics.system import System
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import Method, Trajectory
 
 __all__ = ["PairTrajectory", "trajectory_class"]
 
@@ -84,18 +85,14 @@ class PairTrajectory(Trajectory):
         return self._of("secondary")
 
     def _of(self, body: str) -> Trajectory:
-        def phase(whole: Any) -> Any:
-            return dict(whole.of_bodies[body].phase)
-
         system = OneOfTwo(self.system.pair.bodies[body], units=self.system.units)
         interpolant = None
         if self._interpolant is not None:
             _, first, last = self._interpolant
-            interpolant = (lambda times: phase(self(times))), first, last
-        rows = functools.partial(phase, self._state)
-        motion = Trajectory(
-            system, self.initial.of_bodies[body], self.times, rows, self.run, interpolant, self.failures
-        )
+            interpolant = functools.partial(_interpolated, self, body), first, last
+        rows = functools.partial(_phase_of, self._state, body)
+        run = dataclasses.replace(self.run, method=Method.ONE_OF_TWO)
+        motion = Trajectory(system, self.initial.of_bodies[body], self.times, rows, run, interpolant, self.failures)
         motion.provenance = {key: self.provenance[key] for key in ("title",) if key in self.provenance}
         return motion
 
@@ -144,6 +141,15 @@ class PairTrajectory(Trajectory):
     def _momentum_size(self) -> Array:
         own = sum(np.linalg.norm(each.angular_momentum_body, axis=-1) for each in self._state.of_bodies.values())
         return np.asarray(own + np.linalg.norm(np.cross(self.position, self.momentum), axis=-1))
+
+
+def _phase_of(state: Any, body: str) -> Phase:
+    phase: Phase = state.of_bodies[body].phase
+    return phase
+
+
+def _interpolated(motion: PairTrajectory, body: str, times: Array) -> Phase:
+    return _phase_of(motion(times), body)
 
 
 class OneOfTwo(System):

@@ -63,6 +63,7 @@ class Method(StrEnum):
     VARIATIONAL = "Taylor, with variational equations"
     CLOSED_FORM = "closed form"
     TABLE = "table"
+    ONE_OF_TWO = "Taylor, one of two bodies"
 
 
 @dataclass(frozen=True)
@@ -410,6 +411,8 @@ class Trajectory(Summarized):
 
         Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
         """
+        if not self.system.integrals:
+            return {}
         T_and_U = np.abs(self.kinetic_energy) + np.abs(self.potential_energy)
         energy_scale = np.fmax.reduce(T_and_U, axis=-1, initial=0.0)
         momentum_scale = np.fmax.reduce(self._momentum_size, axis=-1, initial=0.0)
