@@ -1,20 +1,24 @@
 """The state-transition matrix of a motion, parameter sensitivities, and covariance propagation.
 
 xi = (rotation vector, change of angular momentum), along the body axes, changes (q, g) to
-(q exp(theta / 2), g + gamma); behind it are the changes of the variables of parts.
+(q exp(theta / 2), g + gamma); behind it are the changes of the variables of parts. Of two bodies there are both xi and
+behind them the changes of position and momentum.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import functools
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.engine.runs import Memory, Rows
+from poinsot.engine.runs import Memory, Report, Rows
 from poinsot.errors import real_numbers
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.named_parameters import resolve
@@ -22,6 +26,7 @@ from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import components
 from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.selection import state_of_members, system_of_members
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import VariationalRun
 from poinsot.quantities import Times
@@ -29,6 +34,12 @@ from poinsot.quantities import Times
 __all__ = ["StateTransition", "state_transition"]
 
 Array = NDArray[np.float64]
+
+Share = tuple[Sequence[int], Sequence[Sequence[int]]]
+"""Parameters, and groups of columns, each group the directions of one integration."""
+
+TOGETHER = 12
+"""The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
 
 
 class StateTransition(Summarized):
@@ -78,12 +89,15 @@ class StateTransition(Summarized):
     def coordinates(self) -> tuple[str, ...]:
         """Names of the k coordinates: radians, units of angular momentum, and those of the variables of parts.
 
-        k = 6 without parts; of planar motion 2, the rotation about the third axis and the third component of g.
+        k = 6 without parts; of planar motion 2, the rotation about the third axis and the third component of g. Of two
+        bodies k = 18: "primary.theta_1", ..., "secondary.g_3", "position_1", ..., "momentum_3".
         """
-        if self._k == 2:
-            return "theta_3", "g_3"
-        rigid = [f"{name}_{i}" for name in ("theta", "g") for i in (1, 2, 3)]
-        return *rigid, *(f"{part.name}.{name}" for part in self.motion.system.parts for name in components(part))
+        bodies, kinds = self.motion.initial.of_bodies, ("theta", "g")
+        axes = (3,) if self._k == 2 * len(bodies) else (1, 2, 3)
+        rigid = [f"{body and f'{body}.'}{kind}_{i}" for body in bodies for kind in kinds for i in axes]
+        parts = (f"{part.name}.{name}" for part in self.motion.system.parts for name in components(part))
+        orbit = (f"{name}_{i}" for name in ("position", "momentum") for i in (1, 2, 3)) if len(bodies) > 1 else ()
+        return *rigid, *parts, *orbit
 
     @functools.cached_property
     def _columns(self) -> Array:
@@ -166,47 +180,93 @@ def state_transition(
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     inputs = tuple(resolve(system, name) for name in parameters)
-    job = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order)
-    k = len(job.units)
-    out = _Columns(job, k, k + len(inputs), order)
-    report = job.integrate(np.eye(k), job.times, out)
-    kept = slice(None) if job.members else 0
+    given: Any = (formulation, tolerance, threads, progress)
+    whole = VariationalRun(system, state, times, *given, inputs, order)
+    out = _Columns(whole, order)
+    report = Report(np.zeros(out.members, dtype=int))
+    for some, groups in _shares(len(whole.units), len(inputs), order):
+        who = np.repeat(np.arange(out.members), len(groups))
+        job = whole
+        if len(whole.units) > TOGETHER:  # each member once for each group
+            copies = system_of_members(system, who), state_of_members(whole.state, who)
+            job = VariationalRun(*copies, times, *given, tuple(inputs[i] for i in some), order)
+        unit = np.eye(len(whole.units))
+        start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
+        found = job.integrate(start, whole.times, _Share(out, job, groups))
+        _add(report, found, len(groups))
+        if report.interrupted:
+            break
+    kept = slice(None) if whole.members else 0
     phase = changed(out.phase, lambda x: x[kept])
     own = trajectory_class(system)
-    motion = own(system, state, job.times, lambda: phase, job.run(report), failures=job.failures(report))
+    motion = own(system, state, whole.times, lambda: phase, whole.run(report), failures=whole.failures(report))
     second = out.second[kept] if order == 2 else None
     result = StateTransition(motion, tuple(parameters), out.directions[kept], out.growth[kept], second)
-    job.check(report, result)
+    whole.check(report, result)
     return result
+
+
+def _shares(k: int, parameters: int, order: int) -> Iterator[Share]:
+    """Yield what each kernel integrates."""
+    columns, inputs = range(k), range(parameters)
+    if k <= TOGETHER:
+        yield inputs, [range(k + parameters)]
+    elif order == 1:
+        yield (), [[i] for i in columns]
+        if parameters:
+            yield inputs, [range(k, k + parameters)]
+    else:  # each second derivative is of two columns
+        yield (), [list(two) for two in itertools.combinations(columns, 2)]
+        yield from (((j,), [[i, k + j] for i in columns]) for j in inputs)
+        yield from ((two, [[k + j for j in two]]) for two in itertools.combinations(inputs, 2))
+
+
+def _add(report: Report, found: Report, groups: int) -> None:
+    """Add what is known of the integrations of some groups; each group took the steps of the motion."""
+    steps, finished = found.steps.reshape(-1, groups)[:, 0], found.finished // groups
+    report.add(dataclasses.replace(found, steps=steps, stops={i // groups: stop for i, stop in found.stops.items()}))
+    report.steps, report.finished, report.interrupted = steps, finished, found.interrupted
 
 
 class _Columns(Memory):
     """Motions with their matrices, in the units of the user."""
 
-    def __init__(self, job: VariationalRun, k: int, columns: int, order: int) -> None:
-        members, times = len(job.state.time), job.times.size
-        super().__init__(job.variables, members, job.times)
-        self.directions = np.full((members, times, k, columns), np.nan)
-        self.growth = np.full((members, times, columns), np.nan)
-        self.second = (
-            np.full((members, times, k, *(columns,) * 2), np.nan) if order == 2 else np.empty((members, times))
-        )
-        self._unit = job.units
+    def __init__(self, job: VariationalRun, order: int) -> None:
+        self.members, times, k = len(job.state.time), job.times.size, len(job.units)
+        super().__init__(job.variables, self.members, job.times)
+        columns, shape = k + job.parameters, (self.members, times)
+        self.unit = np.append(job.units, np.ones(job.parameters))
+        self.directions = np.full((*shape, k, columns), np.nan)
+        self.growth = np.full((*shape, columns), np.nan)
+        self.second = np.full((*shape, k, *(columns,) * 2), np.nan) if order == 2 else np.empty(shape)
 
-    @override
-    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
-        super().take(members, times, rows)
-        unit, vectors, pairs, bits = self._unit, rows["vectors"], rows["pairs"], rows["exponents"]
-        by = np.append(unit, np.ones(bits.shape[-1] - len(unit)))
-        columns = np.swapaxes(vectors / unit, -1, -2) * by
-        sizes = np.linalg.norm(columns, axis=-2)
+
+class _Share:
+    """Takes the columns of each group of some, the groups of a member one after another."""
+
+    def __init__(self, out: _Columns, job: VariationalRun, groups: Sequence[Sequence[int]]) -> None:
+        self._out, self._unit, self._groups = out, job.units, np.array(groups)
+
+    def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
+        """Keep the motions and columns of some members and groups."""
+        out, unit, (whom, which) = self._out, self._unit, np.divmod(members, len(self._groups))
+        once = np.flatnonzero(which == 0)
+        for name, kept in out.phase.items():
+            kept[whom[once]] = rows[name][once]
+        vectors, bent, bits = rows["vectors"], rows["pairs"], rows["exponents"]
+        columns = self._groups[which]
+        by = out.unit[columns][:, None]
+        vectors = vectors / unit * by[..., None]
+        sizes = np.linalg.norm(vectors, axis=-1)
         sizes[sizes == 0] = 1.0
-        self.directions[members] = columns / sizes[..., None, :]
-        self.growth[members] = np.log(sizes) + bits * np.log(2)
+        out.directions[whom[:, None], :, :, columns] = np.swapaxes(vectors / sizes[..., None], 1, 2)
+        out.growth[whom[:, None], :, columns] = np.swapaxes(np.log(sizes) + bits * np.log(2), 1, 2)
         for i, (a, b) in enumerate(rows.pairs):
             with np.errstate(over="ignore"):
-                bent = pairs[..., i, :] / unit * (by[a] * by[b]) * np.exp2(bits[..., a] + bits[..., b])[..., None]
-            self.second[members, :, :, a, b] = self.second[members, :, :, b, a] = bent
+                size = by[..., a] * by[..., b] * np.exp2(bits[..., a] + bits[..., b])
+                second = bent[..., i, :] / unit * size[..., None]
+            first, other = columns[:, a], columns[:, b]
+            out.second[whom, :, :, first, other] = out.second[whom, :, :, other, first] = second
 
 
 def _covariance(name: str, value: ArrayLike, size: int) -> Array:

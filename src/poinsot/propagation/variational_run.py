@@ -57,6 +57,8 @@ class VariationalRun:
         The momenta of the variables over those of the user, the same for all members.
     units : array (k,)
         What the variables multiply each tangent coordinate by.
+    parameters : int
+        How many inputs there are.
     """
 
     def __init__(
@@ -95,6 +97,7 @@ class VariationalRun:
         self.variables = dataclasses.replace(variables, scale=np.full(self.members, self.scale)[()])
         first = 1 + len(variables.factors)  # behind the scales
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
+        self.parameters = len(inputs)
 
     def integrate(
         self,
