@@ -180,8 +180,9 @@ def state_transition(
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     inputs = tuple(resolve(system, name) for name in parameters)
-    given: Any = (formulation, tolerance, threads, progress)
-    whole = VariationalRun(system, state, times, *given, inputs=inputs, order=order)
+    given = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "progress": progress}
+    run: Any = functools.partial(VariationalRun, **given, order=order)
+    whole = run(system, state, times, inputs=inputs)
     out = _Columns(whole, order)
     report = Report(np.zeros(out.members, dtype=int))
     for some, groups in _shares(len(whole.units), len(inputs), order):
@@ -189,7 +190,7 @@ def state_transition(
         job = whole
         if len(whole.units) > TOGETHER:  # each member once for each group
             copies = system_of_members(system, who), state_of_members(whole.state, who)
-            job = VariationalRun(*copies, times, *given, inputs=tuple(inputs[i] for i in some), order=order)
+            job = run(*copies, times, inputs=tuple(inputs[i] for i in some))
         unit = np.eye(len(whole.units))
         start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
         found = job.integrate(start, whole.times, _Share(out, job, groups))
