@@ -127,7 +127,8 @@ class GravityField(Parametric):
         Times mass radius^2: I11, I22, I33 less their mean are C20/3 -+ 2 C22 and -2/3 C20; I12 = -2 S22, I13 = -C21,
         I23 = -S21.
         """
-        (c20, c21, c22), (s21, s22) = (np.moveaxis(x[..., 2, k:3], -1, 0) for x, k in ((self.C, 0), (self.S, 1)))
+        both = np.broadcast_arrays(self.C[..., 2, :3], self.S[..., 2, :3])
+        (c20, c21, c22), (_, s21, s22) = (np.moveaxis(x, -1, 0) for x in both)
         rows = [(c20 / 3 - 2 * c22, -2 * s22, -c21), (-2 * s22, c20 / 3 + 2 * c22, -s21), (-c21, -s21, -2 * c20 / 3)]
         tensor = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
         return np.asarray(np.asarray(self.mass * self.radius**2)[..., None, None] * tensor)

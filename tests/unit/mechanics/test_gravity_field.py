@@ -73,6 +73,7 @@ def test_the_deviator_is_that_of_the_body():
     both = pt.GravityField(2, [2.0, 1.0], 3.0, [C, 0 * C], [S, S])
     assert np.allclose(both.inertia_deviator[0], expected, rtol=0, atol=3e-14)
     assert both.inertia_deviator[1, 0, 1] == -2 * 9 * 0.015
+    assert np.allclose(pt.GravityField(2, 2.0, 3.0, [C, 0 * C], S).inertia_deviator[0], expected, rtol=0, atol=2e-14)
 
 
 C, S = coefficients(2)
