@@ -1,8 +1,8 @@
 """The gravity between two homogeneous ellipsoids, exactly, by quadrature; knows nothing of poinsot.
 
 The field of the first one outside of it is in Carlson's symmetric integrals; it is integrated over the second one by
-Gauss's rules in a ball, of n nodes each along radius and height and 2 n around, which converge as a power of n where
-the ellipsoids are apart. G is 1; vectors are in space, and an attitude is the matrix body -> space.
+Gauss's rules in a ball, n nodes each along radius and height and 2 n around, which converge exponentially where the
+ellipsoids are apart. G is 1; vectors are in space, and an attitude is the matrix body -> space.
 """
 
 import numpy as np
@@ -45,7 +45,7 @@ def ball(n):
     return weights / weights.sum(), points
 
 
-def gravity(masses, semiaxes, separation, attitudes, nodes=20):
+def gravity(masses, semiaxes, separation, attitudes, nodes=16):
     """Potential energy, force on the second one, and both torques about the centres."""
     weights, points = ball(nodes)
     first, second = attitudes

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.two_bodies import TwoBodies
 
 __all__ = ["deviator", "refuse_one_body", "refuse_other_inertia", "refuse_other_mass"]
@@ -44,7 +43,7 @@ def refuse_other_mass(name: str, own: Any, bodys: Any, hint: str) -> None:
 def refuse_one_body(force: Any, body: Any) -> None:
     """Raise a ValueError if a force between two bodies is on one."""
     if not isinstance(body, TwoBodies):
-        raise ValueError(f"{type(force).__name__} must act between TwoBodies, got a {described(body)}.")
+        raise ValueError(f"{type(force).__name__} must act between TwoBodies, got one body.")
 
 
 def deviator(tensor: Array) -> Array:

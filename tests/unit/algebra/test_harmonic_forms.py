@@ -73,7 +73,7 @@ def test_derivatives_by_angles_and_by_the_axes(n):
     expected = np.array([value(turn_of(plain, k), POINT) for k in range(3)])
 
     def slopes(forms, by):
-        value = SolidHarmonics(tuple(POINT)).sum(coefficients_of(forms.turned(form)))
+        value = polynomial(forms.turned(form), tuple(POINT))
         return np.array(gradient(value, by), dtype=float)
 
     graph = Graph()
