@@ -21,15 +21,15 @@ Form = Sequence[tuple[Scalar, Scalar]]
 
 
 def form_of(coefficients: Form) -> Form:
-    """Return the form of (2 n - 1)!! times the sum over m of C_m Re Z_nm + S_m Im Z_nm."""
-    n = len(coefficients) - 1
-    return [tuple((1 / math.factorial(n - m)) * x for x in pair) for m, pair in enumerate(coefficients)]
+    """Return the form of the sum over m of C_m Re Z_nm + S_m Im Z_nm, over (2 n - 1)!!; S_0 does not count."""
+    factors = [1 / math.factorial(m) for m in range(len(coefficients))][::-1]
+    return [(f * c, f * s if m else 0.0) for m, (f, (c, s)) in enumerate(zip(factors, coefficients, strict=True))]
 
 
 def coefficients_of(form: Form) -> Form:
     """Return the pairs (C_m, S_m) of which `form_of` makes a form."""
-    n = len(form) - 1
-    return [tuple(math.factorial(n - m) * x for x in pair) for m, pair in enumerate(form)]
+    factors = [math.factorial(m) for m in range(len(form))][::-1]
+    return [(f * c, f * s) for f, (c, s) in zip(factors, form, strict=True)]
 
 
 def product(a: Form, b: Form) -> Form:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 from abc import abstractmethod
@@ -9,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from math import comb
 from typing import Any
 
+import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
@@ -161,7 +163,10 @@ class MutualHarmonics(MutualSeries):
         for name, body in pair.bodies.items():
             if body.shape is None:
                 raise ValueError(f"{name} must be made of a shape, by Body.from_shape, got {body!r}.")
-        primary, secondary = (body.shape.field(degree) for body in pair.bodies.values())
+        primary, secondary = (
+            dataclasses.replace(body.shape.field(degree), mass=mass)
+            for body, mass in zip(pair.bodies.values(), np.moveaxis(pair.masses, -1, 0), strict=True)
+        )
         return cls(primary, secondary, degree)
 
     @property
