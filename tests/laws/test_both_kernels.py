@@ -172,10 +172,10 @@ def test_one_body(name, formulation, omega, on_heyoka):
 # ---------------------------------------------------------------------- ensembles
 
 
-def members_of(system, count):
+def members_of(system, count, factor=1.0):
     """Starts of members at times of their own, fast and slow ones in turn, some of them among the times."""
     random = np.random.default_rng(5)
-    omega = random.normal(size=(count, 3)) * (1 + np.arange(count) % 4)[:, None]
+    omega = factor * random.normal(size=(count, 3)) * (1 + np.arange(count) % 4)[:, None]
     return start_of(system, omega, np.array([0.0, -0.4, 0.7, 2.6, -0.9, 0.31])[np.arange(count) % 6])
 
 
@@ -364,39 +364,48 @@ def test_switches_of_members(name, on_heyoka, monkeypatch):
 VARIED = ("force: GravityGradient KeplerOrbit", "part: KaneDamper", "spin-up", "forces at rest and moving")
 
 
+FACTORS = (1.0, 1 - 2 * EPS, 1 + 2 * EPS)
+"""Of the rates of starts that are the same but for rounding."""
+
+
 @pytest.mark.parametrize("name", VARIED)
 def test_state_transition(name, on_heyoka):
     system = pt.System(*SYSTEMS[name])
-    start = members_of(system, 9)
-    for state in (first_of(start), start):
-        looped, heyoka, wider = (
-            run(pt.analysis.state_transition, system, state, TIMES, ["body.moments[1]"], tolerance=tolerance)
-            for run, tolerance in ((_plainly, None), (on_heyoka, None), (on_heyoka, 2.0**-52))
-        )
-        assert (looped.motion.run.kernel, heyoka.motion.run.kernel) == ("looped", "heyoka")
-        for found in ("matrix", "sensitivity"):
-            check(found, looped, heyoka, wider, looped.motion.run.steps, (-3, -2, -1))
+
+    def found(state, tolerance=None):
+        return pt.analysis.state_transition(system, state, TIMES, ["body.moments[1]"], tolerance=tolerance)
+
+    for choice in (first_of, lambda start: start):
+        states = [choice(members_of(system, 9, factor)) for factor in FACTORS]
+        looped, heyoka = found(states[0]), [on_heyoka(found, state) for state in states]
+        judge = on_heyoka(found, states[0], 2.0**-52)
+        assert (looped.motion.run.kernel, heyoka[0].motion.run.kernel) == ("looped", "heyoka")
+        for quantity in ("matrix", "sensitivity"):
+            check(quantity, looped, heyoka, judge, looped.motion.run.steps, (-3, -2, -1))
 
 
-def check(found, looped, heyoka, wider, steps, axes):
-    """Compare with a run of heyoka at another order: the two differ by rounding as large as the motion makes it."""
-    own, other, judge = (getattr(x, found) for x in (looped, heyoka, wider))
-    size = np.max(np.abs(judge), axis=axes, keepdims=True)
-    assert np.max(np.abs(own - judge) / size) <= 3 * np.max(np.abs(other - judge) / size) + 16 * EPS * np.sqrt(steps)
+def check(name, looped, heyoka, judge, steps, axes):
+    """Judge by a run of heyoka at another order: it differs by rounding alone, as large as the motion makes it."""
+    exact = getattr(judge, name)
+    size = np.max(np.abs(exact), axis=axes, keepdims=True)
+    own, *others = (np.max(np.abs(getattr(run, name) - exact) / size) for run in (looped, *heyoka))
+    assert own <= 3 * max(others) + 16 * EPS * np.sqrt(steps)
 
 
 @pytest.mark.parametrize("name", VARIED)
 def test_chaos_indicators(name, on_heyoka):
     system = pt.System(*SYSTEMS[name])
-    start = start_of(system, np.random.default_rng(3).normal(size=(9, 3)))
-    times, options = np.linspace(1, 3, 5), {"vectors": 2, "momentum_unit": 1.0}
-    looped, heyoka, wider = (
-        run(pt.analysis.chaos_indicators, system, start, times, tolerance=tolerance, **options)
-        for run, tolerance in ((_plainly, None), (on_heyoka, None), (on_heyoka, 2.0**-52))
-    )
-    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
-    for found in ("fli", "megno", "gali"):
-        check(found, looped, heyoka, wider, looped.run.steps, None)
+    times, rates = np.linspace(1, 3, 5), np.random.default_rng(3).normal(size=(9, 3))
+
+    def found(factor, tolerance=None):
+        start, options = start_of(system, factor * rates), {"vectors": 2, "momentum_unit": 1.0}
+        return pt.analysis.chaos_indicators(system, start, times, tolerance=tolerance, **options)
+
+    looped, heyoka = found(1.0), [on_heyoka(found, factor) for factor in FACTORS]
+    judge = on_heyoka(found, 1.0, 2.0**-52)
+    assert (looped.run.kernel, heyoka[0].run.kernel) == ("looped", "heyoka")
+    for quantity in ("fli", "megno", "gali"):
+        check(quantity, looped, heyoka, judge, looped.run.steps, None)
 
 
 def first_of(start):
