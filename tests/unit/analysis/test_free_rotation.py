@@ -229,7 +229,7 @@ def test_nothing_but_the_angles_depends_on_where_the_motion_is(name):
     later = pt.analysis.FreeRotation(rotation.body, motion(np.linspace(*motion.times, 37)))
     for read in ("modulus", "precession_period", "rotation_period", "long_axis_precession_period", "energy"):
         assert np.max(np.abs(getattr(later, read) / getattr(rotation, read) - 1)) < 2e-13
-    assert np.max(np.abs(np.array(later.actions) - np.array(rotation.actions)[:, None])) < 5e-15
+    assert np.max(np.abs(np.array(later.actions) - np.array(rotation.actions)[:, None])) < 8e-15
     assert np.max(np.abs(np.array(later.nutation_range) - np.array(rotation.nutation_range)[:, None])) < 2e-15
     assert set(later.mode) == {rotation.mode}
 
@@ -465,7 +465,7 @@ def test_angles_grow_with_the_frequencies(order, g):
             motion = pt.propagate(pt.System(body), start.state, np.linspace(0, 2 * start.rotation_period, 21))
             there = pt.analysis.FreeRotation(body, pt.State(motion.quaternion, motion.conjugate_momenta))
             expected = np.array(start.angles)[:, None] + np.array(start.frequencies)[:, None] * motion.times
-            assert apart(there.angles, expected) < 1e-13
+            assert apart(there.angles, expected) < 1.2e-13
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ def test_a_users_own_formulation_gives_the_same_motion(name):
     assert np.max(np.abs(own.quaternion - usual.quaternion)) < 2e-13
     assert np.max(np.abs(own.omega_body - usual.omega_body)) < 2e-13
     if name == "free":
-        assert np.ptp(own.angular_momentum_space, axis=0).max() < 1e-15
+        assert np.ptp(own.angular_momentum_space, axis=0).max() < 4e-15  # three times the worst of shaken starts
 
 
 def test_ensembles_and_events_take_it_too():
