@@ -180,7 +180,12 @@ def state_transition(
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     inputs = tuple(resolve(system, name) for name in parameters)
-    given = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "progress": progress}
+    given: dict[str, Any] = {
+        "formulation": formulation,
+        "tolerance": tolerance,
+        "threads": threads,
+        "progress": progress,
+    }
     run: Any = functools.partial(VariationalRun, **given, order=order)
     whole = run(system, state, times, inputs=inputs)
     out = _Columns(whole, order)
