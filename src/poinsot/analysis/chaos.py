@@ -21,12 +21,13 @@ from poinsot.engine.progress import bar
 from poinsot.engine.runs import Memory, Report, Rows
 from poinsot.errors import PropagationInterrupted, real_array, refuse_nonpositive
 from poinsot.html_text import Summarized, rounded, told, told_times
+from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.trajectory import Run
-from poinsot.propagation.variational_run import VariationalRun
+from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
@@ -53,9 +54,10 @@ class ChaosIndicators(Summarized):
     momentum_unit : float
     units : array (k,)
         Of the distance |u|, u = (rotation vector, change of angular momentum, body axes, variables of parts) / units:
-        1 for angles, `momentum_unit` for momenta, for other variables of parts about ten times their size.
+        1 for angles, `momentum_unit` for momenta, for other variables about ten times their size.
     vectors : array (count, k)
-        The tangent vectors u at the start; k = 6 without parts, or 2 of planar motion, where u is along the third axis.
+        The tangent vectors u at the start; k = 6 without parts, 18 of two bodies (see `StateTransition.coordinates`),
+        or 2 of planar motion, where u is along the third axis.
     growth : array
         ln |u(t)| / |u(0)| of the first vector.
     fli : array
@@ -139,7 +141,8 @@ def chaos_indicators(
         How many tangent vectors, at the start perpendicular to each other: `gali` is GALI_k of them (2: about SALI).
     momentum_unit : float, optional
         What a rotation by one radian is compared with. Default: the angular momentum of the body at the rate of its
-        fastest orbit, without orbits about its own, the largest of the ensemble.
+        fastest orbit, without orbits about its own, the largest of the ensemble. Of two bodies it is that of the
+        primary at the rate of their orbit, and that of the secondary is smaller as its largest moment is.
 
     Raises
     ------
@@ -239,8 +242,8 @@ class LyapunovSpectrum(Summarized):
     ----------
     times : array (n,)
     exponents : array (n, k)
-        1/time, in the order of the vectors: largest first in the limit. k = 6, or 2 of planar motion. Without torques
-        beyond potentials each has its opposite in the limit.
+        1/time, in the order of the vectors: largest first in the limit. k = 6, 18 of two bodies, or 2 of planar motion.
+        Without torques beyond potentials each has its opposite in the limit.
     failures : dict
         Member -> why it stopped; NaN from there on.
     run : Run
@@ -306,33 +309,37 @@ def lyapunov_spectrum(
     >>> np.allclose(np.sum(found.exponents), -0.01 * np.sum(1 / body.moments))  # the divergence
     True
     """
-    job = VariationalRun(system, state, times, formulation, tolerance, threads, False)
-    start = _common_start(job)
-    k, rate = len(job.units), _fastest(system, job.state)
+    whole = VariationalRun(system, state, times, formulation, tolerance, threads, False)
+    start, members, k = _common_start(whole), len(whole.state.time), len(whole.units)
+    copies = 1 if k <= TOGETHER else k  # of each member, with as many of the vectors
+    job = whole if copies == 1 else whole.repeated(copies)
+    shape, rate = (members * copies, k // copies), _fastest(system, job.state)
     weights = job.weights(_momentum_unit(system, rate))
-    at_start = job.formulation.to_phase(job.formulation.from_state(job.state)) | job.state.own
-    vectors = np.broadcast_to(_directions(k, k), (len(job.state.time), k, k))
-    now, total = job.state, Report(np.zeros(len(vectors), dtype=int))
-    growth, kept = np.zeros((len(vectors), k)), np.empty((len(vectors), 0, k))
+    at_start = job.variables.to_phase(job.state.time[:, None], job.variables.from_state(job.state)[:, None])
+    vectors = np.broadcast_to(_directions(k, k), (members, k, k))
+    now, total = job.state, Report(np.zeros(shape[0], dtype=int))
+    growth, kept = np.zeros((members, k)), np.empty((members, 0, k))
 
     def result() -> LyapunovSpectrum:
-        found = kept if job.members else kept[0]
-        return LyapunovSpectrum(job.times[: kept.shape[1]], found, job.failures(total), job.run(total))
+        found = kept if whole.members else kept[0]
+        failures = {member // copies: why for member, why in whole.failures(total).items()}
+        return LyapunovSpectrum(job.times[: kept.shape[1]], found, failures, job.run(total))
 
     stops = _refined(job.times, job.state.time, APART / rate)
     wanted = sys.stderr.isatty() if progress is None else progress
     try:
         with bar("time", float(stops[-1]) - start, wanted) as told:
             for stop in stops:
-                end = Memory(job.variables, len(vectors), np.array([stop]), vectors=(k, k), exponents=(k,))
-                report = job.integrate(vectors * weights, end.times, end, now)
+                end = Memory(job.variables, shape[0], np.array([stop]), vectors=(shape[1], k), exponents=shape[1:])
+                given = vectors.reshape(*shape, k) * weights
+                report = job.integrate(given, end.times, end, now)
                 total.add(report)
-                job.check(report, result())
-                _restart(end, list(total.stops), at_start, vectors * weights)
-                vectors, sizes = _orthogonal(end.rows["vectors"][:, 0] / weights)
-                growth = growth + np.log(sizes) + end.rows["exponents"][:, 0] * np.log(2)
+                whole.check(report, result())
+                _restart(end, list(total.stops), at_start, given)
+                vectors, sizes = _orthogonal((end.rows["vectors"][:, 0] / weights).reshape(members, k, k))
+                growth = growth + np.log(sizes) + end.rows["exponents"].reshape(members, k) * np.log(2)
                 told(float(stop - now.time[0]))
-                now = state_of(changed(end.phase, lambda x: x[:, 0]), np.full(len(vectors), stop))
+                now = state_of(changed(end.phase, lambda x: np.repeat(x[::copies, 0], copies, 0)), stop + 0 * now.time)
                 if stop == job.times[kept.shape[1]]:
                     kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
     except KeyboardInterrupt:
@@ -345,7 +352,7 @@ def lyapunov_spectrum(
 def _restart(end: Memory, members: list[int], start: Phase, vectors: Array) -> None:
     """Put something finite where members have stopped: they go on beside the others; their growth stays NaN."""
     for name, values in end.phase.items():
-        values[members, 0] = start[name][members]
+        values[members] = start[name][members]
     end.rows["vectors"][members, 0] = vectors[members]
 
 
@@ -378,13 +385,15 @@ def _directions(count: int, k: int) -> Array:
 
 def _fastest(system: System, state: State) -> float:
     """Return the rate of the fastest angle that a motion needs to be looked at along: the orbit's, else the body's."""
+    if isinstance(system, PairSystem):
+        return float(np.max(system.pace(state)))
     if any(np.any(functions.norm(orbit.velocity_at(orbit.sample_time)) > 0) for orbit in system.orbits):
         return 1 / time_scale(system)
     return float(np.max(system.momentum_scale(state) / np.min(system.body.moments, axis=-1)))
 
 
 def _momentum_unit(system: System, rate: float) -> float:
-    return float(np.max(system.body.moments)) * rate
+    return float(np.max(system.rigid_bodies[0].moments)) * rate
 
 
 def _refined(times: Array, starts: Array, step: float) -> Array:

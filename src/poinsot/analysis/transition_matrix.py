@@ -11,7 +11,6 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,9 +25,8 @@ from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import components
 from poinsot.propagation.pair_trajectory import trajectory_class
-from poinsot.propagation.selection import state_of_members, system_of_members
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.variational_run import VariationalRun
+from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
 
 __all__ = ["StateTransition", "state_transition"]
@@ -37,9 +35,6 @@ Array = NDArray[np.float64]
 
 Share = tuple[Sequence[int], Sequence[Sequence[int]]]
 """Parameters, and groups of columns, each group the directions of one integration."""
-
-TOGETHER = 12
-"""The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
 
 
 class StateTransition(Summarized):
@@ -180,22 +175,11 @@ def state_transition(
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     inputs = tuple(resolve(system, name) for name in parameters)
-    given: dict[str, Any] = {
-        "formulation": formulation,
-        "tolerance": tolerance,
-        "threads": threads,
-        "progress": progress,
-    }
-    run: Any = functools.partial(VariationalRun, **given, order=order)
-    whole = run(system, state, times, inputs=inputs)
+    whole = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order)
     out = _Columns(whole, order)
     report = Report(np.zeros(out.members, dtype=int))
     for some, groups in _shares(len(whole.units), len(inputs), order):
-        who = np.repeat(np.arange(out.members), len(groups))
-        job = whole
-        if len(whole.units) > TOGETHER:  # each member once for each group
-            copies = system_of_members(system, who), state_of_members(whole.state, who)
-            job = run(*copies, times, inputs=tuple(inputs[i] for i in some))
+        job = whole if len(whole.units) <= TOGETHER else whole.repeated(len(groups), tuple(inputs[i] for i in some))
         unit = np.eye(len(whole.units))
         start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
         found = job.integrate(start, whole.times, _Share(out, job, groups))

@@ -149,14 +149,14 @@ class PairSystem(System, of=TwoBodies):
 
     def _momentum_scales(self, state: Any) -> list[Any]:
         """Return the larger of |g| of each body and what it has if it turns with the orbit; shapes (...)."""
-        pace = self._pace(state)
+        pace = self.pace(state)
         moments = (np.max(np.asarray(body.moments), axis=-1) for body in self.rigid_bodies)
         return [
             np.maximum(np.linalg.norm(each.angular_momentum_body, axis=-1), largest * pace)
             for each, largest in zip(state.of_bodies.values(), moments, strict=True)
         ]
 
-    def _pace(self, state: Any) -> Any:
+    def pace(self, state: Any) -> Any:
         """Return the mean motion of a circular orbit at the distance of a state."""
         return np.sqrt(self.pair.G * self.pair.total_mass / np.linalg.norm(state.position, axis=-1) ** 3)
 
@@ -168,7 +168,7 @@ class PairSystem(System, of=TwoBodies):
     @override
     def sizes_of_blocks(self, state: Any) -> dict[str, NDArray[np.float64]]:
         distance, mass = np.linalg.norm(state.position, axis=-1), self.pair.reduced_mass
-        momentum = np.maximum(np.linalg.norm(state.momentum, axis=-1), mass * distance * self._pace(state))
+        momentum = np.maximum(np.linalg.norm(state.momentum, axis=-1), mass * distance * self.pace(state))
         return {ORBIT.name: np.repeat([np.max(distance), np.max(momentum)], 3)}
 
     # ------------------------------------------------------------------ formulas

@@ -27,11 +27,15 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
+from poinsot.propagation.selection import state_of_members, system_of_members
 from poinsot.propagation.trajectory import Method, Run
 
-__all__ = ["VariationalRun"]
+__all__ = ["TOGETHER", "VariationalRun"]
 
 Array = NDArray[np.float64]
+
+TOGETHER = 12
+"""The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
 
 
 class VariationalRun:
@@ -99,6 +103,21 @@ class VariationalRun:
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
         self.parameters = len(inputs)
 
+    def repeated(self, count: int, inputs: tuple[tuple[int, ...], ...] = ()) -> VariationalRun:
+        """Return the run of an ensemble that has each member `count` times, with other inputs."""
+        who = np.repeat(np.arange(len(self.state.time)), count)
+        return VariationalRun(
+            system_of_members(self.system, who),
+            state_of_members(self.state, who),
+            self.times,
+            self.formulation.name,
+            self._tolerance,
+            self._threads,
+            self._progress,
+            inputs,
+            self._order,
+        )
+
     def integrate(
         self,
         vectors: Array,
@@ -119,9 +138,15 @@ class VariationalRun:
     def weights(self, momentum_unit: float) -> Array:
         """Return by what the variables multiply tangent coordinates of size one.
 
-        Angles are in radians, momenta in a unit, other variables of parts in a power of two about ten times their size.
+        Angles are in radians; momenta in a unit, that of a second body smaller as its largest moment is; other
+        variables in a power of two about ten times their size.
         """
-        return np.where(self._scaled, self.scale * momentum_unit, 1.0)
+        weights = np.where(self._scaled, self.scale * momentum_unit, 1.0)
+        largest, size = [np.max(body.moments) for body in self.system.rigid_bodies], len(self.formulation.tangent)
+        for i, moments in enumerate(largest[1:], start=1):
+            own = slice(i * size + size // 2, (i + 1) * size)
+            weights[own] = self.units[own] * momentum_unit * moments / largest[0]
+        return weights
 
     def run(self, report: Report) -> Run:
         """Return how it was computed."""
