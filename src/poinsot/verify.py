@@ -29,7 +29,9 @@ from poinsot.analysis.periodic import CassiniState, cassini_state
 from poinsot.engine import kernels
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
+from poinsot.forces.mutual_gravity import MutualGravity
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.pair_system import TwoBodies
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.orbits.ephemeris import Ephemeris
@@ -348,6 +350,88 @@ def _frequency(moments: ArrayLike, tilt: tuple[float, float, float], component: 
         return np.asarray(np.einsum("...i,...i->...", axes[..., component], own[..., 0]))
 
     return float(2 * np.pi / _period(swing, times) / CIRCLE.mean_motion)
+
+
+# ---------------------------------------------------------------------- binary asteroids
+
+MOSHUP = (
+    # Masses, kg, and moments, kg m^2; rates of the bodies. The secondary librates, the pole of the primary is tilted.
+    (2353000000000.0, (3.825754465e17, 4.008780217e17, 4.541537065e17), (0.0, 0.0, 0.0006313363183195259)),
+    (135000000000.0, (2161005750000000.0, 3183799500000000.0, 3756543750000000.0), (0, 0, 0.00010096749907572593)),
+)
+MOSHUP_ATTITUDES = (0.9996573249755573, 0.026176948307873153, 0, 0), (0.9990482215818578, 0, 0, 0.043619387365336)
+MOSHUP_STATE = (2548.0, 0.0, 0.0), (0.0, 0.2567516842763969, 0.0)
+# After 20 days, by Taylor series in 30 digits: the orbit and the attitude of the secondary. The motion multiplies
+# errors by 1100, so that a good integration in double precision is off by 1e-12 of each; the bound is 20 times that.
+MOSHUP_DAYS, MOSHUP_BOUND = 20, 2e-11
+MOSHUP_POSITION = (-1585.1851585788957028, -2000.4349116267214189, -0.83878431591541626139)
+MOSHUP_SECONDARY = (0.42383803206272353769, -0.01130934881038261354, 0.02233370999585634288, -0.90539197401153486162)
+
+DART = np.array(
+    # a/b and a/c of Dimorphos; period (h) and precession (deg/day) after the impact, largest angle of the long axis
+    # to the line of centres (deg) and range of single periods (s) in 60 days: Taylor series of another program.
+    [
+        (1.02, 1.5, 11.3785, 12.66, 15.5, 113),
+        (1.1, 1.55, 11.3781, 11.91, 15.7, 108),
+        (1.2, 1.6, 11.3775, 9.65, 16.7, 120),
+        (1.3, 1.6, 11.3773, 5.40, 25.0, 122),
+        (1.35, 1.6, 11.3772, 2.50, 30.6, 133),
+        (1.4, 1.6, 11.3771, -0.53, 35.8, 165),
+    ]
+)
+DART_BOUNDS = (1e-4, 0.01, 0.1, 1.0)  # the last digit of each
+HOUR, DAY = 3600.0, 86400.0
+
+
+@case("Two binary asteroids", "Naidu et al. (2024): the impact of DART; Moshup: Taylor series in 30 digits")
+def _binaries() -> Comparisons:
+    system, start = _dimorphos(*DART.T[:2])
+    motions: Any = propagate(system, start, np.arange(0.0, 60 * DAY, 120.0), progress=False)
+    found = np.array([_orbit_of(motion) for motion in motions])
+    names = "period, h", "precession of the apsides, deg/day", "angle to the line of centres, deg", "single periods, s"
+    yield from zip((f"DART: {name}" for name in names), found.T, DART.T[2:], DART_BOUNDS, strict=True)
+    yield "DART: published period, h", found[:, 0], 11.377, 0.004
+    primary, secondary = (Body(moments, mass=mass) for mass, moments, _ in MOSHUP)
+    pair: Any = TwoBodies(primary, secondary)
+    start = pair.state(*MOSHUP_STATE, MOSHUP_ATTITUDES, omega_body=[rate for *_, rate in MOSHUP])
+    moshup: Any = propagate(System(pair, MutualGravity()), start, [MOSHUP_DAYS * DAY])
+    size = float(np.linalg.norm(MOSHUP_POSITION))
+    yield "Moshup: orbit after 20 days", moshup.position[0] / size, np.divide(MOSHUP_POSITION, size), MOSHUP_BOUND
+    q = moshup.secondary.quaternion[0]
+    yield "Moshup: attitude of the secondary", q * np.sign(q @ MOSHUP_SECONDARY), MOSHUP_SECONDARY, MOSHUP_BOUND
+
+
+def _dimorphos(a_to_b: Array, a_to_c: Array) -> tuple[System, State]:
+    """Return Didymos and Dimorphos in synchronous rotation, of which an impact has taken 2.63 mm/s."""
+    distance, rate, mass = 1189.0, 2 * np.pi / (11.921481 * HOUR), 2400.0 * 4 / 3 * np.pi * 75.5**3
+    a = 75.5 * np.cbrt(a_to_b * a_to_c)
+    squares = np.stack([a**2, (a / a_to_b) ** 2, (a / a_to_c) ** 2], axis=-1)
+    moments = mass / 5 * (np.sum(squares, axis=-1, keepdims=True) - squares)
+    primary = np.array((394**2 + 290**2, 394**2 + 290**2, 2 * 394**2)) / 5
+    second = np.sum(primary) - 3 * primary[0] + (np.sum(moments, axis=-1) - 3 * moments[:, 0]) / mass
+    other = rate**2 * distance**3 / TwoBodies.G / (1 + 1.5 * second / distance**2) - mass
+    pair: Any = TwoBodies(Body(other[:, None] * primary, mass=other), Body(moments, mass=mass))
+    spins = (0, 0, 2 * np.pi / (2.26 * HOUR)), (0, 0, rate)
+    start = pair.state((distance, 0, 0), (0, rate * distance - 2.63e-3, 0), (IDENTITY, IDENTITY), omega_body=spins)
+    return System(pair, MutualGravity()), start
+
+
+def _orbit_of(motion: Any) -> tuple[float, float, float, float]:
+    """Return period (h), precession (deg/day), the largest angle of the long axis (deg), the range of periods (s)."""
+    times, position = motion.times, motion.position
+    angle = np.unwrap(np.arctan2(position[:, 1], position[:, 0]))
+    passages = np.interp(np.arange(0, angle[-1], 2 * np.pi), angle, times)
+    radial = np.sum(position * motion.velocity, axis=-1)
+    k = np.flatnonzero((radial[:-1] < 0) & (radial[1:] >= 0))
+    lowest = times[k] - radial[k] * (times[k + 1] - times[k]) / (radial[k + 1] - radial[k])
+    apsides = np.unwrap(np.interp(lowest, times, angle) % (2 * np.pi))
+    long_axis = motion.secondary.attitude.apply((1, 0, 0))
+    return (
+        2 * np.pi / float(np.polyfit(times, angle, 1)[0]) / HOUR,
+        float(np.degrees(np.polyfit(lowest, apsides, 1)[0])) * DAY,
+        float(np.degrees(np.max(np.arccos(np.clip(np.vecdot(long_axis, position) / motion.distance, -1, 1))))),
+        float(np.ptp(np.diff(passages))),
+    )
 
 
 # ---------------------------------------------------------------------- Cassini states

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-SLOW = {"librations_of_worlds"}  # its librations are those of tests/oracles/test_frequencies_of_motions.py
+SLOW = {"librations_of_worlds", "dart"}  # tests/oracles/test_frequencies_of_motions.py and `verify` have the same
 
 
 @pytest.mark.parametrize(
