@@ -17,7 +17,7 @@ from poinsot.engine.problem import Problem
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
 
 __all__ = ["SMALL", "Slot", "StateVector", "factors_of_parts"]
@@ -118,7 +118,7 @@ class StateVector:
     def sizes(self) -> dict[str, int]:
         """How many numbers each array of a phase has in a row."""
         chart = self.formulation.to_phase(np.full(self.formulation.size, np.nan))
-        rigid = {_named(body, name): row.size for body in self.ratios for name, row in chart.items()}
+        rigid = {named(body, name): row.size for body in self.ratios for name, row in chart.items()}
         return rigid | {name: len(own) for name, own in self.parts.items()}
 
     @functools.cached_property
@@ -287,7 +287,7 @@ class StateVector:
             rigid = variables[..., place].copy()
             rigid[..., chart.momenta] /= own_scale[..., None]
             self._turn(rigid, turn)
-            phase |= {_named(body, name): row for name, row in chart.to_phase(rigid).items()}
+            phase |= {named(body, name): row for name, row in chart.to_phase(rigid).items()}
         columns = np.moveaxis(variables, -1, 0)
         return phase | {name: np.stack(list(self.slots[name].physical(columns, scale)), axis=-1) for name in self.parts}
 
@@ -315,11 +315,6 @@ class StateVector:
 def _chart_of(body: str) -> str:
     """Return the name of the slot of attitude and momentum."""
     return f"{CHART} of the {body}" if body else CHART
-
-
-def _named(body: str, name: str) -> str:
-    """Return the name of an array of a body in a phase."""
-    return f"{body}_{name}" if body else name
 
 
 def factors_of_parts(system: System, state: State) -> dict[str, Factors]:

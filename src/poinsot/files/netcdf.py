@@ -20,20 +20,24 @@ from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
-from poinsot.files.scenarios.writer import SYSTEM, WITH_FILES, Text, shape_of, text_of
+from poinsot.files.scenarios.writer import SYSTEM, WITH_FILES, shape_of, text_of
 from poinsot.files.zarr_store import GROUP, plain, read_store, write_store
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.parameters import described
-from poinsot.mechanics.state import Phase, State, state_of
+from poinsot.mechanics.state import Phase, State, named, state_of
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.propagation.dataset import read_parts, told_parts
+from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.stored_trajectory import (
     Record,
     StoredEnvironment,
     StoredSystem,
     StoredTrajectory,
+    stored_trajectory_class,
 )
 from poinsot.propagation.trajectory import Method, Run, Trajectory
 
@@ -49,16 +53,23 @@ PROVENANCE = ("title", "seed", "scenario", "scenario_of", "scenario_read")
 
 SUFFIXES = (".nc", ".zarr")
 
-PHASES = ({"quaternion": 4, "angular_momentum_body": 3}, {"quaternion": 4, "conjugate_momenta": 4})
-"""What states may be made of, with the sizes."""
+ONE, ORBIT = ("",), {"position": 3, "momentum": 3}
+PHASES = tuple(
+    {named(body, name): size for body in bodies for name, size in rigid.items()} | (ORBIT if bodies != ONE else {})
+    for bodies in (ONE, BODIES)
+    for rigid in ({"quaternion": 4, "angular_momentum_body": 3}, {"quaternion": 4, "conjugate_momenta": 4})
+)
+"""What states of one body and of two may be made of, with the sizes."""
+
 OF_PARTS = ("omega_body", "kinetic_energy")
 """What needs the formulas of parts to follow from the state; a file of a body with parts has it as recorded_... too."""
 
 OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"initial_{each}")}
-BODY = ("time", "initial_time", "moments", "principal_axes", "potential_energy", "carried")
-NAMES = (*BODY, *sorted(OF_STATES))
-BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", "system_", "shape_")
-"""Of all variables that are read; the last two are of arrays that a text names."""
+OF_BODIES = [named(body, name) for body in (*ONE, *BODIES) for name in ("moments", "principal_axes", "mass")]
+NAMES = ("time", "initial_time", "potential_energy", "carried", "masses", "G", *OF_BODIES, *sorted(OF_STATES))
+SHAPES = tuple(named(body, "shape_") for body in (*ONE, *BODIES))
+BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", "system_", *SHAPES)
+"""Of all variables that are read; the last ones are of arrays that a text names."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
 SUMMARY = (*RUN, "kernel", "lanes", "norm_error", "tangency_error", "integrals")
@@ -180,18 +191,22 @@ def _with_texts(motion: Trajectory) -> xarray.Dataset:
 def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the texts of scenario and shape, or why there is none, and the arrays that they name."""
     known = {key: motion.provenance[key] for key in PROVENANCE if motion.provenance.get(key) is not None}
-    shape = shape_of(motion) or Text("", {})
-    known |= {"shape": shape.text} if shape.text else {}
+    shapes: dict[str, Any] = {}
+    for body, one in zip(motion.initial.of_bodies, motion.system.rigid_bodies, strict=True):
+        name = named(body, "shape")
+        if shape := shape_of(one, name):
+            known[name] = shape.text
+            shapes |= shape.data
     if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
-        return known, {**motion.provenance.get("data", {}), **shape.data}
+        return known, {**motion.provenance.get("data", {}), **shapes}
     if not isinstance(motion.system, System):
-        return known | {"not_rerunnable": motion.system.not_rerunnable}, shape.data
+        return known | {"not_rerunnable": motion.system.not_rerunnable}, shapes
     try:
         text = text_of(motion)
     except ValueError as error:
-        return known | {"not_rerunnable": str(error)}, shape.data
+        return known | {"not_rerunnable": str(error)}, shapes
     read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
-    return known | read, {**text.data, **shape.data}
+    return known | read, {**text.data, **shapes}
 
 
 def _opened(path: Path) -> xarray.Dataset:
@@ -263,10 +278,13 @@ class _Reading:
             raise ValueError(f"{name} must have parts by name with their variables, got {described(parts)}.") from None
         self.own = {part.name: part.size for part in self.parts if part.size}
         self.sizes = next((sizes for sizes in PHASES if " ".join((*sizes, *self.own)) == said), PHASES[0])
-        self.initial = next((s for s in PHASES if all(f"initial_{each}" in data.variables for each in s)), PHASES[0])
+        self.bodies = BODIES if "position" in self.sizes else ONE
+        alike = PHASES[:2] if self.bodies == ONE else PHASES[2:]
+        self.initial = next((s for s in alike if all(f"initial_{each}" in data.variables for each in s)), alike[0])
         own = {f"{kind}_{name}": size for kind in ("own", "initial_own") for name, size in self.own.items()}
         self._check_variables(own)
-        for key in (*RUN, "units_time", "units_inertia", "state_variables"):
+        self.measures = (System if self.bodies == ONE else PairSystem).measures
+        for key in (*RUN, *(f"units_{measure}" for measure in self.measures), "state_variables"):
             if key not in data.attrs:
                 raise ValueError(f"{name} must have the attribute {key}, got none.")
         if said != " ".join((*self.sizes, *self.own)):
@@ -275,12 +293,17 @@ class _Reading:
     def _check_variables(self, own: dict[str, int]) -> None:
         """Refuse variables that are missing, no real numbers, or of shapes that do not go together."""
         variables = self.data.variables
-        shape = variables["quaternion"].shape if "quaternion" in variables else (0, 4)
+        first = next(iter(self.sizes))
+        shape = variables[first].shape if first in variables else (0, 4)
         count, members = variables["time"].size if "time" in variables else 0, shape[:-2]
         allowed: dict[str, list[tuple[int, ...]]] = {"time": [(count,)], "initial_time": [(), members]}
         for name, size in {**self.sizes, **{f"initial_{each}": n for each, n in self.initial.items()}, **own}.items():
             allowed[name] = [(size,), (*members, size)] if name.startswith("initial_") else [(*members, count, size)]
-        allowed |= {"moments": [(3,), (*members, 3)], "principal_axes": [(3, 3), (*members, 3, 3)]}
+        of_bodies: dict[str, tuple[int, ...]] = {"moments": (3,), "principal_axes": (3, 3), "mass": ()}
+        known = {named(body, name): size for body in self.bodies for name, size in of_bodies.items()}
+        known = {name: size for name, size in known.items() if not name.endswith("mass") or name in variables}
+        known |= {} if self.bodies == ONE else {"masses": (2,), "G": ()}
+        allowed |= {name: [size, (*members, *size)] for name, size in known.items()}
         for name, shapes in allowed.items():
             array = self._variable(name)
             if array.shape not in shapes or array.dtype.kind != "f" or len(members) > 1:
@@ -324,19 +347,21 @@ class _Reading:
     def _named_arrays(self, beginning: str) -> dict[str, Any]:
         return {str(name): self.data[name].values for name in self.data.variables if str(name).startswith(beginning)}
 
-    def _shape(self) -> Any:
-        """Return the shape that the body was made of, None if the file has none."""
-        if "shape" not in self.data.attrs:
+    def _shape(self, body: str) -> Any:
+        """Return the shape that a body was made of, None if the file has none."""
+        name = named(body, "shape")
+        if name not in self.data.attrs:
             return None
-        text = str(self.data.attrs["shape"])
-        return rebuilt_system(text, f"the shape in {self.name}", data=self._named_arrays("shape_")).body.shape
+        text = str(self.data.attrs[name])
+        return rebuilt_system(text, f"the {name} in {self.name}", data=self._named_arrays(f"{name}_")).body.shape
 
     def _motion(self) -> Trajectory:
         try:
             system = self._system()
         except (ValueError, TypeError, ImportError) as error:
             return self._recorded(str(error))
-        object.__setattr__(system.body, "shape", self._shape() or system.body.shape)
+        for body, one in zip(self.bodies, system.rigid_bodies, strict=True):
+            object.__setattr__(one, "shape", self._shape(body) or one.shape)
         phase, times = self._phase(), self._array("time")
         initial, run = self._initial(), self._run()
         environment = None
@@ -344,7 +369,7 @@ class _Reading:
             problem = Problem(system)
             variables = kernels.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
             environment = partial(variables.environment, problem, times, self._array("carried"))
-        return Trajectory(system, initial, times, lambda: phase, run, environment=environment)
+        return trajectory_class(system)(system, initial, times, lambda: phase, run, environment=environment)
 
     def _system(self) -> System:
         """Return body and forces, made again from the text in the file."""
@@ -359,11 +384,26 @@ class _Reading:
             text = attributes["scenario_read"]
         data = self._named_arrays("system_")
         system = rebuilt_system(str(text), f"the scenario in {self.name}", data=data)
-        same = np.array_equal(system.body.moments, self._array("moments"))
-        same = same and told_parts(system.parts) == told_parts(self.parts)
+        same = self._are_there(system.rigid_bodies) and told_parts(system.parts) == told_parts(self.parts)
+        if isinstance(system, PairSystem):
+            same = same and all(np.array_equal(getattr(system.pair, x), self._array(x)) for x in ("masses", "G"))
         if not same or dict(system.units) != self._units():
             raise ValueError(f"the scenario in {self.name} must be that of the body, got another one.")
         return system
+
+    def _are_there(self, bodies: tuple[Body, ...]) -> bool:
+        """Whether some bodies are those whose moments are in the file."""
+        moments = [self._array(named(body, "moments")) for body in self.bodies]
+        return len(bodies) == len(moments) and all(map(np.array_equal, (one.moments for one in bodies), moments))
+
+    def _body(self, name: str) -> Body:
+        """Return a body with the numbers of the file alone."""
+        moments, axes = (self._array(named(name, kind)) for kind in ("moments", "principal_axes"))
+        mass = self._array(named(name, "mass")) if named(name, "mass") in self.data.variables else None
+        is_plain = np.array_equal(axes, np.eye(3))
+        body = Body(moments, mass=mass) if is_plain else ObliqueBody(moments, axes, mass=mass)
+        object.__setattr__(body, "shape", self._shape(name))
+        return body
 
     def _recorded(self, reason: str) -> StoredTrajectory:
         """Return the motion of a body whose forces are not at hand."""
@@ -372,9 +412,10 @@ class _Reading:
         recorded = {name: f"recorded_{name}" for name in OF_PARTS if self.parts}
         if not set(recorded.values()) & set(data.variables):  # a dataset that no file had
             recorded = {name: name for name in recorded}
-        moments, axes = self._array("moments"), self._array("principal_axes")
-        body = Body(moments) if np.array_equal(axes, np.eye(3)) else ObliqueBody(moments, axes)
-        object.__setattr__(body, "shape", self._shape())
+        bodies = [self._body(name) for name in self.bodies]
+        body: Any = bodies[0]
+        if self.bodies != ONE:
+            body = TwoBodies(bodies[0], bodies[1], self._array("G"), masses=self._array("masses"))
         integrals = tuple(_said(name, data[f"integral_{name}"].attrs) for name in names)
         system = StoredSystem(
             body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals, self.parts
@@ -389,19 +430,20 @@ class _Reading:
         )
         times = self._array("time")
         environment = StoredEnvironment(times, self._array("carried")) if "carried" in data.variables else None
-        return StoredTrajectory(system, self._initial(), times, self._phase(), self._run(), record, environment)
+        made = stored_trajectory_class(system)
+        return made(system, self._initial(), times, self._phase(), self._run(), record, environment)
 
     def _units(self) -> dict[str, str]:
-        return {name: str(self.data.attrs[f"units_{name}"]) for name in ("time", "inertia")}
+        return {name: str(self.data.attrs[f"units_{name}"]) for name in self.measures}
 
     def _initial(self) -> State:
         phase = {name: self._array(f"initial_{name}") for name in self.initial}
         phase |= {name: self._array(f"initial_own_{name}") for name in self.own}
-        return state_of(phase, self._array("initial_time"))
+        return state_of(_with_orbit(phase), self._array("initial_time"))
 
     def _phase(self) -> Phase:
         own = {name: self._array(f"own_{name}") for name in self.own}
-        return {name: self._array(name) for name in self.sizes} | own
+        return _with_orbit({name: self._array(name) for name in self.sizes}) | own
 
     def _run(self) -> Run:
         said = self.data.attrs
@@ -412,6 +454,13 @@ class _Reading:
         tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
         kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
         return Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)
+
+
+def _with_orbit(variables: Phase) -> Phase:
+    """Return the variables of a file as those of a phase, where position and momentum of two bodies are one array."""
+    orbit = [variables[name] for name in ORBIT if name in variables]
+    phase = {name: values for name, values in variables.items() if name not in ORBIT}
+    return phase | {"orbit": np.concatenate(orbit, axis=-1)} if orbit else phase
 
 
 def _said(name: str, says: dict[Any, Any]) -> Integral:

@@ -66,7 +66,7 @@ class Body(Parametric):
     """
 
     moments: Vector
-    mass: InitVar[Any] = field(default=None, kw_only=True)
+    mass: InitVar[Real | None] = field(default=None, kw_only=True)
     shape: ClassVar[Any] = None
     """The shape that the body was made of by `from_shape`."""
 
@@ -77,6 +77,12 @@ class Body(Parametric):
             mass = member_array("mass", mass, ())
             refuse_nonpositive("mass", mass)
         object.__setattr__(self, "mass", mass)
+
+    @property
+    @override
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        (name, fields), mass = super().definition, self.mass  # type: ignore[attr-defined]
+        return name, fields if mass is None else fields | {"mass": mass}
 
     # ------------------------------------------------------------------ momentum and rate
 

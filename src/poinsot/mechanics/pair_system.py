@@ -55,6 +55,7 @@ class PairSystem(System, of=TwoBodies):
         As for `System`, and that of `length`: `{"time": "s", "inertia": "kg m2", "length": "m"}`.
     """
 
+    measures: ClassVar[tuple[str, ...]] = ("time", "inertia", "length")
     body: Any
 
     # ------------------------------------------------------------------ what it is made of

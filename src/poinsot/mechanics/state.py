@@ -21,7 +21,7 @@ from poinsot.quantities import Angles, Times
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["PairState", "Phase", "State", "project_to_tangent"]
+__all__ = ["PairState", "Phase", "State", "named", "project_to_tangent"]
 
 Phase = dict[str, NDArray[Any]]
 """What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`; then
@@ -32,7 +32,14 @@ rounding of the largest component in all of them; a Q that comes from g is tange
 """
 
 OF_ONE = ("quaternion", "angular_momentum_body", "conjugate_momenta")
-RIGID = (*OF_ONE, *(f"{body}_{name}" for body in ("primary", "secondary") for name in OF_ONE))
+
+
+def named(body: str, name: str) -> str:
+    """Return the name of what is of a body, of one of two: "primary_quaternion"."""
+    return f"{body}_{name}" if body else name
+
+
+RIGID = (*OF_ONE, *(named(body, name) for body in ("primary", "secondary") for name in OF_ONE))
 """The names in a phase that are those of rigid bodies, one or two."""
 
 TANGENT_SLACK = 1e-9
@@ -222,8 +229,8 @@ class PairState(State):
         refuse_other_members(**given)
         members = np.broadcast_shapes(*given.values())
         orbit = np.concatenate(np.broadcast_arrays(position, momentum), axis=-1)
-        named = {"primary": primary, "secondary": secondary}
-        phase = {f"{body}_{name}": x for body, state in named.items() for name, x in state.phase.items()}
+        each = {"primary": primary, "secondary": secondary}
+        phase = {named(body, name): x for body, state in each.items() for name, x in state.phase.items()}
         phase |= {"orbit": orbit}
         self.phase = {name: np.broadcast_to(x, (*members, x.shape[-1])) for name, x in phase.items()}
 
@@ -249,10 +256,15 @@ class PairState(State):
 
     @property
     @override
+    def rigid(self) -> Phase:
+        return super().rigid | {"position": self.position, "momentum": self.momentum}
+
+    @property
+    @override
     def of_bodies(self) -> dict[str, State]:
         return {
             body: state_of(
-                {name: x for name in OF_ONE if (x := self.phase.get(f"{body}_{name}")) is not None}, self.time
+                {name: x for name in OF_ONE if (x := self.phase.get(named(body, name))) is not None}, self.time
             )
             for body in ("primary", "secondary")
         }

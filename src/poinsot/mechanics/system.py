@@ -65,6 +65,9 @@ class System(Dynamics):
     ['H', 'G3']
     """
 
+    measures: ClassVar[tuple[str, ...]] = ("time", "inertia")
+    """What its numbers have units of."""
+
     _of: ClassVar[dict[type, type[System]]] = {}
 
     def __init_subclass__(cls, of: type | None = None) -> None:
@@ -84,7 +87,7 @@ class System(Dynamics):
             )
         self.body = body
         self.forces = forces
-        self.units = checked_units(units)
+        self.units = checked_units(units, self.measures)
         for force in forces:
             if isinstance(force, type):
                 name = force.__name__

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,35 +12,59 @@ __all__ = ["DerivedUnits", "checked_units", "dated_units"]
 
 
 class DerivedUnits:
-    """The units of derived quantities in CF notation, from those of time and inertia; "1" where these have none."""
+    """The units of derived quantities in CF notation, from those of time, inertia and length.
+
+    They are "1" where these have none, and "" where there is no length.
+    """
 
     def __init__(self, units: Mapping[str, str]) -> None:
-        self.time, self.inertia = units["time"], units["inertia"]
+        self.time, self.inertia, self.length = units["time"], units["inertia"], units.get("length", "")
         self.per_time = _power(self.time, -1)
         self.rate = "rad" if self.time == "1" else f"rad {self.per_time}"
         self.momentum = _product(self.inertia, self.per_time)
         self.energy = _product(self.inertia, _power(self.time, -2))
+        self.velocity = self._with_length(self.length, self.per_time)
+        self.mass = self._with_length(self.inertia, _power(self.length, -2))
+        self.linear_momentum = self._with_length(self.momentum, _power(self.length, -1))
+        self.gravitation = self._with_length(_power(self.length, 5), _power(self.inertia, -1), _power(self.time, -2))
+
+    def _with_length(self, *units: str) -> str:
+        return self.length and _product(*units)
+
+
+WORD = re.compile(r"([A-Za-z]+)(-?\d+)?")
 
 
 def _power(unit: str, exponent: int) -> str:
-    return "1" if unit == "1" else f"{unit}{exponent}"
+    words = [WORD.fullmatch(word) for word in unit.split()]
+    if not all(words) or len(words) < 2:
+        return "1" if unit == "1" else f"{unit}{exponent}"
+    return _product(*(f"{word[1]}{int(word[2] or 1) * exponent}" for word in words if word))
 
 
 def _product(*units: str) -> str:
-    return " ".join(unit for unit in units if unit != "1") or "1"
+    """Return a product in which each unit is there once, if all are words with exponents."""
+    together = " ".join(unit for unit in units if unit != "1")
+    exponents: dict[str, int] = {}
+    for word in together.split():
+        if not (known := WORD.fullmatch(word)):
+            return together
+        exponents[known[1]] = exponents.get(known[1], 0) + int(known[2] or 1)
+    return " ".join(name if n == 1 else f"{name}{n}" for name, n in exponents.items() if n) or "1"
 
 
-def checked_units(units: Mapping[str, str] | None) -> dict[str, str]:
-    """Return the units of time and inertia, "1" where none is given."""
+def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) -> dict[str, str]:
+    """Return the units of what a system measures, such as time and inertia, "1" where none is given."""
     units = {} if units is None else units
     if not isinstance(units, Mapping):
         raise TypeError(f'units must be a mapping such as {{"time": "s"}}, got {described(units)}.')
     for key, unit in units.items():
-        if key not in ("time", "inertia"):
-            raise ValueError(f"units must name 'time' and 'inertia', got {key!r}.")
+        if key not in measures:
+            *others, last = map(repr, measures)
+            raise ValueError(f"units must name {', '.join(others)} and {last}, got {key!r}.")
         if not isinstance(unit, str):
             raise TypeError(f"units must be words, but units[{key!r}] = {unit!r}.")
-    return {"time": units.get("time", "1"), "inertia": units.get("inertia", "1")}
+    return {measure: units.get(measure, "1") for measure in measures}
 
 
 def dated_units(checked: dict[str, str], given: Mapping[str, str] | None, calendar: Any) -> dict[str, str]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics.calendar import SCALES, Calendar
-from poinsot.mechanics.state import RIGID, State
+from poinsot.mechanics.state import RIGID, State, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 
@@ -19,25 +19,38 @@ if TYPE_CHECKING:
 
     from poinsot.mechanics.part import Part
 
-__all__ = ["COLUMNS", "Motion", "StoredPart", "components", "dataset_of", "read_parts", "told_parts"]
+__all__ = [
+    "COLUMNS",
+    "OF_BODY",
+    "OF_TWO",
+    "Motion",
+    "StoredPart",
+    "components",
+    "dataset_of",
+    "read_parts",
+    "told_parts",
+]
 
 Array = NDArray[np.float64]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
 
-COLUMNS = (
-    *(
-        "quaternion",
-        "conjugate_momenta",
-        "angular_momentum_body",
-        "angular_momentum_space",
-        "omega_body",
-        "omega_space",
-    ),
-    *("kinetic_energy", "potential_energy", "norm_error", "tangency_error"),
+OF_BODY = (
+    "quaternion",
+    "conjugate_momenta",
+    "angular_momentum_body",
+    "angular_momentum_space",
+    "omega_body",
+    "omega_space",
 )
-"""What a dataset has of each motion, by the names of the trajectory."""
+"""What a dataset has of the rotation of each body, by the names of its trajectory."""
+
+OF_TWO = ("position", "momentum", "velocity", "angular_momentum_space")
+"""What it has of the motion of two bodies about each other."""
+
+COLUMNS = ("kinetic_energy", "potential_energy", "norm_error", "tangency_error")
+"""What it has of each motion."""
 
 
 class StoredPart(NamedTuple):
@@ -62,7 +75,7 @@ class Motion(NamedTuple):
     initial : State
     times : array (n,)
     columns : mapping
-        Arrays along the times, members first, by `COLUMNS`.
+        Arrays along the times, members first, by `COLUMNS`, `OF_TWO`, and `OF_BODY` of each body.
     own, integrals, drift : mapping
         The same by the name of the part, or of the integral.
     orbits : array, optional
@@ -103,14 +116,13 @@ def dataset_of(motion: Motion) -> xarray.Dataset:
         },
         attrs={
             "Conventions": "CF-1.11",
-            "title": "Rotation of a rigid body",
+            "title": "Rotation of a rigid body" if len(motion.system.rigid_bodies) == 1 else "Motion of two bodies",
             "conventions": CONVENTIONS,
             "system": repr(motion.system),
             "initial_state": repr(motion.initial),
             **({"parts": told_parts(parts)} if parts else {}),
             **motion.attributes,
-            "units_time": motion.system.units["time"],
-            "units_inertia": motion.system.units["inertia"],
+            **{f"units_{measure}": unit for measure, unit in motion.system.units.items()},
         },
     )
 
@@ -157,14 +169,9 @@ class _Variables:
     def __init__(self, motion: Motion) -> None:
         self.motion = motion
         self.units = DerivedUnits(motion.system.units)
-        self.leading = ("time",) if motion.columns["quaternion"].ndim == 2 else ("member", "time")
+        self.leading = ("time",) if motion.columns["norm_error"].ndim == 1 else ("member", "time")
         self.found: list[tuple[str, tuple[str, ...], Any, dict[str, str]]] = []
-        momentum = self.units.momentum
-        self._of_states: dict[str, tuple[str, str, str, dict[str, str]]] = {
-            "quaternion": ("1", "Euler parameters q, body to space", "parameter", {}),
-            "conjugate_momenta": (momentum, "momenta Q conjugate to q", "parameter", {}),
-            "angular_momentum_body": (momentum, "angular momentum", "axis", {"frame": "body"}),
-        }
+        self.said = _said_of_columns(self.units, list(motion.initial.of_bodies))
         self.parts = {part.name: part for part in motion.system.parts if part.size}
 
     def all(self) -> list[tuple[str, tuple[str, ...], Any, dict[str, str]]]:
@@ -173,34 +180,20 @@ class _Variables:
         self._origin()
         return self.found
 
-    def _put(self, name: str, values: Any, unit: str, meaning: str, axis: str | None = None, **attributes: str) -> None:
-        dims = self.leading if axis is None else (*self.leading, axis)
+    def _put(self, name: str, values: Any, unit: str, meaning: str, axis: str = "", **attributes: str) -> None:
+        dims = (*self.leading, axis) if axis else self.leading
         self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
 
     def _motion(self) -> None:
-        motion, columns, units, put = self.motion, self.motion.columns, self.units, self._put
-        for name, (unit, meaning, axis, said) in self._of_states.items():
-            put(name, columns[name], unit, meaning, axis, **said)
+        motion, columns, put = self.motion, self.motion.columns, self._put
+        for name, values in columns.items():
+            unit, meaning, axis, said = self.said[name]
+            put(name, values, unit, meaning, axis, **said)
         for name, part in self.parts.items():
             put(f"own_{name}", motion.own[name], *self._said_of_part(part))
-        momentum = columns["angular_momentum_space"]
-        put("angular_momentum_space", momentum, units.momentum, "angular momentum", "axis", frame="space")
-        for frame in ("body", "space"):
-            put(
-                f"omega_{frame}",
-                columns[f"omega_{frame}"],
-                units.rate,
-                "inertial angular velocity",
-                "axis",
-                frame=frame,
-            )
-        put("kinetic_energy", columns["kinetic_energy"], units.energy, "rotational kinetic energy T")
-        put("potential_energy", columns["potential_energy"], units.energy, "potential energy U")
 
     def _proof(self) -> None:
-        motion, columns, units, put = self.motion, self.motion.columns, self.units, self._put
-        put("norm_error", columns["norm_error"], "1", "|q| - 1")
-        put("tangency_error", columns["tangency_error"], units.momentum, "q . Q")
+        motion, units, put = self.motion, self.units, self._put
         values, drift = motion.integrals, motion.drift
         for integral in motion.system.integrals:
             name, kind = integral.name, "energy" if integral.is_energy else "momentum"
@@ -211,20 +204,31 @@ class _Variables:
     def _origin(self) -> None:
         """Add what the motion started from, and what was integrated along with it."""
         motion, units = self.motion, self.units
-        state, body = motion.initial, motion.system.body
+        state = motion.initial
         for name, values in state.rigid.items():
-            unit, meaning, axis, said = self._of_states[name]
+            unit, meaning, axis, said = self.said[name]
             self._fixed(f"initial_{name}", values, unit, f"{meaning}, at the start", axis, **said)
         for name, part in self.parts.items():
             unit, meaning, axis = self._said_of_part(part)
             self._fixed(f"initial_own_{name}", state.own[name], unit, f"{meaning}, at the start", axis)
         self._fixed("initial_time", state.time, units.time, "time of the start")
-        self._fixed("moments", body.moments, units.inertia, "principal moments of inertia", "axis")
-        matrix = body.principal_matrix
-        meaning = "principal axes along the body axes, in columns"
-        self._fixed("principal_axes", matrix, "1", meaning, "axis", "principal_axis", frame="body")
+        for name, body in zip(state.of_bodies, motion.system.rigid_bodies, strict=True):
+            self._body(name, body)
+        if len(state.of_bodies) > 1:
+            pair: Any = motion.system.body
+            self._fixed("masses", pair.masses, units.mass, "masses of primary and secondary", "body")
+            self._fixed("G", pair.G, units.gravitation, "constant of gravitation")
         if motion.orbits is not None:
             self._put("carried", motion.orbits, "1", "variables of the orbits that were integrated along", "variable")
+
+    def _body(self, name: str, body: Any) -> None:
+        """Add what is known of a body."""
+        units, of = self.units, _of(name)
+        self._fixed(named(name, "moments"), body.moments, units.inertia, f"principal moments of inertia{of}", "axis")
+        meaning, axes = f"principal axes along the body axes, in columns{of}", ("axis", "principal_axis")
+        self._fixed(named(name, "principal_axes"), body.principal_matrix, "1", meaning, *axes, frame="body")
+        if body.mass is not None:
+            self._fixed(named(name, "mass"), body.mass, units.mass, f"mass{of}")
 
     def _said_of_part(self, part: Part | StoredPart) -> tuple[str, str, str]:
         """Return unit, meaning and axis of the variables of a part; other kinds have no unit in common."""
@@ -235,6 +239,43 @@ class _Variables:
         values = np.asarray(values)
         dims = axes if values.ndim == len(axes) else ("member", *axes)
         self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
+
+
+def _said_of_columns(units: DerivedUnits, bodies: list[str]) -> dict[str, tuple[str, str, str, dict[str, str]]]:
+    """Return unit, meaning, axis and frame of what a dataset has of a motion, by its name."""
+    momentum, rate = units.momentum, "inertial angular velocity"
+    of_body: dict[str, tuple[str, str, str, dict[str, str]]] = {
+        "quaternion": ("1", "Euler parameters q, body to space", "parameter", {}),
+        "conjugate_momenta": (momentum, "momenta Q conjugate to q", "parameter", {}),
+        "angular_momentum_body": (momentum, "angular momentum", "axis", {"frame": "body"}),
+        "angular_momentum_space": (momentum, "angular momentum", "axis", {"frame": "space"}),
+        "omega_body": (units.rate, rate, "axis", {"frame": "body"}),
+        "omega_space": (units.rate, rate, "axis", {"frame": "space"}),
+    }
+    one = bodies == [""]
+    place = "of the secondary relative to the primary"
+    of_two = {
+        "position": (units.length, f"position {place}", "axis", {"frame": "space"}),
+        "momentum": (units.linear_momentum, f"reduced mass times velocity {place}", "axis", {"frame": "space"}),
+        "velocity": (units.velocity, f"velocity {place}", "axis", {"frame": "space"}),
+        "angular_momentum_space": (momentum, "angular momentum about the barycentre", "axis", {"frame": "space"}),
+    }
+    return {
+        **{
+            named(body, name): (unit, f"{meaning}{_of(body)}", axis, said)
+            for body in bodies
+            for name, (unit, meaning, axis, said) in of_body.items()
+        },
+        **({} if one else of_two),
+        "kinetic_energy": (units.energy, "rotational kinetic energy T" if one else "kinetic energy T", "", {}),
+        "potential_energy": (units.energy, "potential energy U", "", {}),
+        "norm_error": ("1", "|q| - 1", "", {}),
+        "tangency_error": (momentum, "q . Q", "", {}),
+    }
+
+
+def _of(body: str) -> str:
+    return f", of the {body}" if body else ""
 
 
 def _named(unit: str, meaning: str) -> dict[str, str]:

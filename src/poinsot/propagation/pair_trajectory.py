@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState, Phase, State, refused
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import BODIES
+from poinsot.propagation.dataset import COLUMNS, OF_TWO
 from poinsot.propagation.trajectory import Method, Trajectory
 
 __all__ = ["PairTrajectory", "trajectory_class"]
@@ -50,6 +52,7 @@ class PairTrajectory(Trajectory):
     (array([[-2.,  0.,  0.]]), array([[0. , 0. , 0.5]]))
     """
 
+    _of_whole: ClassVar[tuple[str, ...]] = (*OF_TWO, *COLUMNS)
     system: PairSystem
     initial: PairState
 
@@ -75,6 +78,11 @@ class PairTrajectory(Trajectory):
         return np.asarray(np.linalg.norm(self.position, axis=-1))
 
     @property
+    @override
+    def of_bodies(self) -> dict[str, Trajectory]:
+        return {body: self._of(body) for body in BODIES}
+
+    @property
     def primary(self) -> Trajectory:
         """The rotation of the primary, as the motion of one body."""
         return self._of("primary")
@@ -92,7 +100,7 @@ class PairTrajectory(Trajectory):
             interpolant = functools.partial(_interpolated, self, body), first, last
         rows = functools.partial(_phase_of, self._state, body)
         run = dataclasses.replace(self.run, method=Method.ONE_OF_TWO)
-        motion = Trajectory(system, self.initial.of_bodies[body], self.times, rows, run, interpolant, self.failures)
+        motion = BodyTrajectory(system, self.initial.of_bodies[body], self.times, rows, run, interpolant, self.failures)
         motion.provenance = {key: self.provenance[key] for key in ("title",) if key in self.provenance}
         return motion
 
@@ -143,6 +151,12 @@ class PairTrajectory(Trajectory):
         return np.asarray(own + np.linalg.norm(np.cross(self.position, self.momentum), axis=-1))
 
 
+class BodyTrajectory(Trajectory):
+    """The rotation of one of two bodies."""
+
+    _of_whole: ClassVar[tuple[str, ...]] = tuple(name for name in COLUMNS if name != "potential_energy")
+
+
 def _phase_of(state: Any, body: str) -> Phase:
     phase: Phase = state.of_bodies[body].phase
     return phase
@@ -154,6 +168,8 @@ def _interpolated(motion: PairTrajectory, body: str, times: Array) -> Phase:
 
 class OneOfTwo(System):
     """One of two bodies, for reading its rotation: what acts on it is the pair's."""
+
+    measures = PairSystem.measures
 
     @functools.cached_property
     @override

@@ -16,10 +16,11 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import StoredPart
+from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
 from poinsot.propagation.trajectory import Rows, Run, Trajectory
 
-__all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory"]
+__all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory", "stored_trajectory_class"]
 
 Array = NDArray[np.float64]
 
@@ -68,10 +69,15 @@ class StoredSystem:
         self.parts = parts
         self.body, self.integrals, self.not_rerunnable, self._written = body, integrals, reason, written
         self._free = System(body, units=units)
-        self.units = self._free.units
+        self.units, self.rigid_bodies = self._free.units, self._free.rigid_bodies
 
     def __repr__(self) -> str:
         return self._written
+
+    @property
+    def pair(self) -> Any:
+        """The two bodies, of a motion of two."""
+        return self.body
 
     def of_members(self, members: Chosen) -> StoredSystem:
         """Return the body of some members."""
@@ -154,7 +160,7 @@ class StoredTrajectory(Trajectory):
         )
         values = self.environment.orbit_values
         environment = None if values is None else StoredEnvironment(times, rows(values))
-        return StoredTrajectory(system, initial, times, phase, self.run, record, environment)
+        return type(self)(system, initial, times, phase, self.run, record, environment)
 
     @property
     @override
@@ -185,3 +191,12 @@ class StoredTrajectory(Trajectory):
     @override
     def summary(self) -> dict[str, Any]:
         return dict(self._record.summary) or super().summary
+
+
+class StoredPairTrajectory(StoredTrajectory, PairTrajectory):
+    """The same of two bodies."""
+
+
+def stored_trajectory_class(system: StoredSystem) -> type[StoredTrajectory]:
+    """Return the class of the motions of a system in a file."""
+    return StoredTrajectory if len(system.rigid_bodies) == 1 else StoredPairTrajectory

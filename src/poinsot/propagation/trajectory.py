@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from importlib import metadata
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +27,10 @@ from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
-from poinsot.propagation.dataset import COLUMNS, Motion, dataset_of
+from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, crossings_of_members
 from poinsot.propagation.selection import Chosen, Index, checked_index, state_of_members, system_of_members
 from poinsot.quantities import Times
@@ -146,6 +146,9 @@ class Trajectory(Summarized):
     array([0.8776, 0.    , 0.    , 0.4794])
     """
 
+    _of_whole: ClassVar[tuple[str, ...]] = COLUMNS
+    """What a dataset has of it beside the rotation of each body."""
+
     def __init__(
         self,
         system: System,
@@ -182,6 +185,11 @@ class Trajectory(Summarized):
         The momenta are those that were integrated; from them follow the others.
         """
         return self._computed()
+
+    @property
+    def of_bodies(self) -> dict[str, Trajectory]:
+        """The rotations of the bodies, by what their names in a phase begin with."""
+        return {"": self}
 
     @property
     def _state(self) -> State:
@@ -473,14 +481,16 @@ class Trajectory(Summarized):
                 system=self.system,
                 initial=self.initial,
                 times=self.times,
-                columns={name: getattr(self, name) for name in COLUMNS},
+                columns=self._columns,
                 own=self.own,
                 integrals=self.integrals,
                 drift=self.drift,
                 orbits=self.environment.orbit_values,
                 calendar=self.calendar,
                 attributes={
-                    "state_variables": " ".join(self.phase),
+                    "state_variables": " ".join(
+                        (*self._state.rigid, *(part.name for part in self.system.parts if part.size))
+                    ),
                     **{key: value for key, value in self.summary.items() if key != "wall_time"},
                     **({"failures": json.dumps(self.failures)} if self.failures else {}),
                     **{f"version_{name}": version for name, version in self.run.versions.items()},
@@ -489,6 +499,12 @@ class Trajectory(Summarized):
                 },
             )
         )
+
+    @property
+    def _columns(self) -> dict[str, Array]:
+        """What a dataset has of the motion."""
+        each = {named(body, name): getattr(one, name) for body, one in self.of_bodies.items() for name in OF_BODY}
+        return each | {name: getattr(self, name) for name in self._of_whole}
 
     @property
     def calendar(self) -> Calendar | None:

@@ -187,9 +187,10 @@ def _hints(call: Any) -> dict[str, Any]:
         function = _function(inspect.getattr_static(call, "__init__") if isinstance(call, type) else call)
         space = getattr(function, "__globals__", {})
         return {name: hint_of(said, space) for name, said in inspect.get_annotations(function).items()}
-    fields = [field.name for field in dataclasses.fields(call)]
     said = {name: (base, says) for base in call.__mro__[::-1] for name, says in inspect.get_annotations(base).items()}
-    return {name: hint_of(said[name][1], names_beside(said[name][0])) for name in fields}
+    named = inspect.signature(call).parameters
+    hints = {name: hint_of(said[name][1], names_beside(said[name][0])) for name in named}
+    return {name: hint.type if isinstance(hint, dataclasses.InitVar) else hint for name, hint in hints.items()}
 
 
 def _ways(hint: Any) -> tuple[Any, ...]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.engine.formulations import formulations
 from poinsot.files.scenarios.toml_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
+from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Parametric
 from poinsot.orbits.restricted_three_body import CirclingPair
@@ -70,12 +71,15 @@ def text_of(motion: Trajectory) -> Text:
     return Text(text, writer.data)
 
 
-def shape_of(motion: Trajectory) -> Text | None:
-    """Return the shape that the body was made of as the table of a body; None if there is none of the package's own."""
-    shape = motion.system.body.shape
+def shape_of(body: Body, name: str) -> Text | None:
+    """Return the shape that a body was made of as the table of a body; None if there is none of the package's own.
+
+    Long arrays begin with the name.
+    """
+    shape = body.shape
     if shape is None or any(_is_outside(part) for part in _parts_of(shape)):
         return None
-    writer = _Writer("shape")
+    writer = _Writer(name)
     text = _table("[body]", {"type": "Body.from_shape"}) + writer.section("[body.shape]", shape)
     return Text(text, writer.data) if len(text) <= MOST_CHARACTERS and text.count("=") < 0.8 * MOST_KEYS else None
 
