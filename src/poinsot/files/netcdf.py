@@ -111,6 +111,8 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     True
     """
     path = _checked_path(path)
+    if motion.run.method is Method.ONE_OF_TWO:
+        raise ValueError("motion must be that of both bodies to be saved, got that of one of two.")
     data = _with_texts(motion)
     data.attrs["digest"] = _digest(data)
     if path.suffix == ".nc":

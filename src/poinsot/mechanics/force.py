@@ -146,6 +146,12 @@ class _On(Force):
     def __repr__(self) -> str:
         return f"{self.force!r}.on({self.body!r})"
 
+    @property
+    @override
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        name, fields = self.force.definition
+        return name, fields | {"on": self.body}
+
     @override
     def check(self, body: Any) -> None:
         if not hasattr(body, self.body):

@@ -14,18 +14,21 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from poinsot.algebra import quaternion as quat
-from poinsot.errors import member_array, real_numbers
+from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.files.scenarios.errors import MISSING, Errors, has, maker_at, nearest
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.scenarios.registry import DEFAULTS, Key, makers
-from poinsot.files.scenarios.schema import MOST_TIMES, STATE, converted, scenario_model, short
+from poinsot.files.scenarios.schema import MOST_TIMES, ROTATION, STATE, converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
+from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar, holds_dates
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.frame import Frame, from_roll_pitch_yaw
-from poinsot.mechanics.state import State
+from poinsot.mechanics.pair_system import PairSystem
+from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.propagation.arguments import (
     check_span,
     checked_formulation,
@@ -41,6 +44,8 @@ FROM = ("from_primary", "from_secondary")
 """What may follow the name of a path beside two attractors."""
 
 RATES = ("omega_body", "omega_space", "angular_momentum_body", "angular_momentum_space")
+ORBIT = ("position", "velocity")
+
 PAIRS = {"conjugate_momenta": ("quaternion",), "euler_momenta": ("euler_angles", "sequence")}
 """What goes with momenta."""
 
@@ -88,7 +93,7 @@ class Parts:
         self.values: dict[str, Any] = model.model_dump(exclude_unset=True)
         self._made: dict[str, Any] = {}
         self._making: list[str] = []
-        self._turn: Array | None = None
+        self._turns: dict[Path, Array] = {}
         self._spread()
 
     # ------------------------------------------------------------------ what holds for the whole file
@@ -121,7 +126,7 @@ class Parts:
                 raise self._errors.at(("ensemble", "members"), f"{rule}, got more with {members}.")
             drawn = self._drawn(random, {**spread, "kind": kind}, value, members, place)
             if key == "turn":
-                self._turn = drawn
+                self._turns[tuple(spread["of"].split(".")[:-1])] = drawn
             else:
                 table[key] = drawn
 
@@ -146,15 +151,16 @@ class Parts:
 
     def _any_turn(self, random: Any, spread: dict[str, Any], members: int, place: Path) -> Array:
         """Return rotation vectors of turns in any direction by any angle, each attitude as likely as another."""
-        if spread["of"] != "state.turn":
-            raise self._errors.at((*place, "of"), f"must be state.turn if it is isotropic, got {spread['of']!r}.")
+        if spread["of"] not in self._turnings:
+            rule = f"must be {' or '.join(self._turnings)} if it is isotropic"
+            raise self._errors.at((*place, "of"), f"{rule}, got {spread['of']!r}.")
         if spread.get("size") is not None:
             raise self._errors.at((*place, "size"), "must not be beside isotropic, got both.")
         return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
 
     def _target(self, path: str, place: Path) -> tuple[Any, Any, str]:
         """Return the table, the key and the kind of the number at a path such as state.omega_body."""
-        if path == "state.turn":
+        if path in self._turnings:
             return self.values["state"], "turn", "angle"
         words = path.replace("[", ".").replace("]", "").split(".")
         parts = [int(word) if word.isdecimal() and len(word) < 6 else word for word in words]
@@ -169,8 +175,14 @@ class Parts:
         *outer, last = parts
         if outer == ["state", "own"]:
             return node, last, "number"
-        keys = STATE if outer == ["state"] else maker_at(self.values, tuple(outer)).keys
+        keys = maker_at(self.values, tuple(outer)).keys if outer[0] != "state" else STATE if not outer[1:] else ROTATION
         return node, last, next(key.kind for key in keys if key.name == last)
+
+    @property
+    def _turnings(self) -> list[str]:
+        """The names of the turns of attitudes that an ensemble can have: of the body, or of each of two."""
+        bodies = [body for body in BODIES if body in self.values["state"]]
+        return [f"state.{body}.turn" for body in bodies] or ["state.turn"]
 
     # ------------------------------------------------------------------ parts
 
@@ -200,7 +212,7 @@ class Parts:
     def _value(self, key: Key, value: Any, place: Path) -> Any:
         if key.kind in ("orbit", "orbits"):
             return self._orbit(value, place) if key.kind == "orbit" else [self._orbit(name, place) for name in value]
-        if key.kind in ("field", "shape"):
+        if key.kind in ("field", "shape", "rigid"):
             return self._part(key.kind, value, place)
         if key.kind == "shapes":
             return [self._part("part", table, (*place, i)) for i, table in enumerate(value)]
@@ -243,49 +255,79 @@ class Parts:
     def _state(self, system: System) -> State:
         table, place = self.values["state"], ("state",)
         time = self._time(table.get("time", 0.0), ("state", "time"))
+        if isinstance(system, PairSystem):
+            return self._state_of_two(system, table, time)
+        for name in (*ORBIT, *BODIES):
+            if name in table:
+                raise self._errors.at((*place, name), "must be there for two bodies alone, got one body.")
         own = self._errors.called((*place, "own"), system.given_parts, **table.get("own", {}))
-        for momenta, names in PAIRS.items():
-            if momenta in table:
-                return self._canonical(table, momenta, names, time, own)
-        rates = {name: table[name] for name in RATES if name in table}
-        frame = self._frame(table["frame"]) if "frame" in table else None
-        options = {**rates, "time": time, "frame": frame, **own}
-        state: State = self._errors.called(place, system.state, self._attitude(table), **options)
+        return self._rotation(system, place, time, own)
+
+    def _state_of_two(self, system: PairSystem, table: dict[str, Any], time: Any) -> State:
+        """Return the state of two bodies: position and velocity, and the rotation of each in a table of its own."""
+        self._only(("state",), (*ORBIT, *BODIES, "time", "frame"), "two bodies")
+        for name in (*ORBIT, *BODIES):
+            if name not in table:
+                raise self._errors.at(("state", name), MISSING)
+        orbit = {name: table[name] for name in ORBIT}
+        each = {name: self._rotation(body, ("state", name), time) for name, body in system.pair.bodies.items()}
+        state: State = self._errors.called(("state",), _state_of_two, pair=system.pair, **orbit, **each)
         return state
 
-    def _canonical(self, table: dict[str, Any], momenta: str, names: tuple[str, ...], time: Any, own: Any) -> State:
+    def _rotation(self, owner: System | Body, place: Path, time: Any, own: Mapping[str, Any] | None = None) -> State:
+        """Return the attitude and the momentum of a body, from the table at a place."""
+        table, own = self._table(place), own or {}
+        for momenta, names in PAIRS.items():
+            if momenta in table:
+                return self._canonical(place, momenta, names, time, own)
+        rates = {name: table[name] for name in RATES if name in table}
+        reference = self.values["state"].get("frame")
+        frame = None if reference is None else self._frame(reference)
+        options = {**rates, "time": time, "frame": frame, **own}
+        state: State = self._errors.called(place, owner.state, self._attitude(place), **options)
+        return state
+
+    def _table(self, place: Path) -> dict[str, Any]:
+        node: Any = self.values
+        for part in place:
+            node = node[part]
+        table: dict[str, Any] = node
+        return table
+
+    def _canonical(self, place: Path, momenta: str, names: tuple[str, ...], time: Any, own: Any) -> State:
         """Return the state of coordinates and their momenta, which no ensemble can turn: the momenta would turn too."""
+        table = self._table(place)
         if names[0] not in table:
-            raise self._errors.at(("state", names[0]), MISSING)
-        self._only("state", (*names, momenta, "time", "own"), momenta)
-        if self._turn is not None:
-            raise self._errors.at(("state",), "must have a rate or an angular momentum where its attitude is spread.")
+            raise self._errors.at((*place, names[0]), MISSING)
+        self._only(place, (*names, momenta, "time", "own"), momenta)
+        if place in self._turns:
+            raise self._errors.at(place, "must have a rate or an angular momentum where its attitude is spread.")
         state: State
         if momenta == "conjugate_momenta":
             pair = {name: table[name] for name in (names[0], momenta)}
-            state = self._errors.called(("state",), State, **pair, time=time, own=own)
+            state = self._errors.called(place, State, **pair, time=time, own=own)
         else:
             sequence = table.get("sequence", "313")
-            state = self._errors.called(
-                ("state",), State.from_euler, table[names[0]], table[momenta], sequence, time, own
-            )
+            state = self._errors.called(place, State.from_euler, table[names[0]], table[momenta], sequence, time, own)
         return state
 
-    def _only(self, section: str, names: Iterable[str], beside: str) -> None:
+    def _only(self, place: Path, names: Iterable[str], beside: str) -> None:
         """Refuse what does not go with something else in a table."""
-        for name in self.values[section]:
+        for name in self._table(place):
             if name not in names:
-                raise self._errors.at((section, name), f"must not be beside {beside}, got both.")
+                raise self._errors.at((*place, name), f"must not be beside {beside}, got both.")
 
-    def _attitude(self, table: dict[str, Any]) -> Array:
+    def _attitude(self, place: Path) -> Array:
+        table = self._table(place)
         given = [name for name in ATTITUDES if name in table]
         if len(given) != 1:
             rule = f"must have exactly one of {', '.join(ATTITUDES)}"
-            raise self._errors.at(("state",), f"{rule}, got {' and '.join(given) or 'none'}.")
+            raise self._errors.at(place, f"{rule}, got {' and '.join(given) or 'none'}.")
         (name,) = given
         if "sequence" in table and name != "euler_angles":
-            raise self._errors.at(("state", "sequence"), "must be beside euler_angles, got none.")
-        if name == "roll_pitch_yaw" and table.get("frame", "").partition(".")[0] not in self.values.get("orbits", {}):
+            raise self._errors.at((*place, "sequence"), "must be beside euler_angles, got none.")
+        frame = self.values["state"].get("frame", "")
+        if name == "roll_pitch_yaw" and frame.partition(".")[0] not in self.values.get("orbits", {}):
             raise self._errors.at(("state", "frame"), "must be an orbit beside roll_pitch_yaw, got none.")
         ways: dict[str, Callable[..., Any]] = {
             "quaternion": lambda quaternion: unit_quaternion(quaternion, "quaternion"),
@@ -295,10 +337,10 @@ class Parts:
             ),
             "roll_pitch_yaw": lambda roll_pitch_yaw: from_roll_pitch_yaw(member_array(name, roll_pitch_yaw, (3,))),
         }
-        q = self._errors.called(("state",), ways[name], **{name: table[name]})
-        if self._turn is None:
+        q = self._errors.called(place, ways[name], **{name: table[name]})
+        if place not in self._turns:
             return np.asarray(q)
-        return quat.product(q, np.asarray(Rotation.from_rotvec(self._turn).as_quat(scalar_first=True)))
+        return quat.product(q, np.asarray(Rotation.from_rotvec(self._turns[place]).as_quat(scalar_first=True)))
 
     def _frame(self, reference: str) -> Frame:
         frames, place = self.values.get("frames", {}), ("state", "frame")
@@ -334,7 +376,7 @@ class Parts:
                 rule = "a list of times" if name == "values" else "one number"
                 raise self._errors.at(("times", name), f"must be {rule}, got shape {np.shape(read[name])}.")
         if "values" in read:
-            self._only("times", ("values",), "values")
+            self._only(("times",), ("values",), "values")
             times = self._errors.called(("times", "values"), checked_times, np.asarray(read["values"], dtype=float))
         else:
             start = read.get("start", np.ravel(state.time)[0])
@@ -376,9 +418,10 @@ class Parts:
         """Return how to compute, by the names of the arguments of `propagate`."""
         run = dict(self.values.get("run", {}))
         if run.get("method") == "closed form":
-            if system.forces:
-                raise self._errors.at(("run", "method"), "must be integration beside forces, got 'closed form'.")
-            self._only("run", ("method",), "the closed form")
+            if system.forces or isinstance(system, PairSystem):
+                beside = "beside forces" if system.forces else "for two bodies"
+                raise self._errors.at(("run", "method"), f"must be integration {beside}, got 'closed form'.")
+            self._only(("run",), ("method",), "the closed form")
         if isinstance(run.get("tolerance"), np.ndarray):
             precision = run.get("precision", "double")
             run["tolerance"] = self._errors.called(("run",), _one, tolerance=run["tolerance"], precision=precision)
@@ -387,6 +430,13 @@ class Parts:
     def outputs(self) -> dict[str, str]:
         """Return the names of the files to write, none of which leads out of its folder."""
         return dict(self.values.get("outputs", {}))
+
+
+def _state_of_two(pair: TwoBodies, position: Any, velocity: Any, primary: State, secondary: State) -> PairState:
+    """Return the state of two bodies with a relative velocity."""
+    velocity, mass = member_array("velocity", velocity, (3,)), np.asarray(pair.reduced_mass)[..., None]
+    refuse_other_members(velocity=velocity.shape[:-1], masses=mass.shape[:-1])
+    return PairState(position, mass * velocity, primary, secondary)
 
 
 def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:

@@ -64,13 +64,13 @@ class Errors:
             named = re.sub(r"^\w+", lambda _: str(place[-1]), str(first["ctx"]["error"]))  # of a table in a key too
             return self.prefixed(place, named)
         if kind == "union_tag_not_found" and isinstance(given, dict):
-            return self.at((*place, "type"), f"{MISSING}{_types_of(first)}")
-        if kind == "union_tag_invalid":
+            return self.at((*place, "type"), f"{MISSING}{_types_at(data, place)}")
+        types = _types_at(data, place) if kind == "union_tag_invalid" else ""
+        if types:
             place, given = (*place, "type"), first["ctx"]["tag"]
         context = first.get("ctx", {})
         near = nearest(given, re.findall(r"'([^']*)'", context.get("expected", context.get("expected_tags", ""))))
-        if kind == "union_tag_invalid":
-            near = near or _types_of(first)
+        near = near or types
         rule = KINDS.get(kind, KINDS["model_type"]).format(**context)
         return self.at(place, f"must {rule}, got {short(given)}.{near}")
 
@@ -92,12 +92,9 @@ class Errors:
             raise ValueError(f"{self._where(place)}{inside}{sentence}") from None
 
 
-def _types_of(error: Any) -> str:
-    """Return what a table can name as its type."""
-    location = [part for part in error["loc"] if isinstance(part, str)]
-    inner = [INNER[part] for part in location if part in INNER]
-    group = inner[-1] if inner else GROUPS.get(location[0]) if location else None
-    return f" There is {', '.join(makers(group))}." if group else ""
+def _types_at(data: Any, place: Path) -> str:
+    """Return what the table at a place can name as its type."""
+    return f" There is {', '.join(makers(_group_at(data, place)))}."
 
 
 def has(node: Any, part: Any) -> bool:
@@ -119,11 +116,20 @@ def _place_in(data: Any, location: tuple[Any, ...]) -> Path:
 
 def maker_at(data: Any, place: Path) -> Maker:
     """Return what makes a thing of the table at a place: of a body, a force, an orbit, a frame, or in one of them."""
+    group = _group_at(data, place)
     for part in place:
         data = data[part]
-    inner = [part for part in place if part in INNER]
-    group = INNER[inner[-1]] if inner else GROUPS[place[0]]
     return makers(group)[data.get("type") or DEFAULTS[group]]
+
+
+def _group_at(data: Any, place: Path) -> str:
+    """Return the group of the table at a place, by the kinds of the keys that lead to it."""
+    group = GROUPS[place[0]]
+    for end in range(1 if place[0] == "body" else 2, len(place)):
+        if isinstance(place[end], str):
+            keys = maker_at(data, place[:end]).keys
+            group = next(INNER[key.kind] for key in keys if key.name == place[end])
+    return group
 
 
 def _keys_at(data: Any, outer: Path) -> list[str]:
@@ -142,8 +148,8 @@ def _keys_at(data: Any, outer: Path) -> list[str]:
 GROUPS: dict[Any, str] = {"body": "body", "forces": "force", "orbits": "orbit", "frames": "frame"}
 """Groups of the tables of a scenario."""
 
-INNER: dict[Any, str] = {"field": "field", "shape": "shape", "parts": "part"}
-"""Groups of the tables within those of bodies, forces and orbits, by their keys."""
+INNER = {"field": "field", "shape": "shape", "shapes": "part", "rigid": "rigid"}
+"""Groups of the tables within those of bodies, forces and orbits, by the kinds of their keys."""
 
 
 def _dotted(place: Path, end: str = "") -> str:

@@ -32,6 +32,7 @@ from poinsot.mechanics.force import Force
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.part import Part
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.quantities import Along, extras_of, quantity_of
 from poinsot.shapes.assembly import Assembly
@@ -41,7 +42,7 @@ from poinsot.subclasses import is_own, subclasses
 __all__ = ["DEFAULTS", "Key", "Maker", "known_classes", "makers"]
 
 BASES: dict[str, tuple[type, ...]] = {
-    "body": (Body,),
+    "body": (Body, TwoBodies),
     "force": (Force,),
     "orbit": (Orbit, CirclingPair),
     "field": (GravityField,),
@@ -49,7 +50,7 @@ BASES: dict[str, tuple[type, ...]] = {
     "shape": (Shape,),
 }
 
-DEFAULTS = {"body": "Body", "field": "GravityField", "frame": "RotatingFrame"}
+DEFAULTS = {"body": "Body", "rigid": "Body", "field": "GravityField", "frame": "RotatingFrame"}
 """Types of the tables that need not say one, by group."""
 
 PACKAGES = ("forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
@@ -64,7 +65,7 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-        "orbits", "field", "shape", "shapes" or "named": numbers by name; others are in the schema alone.
+        "orbits", "field", "shape", "shapes", "rigid" or "named": numbers by name; others are in the schema alone.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     choices, limits : tuple
@@ -99,6 +100,8 @@ def makers(group: str) -> dict[str, Maker]:
     """Return what a table of a group may name as its type, by name; the package's own go before others."""
     if group == "part":
         return {name: maker for name, maker in makers("shape").items() if maker.call is not Assembly}
+    if group == "rigid":
+        return {name: maker for name, maker in makers("body").items() if maker.call is not TwoBodies}
     return _makers(group, tuple(_subclasses(BASES[group])))
 
 
@@ -119,6 +122,8 @@ def _makers(group: str, classes: tuple[type, ...]) -> dict[str, Maker]:
     found = [maker for name, way in ways if _makes(way, BASES[group]) and (maker := _maker(way, name))]
     if group == "shape":
         found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
+    if group == "force":
+        found = [_on_one_of_two(maker) for maker in found]
     known = {maker.name: maker for maker in sorted(found, key=lambda maker: is_own(maker.call))}
     return {name: known[name] for name in sorted(known)}
 
@@ -213,7 +218,7 @@ def _kind_of(hint: Any) -> tuple[str, int]:
         if get_origin(way) is Sequence and (kind := _kind_of(get_args(way)[0])[0]):
             return f"{kind}s", 0
     words = ((str, "text"), (bool, "truth"), (int, "whole"), (Shape, "shape"), (GravityField, "field"))
-    kinds = ((Path, "file"), *words, ((Orbit, CirclingPair), "orbit"))
+    kinds = ((Path, "file"), *words, ((Orbit, CirclingPair), "orbit"), (Body, "rigid"))
     found = (word for cls, word in kinds for way in ways if isinstance(way, type) and issubclass(way, cls))
     return next(found, ""), 0
 
@@ -262,6 +267,21 @@ def _placed(maker: Maker) -> Maker:
         return shape.moved(position, (1, 0, 0, 0) if quaternion is None else quaternion)
 
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, *PLACE))
+
+
+ON = Key("on", "text", "On which of two bodies it acts.", choices=BODIES)
+
+
+def _on_one_of_two(maker: Maker) -> Maker:
+    """Return the maker of a force of one body that can be put on one of two; others as they are."""
+    if getattr(maker.call, "on", None) is Force.on:
+        return maker
+
+    def call(on: str | None = None, **fields: Any) -> Any:
+        force = maker.call(**fields)
+        return force if on is None else force.on(on)
+
+    return dataclasses.replace(maker, call=call, keys=(*maker.keys, ON))
 
 
 def _described(doc: str | None) -> dict[str, str]:

@@ -65,7 +65,7 @@ class Scenario(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Scenario {self.name}: {rounded(repr(self.system))}", {
             "title": self.provenance.get("title") or "",
-            "members": str(len(self.state.quaternion)) if self.state.quaternion.ndim == 2 else "",
+            "members": "".join(map(str, self.state.shape)),
             "start": told(self.state.time, self.system.units["time"]),
             "times": told_times(self.times, self.system.units["time"]),
             "run": rounded(", ".join(f"{name} {value}" for name, value in self.run.items())),

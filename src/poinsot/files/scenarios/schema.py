@@ -30,7 +30,7 @@ from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
 from poinsot.files.scenarios.registry import DEFAULTS, Key, Maker, known_classes, makers
 
-__all__ = ["MOST_TIMES", "STATE", "converted", "scenario_model", "schema", "short"]
+__all__ = ["MOST_TIMES", "ROTATION", "STATE", "converted", "scenario_model", "schema", "short"]
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
@@ -41,6 +41,7 @@ MOST_TIMES = 10_000_000
 UNITS = (
     Key("time", "text", "Such as s; one of s, min, h, d where rates or times have a unit.", default="1"),
     Key("inertia", "text", "Such as kg m2.", default="1"),
+    Key("length", "text", "Of two bodies, such as m.", default="1"),
 )
 
 CALENDAR = (
@@ -49,7 +50,7 @@ CALENDAR = (
     Key("unit", "text", "Of time: s, min, h or d.", default="s"),
 )
 
-STATE = (
+ROTATION = (
     Key("quaternion", "number", "Unit quaternion, scalar first, body to space (or to the frame).", 1),
     Key("conjugate_momenta", "number", "Q, with a quaternion: the canonical pair.", 1),
     Key("matrix", "number", "Active rotation matrix, body to space (or to the frame).", 2),
@@ -61,9 +62,17 @@ STATE = (
     Key("omega_space", "rate", "Rate along the space axes; with a frame, relative to it and along it.", 1),
     Key("angular_momentum_body", "number", "Angular momentum along the body axes.", 1),
     Key("angular_momentum_space", "number", "Angular momentum along the space axes.", 1),
+)
+
+STATE = (
+    *ROTATION,
     Key("frame", "text", "An orbit (radial, transverse, normal), or a table under frames."),
     Key("time", "time", "The time of the state.", default=0.0),
     Key("own", "named", "Variables of parts, by the name of the part; default: at rest in the body.", 1),
+    Key("position", "number", "Of two bodies: of the secondary from the primary, along the space axes.", 1),
+    Key("velocity", "number", "Of two bodies: of the secondary relative to the primary, along the space axes.", 1),
+    Key("primary", "table", "Of two bodies: attitude, and rate or momentum, of the primary.", keys=ROTATION),
+    Key("secondary", "table", "Of two bodies: the same of the secondary.", keys=ROTATION),
 )
 
 TIMES = (
@@ -111,9 +120,9 @@ def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
         Key("title", "text", "One line that tells what this is.", default=""),
         Key("units", "table", "Names of the units of the numbers in this file.", keys=UNITS),
         Key("calendar", "table", "What the time 0 is as a date.", keys=CALENDAR),
-        Key("body", "body", "The rigid body.", required=True),
+        Key("body", "body", "The rigid body, or two that attract each other.", required=True),
         Key("state", "table", "The start: attitude, and rate or momentum, at a time.", required=True, keys=STATE),
-        Key("forces", "force", "What turns the body; none: free motion."),
+        Key("forces", "force", "What turns a body, or moves two; none: free motion."),
         Key("orbits", "tables of orbits", "Where the body is, by name."),
         Key("frames", "tables of frames", "Axes that turn evenly, by name."),
         Key("times", "table", "The times at which the motion is wanted.", required=True, keys=TIMES),
@@ -190,6 +199,7 @@ def _field(key: Key) -> Any:
         "named": lambda: dict[StrictStr, _number("number", key.rank)],  # type: ignore[misc]
         "field": lambda: _union("field"),
         "body": lambda: _union("body"),
+        "rigid": lambda: _union("rigid"),
         "force": lambda: list[_union("force")],  # type: ignore[misc]
         "tables of orbits": lambda: dict[StrictStr, _union("orbit")],  # type: ignore[misc]
         "tables of frames": lambda: dict[StrictStr, _made(makers("frame")["RotatingFrame"])],  # type: ignore[misc]
