@@ -308,11 +308,12 @@ class EventDetection:
         phase = variables.to_phase(np.array([time]), rows)
         state, system = state_of(changed(phase, np.ravel), np.array(time)), self._problem.system
         event, *records = (_of_member(record, member) for record in (self._problem.events[number], *system.records))
-        body = system.with_records(records).at(state).body
+        body = system.with_records(records).at(state).acted_on
         after = event.act(body, state)
-        if not isinstance(after, State) or after.quaternion.shape != (4,):
-            what = described(after) if not isinstance(after, State) else "one of several members"
-            raise TypeError(f"an action must return a State of one body, got {what}.")
+        if type(after) is not type(state) or after.shape:
+            what = described(after) if type(after) is not type(state) else "one of several members"
+            kind = "State of one body" if type(state) is State else "PairState"
+            raise TypeError(f"an action must return a {kind}, got {what}.")
         if other := sorted(set(after.own) - set(state.own)):
             raise ValueError(f"an action must return variables of parts of the system, got some of {other[0]!r}.")
         after = state_of({**state.own, **after.phase}, after.time)

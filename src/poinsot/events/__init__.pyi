@@ -1,5 +1,6 @@
 """The public names of poinsot.events, by the module of each, as `make face` writes them."""
 
+from .impact import Impact
 from .standard_events import AndoyerCrossing, Apsis, AtTime, AttractorCrossing, AxisCrossing, RateCrossing, SpinFlip
 
 __all__ = [
@@ -8,6 +9,7 @@ __all__ = [
     "AtTime",
     "AttractorCrossing",
     "AxisCrossing",
+    "Impact",
     "RateCrossing",
     "SpinFlip",
 ]

@@ -73,9 +73,9 @@ class Event(Parametric, ABC):
     def act(self, body: Body, state: State) -> State:  # noqa: ARG002
         """Return the state with which the motion goes on.
 
-        `body` and the fields are those of the member. Of a system with parts the body has them: `body.state` takes the
-        rates of body and parts together, `body.own(part)` and `state.own` are their variables, and a state returned
-        without variables of a part leaves them as they are.
+        `body` and the fields are those of the member; of two bodies `TwoBodies` and a `PairState`. Of a system with
+        parts the body has them: `body.state` takes the rates of body and parts together, `body.own(part)` and
+        `state.own` are their variables, and a state returned without variables of a part leaves them as they are.
         """
         return state
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_array, real_numbers
-from poinsot.mechanics.attitude import rotation, unit_quaternion
+from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
 from poinsot.mechanics.parameters import described
 from poinsot.quantities import AngularVelocities, Time, Times
@@ -19,10 +20,14 @@ from poinsot.quantities import AngularVelocities, Time, Times
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Frame", "RotatingFrame", "from_roll_pitch_yaw", "roll_pitch_yaw"]
+__all__ = ["Frame", "RelativeOrbitFrame", "RotatingFrame", "from_roll_pitch_yaw", "roll_pitch_yaw"]
 
 LEVEL = np.array([0.5, -0.5, -0.5, 0.5])
 """Forward, opposite to the normal, down -> radial, transverse, normal."""
+
+
+PARALLEL = 1e-12
+"""The sine of an angle below which two directions span no plane."""
 
 
 class Frame(ABC):
@@ -108,3 +113,49 @@ class RotatingFrame(Frame):
     @override
     def omega_space(self, time: Times) -> NDArray[np.float64]:
         return np.broadcast_to(self._omega, (*real_numbers("time", time).shape, 3))
+
+
+class RelativeOrbitFrame(Frame):
+    """The axes radial, transverse and normal of one body about another.
+
+    Radial leads from the other body to the one, normal is along position x velocity. The axes turn at h/r^2 about the
+    normal, and with the plane of the orbit at r a_n/h about the radial axis, a_n the acceleration along the normal.
+
+    Parameters
+    ----------
+    motion : function of a time
+        Position, velocity and acceleration at it, space axes, each of shape (..., 3).
+    """
+
+    def __init__(self, motion: Callable[[Times], tuple[NDArray[np.float64], ...]]) -> None:
+        self._motion = motion
+
+    @override
+    def quaternion(self, time: Times) -> NDArray[np.float64]:
+        position, velocity, _ = self._motion(time)
+        rows = _orbit_axes(position, velocity)
+        known = np.all(np.isfinite(rows), axis=(-1, -2))
+        turns = quaternion_from_matrix(np.swapaxes(np.where(known[..., None, None], rows, np.eye(3)), -1, -2))
+        return np.where(known[..., None], turns, np.nan)
+
+    @override
+    def omega_space(self, time: Times) -> NDArray[np.float64]:
+        position, velocity, acceleration = self._motion(time)
+        radial, _, normal = np.moveaxis(_orbit_axes(position, velocity), -2, 0)
+        distance = np.linalg.norm(position, axis=-1, keepdims=True)
+        h = np.linalg.norm(np.cross(position, velocity), axis=-1, keepdims=True)
+        tilting = distance / h * np.vecdot(acceleration, normal)[..., None]
+        return np.asarray(h / distance**2 * normal + tilting * radial)
+
+
+def _orbit_axes(position: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return radial, transverse and normal as the rows of matrices; (..., 3, 3)."""
+    r, v = (np.linalg.norm(vector, axis=-1, keepdims=True) for vector in (position, velocity))
+    radial, across = position / r, np.cross(position, velocity)
+    size = np.linalg.norm(across, axis=-1, keepdims=True)
+    if np.any(size <= PARALLEL * r * v):
+        raise ValueError("position and velocity must span a plane for axes of the orbit, got parallel ones.")
+    normal = across / size
+    normal = normal - np.vecdot(normal, radial)[..., None] * radial  # of vectors nearly parallel it has lost digits
+    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.stack([radial, np.cross(normal, radial), normal], axis=-2)

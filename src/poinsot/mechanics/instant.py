@@ -59,6 +59,11 @@ class Instant:
         return self._body
 
     @property
+    def acted_on(self) -> Any:
+        """What the action of an event is given: the body with its parts, or two bodies."""
+        return self.body
+
+    @property
     def attitude(self) -> Attitude:
         """The attitude."""
         return self._attitude

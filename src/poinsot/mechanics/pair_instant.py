@@ -68,6 +68,11 @@ class PairInstant(Instant):
 
     @property
     @override
+    def acted_on(self) -> TwoBodies:
+        return self.pair
+
+    @property
+    @override
     def attitude(self) -> Any:
         raise AttributeError(_of_one("attitude"))
 

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.circular_pair import circular_orbit, upright
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
 from poinsot.mechanics.parameters import Parametric, Positive
 from poinsot.mechanics.state import PairState
-from poinsot.quantities import Times
+from poinsot.quantities import AngularVelocity, Duration, Real, Times
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -27,6 +30,9 @@ Array = NDArray[np.float64]
 
 BODIES = ("primary", "secondary")
 """The names of the two."""
+
+SAME_MU = 1e-9
+"""By how much, relative, the gravitational parameter of an orbit may differ from that of the pair."""
 
 GRAVITATIONAL_CONSTANT = 6.6743e-11
 """m^3 / (kg s^2), CODATA 2018."""
@@ -89,6 +95,11 @@ class TwoBodies(Parametric):
         return first * second / (first + second)
 
     @property
+    def mu(self) -> Scalar:
+        """The gravitational parameter of the relative orbit, G (m1 + m2): that of a `KeplerOrbit`."""
+        return self.G * self.total_mass
+
+    @property
     def each_mass(self) -> tuple[Scalar, Scalar]:
         """The masses, scalars of any kind."""
         first, second = self.masses if isinstance(self.masses, Vector) else np.moveaxis(self.masses, -1, 0)
@@ -106,7 +117,7 @@ class TwoBodies(Parametric):
         angular_momentum_body: Sequence[ArrayLike] | None = None,
         angular_momentum_space: Sequence[ArrayLike] | None = None,
         time: Times = 0.0,
-        frame: Frame | None = None,
+        frame: Frame | Literal["orbit"] | None = None,
     ) -> PairState:
         """Return the state with a relative position and velocity, and with two attitudes and rates.
 
@@ -119,13 +130,22 @@ class TwoBodies(Parametric):
         omega_body, omega_space, angular_momentum_body, angular_momentum_space : two of array (3,)
             Those of primary and secondary, as for `Body.state`; exactly one of the four.
         time : float
-        frame : Frame, optional
-            Moving axes to which attitudes and rates refer; position and velocity stay along the space axes.
+        frame : Frame or "orbit", optional
+            Moving axes to which attitudes and rates refer; position and velocity stay along the space axes. "orbit":
+            radial from the primary to the secondary, transverse, normal, turning with the line of centres in its plane.
 
         Raises
         ------
         ValueError
             If there are not two of each, or what `Body.state` raises.
+
+        Examples
+        --------
+        >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+        >>> pair = pt.TwoBodies(ball, ball, G=1.0)
+        >>> start = pair.state((2, 0, 0), (0, 1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 0)] * 2, frame="orbit")
+        >>> start.secondary.angular_momentum_body / 0.4  # turns with the line of centres
+        array([0. , 0. , 0.5])
         """
         given = {
             "omega_body": omega_body,
@@ -137,12 +157,187 @@ class TwoBodies(Parametric):
         for what, pair in (("attitudes", attitudes), (name, vectors)):
             if len(pair) != len(BODIES):
                 raise ValueError(f"{what} must be two, of primary and secondary, got {len(pair)}.")
+        position, velocity = member_array("position", position, (3,)), member_array("velocity", velocity, (3,))
+        if frame is not None:
+            frame = _frame(frame, position, velocity)
         primary, secondary = (
             body.state(attitude, time=time, frame=frame, **{name: vector})
             for body, attitude, vector in zip(self.bodies.values(), attitudes, vectors, strict=True)
         )
         mass = np.asarray(self.reduced_mass)[..., None]
-        return PairState(position, mass * member_array("velocity", velocity, (3,)), primary, secondary)
+        return PairState(position, mass * velocity, primary, secondary)
+
+    @checked
+    def state_on(
+        self,
+        orbit: Orbit,
+        attitudes: Sequence[Rotation | ArrayLike],
+        *,
+        omega_body: Sequence[ArrayLike] | None = None,
+        omega_space: Sequence[ArrayLike] | None = None,
+        angular_momentum_body: Sequence[ArrayLike] | None = None,
+        angular_momentum_space: Sequence[ArrayLike] | None = None,
+        time: Times = 0.0,
+        frame: Frame | Literal["orbit"] | None = None,
+    ) -> PairState:
+        """Return the state with the secondary where an orbit is at a time: its elements are the osculating ones.
+
+        Parameters
+        ----------
+        orbit : Orbit
+            Of the secondary about the primary, such as `KeplerOrbit(pair.mu, semimajor_axis=..., eccentricity=...)`.
+        attitudes, omega_body, omega_space, angular_momentum_body, angular_momentum_space, time, frame
+            As for `state`.
+
+        Raises
+        ------
+        ValueError
+            If `orbit.mu` is not G (m1 + m2) to 1e-9, or what `state` raises.
+
+        Examples
+        --------
+        >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+        >>> pair = pt.TwoBodies(ball, ball, G=1.0)
+        >>> orbit = pt.KeplerOrbit(pair.mu, semimajor_axis=4.0, eccentricity=0.5)
+        >>> pair.state_on(orbit, [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2).position
+        array([2., 0., 0.])
+        """
+        off = np.abs(np.asarray(orbit.mu) / np.asarray(self.mu) - 1)
+        if np.any(off > SAME_MU):
+            raise ValueError(
+                f"orbit must have mu = G (m1 + m2) = {np.ravel(self.mu)[0]:.10g}, got {np.ravel(orbit.mu)[0]:.10g}. "
+                "Write KeplerOrbit(pair.mu, ...)."
+            )
+        place = [np.stack(np.broadcast_arrays(*at(time)), axis=-1) for at in (orbit.position_at, orbit.velocity_at)]
+        given = {"omega_body": omega_body, "omega_space": omega_space}
+        given |= {
+            "angular_momentum_body": angular_momentum_body,
+            "angular_momentum_space": angular_momentum_space,
+        }
+        return self.state(place[0], place[1], attitudes, time=time, frame=frame, **given)
+
+    @checked
+    def synchronous(
+        self,
+        *,
+        primary_rate: AngularVelocity,
+        distance: Real | None = None,
+        period: Duration | None = None,
+        time: Times = 0.0,
+    ) -> PairState:
+        """Return the start of a circular orbit with a synchronous secondary, to second degree of their gravity.
+
+        The secondary is along the first space axis and moves along the second. The principal axes of both, from the
+        least moment to the largest, are along the space axes: long axes on the line of centres. The secondary turns
+        with the orbit, the primary at its own rate about its axis of the largest moment, which is normal to the orbit.
+        The orbit's rate w has w^2 = G (m1 + m2) / r^3 + 3 G / (2 mu r^5) (m1 (tr I2 - 3 A2) + m2 (tr I1 - 3 D)) with A2
+        the least moment of the secondary and D the mean of the two smaller moments of the primary.
+
+        Parameters
+        ----------
+        primary_rate : float
+            Radians per unit of time, in space.
+        distance, period : float
+            Exactly one of the two: of the centres of mass; of the orbit.
+        time : float
+
+        Examples
+        --------
+        >>> primary = pt.Body.from_ellipsoid(5.26e11, (394, 394, 290))
+        >>> pair = pt.TwoBodies(primary, pt.Body.from_ellipsoid(4.3e9, (87, 86, 58)))
+        >>> start = pair.synchronous(period=11.92 * 3600, primary_rate=2 * np.pi / (2.26 * 3600))
+        >>> start.position.round(1)
+        array([1188.2,    0. ,    0. ])
+        """
+        given = {"distance": distance, "period": period}
+        return self._circular(*circular_orbit(self, "synchronous", given, primary_turns=True), primary_rate, time)
+
+    @checked
+    def doubly_synchronous(
+        self,
+        *,
+        distance: Real | None = None,
+        period: Duration | None = None,
+        rate: AngularVelocity | None = None,
+        time: Times = 0.0,
+    ) -> PairState:
+        """Return the start of the circular orbit along which both bodies turn, to second degree of their gravity.
+
+        As `synchronous`, and the primary turns with the orbit too: D is its least moment. With gravity of the second
+        degree this is an exact solution, a relative equilibrium; with others it is near one.
+
+        Parameters
+        ----------
+        distance, period, rate : float
+            Exactly one of the three: of the centres of mass; of the orbit; its rate, radians per unit of time.
+        time : float
+
+        Examples
+        --------
+        >>> body = pt.Body.from_ellipsoid(1.0, (1.2, 1.0, 0.9))
+        >>> start = pt.TwoBodies(body, body, G=1.0).doubly_synchronous(distance=4.0)
+        >>> (start.secondary.angular_momentum_body / body.moments).round(4)  # by Kepler 0.1768
+        array([0.    , 0.    , 0.1803])
+        """
+        given = {"distance": distance, "period": period, "rate": rate}
+        r, w = circular_orbit(self, "doubly_synchronous", given, primary_turns=False)
+        return self._circular(r, w, w, time)
+
+    def _circular(self, distance: Array, rate: Array, primary_rate: ArrayLike, time: Times) -> PairState:
+        """Return the start in the plane of the first two axes with both bodies upright."""
+        shape = np.broadcast_shapes(np.shape(distance), np.shape(rate))
+        along, across, about = (np.broadcast_to(axis, (*shape, 3)) for axis in np.eye(3))
+        r, w, spin = (np.asarray(each)[..., None] for each in (distance, rate, primary_rate))
+        attitudes = [upright(body) for body in self.bodies.values()]
+        return self.state(r * along, r * w * across, attitudes, omega_space=[spin * about, w * about], time=time)
+
+    @checked
+    def kick(
+        self,
+        state: PairState,
+        delta_velocity: ArrayLike,
+        *,
+        on: str = "secondary",
+        frame: Frame | Literal["orbit"] | None = None,
+    ) -> PairState:
+        """Return the state after an impulse that changes the velocity of one of the bodies, such as an impact.
+
+        The relative velocity changes by the same, by its opposite if it is that of the primary. The rotations stay.
+
+        Parameters
+        ----------
+        state : PairState
+        delta_velocity : array (3,) or (members, 3)
+            Along the space axes, or along those of a frame.
+        on : {"secondary", "primary"}
+        frame : Frame or "orbit", optional
+            Axes of the change; "orbit": radial, transverse, normal.
+
+        Examples
+        --------
+        >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+        >>> pair = pt.TwoBodies(ball, ball, G=1.0)
+        >>> start = pair.state((2, 0, 0), (0, 1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2)
+        >>> pair.kick(start, (0, -0.1, 0)).momentum  # 0.9 times the reduced mass
+        array([0.  , 0.45, 0.  ])
+        """
+        if on not in BODIES:
+            raise ValueError(f"on must be 'primary' or 'secondary', got {on!r}.")
+        change = member_array("delta_velocity", delta_velocity, (3,)) * (1 if on == "secondary" else -1)
+        mass = np.asarray(self.reduced_mass)[..., None]
+        if frame is not None:
+            axes = _frame(frame, state.position, state.momentum / mass)
+            change = quat.rotate(axes.quaternion(state.time), change)
+        return PairState(state.position, state.momentum + mass * change, state.primary, state.secondary)
+
+
+def _frame(frame: Frame | str, position: Array, velocity: Array) -> Frame:
+    """Return the axes that are meant; those of the orbit as they are without forces that turn its plane."""
+    if frame == "orbit":
+        return RelativeOrbitFrame(lambda _: (position, velocity, np.zeros(3)))
+    if isinstance(frame, str):
+        raise ValueError(f'frame must be a Frame or "orbit", got {frame!r}.')
+    return checked_frame(frame)
 
 
 def _masses(primary: Body, secondary: Body) -> Array:
