@@ -3,6 +3,7 @@
 import json
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ def made_of(points):
 
 def gravity(pair, force, separation, attitudes):
     """Potential energy, force on the secondary and both torques, in space; of one state or of several."""
-    system = pt.System(pair, force)
+    system: Any = pt.System(pair, force)
     still = np.zeros((2, 3))
     state = pair.state(separation, np.zeros(3), attitudes, omega_body=still)
     load = system.load_at(system.at(state))

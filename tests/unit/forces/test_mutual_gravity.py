@@ -1,5 +1,7 @@
 """The gravity of two bodies: its symmetries, its check of bodies, what it says where it need not hold."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -26,7 +28,7 @@ def pair_of(first=POINTS, second=OTHERS, G=1.3):
 
 def gravity(pair, force, separation=SEPARATION, attitudes=ATTITUDES):
     """Potential energy, force on the secondary and both torques, these in space."""
-    system = pt.System(pair, force)
+    system: Any = pt.System(pair, force)
     state = pair.state(separation, np.zeros(3), attitudes, omega_body=np.zeros((2, 3)))
     load = system.load_at(system.at(state))
     pull, *torques = (np.array(list(v), dtype=float) for v in (load.force, *load.torques))
@@ -146,7 +148,7 @@ def test_the_truncation_of_two_degrees_is_that_of_their_terms():
     distance = 20 * sum(s.circumscribing_radius for s in (POINTS, OTHERS))
     pulls = []
     for force in (four, two):
-        system = pt.System(pair, force)
+        system: Any = pt.System(pair, force)
         still = np.zeros((2, 3))
         states = pair.state((distance, 0, 0), np.zeros(3), attitudes, omega_body=still)
         pulls.append(np.stack(list(system.load_at(system.at(states)).force)))
