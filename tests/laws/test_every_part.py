@@ -296,6 +296,10 @@ def attracted(part):
     return pt.System(BODY, part, pt.GravityGradient(CIRCLE))
 
 
+def names_of(part):
+    return [f"forces[0].{name}" for name, _ in part.number_names()]
+
+
 def displaced(system, state, x):
     """The state at tangent coordinates x from another one."""
     places = np.cumsum([6, *(values.size for values in state.own.values())])
@@ -317,7 +321,7 @@ def end(system, state, x):
 @each_part
 def test_state_transition_is_the_derivative_by_start_and_parameters(part):
     system = attracted(part)
-    state, names = started(system), [f"forces[0].{name}" for name, _ in part.number_names()]
+    state, names = started(system), names_of(part)
     found = pt.analysis.state_transition(system, state, [0.3, 1.7], names)
     k = 6 + part.size
     assert found.matrix.shape == (2, k, k)
@@ -337,10 +341,10 @@ def test_state_transition_is_the_derivative_by_start_and_parameters(part):
 
 @each_part
 def test_state_transition_goes_backwards_too(part):
-    system = attracted(part)
-    there = pt.analysis.state_transition(system, started(system), [1.7])
+    system, names = attracted(part), names_of(part)  # one kernel with the test above
+    there = pt.analysis.state_transition(system, started(system), [1.7], names)
     end = pt.propagate(system, started(system), [0.0, 1.7], dense=True)(1.7)
-    back = pt.analysis.state_transition(system, end, [0.0])
+    back = pt.analysis.state_transition(system, end, [0.0], names)
     np.testing.assert_allclose(back.matrix[0] @ there.matrix[0], np.eye(6 + part.size), rtol=0, atol=1e-13)
 
 
