@@ -85,7 +85,7 @@ SYSTEMS = {
     "part and forces": (LARGE, PARTS[1], GRAVITY, FORCES[1]),
     "long ellipse in comoving axes": (BODY, pt.GravityGradient(LONG)),
     "long ellipse in space axes": (BODY, pt.GravityGradient(LONG), GRAVITY),
-    "needle": (pt.Body((1.0, 1.0, 1e-9)), GRAVITY),
+    "needle": (pt.Body((1.0, 1.0, 1e-8)), GRAVITY),
     "spin-up": (BODY, Growth(2.5)),
     "spin-down": (BODY, Growth(-8.0)),
     "terms that cancel": (BODY, Cancelling(0.3)),

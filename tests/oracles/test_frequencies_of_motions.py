@@ -79,7 +79,7 @@ def assert_both_rates(motion, count, rtol):
 @pytest.mark.parametrize("moved", [pt.free_motion, lambda body, *rest: pt.propagate(pt.System(body), *rest)])
 def test_both_frequencies_of_free_rotation(moments, momentum, moved):
     body = pt.Body(moments)
-    motion = moved(body, body.state((1, 0, 0, 0), angular_momentum_body=momentum), np.linspace(0, 900, 2**14))
+    motion = moved(body, body.state((1, 0, 0, 0), angular_momentum_body=momentum), np.linspace(0, 900, 2**13))
     assert_both_rates(motion, count=5, rtol=2e-14)
 
 
@@ -92,7 +92,7 @@ def test_both_frequencies_near_the_separatrix(moments, off):
     momentum = (first * (1 - off), 2.0, 0.6)
     body = pt.Body(moments)
     start = body.state((1, 0, 0, 0), angular_momentum_body=momentum)
-    motion = pt.free_motion(body, start, np.linspace(0, 4000, 2**14))
+    motion = pt.free_motion(body, start, np.linspace(0, 4000, 2**13))
     assert_both_rates(motion, count=8, rtol=2e-14)
 
 

@@ -110,9 +110,14 @@ def test_sensitivity_is_the_derivative_by_parameters():
     assert found.parameters == tuple(PARAMETERS)
 
 
-def test_second_derivatives_leave_a_third_order_error():
+@pytest.fixture(scope="module")
+def found():
+    """The state transition of everything, with second derivatives by these three, too."""
     names = ["moments[0]", "eccentricity", "coefficient"]
-    found = pt.analysis.state_transition(everything(), state(everything()), T, names, order=2)
+    return pt.analysis.state_transition(everything(), state(everything()), T, names, order=2)
+
+
+def test_second_derivatives_leave_a_third_order_error(found):
     first = np.concatenate([found.matrix, found.sensitivity], axis=-1)
     direction = np.array([0.3, -0.2, 0.5, 0.4, -0.1, 0.2, 0.5, -0.3, 0.3])
     reference = ends(everything(), REST)
@@ -128,9 +133,8 @@ def test_second_derivatives_leave_a_third_order_error():
 
 
 @pytest.mark.parametrize("pair", [(0, 0), (1, 2), (0, 4), (3, 5), (6, 6), (1, 6), (4, 7), (7, 7), (6, 7)])
-def test_each_second_derivative(pair):
-    names, h, a, b = ["moments[0]", "eccentricity"], 4e-3, *(np.eye(8)[i] for i in pair)
-    found = pt.analysis.state_transition(everything(), state(everything()), T, names, order=2)
+def test_each_second_derivative(pair, found):
+    h, a, b = 4e-3, *(np.eye(8)[i] for i in pair)
     reference = ends(everything(), REST)
 
     def at(x):
