@@ -13,7 +13,7 @@ import poinsot as pt
 from oracles import ellipsoid_pairs as oracle
 from poinsot.forces import MutualGravity, MutualHarmonics, MutualMascons
 
-STATIC = json.loads((Path(__file__).parent / "two_body_cases.json").read_text())["static"]
+STATIC = json.loads((Path(__file__).parent / "pair_cases.json").read_text())["static"]
 CASES = [(case, name) for case in STATIC for name in case["values"]]
 
 
