@@ -18,7 +18,7 @@ from poinsot.engine.dense_output import DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.legs import Legs
 from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Status
-from poinsot.engine.lowering import Program
+from poinsot.engine.lowering import Program, Special
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.roots import set_roots
@@ -36,6 +36,9 @@ SLAB_BYTES = 16_000_000
 LARGEST = 2500
 """Operations of a decomposition above which the looped kernel compiles for many seconds."""
 
+LARGEST_WITH_ZEROS = 4 * LARGEST
+"""Operations of which those that are left beside constants that are zero may be few enough."""
+
 NONE = np.empty(0, dtype=int)
 
 UNDER_WAY, DONE, PAUSED = int(Status.UNDER_WAY), int(Status.DONE), int(Status.PAUSED)
@@ -52,9 +55,25 @@ def program_of(job: Job) -> Program | None:
         return None
     if job.device == "cpu" and not looped_kernel.available():
         return None
-    program = kernels.looped_program(job.problem.between_knots(), job.variables, LARGEST)
-    switches = job.problem.knots.size or (program is not None and program.decomposition.conditions)
-    return None if job.device == "cuda" and switches else program
+    program = kernels.looped_program(job.problem.between_knots(), job.variables, LARGEST_WITH_ZEROS)
+    if program is None or (job.device == "cuda" and (job.problem.knots.size or program.decomposition.conditions)):
+        return None
+    if program.decomposition.size > LARGEST:
+        special, _ = _special(job, program, program.constants(_numbers_of(job, job.problem.between_knots())))
+        return program if special.program.decomposition.size <= LARGEST else None
+    return program
+
+
+def _numbers_of(job: Job, problem: Problem) -> list[Any]:
+    return [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *problem.numbers)]
+
+
+def _special(job: Job, program: Program, constants: Sequence[Any]) -> tuple[Special, tuple[Any, ...]]:
+    """Return the program without what multiplies constants that are zero, and its key."""
+    smooth = job.problem.between_knots()
+    zeros = program.zeros(constants) if smooth is job.problem else ()
+    key = smooth.structure, job.variables.structure, job.device, zeros
+    return kernels.known(key, lambda: program.without(zeros)), key
 
 
 class LoopedRun(Run):
@@ -75,16 +94,14 @@ class LoopedRun(Run):
         super().__init__(*given)
         job, self._lock = self.job, Lock()
         smooth = job.problem.between_knots()
-        self._numbers, self._constants = self._numbers_of(smooth), program.constants
-        structure = smooth.structure, job.variables.structure, job.device
+        self._numbers, self._constants = _numbers_of(job, smooth), program.constants
         constants = program.constants(self._numbers)
-        zeros = program.zeros(constants) if smooth is job.problem else ()
-        self.program, self._values = kernels.known((*structure, zeros), lambda: program.without(zeros))
+        (self.program, self._values), key = _special(job, program, constants)
         self.one = not self.state.time.ndim
         order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
         layout: Layout = "single" if self.one else "batch"
         lanes = 1 if self.one else kernels.LANES
-        kind = *structure, zeros, order, layout, lanes
+        kind = *key, order, layout, lanes
         self.code: Code = kernels.known(kind, lambda: self._compiled(order, layout, lanes))
         self.parameters = self._table(self._values([*constants, *self._numbers]), self._numbers)
         self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale).reshape(-1)
@@ -101,10 +118,6 @@ class LoopedRun(Run):
         places = np.arange(variables.size)[variables.momenta].tolist()
         return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS)
 
-    def _numbers_of(self, problem: Problem) -> list[Any]:
-        variables = self.job.variables
-        return [np.longdouble(x) for x in (variables.scale, *variables.factors, *problem.numbers)]
-
     def _table(self, columns: Sequence[Any], numbers: list[Any], members: Any = slice(None)) -> Array:
         """Return the parameters of members at their start, shape (n, parameters), from their values."""
         starts, origins = self.starts[members], self.origins[members]
@@ -119,7 +132,7 @@ class LoopedRun(Run):
 
     def parameters_around(self, times: Array, members: NDArray[np.int_]) -> Array:
         """Return the parameters of members, shape (n, parameters), between the knots around times."""
-        around = self._numbers_of(self.job.problem.between_knots(times))
+        around = _numbers_of(self.job, self.job.problem.between_knots(times))
         own = [x[members] if y.ndim else x for x, y in zip(around, self._numbers, strict=True)]
         return self._table(self._values([*self._constants(own), *own]), own, members)
 
