@@ -33,8 +33,8 @@ class MutualMascons(Potential):
     ----------
     primary_masses, secondary_masses : array (n,)
         In the unit of the masses. A hole is a negative mass.
-    primary_positions, secondary_positions : array (n, 3), axes of each body
-        From its centre of mass, in the unit of the separation.
+    primary_positions, secondary_positions : array (n, 3), body axes
+        Of each from its centre of mass, in the unit of the separation.
 
     Raises
     ------
