@@ -9,6 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.algebra.program import ruled
 from poinsot.errors import real_numbers
 from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import refuse_other_inertia
@@ -79,7 +80,7 @@ class MasconGravity(Potential):
         inverse = instant.inverse_distance(self.orbit)
         away = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
         terms = [
-            mass * beyond_the_first(functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
+            mass * _beyond_the_first(functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
             for mass, x in zip(self.masses, self.positions, strict=True)
         ]
         return inverse * -self.orbit.mu * paired_sum(terms)
@@ -89,3 +90,8 @@ class MasconGravity(Potential):
         own = inertia_of_points("positions", self.masses, self.positions)
         hint = "Body.from_point_masses(masses, positions) has the right one."
         refuse_other_inertia("masses and positions", own, body.inertia, body, hint)
+
+
+def _beyond_the_first(x: Scalar) -> Scalar:
+    value, slope = beyond_the_first(x)
+    return ruled(value, (x,), lambda _: slope)

@@ -105,20 +105,29 @@ class MutualMascons(Potential):
     def energy(self, instant: Any) -> Scalar:
         ones, others = (list(zip(*each, strict=True)) for each in self.sets.values())
         first, second = instant.attitudes
-        inverse = 1 / instant.distance
-        size, towards = inverse * inverse, inverse * inverse * instant.separation
-        near, far, rows = first.to_body(towards), second.to_body(towards), _rows(second, first)
-        behind = [size * functions.dot(x, x) - 2 * functions.dot(near, x) for _, x in ones]
-        ahead = [size * functions.dot(y, y) + 2 * functions.dot(far, y) for _, y in others]
-        turned = [Vector(2 * size * functions.dot(row, y) for row in rows) for _, y in others]
-        terms = [  # |r + y - x|^2 = r^2 (1 + a + b - 2 x . y / r^2)
-            m * n * beyond_the_first(a + b - functions.dot(x, y))
+        inverse, separation = 1 / instant.distance, instant.separation
+        near, far, rows = first.to_body(separation), second.to_body(separation), _rows(second, first)
+        behind = [functions.dot(x, x) - 2 * functions.dot(near, x) for _, x in ones]
+        ahead = [functions.dot(y, y) + 2 * functions.dot(far, y) for _, y in others]
+        turned = [Vector(2 * functions.dot(row, y) for row in rows) for _, y in others]
+        terms = [  # |r + y - x|^2 = r^2 + a + b - 2 x . y
+            m * n * _beyond_the_first(inverse, a + b - functions.dot(x, y))
             for (m, x), a in zip(ones, behind, strict=True)
             for (n, _), b, y in zip(others, ahead, turned, strict=True)
         ]
         (first_mass, first_spread), (second_mass, second_spread) = map(_zeroth_and_second, self.sets.values())
-        linear = first_mass * second_mass - 0.5 * size * (first_mass * second_spread + second_mass * first_spread)
-        return -instant.pair.G * inverse * (linear + paired_sum(terms))
+        spread = first_mass * second_spread + second_mass * first_spread
+        linear = inverse * (first_mass * second_mass - 0.5 * inverse * inverse * spread)
+        return -instant.pair.G * (linear + paired_sum(terms))
+
+
+def _beyond_the_first(inverse: Scalar, excess: Scalar) -> Scalar:
+    """Return 1 / sqrt(r^2 + e) - 1 / r + e / (2 r^3) of 1 / r and e."""
+    u, size = number(inverse), number(inverse) * number(inverse)
+    x = number(excess) * size
+    value, slope = beyond_the_first(x)
+    slopes = 1.5 * x - 2 * slope, size * u * slope
+    return ruled(u * value, (inverse, excess), slopes.__getitem__)
 
 
 def _zeroth_and_second(points: tuple[Any, Any]) -> tuple[Scalar, Scalar]:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.algebra.program import ruled
 from poinsot.functions import Scalar
 
 __all__ = ["beyond_the_first", "inertia_of_points", "paired_sum"]
@@ -34,12 +33,11 @@ def inertia_of_points(name: str, masses: Any, positions: Any) -> Array:
     return np.asarray(np.trace(products, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - products)
 
 
-def beyond_the_first(x: Scalar) -> Scalar:
-    """Return 1 / sqrt(1 + x) - 1 + x / 2 as a product, whose digits no small x takes away; so is its slope."""
+def beyond_the_first(x: Scalar) -> tuple[Scalar, Scalar]:
+    """Return 1 / sqrt(1 + x) - 1 + x / 2 and its slope, products whose digits no small x takes away."""
     root = functions.sqrt(1 + x)
     step, inverse = x / (1 + root), 1 / root  # step = root - 1
-    slope = 0.5 * (step * inverse) * (1 + inverse + inverse * inverse)
-    return ruled(step * step * (0.5 + inverse), (x,), lambda _: slope)
+    return step * step * (0.5 + inverse), 0.5 * (step * inverse) * (1 + inverse + inverse * inverse)
 
 
 def paired_sum(terms: list[Scalar]) -> Scalar:
