@@ -4,7 +4,9 @@ from .chaos import ChaosIndicators, LyapunovSpectrum, chaos_indicators, lyapunov
 from .continuation import Bifurcation, Branch, continue_motion
 from .equilibrium import Equilibrium, equilibria
 from .free_rotation import FreeRotation
+from .libration import Librations, librations
 from .line_spectrum import LineSpectrum, diffusion, frequencies
+from .mutual_orbit import Revolutions, apsidal_precession, revolutions
 from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from .sections import Section, andoyer_section, section, spin_orbit_section
 from .transition_matrix import StateTransition, state_transition
@@ -16,20 +18,25 @@ __all__ = [
     "ChaosIndicators",
     "Equilibrium",
     "FreeRotation",
+    "Librations",
     "LineSpectrum",
     "LyapunovSpectrum",
     "PeriodicMotion",
+    "Revolutions",
     "Section",
     "StateTransition",
     "andoyer_section",
+    "apsidal_precession",
     "cassini_state",
     "chaos_indicators",
     "continue_motion",
     "diffusion",
     "equilibria",
     "frequencies",
+    "librations",
     "lyapunov_spectrum",
     "periodic_motion",
+    "revolutions",
     "section",
     "spin_orbit_section",
     "state_transition",

@@ -211,6 +211,12 @@ class PairSystem(System, of=TwoBodies):
             total = [x + y for x, y in zip(total, (Vector(load.force), *torques), strict=True)]
         return Load(total[0], (total[1], total[2]))
 
+    def acceleration(self, state: PairState, environment: Environment | None = None) -> NDArray[np.float64]:
+        """Return that of the secondary relative to the primary at a state, space axes; shape (..., 3)."""
+        twin = self.beside(state.shape)
+        force = twin.load_at(twin.at(state, environment)).force
+        return np.stack([np.broadcast_to(x / twin.pair.reduced_mass, state.shape) for x in force], axis=-1)
+
     @staticmethod
     def derived_load(energy: Any, instant: PairInstant) -> tuple[Vector, Vector, Vector]:
         """Return force and torques of an energy, a function of an instant: its derivatives."""

@@ -1,5 +1,6 @@
 """The public names of poinsot.orbits, by the module of each, as `make face` writes them."""
 
+from .elements import OsculatingElements, osculating_elements
 from .ephemeris import Ephemeris
 from .escape import EscapeOrbit
 from .fixed import FixedPosition
@@ -17,10 +18,12 @@ __all__ = [
     "FixedPosition",
     "KeplerOrbit",
     "LagrangePointPath",
+    "OsculatingElements",
     "PrecessingOrbit",
     "RotatingPosition",
     "ThreeBodyPath",
     "orbit_sum",
+    "osculating_elements",
     "planet_orbit",
     "two_body_orbit",
 ]

@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array, refuse_nonpositive, refuse_zero
 
-__all__ = ["Passage", "passage"]
+__all__ = ["Passage", "passage", "passages"]
+
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Passage:
-    """A body on its orbit at one instant.
+    """A body on its orbit at one instant, or arrays of them.
 
     Attributes
     ----------
@@ -31,23 +33,23 @@ class Passage:
         Radians; the node of an orbit in the equator is at zero.
     """
 
-    mu: float
-    distance: float
-    energy: float
-    climb: float
-    e_cos: float
-    e_sin: float
-    parameter: float
-    inclination: float
-    node: float
-    latitude: float
+    mu: Any
+    distance: Any
+    energy: Any
+    climb: Any
+    e_cos: Any
+    e_sin: Any
+    parameter: Any
+    inclination: Any
+    node: Any
+    latitude: Any
 
     @property
-    def eccentricity(self) -> float:
+    def eccentricity(self) -> Any:
         """The length of the eccentricity vector."""
-        return float(np.hypot(self.e_cos, self.e_sin))
+        return np.hypot(self.e_cos, self.e_sin)
 
-    def plane(self, true_anomaly: float) -> dict[str, float]:
+    def plane(self, true_anomaly: Any) -> dict[str, Any]:
         """Return the three angles of the plane and of the periapsis in it."""
         periapsis = self.latitude - true_anomaly
         return {"inclination": self.inclination, "node": self.node, "argument_of_periapsis": periapsis}
@@ -65,23 +67,31 @@ def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
     r, v = real_array("position", position, (3,)), real_array("velocity", velocity, (3,))
     refuse_nonpositive("mu", mu)
     refuse_zero("position", r, "The body would be at the attractor.")
-    distance, h = float(np.linalg.norm(r)), np.cross(r, v)
-    size = float(np.linalg.norm(h))
-    if not size > 1e-12 * distance * float(np.linalg.norm(v)):
+    if not np.linalg.norm(np.cross(r, v)) > 1e-12 * np.linalg.norm(r) * np.linalg.norm(v):
         raise ValueError("position and velocity must span a plane, but they are parallel.")
+    return passages(mu, r, v)
+
+
+def passages(mu: Any, r: Array, v: Array) -> Passage:
+    """Return what positions and velocities, space axes, shapes (..., 3), say about orbits."""
+    h = np.cross(r, v)
+    distance, size = np.sqrt(np.vecdot(r, r)), np.sqrt(np.vecdot(h, h))
     p = size * size / mu
     # e cos f and e sin f from the distance and the radial speed: exact zeros on a circle stay zeros.
-    e_cos, e_sin = float(h @ h / (mu * distance) - 1), size * float(r @ v) / (mu * distance)
-    energy = float(v @ v / 2 - mu / distance)
-    return Passage(mu, distance, energy, float(r @ v), e_cos, e_sin, p, *_orientation(r / distance, h / size))
+    climb = np.vecdot(r, v)
+    e_cos, e_sin = np.vecdot(h, h) / (mu * distance) - 1, size * climb / (mu * distance)
+    energy = np.vecdot(v, v) / 2 - mu / distance
+    orientation = _orientation(r / distance[..., None], h / size[..., None])
+    return Passage(mu, distance, energy, climb, e_cos, e_sin, p, *orientation)
 
 
-def _orientation(radial: NDArray[np.float64], normal: NDArray[np.float64]) -> tuple[float, float, float]:
+def _orientation(radial: Array, normal: Array) -> tuple[Any, Any, Any]:
     """Return inclination, node and argument of latitude."""
-    normal = normal - (normal @ radial) * radial  # of vectors nearly parallel their product has lost digits
-    normal /= np.linalg.norm(normal)
-    across = float(np.hypot(normal[0], normal[1]))
-    node = float(np.arctan2(normal[0], -normal[1])) if across > 0 else 0.0
-    along_node = np.array([np.cos(node), np.sin(node), 0.0])
-    latitude = float(np.arctan2(radial @ np.cross(normal, along_node), radial @ along_node))
-    return float(np.arctan2(across, normal[2])), node, latitude
+    # of vectors nearly parallel their product has lost digits
+    normal = normal - np.vecdot(normal, radial)[..., None] * radial
+    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    across = np.hypot(normal[..., 0], normal[..., 1])
+    node = np.where(across > 0, np.arctan2(normal[..., 0], -normal[..., 1]), 0.0)[()]
+    along_node = np.stack([np.cos(node), np.sin(node), 0 * node], axis=-1)
+    latitude = np.arctan2(np.vecdot(radial, np.cross(normal, along_node)), np.vecdot(radial, along_node))
+    return np.arctan2(across, normal[..., 2]), node, latitude

@@ -12,13 +12,16 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState, Phase, State, refused
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES
+from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation.dataset import COLUMNS, OF_TWO
 from poinsot.propagation.trajectory import Method, Trajectory
+from poinsot.quantities import Times
 
 __all__ = ["PairTrajectory", "trajectory_class"]
 
@@ -73,6 +76,13 @@ class PairTrajectory(Trajectory):
         return np.asarray(self.momentum / (mass[:, None, None] if mass.ndim else mass))
 
     @property
+    def acceleration(self) -> Array:
+        """The acceleration of the secondary relative to the primary, space axes; shape (n, 3)."""
+        state: Any = self._state
+        with np.errstate(invalid="ignore"):
+            return self.system.acceleration(state, self.environment)
+
+    @property
     def distance(self) -> Array:
         """The distance of the centres of mass; shape (n,)."""
         return np.asarray(np.linalg.norm(self.position, axis=-1))
@@ -81,6 +91,29 @@ class PairTrajectory(Trajectory):
     @override
     def of_bodies(self) -> dict[str, Trajectory]:
         return {body: self._of(body) for body in BODIES}
+
+    @property
+    def elements(self) -> OsculatingElements:
+        """The osculating elements of the secondary's orbit at all times, with the parameter G (m1 + m2)."""
+        mu = np.asarray(self.system.pair.mu)
+        mu = mu[:, None] if mu.ndim else mu
+        return osculating_elements(mu, position=self.position, velocity=self.velocity)
+
+    @property
+    def orbit_frame(self) -> Frame:
+        """The axes radial (from primary to secondary), transverse and normal, at the times or with dense output at any.
+
+        `motion.secondary.relative_to(motion.orbit_frame)` is the attitude and the rate relative to the orbit.
+        """
+        return RelativeOrbitFrame(self._moving)
+
+    def _moving(self, time: Times) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration at the times of the motion, or at others by dense output."""
+        if np.array_equal(np.asarray(time), self.times):
+            return self.position, self.velocity, self.acceleration
+        state: Any = self(time)
+        velocity = state.momentum / np.asarray(self.system.pair.reduced_mass)
+        return state.position, velocity, self.system.acceleration(state)
 
     @property
     def primary(self) -> Trajectory:

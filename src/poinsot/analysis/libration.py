@@ -1,0 +1,111 @@
+"""How one of two bodies turns relative to their orbit: yaw, pitch and roll of its principal axes."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.algebra import quaternion as quat
+from poinsot.checked import checked
+from poinsot.html_text import Summarized, told
+from poinsot.mechanics.circular_pair import upright
+from poinsot.mechanics.euler import angles_from_quaternion
+from poinsot.mechanics.two_bodies import BODIES
+from poinsot.propagation.pair_trajectory import PairTrajectory
+
+__all__ = ["Librations", "librations"]
+
+Array = NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Librations(Summarized):
+    """The angles of the principal axes of a body relative to the axes radial, transverse and normal of its orbit.
+
+    Yaw about the normal, then pitch about the second axis, then roll about the long one lead there; all are zero where
+    the long axis, of the least moment, is on the line of centres and the short one, of the largest, is normal to the
+    orbit. Of the four ways to name the ends of the axes it is the one nearest to that at the first time. Radians; of an
+    ensemble every array has the members as its first axis.
+
+    Attributes
+    ----------
+    times : array (n,)
+    yaw, roll : array (n,)
+        In (-pi, pi]. The yaw is the libration in longitude: the angle of the long axis in the plane of the orbit.
+    pitch : array (n,)
+        In [-pi/2, pi/2]: the long axis is below the plane of the orbit.
+    """
+
+    times: Array
+    yaw: Array
+    pitch: Array
+    roll: Array
+
+    @property
+    def misalignment(self) -> Array:
+        """The angle between the long axis and the line of centres, in [0, pi/2]; shape (n,)."""
+        along = np.abs(np.cos(self.yaw) * np.cos(self.pitch))
+        return np.asarray(np.arctan2(np.hypot(np.sin(self.yaw) * np.cos(self.pitch), np.sin(self.pitch)), along))
+
+    @property
+    def amplitude(self) -> Any:
+        """Half the range of the yaw."""
+        return (np.fmax.reduce(self.yaw, axis=-1) - np.fmin.reduce(self.yaw, axis=-1)) / 2
+
+    @property
+    def tumbles(self) -> Any:
+        """Whether yaw or roll exceeds a right angle at one of the times: it loses its side or its pole."""
+        return np.any((np.abs(self.yaw) > np.pi / 2) | (np.abs(self.roll) > np.pi / 2), axis=-1)
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return "Librations", {
+            "yaw": told(self.yaw, "rad"),
+            "pitch": told(self.pitch, "rad"),
+            "roll": told(self.roll, "rad"),
+            "tumbles": told(self.tumbles),
+        }
+
+
+@checked
+def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
+    """Return yaw, pitch and roll of one of two bodies relative to their orbit.
+
+    The free frequencies of a libration are lines of these angles: `pt.analysis.frequencies(found.yaw, found.times)`.
+
+    Parameters
+    ----------
+    motion : PairTrajectory
+        One or an ensemble.
+    body : {"secondary", "primary"}
+
+    Examples
+    --------
+    >>> primary, long = pt.Body((0.4, 0.4, 0.4), mass=1.0), pt.Body((1.0e-6, 1.2e-6, 1.5e-6), mass=1e-5)
+    >>> pair = pt.TwoBodies(primary, long, G=1.0)
+    >>> turned = (np.cos(0.05), 0, 0, np.sin(0.05))
+    >>> start = pair.state((4, 0, 0), (0, 0.5, 0), [turned] * 2, omega_body=[(0, 0, 0)] * 2, frame="orbit")
+    >>> motion = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, np.linspace(0, 400, 801))
+    >>> found = pt.analysis.librations(motion)
+    >>> found.amplitude.round(3), found.tumbles
+    (np.float64(0.121), np.False_)
+    """
+    if body not in BODIES:
+        raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
+    relative = getattr(motion, body).relative_to(motion.orbit_frame).quaternion
+    axes = upright(motion.system.pair.bodies[body])
+    axes = axes[:, None, :] if axes.ndim > 1 else axes
+    principal = quat.product(relative, quat.conjugate(axes))
+    # a half turn about the axis k exchanges the real part with the component k
+    nearest = np.argmax(np.abs(principal[..., :1, :]), axis=-1, keepdims=True)
+    turned = quat.product(principal, np.eye(4)[nearest[..., 0]])
+    yaw, pitch, roll = np.moveaxis(angles_from_quaternion(turned, "321"), -1, 0)
+    return Librations(motion.times, _wrapped(yaw), pitch, _wrapped(roll))
+
+
+def _wrapped(angle: Array) -> Array:
+    return np.asarray(np.pi - np.mod(np.pi - angle, 2 * np.pi))

@@ -1,0 +1,97 @@
+"""Osculating elements: those of the two-body orbit that goes on from a position with a velocity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from typing_extensions import override
+
+from poinsot.checked import checked
+from poinsot.errors import refuse_nonpositive
+from poinsot.html_text import Summarized, told
+from poinsot.orbits.from_cartesian import passages
+from poinsot.quantities import Real
+
+__all__ = ["OsculatingElements", "osculating_elements"]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class OsculatingElements(Summarized):
+    """The elements of the two-body orbits that go on from positions and velocities; arrays of their shape, radians.
+
+    Attributes
+    ----------
+    mu : float
+        The gravitational parameter.
+    semimajor_axis : array
+        Negative for a hyperbola.
+    eccentricity, inclination, node, argument_of_periapsis, true_anomaly : array
+        As of a `KeplerOrbit`; angles in (-pi, pi], but for the argument, which is less the anomaly.
+
+    Examples
+    --------
+    >>> found = pt.orbits.osculating_elements(1.0, position=(2, 0, 0), velocity=(0, 0.5, 0))
+    >>> found.semimajor_axis.round(4), found.eccentricity.round(4), found.true_anomaly.round(4)
+    (np.float64(1.3333), np.float64(0.5), np.float64(3.1416))
+    """
+
+    mu: Any
+    semimajor_axis: Any
+    eccentricity: Any
+    inclination: Any
+    node: Any
+    argument_of_periapsis: Any
+    true_anomaly: Any
+
+    @property
+    def longitude_of_periapsis(self) -> Any:
+        """Node plus argument of periapsis, the angle to the periapsis at small inclinations; in (-pi, pi]."""
+        return np.pi - np.mod(np.pi - self.node - self.argument_of_periapsis, 2 * np.pi)
+
+    @property
+    def period(self) -> Any:
+        """That of the osculating ellipse; NaN for other orbits."""
+        with np.errstate(invalid="ignore"):
+            return 2 * np.pi * np.sqrt(self.semimajor_axis**3 / self.mu)
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return "Osculating elements", {
+            "semimajor axis": told(self.semimajor_axis),
+            "eccentricity": told(self.eccentricity),
+            "inclination": told(self.inclination, "rad"),
+            "node": told(self.node, "rad"),
+            "argument of periapsis": told(self.argument_of_periapsis, "rad"),
+            "true anomaly": told(self.true_anomaly, "rad"),
+        }
+
+
+@checked
+def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -> OsculatingElements:
+    """Return the elements of the two-body orbits through positions with velocities.
+
+    Parameters
+    ----------
+    mu : float or array
+        Gravitational parameter, length cubed over time squared.
+    position, velocity : array (..., 3)
+        Relative to the attractor, space axes. Rows of NaN give NaN.
+
+    Examples
+    --------
+    >>> times = np.linspace(0, 3, 4)
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=2.0, eccentricity=0.3, node=0.4, inclination=0.1)
+    >>> place, speed = (np.stack(at(times), axis=-1) for at in (orbit.position_at, orbit.velocity_at))
+    >>> pt.orbits.osculating_elements(1.0, position=place, velocity=speed).eccentricity.round(12)
+    array([0.3, 0.3, 0.3, 0.3])
+    """
+    refuse_nonpositive("mu", mu)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        here = passages(np.asarray(mu), np.asarray(position, dtype=float), np.asarray(velocity, dtype=float))
+        anomaly = np.arctan2(here.e_sin, here.e_cos)
+        argument = here.latitude - anomaly
+        axis = -here.mu / (2 * here.energy)
+    return OsculatingElements(here.mu, axis, here.eccentricity, here.inclination, here.node, argument, anomaly)
