@@ -1,6 +1,7 @@
 """The public names of poinsot.events, by the module of each, as `make face` writes them."""
 
 from .impact import Impact
+from .pair_events import Contact, DistanceCrossing, LibrationExtreme, PairApsis
 from .standard_events import AndoyerCrossing, Apsis, AtTime, AttractorCrossing, AxisCrossing, RateCrossing, SpinFlip
 
 __all__ = [
@@ -9,7 +10,11 @@ __all__ = [
     "AtTime",
     "AttractorCrossing",
     "AxisCrossing",
+    "Contact",
+    "DistanceCrossing",
     "Impact",
+    "LibrationExtreme",
+    "PairApsis",
     "RateCrossing",
     "SpinFlip",
 ]

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from poinsot.events.standard_events import AtTime
 from poinsot.mechanics.state import State
-from poinsot.mechanics.two_bodies import BODIES
+from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.quantities import SpaceVector
 
 __all__ = ["Impact"]
@@ -25,7 +25,7 @@ class Impact(AtTime):
     time : float
     delta_velocity : array (3,)
         Of the body; length over time.
-    on : {"secondary", "primary"}
+    body : {"secondary", "primary"}
     axes : {"space", "orbit"}
         Those of the change; "orbit": radial, transverse, normal.
 
@@ -46,17 +46,17 @@ class Impact(AtTime):
     """
 
     delta_velocity: SpaceVector
-    on: str = field(default="secondary", kw_only=True)
+    body: str = field(default="secondary", kw_only=True)
     axes: str = field(default="space", kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, value, known in (("on", self.on, BODIES), ("axes", self.axes, AXES)):
-            if value not in known:
-                raise ValueError(f"{name} must be {known[0]!r} or {known[1]!r}, got {value!r}.")
+        check_name_of_body(self.body)
+        if self.axes not in AXES:
+            raise ValueError(f"axes must be 'space' or 'orbit', got {self.axes!r}.")
 
     @override
     def act(self, body: Any, state: Any) -> State:
         frame = "orbit" if self.axes == "orbit" else None
-        after: State = body.kick(state, self.delta_velocity, on=self.on, frame=frame)
+        after: State = body.kick(state, self.delta_velocity, on=self.body, frame=frame)
         return after

@@ -10,7 +10,7 @@ from poinsot import functions
 from poinsot.functions import Vector
 from poinsot.mechanics.force import Load, PairLoad
 from poinsot.mechanics.parameters import NotNegative, Positive
-from poinsot.mechanics.two_bodies import BODIES
+from poinsot.mechanics.two_bodies import BODIES, check_name_of_body
 
 __all__ = ["LibrationDamping", "TidalFriction"]
 
@@ -26,8 +26,7 @@ class Friction(PairLoad):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.body not in BODIES:
-            raise ValueError(f"body must be 'primary' or 'secondary', got {self.body!r}.")
+        check_name_of_body(self.body)
 
     def _load(self, instant: Any, across: Any, along: Any) -> Load:
         """Return the load of a force -across (v - omega x r) - along (r.v) r, where v and r are of the separation."""

@@ -10,11 +10,14 @@ from abc import ABC, abstractmethod
 from dataclasses import field
 from typing import Any
 
+from typing_extensions import override
+
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import PairState, State
+from poinsot.mechanics.two_bodies import check_name_of_body
 
 __all__ = ["Event"]
 
@@ -83,3 +86,48 @@ class Event(Parametric, ABC):
     def acts(self) -> bool:
         """Whether the event changes the state."""
         return type(self).act is not Event.act
+
+    def check_start(self, instant: Instant) -> None:
+        """Raise a ValueError if a motion must not begin where it does: an instant of arrays, if there are members."""
+
+    def on(self, body: str) -> Event:
+        """Return the same event of one of two bodies, "primary" or "secondary"."""
+        return EventOn(self, body, direction=self.direction, terminal=self.terminal)
+
+
+class EventOn(Event):
+    """An event of one body at one of two; made by `event.on("secondary")`."""
+
+    event: Event
+    body: str
+
+    def __post_init__(self) -> None:
+        check_name_of_body(self.body)
+        super().__post_init__()
+
+    @override
+    def __repr__(self) -> str:
+        return f"{self.event!r}.on({self.body!r})"
+
+    @override
+    def value(self, instant: Any) -> Scalar:
+        return self.event.value(getattr(instant, self.body))
+
+    @override
+    def condition(self, instant: Any) -> Scalar:
+        return self.event.condition(getattr(instant, self.body))
+
+    @override
+    def check_start(self, instant: Any) -> None:
+        self.event.check_start(getattr(instant, self.body))
+
+    @override
+    def act(self, body: Any, state: Any) -> State:
+        each = state.of_bodies
+        each[self.body] = self.event.act(body.bodies[self.body], each[self.body])
+        return PairState(state.position, state.momentum, **each)
+
+    @property
+    @override
+    def acts(self) -> bool:
+        return self.event.acts

@@ -21,6 +21,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.two_bodies import check_name_of_body
 
 __all__ = ["Load", "PairLoad", "Potential", "Torque"]
 
@@ -139,8 +140,7 @@ class _On(Force):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.body not in ("primary", "secondary"):
-            raise ValueError(f"body must be 'primary' or 'secondary', got {self.body!r}.")
+        check_name_of_body(self.body)
 
     @override
     def __repr__(self) -> str:

@@ -76,6 +76,16 @@ class PairInstant(Instant):
     def attitude(self) -> Any:
         raise AttributeError(_of_one("attitude"))
 
+    @property
+    @override
+    def omega_body(self) -> Any:
+        raise AttributeError(_of_one("omega_body"))
+
+    @property
+    @override
+    def angular_momentum_body(self) -> Any:
+        raise AttributeError(_of_one("angular_momentum_body"))
+
     @functools.cached_property
     def primary(self) -> Instant:
         """The primary: as one body, where orbits refer to its own centre of mass."""

@@ -38,6 +38,12 @@ GRAVITATIONAL_CONSTANT = 6.6743e-11
 """m^3 / (kg s^2), CODATA 2018."""
 
 
+def check_name_of_body(body: str) -> None:
+    """Raise a ValueError if a name is not that of one of the two."""
+    if body not in BODIES:
+        raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
+
+
 class TwoBodies(Parametric):
     """Two rigid bodies that attract each other, such as a binary asteroid.
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
+from poinsot.engine.problem import Problem
 from poinsot.engine.runs import allowed_threads
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
@@ -18,6 +19,7 @@ from poinsot.mechanics.system import System
 __all__ = [
     "broadcast_members",
     "check_span",
+    "check_starts",
     "checked_device",
     "checked_formulation",
     "checked_threads",
@@ -68,6 +70,15 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
                 f"{name} must lie within the span of the orbits, [{first!r}, {last!r}], got "
                 f"{float(outside[0])!r}.{hint}"
             )
+
+
+def check_starts(problem: Problem, state: State) -> None:
+    """Let each event refuse a start."""
+    if problem.events:
+        twin = problem.beside(state.shape)
+        instant = twin.system.at(state)
+        for event in twin.events:
+            event.check_start(instant)
 
 
 def members_of(system: Collection, state: State) -> tuple[int, ...]:

@@ -18,6 +18,7 @@ from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
     check_span,
+    check_starts,
     checked_device,
     checked_formulation,
     checked_threads,
@@ -106,6 +107,7 @@ def propagate(
     if members:
         _check_single(dense, precision)
         state = broadcast_members(state, members)
+    check_starts(problem, state)
     variables = kernels.state_vector(problem, state, chosen, precision)
     where = checked_device(device)
     cores = checked_threads(threads) if members else 1

@@ -136,7 +136,7 @@ def test_an_impact_changes_the_orbit_and_no_rotation():
 def test_an_impact_on_the_way_is_a_kick_between_two_runs(on):
     start, system = PAIR.synchronous(distance=4.0, primary_rate=2.0), pt.System(PAIR, GRAVITY)
     change = np.array([0.002, -0.01, 0.003])
-    events = [pt.events.Impact(3.0, change, on=on, axes="orbit")]
+    events = [pt.events.Impact(3.0, change, body=on, axes="orbit")]
     motion: Any = pt.propagate(system, start, [3.0, 10.0], events=events)
     before: Any = pt.propagate(system, start, [3.0])
     kicked = PAIR.kick(before[0], change, on=on, frame="orbit")
@@ -175,7 +175,7 @@ def test_members_are_hit_by_their_own_impacts():
             r"orbit must have mu = G \(m1 \+ m2\) = 1.02, got 1\. Write KeplerOrbit\(pair\.mu",
         ),
         (lambda: BALLS.kick(BALLS.doubly_synchronous(distance=4.0), (0, 1, 0), on="moon"), r"on must be 'primary' or"),
-        (lambda: pt.events.Impact(1.0, (0, 1, 0), on="moon"), r"on must be 'primary' or 'secondary', got 'moon'"),
+        (lambda: pt.events.Impact(1.0, (0, 1, 0), body="moon"), r"body must be 'primary' or 'secondary', got 'moon'"),
         (lambda: pt.events.Impact(1.0, (0, 1, 0), axes="body"), r"axes must be 'space' or 'orbit', got 'body'"),
     ],
 )

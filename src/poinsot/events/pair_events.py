@@ -1,0 +1,169 @@
+"""Events of two bodies: apsides, distances, contact, extremes of a libration."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Annotated, Any
+
+import numpy as np
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.ellipsoids import gap
+from poinsot.errors import refuse_nonpositive
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.parameters import Positive
+from poinsot.mechanics.two_bodies import TwoBodies, check_name_of_body
+from poinsot.quantities import BodyVector, Rule
+
+__all__ = ["Contact", "DistanceCrossing", "LibrationExtreme", "PairApsis"]
+
+Semiaxes = Annotated[BodyVector, Rule(refuse_nonpositive)]
+
+
+class PairApsis(Event):
+    """The distance of two bodies is stationary: rising, the periapsis; falling, the apoapsis.
+
+    Examples
+    --------
+    >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+    >>> pair = pt.TwoBodies(ball, ball, G=1.0)
+    >>> start = pair.state((3, 0, 0), (0, 0.9, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2)
+    >>> system, apoapsis = pt.System(pair, pt.forces.MutualGravity()), pt.events.PairApsis(direction=-1)
+    >>> motion = pt.propagate(system, start, [60.0], events=[apoapsis])
+    >>> np.linalg.norm(motion.events[0].states.position, axis=-1).round(6)
+    array([4.651163])
+    """
+
+    @override
+    def value(self, instant: Any) -> Scalar:
+        return functions.dot(instant.separation, instant.momentum)
+
+
+class DistanceCrossing(Event):
+    """The distance of the centres of two bodies passes a value: rising, as at an escape; falling, as at an approach.
+
+    Parameters
+    ----------
+    distance : float
+
+    Raises
+    ------
+    ValueError
+        If the distance is not positive.
+
+    Examples
+    --------
+    >>> pt.events.DistanceCrossing(20.0, direction=1, terminal=True)  # an escape
+    DistanceCrossing(distance=array(20.), direction=1, terminal=True)
+    """
+
+    distance: Positive
+
+    @override
+    def value(self, instant: Any) -> Scalar:
+        return instant.distance - self.distance
+
+
+class Contact(Event):
+    """Two ellipsoids touch, and the motion ends there.
+
+    The value is the factor by which both must grow about their centres to touch, less one: see `algebra.ellipsoids`.
+
+    Parameters
+    ----------
+    primary, secondary : array (3,), body axes
+        Semiaxes; three equal ones are a sphere. `Contact.of_shapes(pair)` takes those of the bodies.
+
+    Raises
+    ------
+    ValueError
+        If a semiaxis is not positive; by `propagate`, if the bodies overlap at the start.
+
+    Examples
+    --------
+    >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+    >>> pair = pt.TwoBodies(ball, ball, G=1.0)
+    >>> start = pair.state((3, 0, 0), (0, 0, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2)
+    >>> system, contact = pt.System(pair, pt.forces.MutualGravity()), pt.events.Contact((1, 1, 1), (1, 1, 1))
+    >>> motion = pt.propagate(system, start, [1.0, 2.0, 3.0, 4.0], events=[contact])
+    >>> motion.times, motion.events[0].times.round(4)
+    (array([1., 2.]), array([2.6287]))
+    """
+
+    primary: Semiaxes
+    secondary: Semiaxes
+    direction: int = field(default=-1, kw_only=True)
+    terminal: bool = field(default=True, kw_only=True)
+
+    @classmethod
+    def of_shapes(cls, pair: TwoBodies) -> Contact:
+        """Return the contact of two bodies that are made of shapes.
+
+        It is that of ellipsoids along the axes of their bodies, and of spheres that hold any other shapes.
+
+        Raises
+        ------
+        ValueError
+            If a body was not made of a shape.
+        """
+        return cls(*(_semiaxes(name, body.shape) for name, body in pair.bodies.items()))
+
+    @override
+    def value(self, instant: Any) -> Scalar:
+        to_first = instant.primary.attitude.to_body
+        turn = [to_first(instant.secondary.attitude.to_space(unit)) for unit in np.eye(3).tolist()]
+        return gap(Vector(self.primary), Vector(self.secondary), turn, to_first(instant.separation))
+
+    @override
+    def check_start(self, instant: Any) -> None:
+        least = float(np.min(self.value(instant)))
+        if least < 0:
+            raise ValueError(
+                f"state must have the bodies apart, got ellipsoids that overlap: they touch when both are "
+                f"{1 + least:.6g} times as large."
+            )
+
+
+class LibrationExtreme(Event):
+    """One of two bodies turns about the orbit's normal as fast as the line of centres: an extreme of its libration.
+
+    The value is (omega - r x v / r^2) . (r x p): falling, the libration angle is largest; rising, least. A body that
+    circulates about the line of centres has none as a rule.
+
+    Parameters
+    ----------
+    body : {"secondary", "primary"}
+
+    Raises
+    ------
+    ValueError
+        If there is no such body.
+
+    Examples
+    --------
+    >>> pt.events.LibrationExtreme(direction=-1)
+    LibrationExtreme(body='secondary', direction=-1)
+    """
+
+    body: str = field(default="secondary", kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_name_of_body(self.body)
+        super().__post_init__()
+
+    @override
+    def value(self, instant: Any) -> Scalar:
+        each, r = getattr(instant, self.body), instant.separation
+        normal = functions.cross(r, instant.momentum)
+        line = functions.cross(r, instant.relative_velocity) / functions.dot(r, r)
+        return functions.dot(each.attitude.to_space(each.omega_body) - line, normal)
+
+
+def _semiaxes(name: str, shape: Any) -> Any:
+    if shape is None:
+        raise ValueError(f"{name} must be made of a shape, by Body.from_shape. Or write Contact(semiaxes, semiaxes).")
+    own = shape.definition[1]
+    along = np.array_equal(own.get("matrix"), np.eye(3))
+    return own["semiaxes"] if along and "semiaxes" in own else (shape.circumscribing_radius,) * 3
