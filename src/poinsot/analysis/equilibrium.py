@@ -28,6 +28,7 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.pair_system import OfOneBody
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -114,7 +115,7 @@ class Equilibrium(Summarized):
 
 @checked
 def equilibria(
-    system: System, frame: Frame | None = None, *, guesses: Rotation | ArrayLike | None = None, time: Time = 0.0
+    system: OfOneBody, frame: Frame | None = None, *, guesses: Rotation | ArrayLike | None = None, time: Time = 0.0
 ) -> list[Equilibrium]:
     """Return the relative equilibria of a system: its attitudes at rest in a uniformly turning frame.
 

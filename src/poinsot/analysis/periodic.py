@@ -23,6 +23,7 @@ from poinsot.forces.gravity import GravityGradient
 from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
+from poinsot.mechanics.pair_system import OfOneBody
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
@@ -109,7 +110,7 @@ class PeriodicMotion(Summarized):
 
 
 @checked
-def periodic_motion(system: System, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
+def periodic_motion(system: OfOneBody, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
     """Return the motion near a guess that repeats itself in a frame after one period.
 
     Newton's method on the motion over a period, with its state-transition matrix.

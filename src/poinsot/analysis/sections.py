@@ -19,6 +19,7 @@ from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
+from poinsot.mechanics.pair_system import OfOneBody
 from poinsot.mechanics.parameters import described, same
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
@@ -113,7 +114,7 @@ def section(
         raise ValueError(f"labels must be two words, got {labels!r}.")
     points = _all_times(motion) if event is None else motion.events[event]
     found = _coordinates(coordinates, points)
-    members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
+    members = len(motion) if motion.is_ensemble else 1
     counts = np.bincount(points.members, minlength=members)
     place = np.arange(len(points)) - np.repeat(np.cumsum(counts) - counts, counts)
     x, y = np.full((2, members, int(np.max(counts, initial=0))), np.nan)
@@ -136,10 +137,10 @@ def _coordinates(coordinates: Coordinates, points: EventRecord) -> list[Array]:
 
 
 def _all_times(motion: Trajectory) -> EventRecord:
-    members = len(motion.quaternion) if motion.quaternion.ndim == 3 else 1
+    members = len(motion) if motion.is_ensemble else 1
     phase = changed(motion.phase, lambda x: np.reshape(x, (-1, x.shape[-1])))
     times, whose = np.tile(motion.times, members), np.repeat(np.arange(members), motion.times.size)
-    got = np.isfinite(phase["quaternion"][:, 0])
+    got = np.isfinite(next(iter(phase.values()))[:, 0])
     states = state_of(changed(phase, lambda x: x[got]), times[got])
     directions = np.ones(int(got.sum()), dtype=int)
     return EventRecord(AtTime(0.0), motion.system, times[got], states, directions, whose[got])
@@ -147,7 +148,7 @@ def _all_times(motion: Trajectory) -> EventRecord:
 
 @checked
 def spin_orbit_section(
-    system: System, angle: Angles, rate: AngularVelocities, revolutions: int, **options: Any
+    system: OfOneBody, angle: Angles, rate: AngularVelocities, revolutions: int, **options: Any
 ) -> Section:
     """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate.
 
@@ -211,7 +212,7 @@ def spin_orbit_section(
 
 
 @checked
-def andoyer_section(system: System, state: State, time: Time, *, angle: Angle = 0.0, **options: Any) -> Section:
+def andoyer_section(system: OfOneBody, state: State, time: Time, *, angle: Angle = 0.0, **options: Any) -> Section:
     """Return Andoyer's l and L/G where g passes an angle, growing; a start on the section is its first point.
 
     Parameters

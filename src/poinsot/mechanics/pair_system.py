@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from poinsot.mechanics.state import PairState, State, refused
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 
-__all__ = ["PairSystem", "TwoBodies"]
+__all__ = ["OfOneBody", "PairSystem", "TwoBodies"]
 
 NOTHING = Vector((0.0, 0.0, 0.0))
 
@@ -238,5 +238,17 @@ class PairSystem(System, of=TwoBodies):
     def integrals(self) -> tuple[Integral, ...]:
         return integrals_of_pair(self)
 
+
+def _of_one_body(name: str, system: Any) -> Any:
+    if isinstance(system, PairSystem):
+        raise TypeError(
+            f"{name} must be a System of one body, got one of two bodies. These have propagate, state_transition, "
+            "chaos_indicators and lyapunov_spectrum."
+        )
+    return system
+
+
+OfOneBody = Annotated[System, _of_one_body]
+"""A system of one body, said by an annotation."""
 
 ATTITUDES = np.array([[[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]], [[0.1, 0.7, -0.1, 0.7], [0.5, 0.5, 0.5, -0.5]]])

@@ -53,10 +53,13 @@ def uncertainty(
     >>> attitude.get_xlabel()
     'time [min]'
     """
+    if transition.coordinates[0] != "theta_1":
+        raise ValueError(
+            f"transition must be of one body in space, from theta_1 on, got {transition.coordinates[0]}. Leave "
+            "formulation out; of two bodies draw the diagonal of `covariance`."
+        )
     motion = one_body(transition.motion, "transition.motion")
     covariance = transition.covariance(initial, of_parameters)
-    if covariance.shape[-1] < 6:
-        raise ValueError("transition must have six coordinates, but it is of planar motion. Leave formulation out.")
     deviations: NDArray[np.float64] = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1)).T
     angle = angle_unit_of(angle_unit)
     attitude = {rf"$\sigma_{{\theta_{i + 1}}}$": angle.factor * deviations[i] for i in range(3)}

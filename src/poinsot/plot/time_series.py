@@ -15,6 +15,7 @@ from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import same
+from poinsot.mechanics.state import state_of
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import against_time, lift_pen, reached, shade
 from poinsot.plot.labels import Unit, angle_unit_of, bracketed, momentum_label, rate_unit_of, time_unit_of
@@ -312,7 +313,8 @@ def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None =
     'relative drift'
     """
     reached(motion)
-    size = np.nanmax(np.linalg.norm(motion.conjugate_momenta, axis=-1), initial=0.0) or 1.0
+    bodies = state_of(motion.phase, motion.times).of_bodies.values()
+    size = max(np.nanmax(np.linalg.norm(each.conjugate_momenta, axis=-1), initial=0.0) for each in bodies) or 1.0
     drifts = {"$|q| - 1$": motion.norm_error, r"$q \cdot Q\,/\,|Q|$": motion.tangency_error / size}
     names = _names_of_integrals(motion)
     drifts |= {names[key]: drift for key, drift in motion.drift.items()}
@@ -414,7 +416,7 @@ def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
         letter, index = integral.symbol[0], integral.symbol[1:]
         symbol = f"{letter}_{{{index}}}" if index.isalnum() else integral.symbol.replace(".", r" \cdot ")
         value = ""
-        if motion.quaternion.ndim == 2:
+        if not motion.is_ensemble:
             unit = units.energy if integral.is_energy else units.momentum
             value = f" = {values[integral.name][0]:.5g}" + ("" if unit == "1" else bracketed(unit))
         names[integral.name] = f"${symbol}${value}"

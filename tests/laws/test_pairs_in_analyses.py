@@ -1,0 +1,91 @@
+"""Every public function of analyses and plots takes two bodies, or refuses them in a sentence."""
+
+import inspect
+from typing import Any
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import poinsot as pt
+
+mpl.use("Agg")
+
+PAIR: Any = pt.TwoBodies(pt.Body((2.0, 2.5, 3.0), mass=3.0), pt.Body((0.1, 0.12, 0.15), mass=0.5), G=1.0)
+SYSTEM = pt.System(PAIR, pt.forces.MutualGravity())
+SPINS = [(0.1, 0.2, 1.0), (0.0, 0.1, 0.4)]
+START = PAIR.state((4.0, 1.0, 2.0), (-0.1, 0.6, 0.3), [(1, 0, 0, 0)] * 2, omega_body=SPINS)
+TIMES = np.linspace(0, 8, 200)
+MOTION: Any = pt.propagate(SYSTEM, START, TIMES, dense=True)
+ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+analysis, plot = pt.analysis, pt.plot
+
+TAKEN = {
+    "chaos_indicators": lambda: analysis.chaos_indicators(SYSTEM, START, [8.0]),
+    "lyapunov_spectrum": lambda: analysis.lyapunov_spectrum(SYSTEM, START, [8.0]),
+    "state_transition": lambda: analysis.state_transition(SYSTEM, START, [8.0]),
+    "frequencies": lambda: analysis.frequencies(MOTION.distance, TIMES, 2),
+    "diffusion": lambda: analysis.diffusion(MOTION.distance, TIMES),
+    "section": lambda: analysis.section(MOTION, lambda at: (at.states.position[:, 0], at.states.position[:, 1])),
+    "plot.drift": lambda: plot.drift(MOTION),
+    "plot.chaos": lambda: plot.chaos(analysis.chaos_indicators(SYSTEM, START, TIMES[1:])),
+    "plot.section": lambda: plot.section(TAKEN["section"]()),
+    "plot.spectrum": lambda: plot.spectrum(TAKEN["frequencies"]()),
+    "plot.map": lambda: plot.map([1, 2], [1, 2], np.ones(4), "x", "y", "z"),
+}
+ONE = r"what is of two bodies has no \w+: take that of its `primary` or of its `secondary`\."
+OTHERS = r"must be a System of one body, got one of two bodies\. These have"
+REFUSED: dict[str, tuple[Any, str]] = {
+    "equilibria": (lambda: analysis.equilibria(SYSTEM), OTHERS),
+    "periodic_motion": (lambda: analysis.periodic_motion(SYSTEM, START, 1.0), OTHERS),
+    "spin_orbit_section": (lambda: analysis.spin_orbit_section(SYSTEM, 0.1, 1.0, 3), OTHERS),
+    "andoyer_section": (lambda: analysis.andoyer_section(SYSTEM, START, 8.0), OTHERS),
+    "continue_motion": (lambda: analysis.continue_motion(MOTION, "G", 2.0), "must be a PeriodicMotion"),
+    "cassini_state": (lambda: analysis.cassini_state(PAIR, ORBIT), "body must be a Body, got TwoBodies"),
+    "plot.branch": (lambda: plot.branch(MOTION), "must be a Branch"),
+    "plot.difference": (lambda: plot.difference(MOTION, MOTION), ONE),
+    "plot.uncertainty": (lambda: plot.uncertainty(TAKEN["state_transition"](), np.eye(18)), "must be of one body"),
+    "plot.part_variables": (lambda: plot.part_variables(MOTION), "must be of a body with a part"),
+    "plot.roll_pitch_yaw": (lambda: plot.roll_pitch_yaw(MOTION, ORBIT), ONE),
+    "free_motion": (lambda: pt.free_motion(PAIR, START, TIMES), "body must be a Body, got TwoBodies"),
+    "view": (lambda: pt.view(MOTION, "page.html"), ONE),
+} | {
+    f"plot.{name}": (lambda name=name: getattr(plot, name)(MOTION), ONE)
+    for name in (
+        *("angular_momentum", "angular_velocity", "euler_angles", "quaternions"),
+        *("herpolhode", "momentum_sphere", "poinsot_construction", "polhode"),
+    )
+}
+FUNCTIONS = [name for name in analysis.__all__ if inspect.isfunction(getattr(analysis, name))]
+FUNCTIONS += [f"plot.{name}" for name in plot.__all__] + ["free_motion", "view"]
+
+
+@pytest.fixture(autouse=True)
+def _closed_figures():
+    yield
+    plt.close("all")
+
+
+def test_all_are_in_a_list():
+    assert sorted(FUNCTIONS) == sorted([*TAKEN, *REFUSED])
+
+
+@pytest.mark.parametrize("name", TAKEN)
+def test_two_bodies_are_taken(name):
+    found = TAKEN[name]()
+    if isinstance(found, plt.Axes):
+        assert found.has_data()
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_two_bodies_are_refused_in_a_sentence(name, tmp_path, monkeypatch):
+    call, sentence = REFUSED[name]
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((TypeError, ValueError, AttributeError), match=sentence):
+        call()
+
+
+def test_a_section_at_all_times_has_the_points_of_the_motion():
+    found = TAKEN["section"]()
+    assert np.array_equal(found.x[0], MOTION.position[:, 0])
