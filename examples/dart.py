@@ -18,7 +18,7 @@ HOUR, DAY = 3600.0, 86400.0
 distance, before = 1189.0, 11.921481 * HOUR
 radius, density = 75.5, 2400.0  # of Dimorphos: that of a ball of its volume, m, and kg/m^3
 mass = density * 4 / 3 * np.pi * radius**3
-spin, rate = 2 * np.pi / (2.26 * HOUR), 2 * np.pi / before
+rate = 2 * np.pi / before
 
 
 def bodies(a_to_b, a_to_c):
@@ -34,10 +34,9 @@ def bodies(a_to_b, a_to_c):
 
 
 def after_impact(pair, delta_velocity):
-    """The motion in synchronous rotation, and an impact at its start; metres, seconds."""
-    velocity = np.array((0.0, rate * distance, 0.0)) + delta_velocity
-    aligned = [(1.0, 0.0, 0.0, 0.0)] * 2  # long axes along the line of centres
-    return pair.state((distance, 0.0, 0.0), velocity, aligned, omega_body=[(0, 0, spin), (0, 0, rate)])
+    """The state after an impact on Dimorphos in synchronous rotation; metres, seconds."""
+    start = pair.synchronous(distance=distance, primary_rate=2 * np.pi / (2.26 * HOUR))
+    return pair.kick(start, delta_velocity)
 
 
 def read(motion):

@@ -411,9 +411,8 @@ def _dimorphos(a_to_b: Array, a_to_c: Array) -> tuple[System, State]:
     second = np.sum(primary) - 3 * primary[0] + (np.sum(moments, axis=-1) - 3 * moments[:, 0]) / mass
     other = rate**2 * distance**3 / TwoBodies.G / (1 + 1.5 * second / distance**2) - mass
     pair: Any = TwoBodies(Body(other[:, None] * primary, mass=other), Body(moments, mass=mass))
-    spins = (0, 0, 2 * np.pi / (2.26 * HOUR)), (0, 0, rate)
-    start = pair.state((distance, 0, 0), (0, rate * distance - 2.63e-3, 0), (IDENTITY, IDENTITY), omega_body=spins)
-    return System(pair, MutualGravity()), start
+    start = pair.synchronous(distance=distance, primary_rate=2 * np.pi / (2.26 * HOUR))
+    return System(pair, MutualGravity()), pair.kick(start, (0, -2.63e-3, 0))
 
 
 def _orbit_of(motion: Any) -> tuple[float, float, float, float]:
