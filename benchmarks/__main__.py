@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 import poinsot
-from benchmarks import ensembles, fields, free, overheads, peers, single, variational
+from benchmarks import ensembles, fields, free, overheads, pairs, peers, single, variational
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
@@ -39,6 +39,7 @@ SECTIONS = {
     "on_a_device": ensembles.on_a_device,
     "state_transition": variational.state_transition,
     "chaos_maps": variational.chaos_maps,
+    "two_bodies": pairs.two_bodies,
 }
 IN_SEVERAL = {
     "against_the_script": (single.over_processes, 7, ("now",)),
@@ -53,6 +54,7 @@ ON_ALL_CORES = (
     "tops",
     "on_a_device",
     "chaos_maps",
+    "two_bodies",
 )  # thread pools count their cores when they are loaded
 PACKAGES = (
     *("poinsot", "heyoka", "numpy", "scipy", "numbalsoda", "numba"),

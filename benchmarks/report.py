@@ -5,6 +5,7 @@ import textwrap
 from benchmarks import flops, peers, plots, targets
 from benchmarks.ensembles import BATCHES, ONE_BY_ONE, ONE_CORE, RIGHT
 from benchmarks.measure import Contender
+from benchmarks.pairs import FOURTH
 from benchmarks.problems import WIDE
 from benchmarks.single import DRIFTING
 from benchmarks.targets import (
@@ -87,6 +88,7 @@ def text(results):
         (_fields, "gravity_fields"),
         (_state_transition, "state_transition"),
         (_chaos, "chaos_maps"),
+        (_two_bodies, "two_bodies"),
         (_sweeps, "work_precision"),
     )
     told = [part(results[section]) for part, section in parts if section in results]
@@ -564,6 +566,44 @@ def _chaos(found):
     )
     headings = ("map", "members", "time", "before", "processor s/s", "steps of a member", "a step", "chaotic")
     return "\n".join(("### Maps of chaos\n", what, table((*headings, "error of MEGNO"), rows)))
+
+
+def _two_bodies(found):
+    first, energy = found["first"], found["energy"]
+    rows = [
+        (
+            name,
+            milliseconds(one),
+            f"{one['error']:.1e}" if name != FOURTH and "error" in one else "-",
+            f"{energy[name]:.1e}" if name in energy else "-",
+            f"{first[name]:.1f} s" if name in first else "-",
+        )
+        for name, one in found["tools"].items()
+    ]
+    rows += [
+        (f"GUBAS, {name}, as measured there", seconds, error, "-", "-")
+        for name, seconds, error in (
+            ("second degree, RK7(8), tolerance 1e-15", "42.2 s", "6.2e-09"),
+            ("second degree, LGVI, steps of 30 s (its default)", "11.7 s", "2.5e-03"),
+            ("degree 4, RK7(8), 10 days", "309 s", "-"),
+        )
+    ]
+    groups = "; ".join(
+        f"{what} of {one['members']} members at {one['members'] / one['seconds']:.0f} a second (processor seconds in a "
+        f"second: {one['busy']:.2f})"
+        for what, one in (("an ensemble", found["members"]), ("a map of chaos", found["map"]))
+    )
+    what = prose(
+        f"Didymos and Dimorphos over {found['days']} days after the impact of DART (docs/dart.md), whole calls with a",
+        "kernel that is there already, on one core. Errors are those of the position at the end, relative, against",
+        f"{WIDE} precision; the first call is without the integration. GUBAS (github.com/meyeralexj/gubas), the",
+        "program of the DART team, was measured apart from this benchmark, in processor seconds of one core, compiled",
+        "with -O3.",
+        f"On {found['members']['cores']} cores, second degree: {groups}.",
+        f"poinsot: {found['computed_by']}.",
+    )
+    headings = ("tool", "time", "error of the position", "drift of the energy", "first call")
+    return "\n".join(("## Two bodies\n", what, table(headings, rows)))
 
 
 def _sweeps(measured):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from benchmarks import peers
 from benchmarks.ensembles import BATCHES, ONE_CORE, TWO_CORES
+from benchmarks.pairs import FOURTH, SECOND
 from benchmarks.single import DRIFTING
 from benchmarks.variational import BEFORE
 
@@ -251,6 +252,28 @@ def of_chaos(found):
     ]
 
 
+def of_two_bodies(found):
+    """Return the targets of binary asteroids."""
+    days, tools, members = found["days"], found["tools"], found["members"]
+    motion = f"Didymos, {days} days in a second call"
+    return [
+        *(
+            Target(
+                f"{motion}, {name}",
+                1e3 * tools[tool]["seconds"] if "seconds" in tools[tool] else None,
+                bound,
+                True,
+                " ms",
+            )
+            for name, tool, bound in (("second degree", SECOND, 30), ("degree 4", FOURTH, 100))
+        ),
+        Target(
+            f"Didymos, {days} days, members per second on 2 cores", members["members"] / members["seconds"], 150, False
+        ),
+        Target("Didymos, first call at degree 4 beyond the integration", found["first"][FOURTH], 5, True, " s"),
+    ]
+
+
 GROUPS = (
     (against_the_script, "against_the_script"),
     (of_errors, "errors_beside_the_script"),
@@ -266,6 +289,7 @@ GROUPS = (
     (of_dense_output, "dense_output"),
     (of_state_transition, "state_transition"),
     (of_chaos, "chaos_maps"),
+    (of_two_bodies, "two_bodies"),
 )
 """What makes targets of which sections."""
 
