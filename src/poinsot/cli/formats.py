@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,7 @@ import typer
 from poinsot import files
 from poinsot.cli.terminal import (
     RESULTS,
+    OfTwo,
     Overwrite,
     answer,
     busy,
@@ -64,6 +64,7 @@ def convert(
         str | None, typer.Option(help="The date of t = 0 with its scale, such as '2026-11-21T00:00:00 UTC'.")
     ] = None,
     frame: Annotated[str | None, typer.Option(help="The name of the space axes, such as ICRF.")] = None,
+    body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Convert between results and attitude files.
@@ -85,7 +86,7 @@ def convert(
         check_there(file)
     check_new(target, overwrite)
     with writing(target):
-        write(source, target, scenario=scenario, zero=zero, frame=frame, overwrite=overwrite)
+        write(source, target, scenario=scenario, zero=zero, frame=frame, body=body, overwrite=overwrite)
     tell(target)
 
 
@@ -161,10 +162,9 @@ def _of_result(file: Path) -> tuple[Lines, str | None]:
 
 def _members(motion: Any) -> Lines:
     """Return the line about an ensemble of which not all members are there to the end."""
-    if motion.quaternion.ndim == 2:
+    if not motion.is_ensemble or motion.reached[:, -1].all():
         return []
-    whole = [math.isfinite(last) for last in motion.quaternion[:, -1, 0]]
-    return [] if all(whole) else [f"  at the last time: {sum(whole)} of {len(whole)} members"]
+    return [f"  at the last time: {motion.reached[:, -1].sum()} of {len(motion)} members"]
 
 
 def _seed(job: Any) -> Lines:
@@ -181,16 +181,28 @@ def _system(system: Any) -> Lines:
 
 
 def _start(state: Any, units: Any) -> Lines:
-    if state.quaternion.ndim > 1:
-        return [f"  members: {len(state.quaternion)}"]
-    from poinsot.plot.labels import momentum_label
+    if state.shape:
+        return [f"  members: {len(next(iter(state.phase.values())))}"]
+    from poinsot.mechanics.units import DerivedUnits
+    from poinsot.plot.labels import bracketed, momentum_label
 
-    momentum = f"{_written(state.angular_momentum_body)}{momentum_label(units)}"
-    return [
-        f"  start: quaternion {_written(state.quaternion)}, scalar first, body to space",
-        f"  start: angular momentum {momentum}, body axes",
-        *(f"  start: {name} {_written(values)}" for name, values in state.own.items()),
-    ]
+    known, lines = DerivedUnits(units), Lines()
+    for name, one in state.of_bodies.items():
+        momentum, of = (
+            f"{_written(one.angular_momentum_body)}{momentum_label(units)}",
+            f" of the {name}" if name else "",
+        )
+        lines += [
+            f"  start: quaternion{of} {_written(one.quaternion)}, scalar first, body to space",
+            f"  start: angular momentum{of} {momentum}, body axes",
+        ]
+    if len(state.of_bodies) > 1:
+        lines += [
+            f"  start: position of the secondary {_written(state.position)}{bracketed(known.length)}",
+            f"  start: momentum of the orbit {_written(state.momentum)}{bracketed(known.linear_momentum)}",
+        ]
+        return lines
+    return [*lines, *(f"  start: {name} {_written(values)}" for name, values in state.own.items())]
 
 
 def _written(values: Any) -> str:

@@ -11,13 +11,26 @@ from typing import Annotated, Any
 import typer
 
 import poinsot
-from poinsot.cli.terminal import OPTIONS, Overwrite, busy, check_ending, check_new, checked_result, tell, writing
+from poinsot.cli.terminal import (
+    OPTIONS,
+    OfTwo,
+    Overwrite,
+    busy,
+    check_ending,
+    check_new,
+    checked_result,
+    tell,
+    writing,
+)
 
 __all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
 
 OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty"}
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
+
+OF_TWO = {"drift"}
+"""Those that draw two bodies together."""
 
 Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0.")]
 
@@ -48,6 +61,7 @@ def plot(
         str | None, typer.Option(help="Unit of times: s, min, h, d, yr; default: the result's.")
     ] = None,
     member: Member = None,
+    body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Plot a result with a function of `poinsot.plot`.
@@ -58,6 +72,7 @@ def plot(
     - `poinsot plot top.nc top.pdf --kind polhode`
     - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
+    - `poinsot plot binary.nc --kind angular_velocity --body secondary`
     """
     checked_result(file)
     path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
@@ -66,13 +81,15 @@ def plot(
     check_new(path, overwrite)
     with busy(f"Reading {file}"):
         motion = _loaded(file, member)
-    tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, **words))
+        motion = motion if body is None and kind in OF_TWO else _of_one_body(motion, body)
+    tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, body=body, **words))
 
 
 def view(
     file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
     page: Annotated[Path | None, typer.Argument(help="Ends in .html; default: beside the result.")] = None,
     member: Member = None,
+    body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Write an interactive 3D view of a result as one web page, for any browser, without a network.
@@ -87,7 +104,7 @@ def view(
     check_new(path, overwrite)
     check_ending(path, ".html")
     with busy(f"Reading {file}"):
-        motion = _loaded(file, member)
+        motion = _of_one_body(_loaded(file, member), body)
     tell(viewed(motion, path, overwrite))
 
 
@@ -142,12 +159,17 @@ def _wanted(kind: str) -> Iterable[str]:
 
 
 def _arguments(
-    kind: str, motion: Any, other: Path | None = None, orbit: int | None = None, **words: str | None
+    kind: str,
+    motion: Any,
+    other: Path | None = None,
+    orbit: int | None = None,
+    body: str | None = None,
+    **words: str | None,
 ) -> dict[str, Any]:
     """Return the arguments of a function of the package, by their names, from a motion and the options."""
     made: dict[str, Callable[[], Any]] = {
         "motion": lambda: motion,
-        "other": lambda: _loaded(other),
+        "other": lambda: _of_one_body(_loaded(other), body),
         "orbit": lambda: _orbit(motion, orbit),
         "title": lambda: motion.provenance.get("title") or "",
     }
@@ -168,6 +190,12 @@ def _orbit(motion: Any, number: int | None) -> Any:
         listed = "; ".join(f"{i}: {type(orbit).__name__}" for i, orbit in enumerate(found, 1))
         raise ValueError(f"--orbit must say which orbit, got {number or 'none'}. There are {listed}.")
     return found[number - 1]
+
+
+def _of_one_body(motion: Any, body: str | None) -> Any:
+    from poinsot.propagation.pair_trajectory import of_one_body
+
+    return of_one_body(motion, body)
 
 
 def _loaded(file: Any, member: int | None = None) -> Any:

@@ -128,6 +128,10 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
     from poinsot.propagation.arguments import members_of
 
     members = members_of(job.system, job.state)
+    for kind in ("plot", "view"):
+        if kind in names and len(job.state.of_bodies) > 1:
+            hint = f"`poinsot {kind} {names['result']} --body secondary` makes one of the result."
+            raise ValueError(f"{names[kind]} must be of one body, got a scenario of two. {hint}")
     if "view" in names and members:
         raise ValueError(f"{names['view']} must be of one body, but the scenario has an ensemble, which has no view.")
     folder = names["result"].parent
@@ -153,7 +157,7 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
     except (PropagationError, PropagationInterrupted) as stopped:
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
         kept_in = "Nothing was computed before."
-        if np.any(np.isfinite(stopped.trajectory.quaternion)):
+        if np.any(stopped.trajectory.reached):
             with kept(), writing(partial):
                 save(stopped.trajectory, partial, overwrite=overwrite)
             kept_in = f"What was computed is in {partial}."
@@ -179,7 +183,7 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> None
 
 def _tell_failures(motion: Any) -> None:
     failures = motion.failures
-    say(f"{len(failures)} of {len(motion.quaternion)} members stopped before the last time.")
+    say(f"{len(failures)} of {len(motion)} members stopped before the last time.")
     for member, why in list(failures.items())[:MOST_TOLD]:
         say(f"member {member}: {why}")
     if len(failures) > MOST_TOLD:
@@ -194,13 +198,11 @@ def _compare(original: Any, motion: Any) -> bool:
     if np.sum(shared) != original.times.size:
         answer(f"It has other times: {original.times.size} before, {motion.times.size} now.")
         return False
-    known = np.isfinite(original.quaternion[..., 0])
-    again = {name: motion.own[name] if name in motion.own else getattr(motion, name) for name in original.phase}
+    known = original.reached
+    again = {name: motion.phase[name] if name in motion.phase else getattr(motion, name) for name in original.phase}
     pairs = [(values[known], again[name][..., shared, :][known]) for name, values in original.phase.items()]
     if all(before.tobytes() == now.tobytes() for before, now in pairs):
-        whole = motion.times.size == original.times.size and np.array_equal(
-            known, np.isfinite(motion.quaternion[..., 0])
-        )
+        whole = motion.times.size == original.times.size and np.array_equal(known, motion.reached)
         answer("The same bit for bit." if whole else "The same bit for bit, as far as the original goes.")
         return True
     largest = max(float(np.nanmax(np.abs(now - before), initial=0.0)) for before, now in pairs)

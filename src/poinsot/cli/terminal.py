@@ -29,6 +29,7 @@ __all__ = [
     "Command",
     "Commands",
     "Group",
+    "OfTwo",
     "Overwrite",
     "answer",
     "busy",
@@ -46,6 +47,7 @@ __all__ = [
     "writing",
 ]
 
+OfTwo = Annotated[str | None, typer.Option("--body", help="Which of two bodies: primary or secondary.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
 
 DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
@@ -58,7 +60,7 @@ SMALLEST = 65536
 RESULTS = (".nc", ".zarr")
 
 OPTIONS = {
-    **{name: f"--{name}" for name in ("frame", "member", "orbit", "overwrite", "part", "scenario", "zero")},
+    **{name: f"--{name}" for name in ("body", "frame", "member", "orbit", "overwrite", "part", "scenario", "zero")},
     **{"angle_unit": "--angle-unit", "rate_unit": "--rate-unit", "time_unit": "--time-unit", "other": "--with"},
     **{"reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},
     **{"scale": "the scale in --zero", "motion": "the result"},

@@ -12,6 +12,7 @@ from poinsot.files.scenarios.builder import Parts
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
+from poinsot.propagation.pair_trajectory import of_one_body
 
 __all__ = ["convert"]
 
@@ -23,6 +24,7 @@ def convert(
     scenario: str | Path | None = None,
     zero: str | None = None,
     frame: str | None = None,
+    body: str | None = None,
     overwrite: bool = False,
 ) -> Path:
     """Write what is in one file as another, by the ends of their names, and return its path.
@@ -38,6 +40,8 @@ def convert(
         counted from their first row without it.
     frame : str, optional
         The name of the space axes, where a file does not say it.
+    body : {"primary", "secondary"}, optional
+        Whose attitudes, of a result of two bodies.
     overwrite : bool
 
     Raises
@@ -60,7 +64,10 @@ def convert(
             raise ValueError(f"zero must be a date and its scale, {given}.")
         calendar = Calendar(date, scale)
     what = load(source) if before is None else _read(source, before, calendar, frame, scenario, to_result)
+    if body is not None and not (from_result and not to_result):
+        raise ValueError("body must go with a result that becomes attitudes, got other files.")
     if after is not None:
+        what = of_one_body(what, body) if from_result else what
         after.write(what, target, calendar=calendar, reference_frame=frame, overwrite=overwrite)
         return target
     return save(what, target, overwrite=overwrite)

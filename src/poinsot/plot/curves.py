@@ -35,7 +35,7 @@ def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
     """Return a motion that has something to draw; refuse any other."""
     if not motion.times.size:
         raise ValueError(f"{name} must have times to draw, but it has none.")
-    if np.all(np.any(np.isnan(next(iter(motion.phase.values()))), axis=(-2, -1))):
+    if not np.any(np.all(motion.reached, axis=-1)):
         raise ValueError(f"{name} must have a member that reached its last time, but none did.")
     return motion
 

@@ -15,7 +15,6 @@ from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import same
-from poinsot.mechanics.state import state_of
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import against_time, lift_pen, reached, shade
 from poinsot.plot.labels import Unit, angle_unit_of, bracketed, momentum_label, rate_unit_of, time_unit_of
@@ -313,8 +312,8 @@ def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None =
     'relative drift'
     """
     reached(motion)
-    bodies = state_of(motion.phase, motion.times).of_bodies.values()
-    size = max(np.nanmax(np.linalg.norm(each.conjugate_momenta, axis=-1), initial=0.0) for each in bodies) or 1.0
+    sizes = (np.linalg.norm(each.conjugate_momenta, axis=-1) for each in motion.of_bodies.values())
+    size = max(np.nanmax(each, initial=0.0) for each in sizes) or 1.0
     drifts = {"$|q| - 1$": motion.norm_error, r"$q \cdot Q\,/\,|Q|$": motion.tangency_error / size}
     names = _names_of_integrals(motion)
     drifts |= {names[key]: drift for key, drift in motion.drift.items()}

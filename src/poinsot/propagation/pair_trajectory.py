@@ -20,10 +20,10 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation.dataset import COLUMNS, OF_TWO
-from poinsot.propagation.trajectory import Method, Trajectory
+from poinsot.propagation.trajectory import OF_PARTS, Method, Trajectory
 from poinsot.quantities import Times
 
-__all__ = ["PairTrajectory", "trajectory_class"]
+__all__ = ["PairTrajectory", "of_one_body", "trajectory_class"]
 
 Array = NDArray[np.float64]
 
@@ -134,7 +134,7 @@ class PairTrajectory(Trajectory):
         rows = functools.partial(_phase_of, self._state, body)
         run = dataclasses.replace(self.run, method=Method.ONE_OF_TWO)
         motion = BodyTrajectory(system, self.initial.of_bodies[body], self.times, rows, run, interpolant, self.failures)
-        motion.provenance = {key: self.provenance[key] for key in ("title",) if key in self.provenance}
+        motion.provenance = {key: self.provenance[key] for key in OF_PARTS if key in self.provenance}
         return motion
 
     @property
@@ -212,6 +212,17 @@ class OneOfTwo(System):
     @override
     def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
         raise AttributeError("one of two bodies has no energy of its own: take `motion.energy` of the pair.")
+
+
+def of_one_body(motion: Trajectory, body: str | None) -> Trajectory:
+    """Return the rotation of one body: of two, the one that is named."""
+    known = motion.of_bodies
+    if body is None and len(known) == 1:
+        return motion
+    if body not in known:
+        rule = "must be primary or secondary" if len(known) > 1 else "must not be there for a motion of one body"
+        raise ValueError(f"body {rule}, got {body or 'none'}.")
+    return known[body]
 
 
 def trajectory_class(system: System) -> type[Trajectory]:

@@ -50,7 +50,7 @@ SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", 
 SUMMARY |= {"norm_error", "tangency_error", "integrals"}
 """The entries of every summary; the others are drifts, and formulas used outside their range of validity."""
 OF_PARTS = ("title", "calendar", "reference_frame")
-"""What a part of a motion has of the provenance of the whole: the scenario is not its own."""
+"""What a part of a motion, or one of two bodies, has of the provenance of the whole: the scenario is not its own."""
 
 Interpolant = Callable[[Array], Phase]
 
@@ -185,6 +185,11 @@ class Trajectory(Summarized):
         The momenta are those that were integrated; from them follow the others.
         """
         return self._computed()
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """At which times there is a motion; shape (n,), of an ensemble (members, n)."""
+        return np.isfinite(next(iter(self.phase.values()))[..., 0])
 
     @property
     def of_bodies(self) -> dict[str, Trajectory]:
@@ -364,7 +369,7 @@ class Trajectory(Summarized):
     def _selected(self, members: Chosen | None, at: NDArray[np.intp]) -> Trajectory:
         """Return the motion of some members, None: of the one body, at some times."""
         if isinstance(members, int):
-            at = at[np.all(np.isfinite(next(iter(self.phase.values()))[members, at]), axis=-1)]
+            at = at[self.reached[members, at]]
 
         def rows(values: Array) -> Array:
             return np.asarray(values[at] if members is None else values[members][..., at, :])
