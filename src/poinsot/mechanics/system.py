@@ -20,7 +20,7 @@ from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branch
 from poinsot.mechanics.dynamics import Dynamics, scalars
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.force import Force, Potential, Torque
+from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
 from poinsot.mechanics.formula_trials import PAIR, RATES, trial, try_event, try_force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral, integrals_of
@@ -100,6 +100,8 @@ class System(Dynamics):
     def _check_kinds(self) -> None:
         """Raise a TypeError for a force of another kind."""
         for force in self.forces:
+            if isinstance(force, PairLoad):
+                force.check(self.body)
             if not isinstance(force, Potential | Torque | Part):
                 raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.")
 

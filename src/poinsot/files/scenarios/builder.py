@@ -195,9 +195,28 @@ class Parts:
         units = self.values.get("units")
         if self.calendar is not None:
             units = {"time": self.calendar.unit, **(units or {})}
-        place = ("forces",) if forces else ("body",)
-        system: System = self._errors.called(place, lambda: System(body, *forces, units=units))
-        return system
+        try:
+            return System(body, *forces, units=units)
+        except (TypeError, ValueError):
+            place = self._refused(body, forces)
+            system: System = self._errors.called(place, lambda: System(body, *forces, units=units))
+            return system
+
+    def _refused(self, body: Any, forces: list[Any]) -> Path:
+        """Return the place of what makes no system with a body: a force, or all together."""
+        for i, force in enumerate(forces):
+            try:
+                System(body, force)
+            except (TypeError, ValueError) as error:
+                if (
+                    isinstance(error, TypeError)
+                    and isinstance(body, TwoBodies)
+                    and "on" not in self.values["forces"][i]
+                ):
+                    rule = f"must be there for {type(force).__name__}, which acts on one body"
+                    raise self._errors.at(("forces", i, "on"), f"{rule}, got none.") from None
+                return "forces", i
+        return ("forces",) if forces else ("body",)
 
     def _part(self, group: str, table: dict[str, Any], place: Path) -> Any:
         """Return what a table describes."""

@@ -143,7 +143,7 @@ def test_members_have_the_spread_that_is_said():
     assert np.array_equal(masses[:, 1], np.full(4000, 0.5))
     assert 2.9 <= masses[:, 0].min() < 2.901 < 3.099 < masses[:, 0].max() <= 3.1
     velocity = state.momentum / (masses[:, :1] * masses[:, 1:] / masses.sum(axis=1, keepdims=True))
-    assert np.allclose(np.std(velocity, axis=0), (0.01, 0, 0.02), rtol=0.05, atol=1e-15)
+    assert np.allclose(np.std(velocity, axis=0), (0.01, 0, 0.02), rtol=0.05, atol=1e-12)
     assert np.allclose(np.std(state.primary.angular_momentum_body / (2, 2.5, 3), axis=0), np.radians(1), rtol=0.05)
     assert np.allclose(np.mean(state.secondary.attitude.as_matrix(), axis=0), 0, atol=0.04)  # 5 of 1/sqrt(3 * 4000)
     assert np.std(found.system.forces[1].force.coefficient) == pytest.approx(1e-4, rel=0.05)
@@ -172,8 +172,10 @@ WRONG = {
     "line 31: forces[1].on must be 'primary' or 'secondary', got 'secundary'. Did you mean secondary?": (
         ('on = "secondary"', 'on = "secundary"')
     ),
-    "line 28: in forces, a force on two bodies must be a Potential, a PairLoad or a force on one of them, got "
-    "LinearDamping.": ('on = "secondary"\n', ""),
+    "line 28: forces[1].on must be there for LinearDamping, which acts on one body, got none.": (
+        'on = "secondary"\n',
+        "",
+    ),
     "line 17: state.position must not be zero": ("[6, 1, 2]", "[0, 0, 0]"),
     "line 17: state.position must have shape": ("[6, 1, 2]", "[6, 1]"),
     "line 18: state.velocity must be finite": ("0.6, 0.3]", "inf, 0.3]"),
@@ -186,7 +188,7 @@ WRONG = {
         "quaternion = [0.8, 0, 0.6, 0]\n",
         "",
     ),
-    "line 23: state.secondary must have exactly one of omega_body, omega_space, angular_momentum_body, "
+    "line 23: in state.secondary, state must have exactly one of omega_body, omega_space, angular_momentum_body, "
     "angular_momentum_space, got none.": ("angular_momentum_space = [0, 0.01, 0.1]\n", ""),
     "line 21: state.primary.quaternion must have unit norm": ("[0.8, 0,", "[0.9, 0,"),
     "line 20: state.omega_body must not be beside two bodies": (
@@ -196,10 +198,10 @@ WRONG = {
     "line 25: state.secondary.omgea_body must be a key that it can have, got another. Did you mean omega_body?": (
         ("angular_momentum_space", "omgea_body")
     ),
-    "line 32: run.method must be integration beside forces, got 'closed form'.": (
+    "line 33: run.method must be integration beside forces, got 'closed form'.": (
         ("[times]", '[run]\nmethod = "closed form"\n[times]')
     ),
-    "line 16: in state, velocity and masses must have equally many members": (
+    "line 16: in state, masses must have as many members as velocity, got 3 and 2.": (
         ("mass = 3.0", "mass = [3.0, 3.1, 3.2]"),
         ("velocity = [-0.1, 0.6, 0.3]", "velocity = [[-0.1, 0.6, 0.3], [-0.1, 0.6, 0.4]]"),
     ),
@@ -230,10 +232,10 @@ WRONG_FOR_ONE = {
     "line 6: state.position must be there for two bodies alone, got one body.": (
         ("quaternion", "position = [1, 2, 3]\nquaternion"),
     ),
-    "line 8: in forces, a system of one body must have forces without `on`": (
+    "line 8: in forces[0], a system of one body must have forces without `on`": (
         ("[times]", '[[forces]]\ntype = "LinearDamping"\ncoefficient = 1e-3\non = "primary"\n[times]'),
     ),
-    "line 8: in forces, MutualGravity must act between TwoBodies": (
+    "line 8: in forces[0], MutualGravity must act between TwoBodies": (
         ("[times]", '[[forces]]\ntype = "MutualGravity"\n[times]'),
     ),
     "line 12: forces[0].on must be a key that it can have, got another": (
@@ -260,4 +262,4 @@ def test_an_ensemble_of_two_bodies_turns_each_by_its_name():
     with pytest.raises(
         ValueError, match=r"of must be state\.primary\.turn or state\.secondary\.turn if it is isotropic"
     ):
-        scenario(("state.secondary.turn", "state.velocity"), text=PAIR + ENSEMBLE)
+        scenario(("state.secondary.turn", "state.position"), ("members = 4000", "members = 4"), text=PAIR + ENSEMBLE)
