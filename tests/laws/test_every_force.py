@@ -1,6 +1,7 @@
 """What holds for every force that is shipped; a new one joins by one instance in `FORCES`."""
 
 import dataclasses
+import gc
 
 import heyoka as hy
 import mpmath
@@ -13,9 +14,10 @@ import formulas
 import poinsot as pt
 from kinds import concrete_subclasses
 from laws.test_pairs import PAIR_FORCES
+from poinsot.algebra.program import Node
 from poinsot.algebra.quaternion import product
-from poinsot.engine import kernels, looped_kernel
-from poinsot.engine.lowering import Program
+from poinsot.engine import kernels, looped_kernel, looped_runs
+from poinsot.engine.lowering import Constants
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
 
@@ -244,7 +246,7 @@ def motion(body, force):
 
 def compiled():
     """The kernels of either kind that there are."""
-    looped = [known for known in kernels._pool._decided.values() if isinstance(known, looped_kernel.Code)]
+    looped = [known.code for known in kernels._pool._decided.values() if isinstance(known, looped_runs.Ready)]
     return looped + [each.engine for idle in kernels._pool._idle.values() for each in idle]
 
 
@@ -270,6 +272,19 @@ def test_reused_kernel_gives_what_a_new_one_gives(force, body, monkeypatch):
     new = motion(heavier(body), scaled(force, 1.2))
     assert np.array_equal(reused.quaternion, new.quaternion)
     assert np.array_equal(reused.conjugate_momenta, new.conjugate_momenta)
+
+
+def nodes():
+    gc.collect()
+    return sum(type(found) is Node for found in gc.get_objects())
+
+
+def test_known_kernels_keep_no_formula(monkeypatch):
+    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    before = nodes()
+    known = [motion(BODIES[0], force).times for force in FORCES]  # and of the motions nothing that is computed from
+    assert len(compiled()) == len(known)
+    assert nodes() == before
 
 
 @each_force
@@ -356,7 +371,7 @@ def largest_alone(value):
 @each_force
 def test_a_motion_without_the_zeros_is_that_with_them(force, body, monkeypatch):
     without = motion(body, simple(force))
-    monkeypatch.setattr(Program, "zeros", lambda *_: ())
+    monkeypatch.setattr(Constants, "zeros", lambda *_: ())
     with_them = motion(body, simple(force))
     # The worst of 20 shaken starts is 4e-15, with mascons; without a zero, sums round otherwise.
     assert np.max(np.abs(without.quaternion - with_them.quaternion)) < 3e-14

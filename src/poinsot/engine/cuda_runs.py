@@ -7,7 +7,7 @@ from typing_extensions import override
 from poinsot.engine import cuda_kernel
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.looped_runs import LARGEST, LoopedRun
-from poinsot.engine.lowering import Program
+from poinsot.engine.lowering import Constants, Program
 from poinsot.engine.progress import bar
 from poinsot.engine.runs import Job
 
@@ -21,8 +21,8 @@ class CudaRun(LoopedRun):
     kernel_name = "cuda"
 
     @override
-    def _compiled(self, order: int, layout: Layout, lanes: int) -> cuda_kernel.Code:
-        return cuda_kernel.compiled(self.program.decomposition, order, self.momenta)
+    def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> cuda_kernel.Code:
+        return cuda_kernel.compiled(program.decomposition, order, self.momenta(program))
 
     @override
     def _go_on_members(self) -> None:
@@ -41,13 +41,13 @@ class CudaRun(LoopedRun):
                     left = left[most:]
 
 
-def check_device(job: Job, members: bool, program: Program | None) -> None:
+def check_device(job: Job, members: bool, constants: Constants | None) -> None:
     """Refuse jobs that a GPU does not do, and computers without one."""
     refused = {
         "one body": not members,
         "events": bool(job.problem.events),
         "a table": bool(job.problem.knots.size),
-        f"a formula that switches, or one of more than {LARGEST} operations": program is None,
+        f"a formula that switches, or one of more than {LARGEST} operations": constants is None,
     }
     for what in [what for what, found in refused.items() if found]:
         raise ValueError(

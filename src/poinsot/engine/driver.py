@@ -16,7 +16,7 @@ from poinsot.engine import kernels
 from poinsot.engine.cuda_runs import CudaRun, check_device
 from poinsot.engine.dense_output import DenseOutput
 from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, Polynomials, ScalarStepper, Stepper
-from poinsot.engine.looped_runs import LoopedRun, program_of
+from poinsot.engine.looped_runs import LoopedRun, constants_of
 from poinsot.engine.progress import bar
 from poinsot.engine.runs import BOTH_WAYS, Job, Report, Rows, Run, Sink, Stop
 from poinsot.engine.termination import INTERRUPTED, HeldInterrupts
@@ -40,11 +40,11 @@ class Driver(Job):
 
         A state with one time is that of one body, one with times those of an ensemble.
         """
-        given, program, members = (self, state, times, sink, ways), program_of(self), bool(state.time.ndim)
+        given, constants, members = (self, state, times, sink, ways), constants_of(self), bool(state.time.ndim)
         if self.device == "cuda":
-            check_device(self, members, program)
+            check_device(self, members, constants)
         engine_run, looped_run = _Members if members else _OneBody, CudaRun if self.device == "cuda" else LoopedRun
-        run = engine_run(*given) if program is None else looped_run(program, *given)
+        run = engine_run(*given) if constants is None else looped_run(constants, *given)
         with HeldInterrupts(run.interrupt):
             run.go()
         return run.report

@@ -10,7 +10,7 @@ import functools
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -21,11 +21,12 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.algebra.program import Graph, Node, ordered, tangents
+from poinsot.algebra.replay import Replay
 from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
 from poinsot.engine.event_detection import EventDetection, refuse_constant_events
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.heyoka_expressions import Expressions
-from poinsot.engine.lowering import TIME, Program, conditions_of, lowered
+from poinsot.engine.lowering import TIME, Constants, Program, conditions_of, lowered, simplified
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
@@ -95,7 +96,8 @@ class _Compiled:
     """An integrator, the arithmetic of its parameters, and what changes them on the way, if anything does."""
 
     engine: Any
-    program: Program
+    values: Replay
+    powers: NDArray[np.int_]
     roots: Roots
     discontinuities: Discontinuities | None
     detection: EventDetection | None
@@ -187,17 +189,13 @@ class Kernel:
         self.engine, self._discontinuities, self.detection = built.engine, built.discontinuities, built.detection
         self._roots = built.roots
         self._variations, self._first = variables.variations, variables.tangent_vectors.start
-        kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
-        typed = kind if lanes == 1 and not problem.knots.size else functools.partial(np.asarray, dtype=kind)
-        if precision == "quadruple" and problem.knots.size:  # no array of these takes part in sums with other numbers
-            typed = np.frompyfunc(kind, 1, 1)
 
         def values(smooth: Problem) -> list[Any]:
-            numbers = (variables.scale, *variables.factors, *smooth.numbers)
-            return built.program.values(tuple(map(typed, numbers)))
+            with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
+                return built.values((variables.scale, *variables.factors, *smooth.numbers))
 
         self._values, self._problem, self.variables = values, problem, variables
-        self.scales = Scales(problem.system, variables, built.program.powers, lanes, self.engine.order)
+        self.scales = Scales(problem.system, variables, built.powers, lanes, self.engine.order)
         self._monitors = [part for part in (self.detection, self._discontinuities) if part is not None]
         for part in self._monitors:
             part.scales = self.scales
@@ -362,19 +360,25 @@ class Kernel:
             part.repeat(busy, idle)
 
 
-def looped_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
-    """Return the program of a system without events; None if its variables have a singularity, or if it is larger."""
+def looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
+    """Return the constants of a system without events; None if its variables have a singularity, or if it is larger."""
     key = problem.structure, variables.structure, largest
-    program: Program | None = known(key, lambda: _looped_program(problem, variables, largest))
-    return program
+    constants: Constants | None = known(key, lambda: _looped_constants(problem, variables, largest))
+    return constants
 
 
-def _looped_program(problem: Problem, variables: StateVector, largest: int) -> Program | None:
+def _looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
     field = _traced(problem, variables)
     if variables.formulation.nearness(field.own) is not None:
         return None
-    program = lowered(field.graph, field.rates)
-    return program if program.decomposition.size <= largest else None
+    size = lowered(field.graph, field.rates).decomposition.size
+    return Constants(field.rates, size) if size <= largest else None
+
+
+def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
+    """Return the program of a system without events for runs in which some of its constants are zero."""
+    field = _traced(problem, variables)
+    return simplified(field.graph, field.rates, zeros)
 
 
 @contextmanager
@@ -553,4 +557,15 @@ def _build(
     )
     used = [root for root in program.roots if root.parameter < len(engine.pars)]  # the engine needs none of slopes
     roots = Roots([(made.of([root.value])[0], root.parameter) for root in used], made, variables.momenta, kind)
-    return _Compiled(engine, program, roots, discontinuities, detection)
+    replay = program.values(_type_of_numbers(precision, lanes, with_knots))
+    return _Compiled(engine, replay, program.powers, roots, discontinuities, detection)
+
+
+def _type_of_numbers(precision: str, lanes: int, with_knots: bool) -> Callable[[Any], Any]:
+    """Return what makes the numbers of a run wide enough to compute its parameters."""
+    kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
+    if precision == "quadruple" and with_knots:  # no array of these takes part in sums with other numbers
+        one_by_one: Callable[[Any], Any] = np.frompyfunc(kind, 1, 1)
+        return one_by_one
+    scalar: Callable[[Any], Any] = kind
+    return scalar if lanes == 1 and not with_knots else functools.partial(np.asarray, dtype=kind)

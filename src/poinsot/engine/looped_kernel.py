@@ -58,7 +58,7 @@ class Code:
     order, lanes : int
     variables, parameters : int
         How many a member has.
-    blank : structured array ()
+    blank : structured array (1,)
         A task without numbers of its own.
     """
 
@@ -66,7 +66,7 @@ class Code:
         self.order, self.lanes = kernel.order, kernel.lanes
         self.variables, self.parameters = kernel.variables, kernel.parameters
         self.work, self.task, self.step = kernel.work, kernel.task, kernel.step
-        self.blank = np.zeros((), self.task)
+        self.blank = np.zeros(1, self.task)
         self.blank["limit"], self.blank["shortest"], self.blank["pause"] = LONGEST, np.inf, FOREVER
         self.idle: list[Run] = []
         exact = [Fraction(1, n) for n in range(1, kernel.order + 1)]
@@ -147,8 +147,7 @@ class Queue:
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
         count, parts = output.members.size, times if times.ndim > 1 else times[:, None]
-        tasks = self.tasks = np.empty(count, code.task)
-        tasks[:] = code.blank
+        tasks = self.tasks = code.blank.repeat(count)
         tasks["state"], tasks["parameters"] = states, parameters
         tasks["time"][:, : parts.shape[1]] = parts
         output.into(tasks)

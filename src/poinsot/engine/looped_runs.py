@@ -7,28 +7,29 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, nullcontext
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot.algebra.replay import Replay
 from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.dense_output import DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.legs import Legs
 from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Status
-from poinsot.engine.lowering import Program, Special
+from poinsot.engine.lowering import Constants, Program
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
-from poinsot.engine.roots import set_roots
+from poinsot.engine.roots import StartRoots
 from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
 from poinsot.engine.scales import BITS, LEAST, MOST
 from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.engine.termination import INTERRUPTED, reason
 
-__all__ = ["LoopedRun", "program_of"]
+__all__ = ["LoopedRun", "constants_of"]
 
 SLAB_BYTES = 16_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
@@ -46,8 +47,8 @@ UNDER_WAY, DONE, PAUSED = int(Status.UNDER_WAY), int(Status.DONE), int(Status.PA
 Array = NDArray[Any]
 
 
-def program_of(job: Job) -> Program | None:
-    """Return the program of a job that a looped kernel can do; None if heyoka must do it.
+def constants_of(job: Job) -> Constants | None:
+    """Return the constants of a job that a looped kernel can do; None if heyoka must do it.
 
     heyoka takes events and wide precision; a GPU takes no tables and no formulas that switch.
     """
@@ -55,25 +56,34 @@ def program_of(job: Job) -> Program | None:
         return None
     if job.device == "cpu" and not looped_kernel.available():
         return None
-    program = kernels.looped_program(job.problem.between_knots(), job.variables, LARGEST_WITH_ZEROS)
-    if program is None or (job.device == "cuda" and (job.problem.knots.size or program.decomposition.conditions)):
-        return None
-    if program.decomposition.size > LARGEST:
-        special, _ = _special(job, program, program.constants(_numbers_of(job, job.problem.between_knots())))
-        return program if special.program.decomposition.size <= LARGEST else None
-    return program
-
-
-def _numbers_of(job: Job, problem: Problem) -> list[Any]:
-    return [np.longdouble(x) for x in (job.variables.scale, *job.variables.factors, *problem.numbers)]
-
-
-def _special(job: Job, program: Program, constants: Sequence[Any]) -> tuple[Special, tuple[Any, ...]]:
-    """Return the program without what multiplies constants that are zero, and its key."""
     smooth = job.problem.between_knots()
-    zeros = program.zeros(constants) if smooth is job.problem else ()
-    key = smooth.structure, job.variables.structure, job.device, zeros
-    return kernels.known(key, lambda: program.without(zeros)), key
+    constants = kernels.looped_constants(smooth, job.variables, LARGEST_WITH_ZEROS)
+    if constants is None or (job.device == "cuda" and (job.problem.knots.size or constants.switches)):
+        return None
+    if constants.size > LARGEST:
+        with np.errstate(all="ignore"):
+            zeros = _zeros(job, constants, constants.values(_numbers_of(job, smooth)))
+        key = smooth.structure, job.variables.structure, zeros
+        size = kernels.known(key, lambda: kernels.looped_program(smooth, job.variables, zeros).decomposition.size)
+        return constants if size <= LARGEST else None
+    return constants
+
+
+def _numbers_of(job: Job, problem: Problem) -> tuple[Any, ...]:
+    return job.variables.scale, *job.variables.factors, *problem.numbers
+
+
+def _zeros(job: Job, constants: Constants, values: Sequence[Any]) -> tuple[int, ...]:
+    """Return which constants are zero throughout: none that may change at knots."""
+    return () if job.problem.knots.size else constants.zeros(values)
+
+
+class Ready(NamedTuple):
+    """A kernel, and what gives its parameters from constants and numbers, and from starts."""
+
+    code: Code
+    parameters: Replay
+    roots: StartRoots
 
 
 class LoopedRun(Run):
@@ -90,35 +100,42 @@ class LoopedRun(Run):
 
     kernel_name = "looped"
 
-    def __init__(self, program: Program, *given: Any) -> None:
+    def __init__(self, constants: Constants, *given: Any) -> None:
         super().__init__(*given)
         job, self._lock = self.job, Lock()
-        smooth = job.problem.between_knots()
-        self._numbers, self._constants = _numbers_of(job, smooth), program.constants
-        constants = program.constants(self._numbers)
-        (self.program, self._values), key = _special(job, program, constants)
         self.one = not self.state.time.ndim
         order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
         layout: Layout = "single" if self.one else "batch"
         lanes = 1 if self.one else kernels.LANES
-        kind = *key, order, layout, lanes
-        self.code: Code = kernels.known(kind, lambda: self._compiled(order, layout, lanes))
-        self.parameters = self._table(self._values([*constants, *self._numbers]), self._numbers)
+        smooth = job.problem.between_knots()
+        self._numbers, self._constants = _numbers_of(job, smooth), constants
+        with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
+            values = constants.values(self._numbers)
+            zeros = _zeros(job, constants, values)
+            kind = smooth.structure, job.variables.structure, job.device, zeros, order, layout, lanes
+            self.ready: Ready = kernels.known(kind, lambda: self._made(smooth, zeros, order, layout, lanes))
+            self.parameters = self._table(self.ready.parameters([*values, *self._numbers]), self._numbers)
+        self.code = self.ready.code
         self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale).reshape(-1)
         self.report.order, self.report.tolerance = order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
-    def _compiled(self, order: int, layout: Layout, lanes: int) -> Code:
-        return looped_kernel.compiled(self.program.decomposition, order, lanes, layout, self.momenta)
+    def _made(self, smooth: Problem, zeros: tuple[int, ...], order: int, layout: Layout, lanes: int) -> Ready:
+        program = kernels.looped_program(smooth, self.job.variables, zeros)
+        code = self.compiled(program, order, layout, lanes)
+        return Ready(code, program.values(np.longdouble), StartRoots(program, self.job.variables.size))
 
-    @property
-    def momenta(self) -> Momenta:
-        """Which variables are rescaled on the way."""
-        variables, powers = self.job.variables, self.program.powers.tolist()
+    def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
+        """Return the kernel of a program."""
+        return looped_kernel.compiled(program.decomposition, order, lanes, layout, self.momenta(program))
+
+    def momenta(self, program: Program) -> Momenta:
+        """Return which variables are rescaled on the way."""
+        variables, powers = self.job.variables, program.powers.tolist()
         places = np.arange(variables.size)[variables.momenta].tolist()
         return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS)
 
-    def _table(self, columns: Sequence[Any], numbers: list[Any], members: Any = slice(None)) -> Array:
+    def _table(self, columns: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
         """Return the parameters of members at their start, shape (n, parameters), from their values."""
         starts, origins = self.starts[members], self.origins[members]
         table = np.empty((origins.size, len(columns)))
@@ -127,14 +144,15 @@ class LoopedRun(Run):
         else:
             for place, column in enumerate(columns):
                 table[:, place] = column
-        set_roots(self.program, table, numbers, starts, origins, self.job.variables.momenta)
+        self.ready.roots.set(table, numbers, starts, origins, self.job.variables.momenta)
         return table
 
     def parameters_around(self, times: Array, members: NDArray[np.int_]) -> Array:
         """Return the parameters of members, shape (n, parameters), between the knots around times."""
         around = _numbers_of(self.job, self.job.problem.between_knots(times))
-        own = [x[members] if y.ndim else x for x, y in zip(around, self._numbers, strict=True)]
-        return self._table(self._values([*self._constants(own), *own]), own, members)
+        own = [x[members] if np.ndim(y) else x for x, y in zip(around, self._numbers, strict=True)]
+        with np.errstate(all="ignore"):
+            return self._table(self.ready.parameters([*self._constants.values(own), *own]), own, members)
 
     @override
     def go(self) -> None:
@@ -264,7 +282,7 @@ class _Tasks:
         self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
 
     def _legs_of(self, members: NDArray[np.int_], stride: NDArray[np.int_]) -> Legs:
-        run, roots = self._run, [root.parameter for root in self._run.program.roots]
+        run, roots = self._run, self._run.ready.roots.places
         knots, origins = run.job.problem.knots, run.origins[members]
         return Legs(knots, self.queue.tasks, members, stride, origins, run.parameters_around, roots, run.one)
 

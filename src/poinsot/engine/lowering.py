@@ -11,15 +11,15 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
-from operator import or_
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.program import Graph, Node, needed, operation_of, ordered, partials, without
+from poinsot.algebra.program import Graph, Node, ordered, partials, without
+from poinsot.algebra.replay import HELD, Replay
 from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
@@ -33,13 +33,10 @@ from poinsot.engine.decomposition import (
     Time,
 )
 
-__all__ = ["HELD", "TIME", "Program", "conditions_of", "lowered"]
+__all__ = ["TIME", "Constants", "Program", "conditions_of", "lowered", "simplified"]
 
 TIME = "time"
 """The name of the symbol of the time; a variable of the state vector is named by its place."""
-
-HELD = "held"
-"""The name of constants that no input gives: conditions and roots, which change at switches and at the start."""
 
 POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
     "add": lambda a, b, _: a or b,
@@ -51,12 +48,6 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
 }
 """The power of what an operation makes of two operands, from theirs and the number that the second one is."""
 
-
-_Step = tuple[int, Callable[..., Any], tuple[int, ...], int]
-"""The place of a result, the operation, the places of its operands, and the numbers that it depends on, as bits."""
-
-EVERY = -1
-"""All bits."""
 
 Monomial = tuple[int, ...]
 """A product of operations, by their numbers in order."""
@@ -72,69 +63,6 @@ class Linear(NamedTuple):
 
     terms: dict[Monomial, Any]
     constant: Any = 0.0
-
-
-class Replay:
-    """Constants computed again and again from numbers in a list; those that are held are 0.
-
-    Of scalars only what depends on those that are others than the last time is computed anew.
-
-    Parameters
-    ----------
-    nodes : sequence of Node
-        What is computed.
-    first : sequence of Node
-        Nodes that the list begins with; the inputs of the run follow.
-    """
-
-    def __init__(self, nodes: Sequence[Node], first: Sequence[Node] = ()) -> None:
-        self._numbers: list[Any] = []
-        given = {node.place: number for number, node in enumerate(first)}
-        inputs = [node for node in needed(nodes, given) if node.name == "input"]
-        given |= {node.place: len(first) + node.operands[0] for node in inputs}
-        places = {place: self._new() for place in given}
-        needs = {places[place]: 1 << number for place, number in given.items()}
-        self._given = [(places[place], number) for place, number in given.items()]
-        self._steps: list[_Step] = []
-        for node in needed(nodes, given):
-            if node.name in ("value", HELD):
-                places[node.place] = self._new(node.value if node.name == "value" else 0.0)
-            else:
-                operands = tuple(places[x.place] if isinstance(x, Node) else self._new(x) for x in node.operands)
-                places[node.place] = self._new()
-                needs[places[node.place]] = own = functools.reduce(or_, (needs.get(x, 0) for x in operands), 0)
-                self._steps.append((places[node.place], operation_of(node), operands, own or EVERY))
-        self._last: tuple[tuple[Any, ...], list[Any]] = (), []
-        self._places = [places[node.place] for node in nodes]
-
-    def _new(self, value: Any = 0.0) -> int:
-        self._numbers.append(value)
-        return len(self._numbers) - 1
-
-    def __call__(self, given: Sequence[Any]) -> list[Any]:
-        """Return the values, scalars or arrays."""
-        last, before = self._last  # threads exchange both at once
-        changed = _changed(given, last)
-        known = (self._numbers if changed == EVERY else before).copy()
-        for place, number in self._given:
-            known[place] = given[number]
-        with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
-            for place, operation, operands, needs in self._steps:
-                if needs & changed:
-                    known[place] = operation(*[known[x] for x in operands])
-        self._last = (tuple(given), known) if all(isinstance(x, np.generic) for x in given) else ((), [])
-        return [known[place] for place in self._places]
-
-
-def _changed(given: Sequence[Any], last: Sequence[Any]) -> int:
-    """Return which numbers are others than the last time, as bits."""
-    if len(given) != len(last):
-        return EVERY
-    changed = 0
-    for bit, (x, y) in enumerate(zip(given, last, strict=True)):
-        if type(x) is not type(y) or x != y or (not x and math.copysign(1, x) != math.copysign(1, y)):
-            changed |= 1 << bit
-    return changed
 
 
 class Root(NamedTuple):
@@ -158,9 +86,8 @@ class Program:
     conditions : dict
         The place of a condition in the graph to the parameter that holds it.
     roots : list of Root
-    graph : Graph
-    rates : list of scalars
-        The formulas that the decomposition is made of.
+    given : sequence of Node
+        What is computed before the parameters; the values of these nodes lead the inputs of a run.
     """
 
     decomposition: Decomposition
@@ -168,42 +95,11 @@ class Program:
     parameters: list[Node]
     conditions: dict[int, int]
     roots: list[Root]
-    graph: Graph
-    rates: Sequence[Any]
+    given: Sequence[Node] = ()
 
-    @functools.cached_property
-    def values(self) -> Replay:
-        """The values of the parameters for the inputs of a run, scalars or arrays; 0 for those that are held."""
-        return Replay(self.parameters)
-
-    @functools.cached_property
-    def constants(self) -> Replay:
-        """The values of the constants that a variable meets in the formulas, for the inputs of a run."""
-        return Replay(self._constants)
-
-    def zeros(self, constants: Sequence[Any]) -> tuple[int, ...]:
-        """Return which constants are zero for all members; none if one is not finite, which is to stop the run."""
-        found = [_kind_of(value) for value in constants]
-        if None in found:
-            return ()
-        return tuple(number for number in self._never_conditions if found[number])
-
-    def without(self, zeros: Iterable[int]) -> Special:
-        """Return the program for runs in which some of the constants are zero."""
-        program = lowered(self.graph, without(self.rates, [self._constants[number] for number in zeros]))
-        return Special(program, Replay(program.parameters, self._constants))
-
-    @functools.cached_property
-    def _constants(self) -> list[Node]:
-        nodes = ordered(self.rates)
-        met = [x for node in nodes if node.varies for x in node.nodes if not x.varies]
-        return [*dict.fromkeys([*met, *(x for x in self.rates if isinstance(x, Node) and not x.varies)])]
-
-    @functools.cached_property
-    def _never_conditions(self) -> list[int]:
-        """The numbers of the constants on which no formula branches."""
-        conditions = {node.operands[0] for node in ordered(self.rates) if node.name == "where"}
-        return [number for number, node in enumerate(self._constants) if node not in conditions]
+    def values(self, typed: Callable[[Any], Any]) -> Replay:
+        """Return what gives the values of the parameters for the inputs of a run; 0 for those that are held."""
+        return Replay(self.parameters, typed, self.given)
 
     @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
@@ -219,18 +115,50 @@ class Program:
         return np.array([known[node.place] for node in self.parameters], dtype=int)
 
 
-class Special(NamedTuple):
-    """A program for runs in which some constants are zero; its values are computed from constants and inputs."""
+class Constants:
+    """The values of the constants that a variable meets in formulas, for the inputs of a run.
 
-    program: Program
-    values: Replay
+    Of the formulas it keeps these constants alone, so that a great many may be known.
+
+    Parameters
+    ----------
+    rates : sequence of scalars
+    size : int
+        How many operations there are.
+
+    Attributes
+    ----------
+    values : Replay
+    switches : bool
+        Whether a formula branches on the way.
+    """
+
+    def __init__(self, rates: Sequence[Any], size: int) -> None:
+        self.size = size
+        conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
+        met = _constants_met(rates)
+        self.values = Replay(met, np.longdouble)
+        self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
+        self.switches = bool(conditions_of(rates))
+
+    def zeros(self, values: Sequence[Any]) -> tuple[int, ...]:
+        """Return which constants are zero for all members; none if one is not finite, which is to stop the run.
+
+        Those on which a formula branches are not among them.
+        """
+        total = sum(values)
+        if not _is_zero_for_all(total - total):
+            return ()
+        return tuple([number for number in self._never_conditions if _is_zero_for_all(values[number])])
 
 
-def _kind_of(value: Any) -> bool | None:
-    """Return whether a value is zero, for all members; None if it is not finite."""
-    if value.__class__ is np.ndarray:
-        return bool(not value.any()) if np.isfinite(value).all() else None
-    return bool(value == 0) if math.isfinite(value) else None
+def _constants_met(rates: Sequence[Any]) -> list[Node]:
+    met = [x for node in ordered(rates) if node.varies for x in node.nodes if not x.varies]
+    return [*dict.fromkeys([*met, *(x for x in rates if isinstance(x, Node) and not x.varies)])]
+
+
+def _is_zero_for_all(value: Any) -> bool:
+    return not value.any() if value.__class__ is np.ndarray else not value
 
 
 def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
@@ -242,6 +170,13 @@ def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
 def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
     """Return the program of the time derivatives of the state variables, and of other functions behind them."""
     return _Lowering(graph, rates, others).program()
+
+
+def simplified(graph: Graph, rates: Sequence[Any], zeros: Iterable[int]) -> Program:
+    """Return the program for runs in which some of the `Constants` are zero; the values of all of these are given."""
+    constants = _constants_met(rates)
+    program = lowered(graph, without(rates, [constants[number] for number in zeros]))
+    return replace(program, given=constants)
 
 
 class _Lowering:
@@ -277,7 +212,7 @@ class _Lowering:
         ]
         places = tuple(self._conditions[node.place] for node in self._watched)
         decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants), tuple(watched), places)
-        return Program(decomposition, others, self._constants, self._conditions, roots, self._graph, self._rates)
+        return Program(decomposition, others, self._constants, self._conditions, roots)
 
     def _with_slopes(self, groups: Iterable[Iterable[Any]]) -> list[Node]:
         """Return the nodes of the outputs with those of the slopes of their functions."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, Protocol
 
 __all__ = ["Report", "bar", "later"]
@@ -21,12 +21,13 @@ class Report(Protocol):
         """Tell it."""
 
 
-@contextmanager
-def bar(what: str, total: float, wanted: bool, console: Any = None) -> Iterator[Report]:
+def bar(what: str, total: float, wanted: bool, console: Any = None) -> AbstractContextManager[Report]:
     """Show how much of a run is done, its rate or its part, and the time left, if it is wanted; give what reports."""
-    if not wanted:
-        yield _nothing
-        return
+    return _shown(what, total, console) if wanted else nullcontext(_nothing)
+
+
+@contextmanager
+def _shown(what: str, total: float, console: Any) -> Iterator[Report]:
     lock, done, began = threading.Lock(), 0.0, clock.perf_counter()
 
     def begun() -> Any:

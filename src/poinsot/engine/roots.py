@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra.replay import Replay
 from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.heyoka_expressions import Expressions
-from poinsot.engine.lowering import HELD, TIME, Program
+from poinsot.engine.lowering import TIME, Program
 from poinsot.engine.state_vector import SMALL
 
-__all__ = ["Roots", "set_roots"]
+__all__ = ["Roots", "StartRoots"]
 
 NEGLIGIBLE = 1e-9
 """The part of the size of a root that counts for nothing when squared."""
@@ -57,24 +58,40 @@ class Roots:
             pars[self._places] = np.where((here == kind(0)) & (there > kind(0)), kind(NEGLIGIBLE**2) * there, kind(0))
 
 
-def set_roots(
-    program: Program,
-    table: NDArray[np.float64],
-    numbers: Sequence[Any],
-    starts: NDArray[np.float64],
-    times: NDArray[np.float64],
-    momenta: slice | list[int],
-) -> None:
-    """Set the parameters of members, shape (members, parameters), for their starts, shape (members, size)."""
-    moving = starts.copy()
-    moving[:, momenta] += SMALL
-    for root in program.roots:
-        graph = root.argument.graph
-        given = {graph.input(place): number for place, number in enumerate(numbers)}
-        given |= {node: 0.0 for node in program.parameters if node.name == HELD}
-        given[graph.symbol(TIME)] = times
-        here, there = (
-            graph.evaluated([root.argument], given | {graph.symbol(k): x for k, x in enumerate(rows.T)})[0]
-            for rows in (starts, moving)
-        )
-        table[:, root.parameter] = np.where((here == 0) & (there > 0), NEGLIGIBLE**2 * there, 0.0)
+class StartRoots:
+    """The square roots in the equations of members, whose parameters depend on their starts.
+
+    Parameters
+    ----------
+    program : Program
+    size : int
+        How many variables there are.
+
+    Attributes
+    ----------
+    places : list of int
+        The numbers of the parameters.
+    """
+
+    def __init__(self, program: Program, size: int) -> None:
+        self.places = [root.parameter for root in program.roots]
+        symbols = [root.argument.graph.symbol(name) for root in program.roots[:1] for name in (*range(size), TIME)]
+        self._under = Replay([root.argument for root in program.roots], np.asarray, symbols)
+
+    def set(
+        self,
+        table: NDArray[np.float64],
+        numbers: Sequence[Any],
+        starts: NDArray[np.float64],
+        times: NDArray[np.float64],
+        momenta: slice | list[int],
+    ) -> None:
+        """Set the parameters of members, shape (members, parameters), for their starts, shape (members, size)."""
+        if not self.places:
+            return
+        moving = starts.copy()
+        moving[:, momenta] += SMALL
+        wide = [*map(np.longdouble, numbers)]
+        resting, turning = (self._under([*rows.T, times, *wide]) for rows in (starts, moving))
+        for place, here, there in zip(self.places, resting, turning, strict=True):
+            table[:, place] = np.where((here == 0) & (there > 0), NEGLIGIBLE**2 * there, 0.0)

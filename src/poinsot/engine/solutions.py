@@ -66,7 +66,7 @@ class Path:
 
     def _integrated(self, direction: int, far: Any) -> _Branch:
         engine, program = _integrator(self._block)
-        numbers = program.values([np.asarray(number, WIDEST) for number in self._block.numbers])
+        numbers = program.values(functools.partial(np.asarray, dtype=WIDEST))(self._block.numbers)
         table = np.array(np.broadcast_arrays(*numbers, *self._start), dtype=WIDEST).reshape(-1, self._members.size)
         pieces = [
             _pieces(engine, column[: len(numbers)], column[len(numbers) :], direction * far) for column in table.T

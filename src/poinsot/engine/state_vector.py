@@ -229,9 +229,12 @@ class StateVector:
         if not self.orbits:
             return self._packed(state)
         starts = [block.start_in_two_parts(state.time) for block in self.orbits]
-        own = self._packed(state, quat.conjugate(starts[0][2]) if self.comoving else None)
-        along = [high.astype(own.dtype) + low.astype(own.dtype) for high, low, _ in starts]
-        return np.concatenate([own, *(np.broadcast_to(x, (*own.shape[:-1], x.shape[-1])) for x in along)], axis=-1)
+        own = self._packed(state, starts[0][2] if self.comoving else None)
+        out = np.empty((*own.shape[:-1], self.along_orbits.stop), own.dtype)
+        out[..., : own.shape[-1]] = own
+        for i, (high, low, _) in enumerate(starts):
+            out[..., self.slots[f"orbits[{i}]"].place] = high.astype(own.dtype) + low.astype(own.dtype)
+        return out
 
     def with_state(self, row: Array, state: State, time: Array) -> Array:
         """Return attitude, momentum and parts of a state, beside the orbits in the variables of one body."""

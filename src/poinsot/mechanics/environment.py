@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
 from poinsot.errors import scalar
 from poinsot.functions import ComovingVector, Scalar, Vector
 from poinsot.mechanics.block import Block
@@ -200,7 +201,7 @@ class OrbitBlock(Block):
         """Return one over the length of the position."""
 
     def start_in_two_parts(self, time: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
-        """Return the variables at a time, high and low part, and the quaternion axes -> space there, both extended.
+        """Return the variables at a time, high and low part, and the quaternion space -> axes there, both extended.
 
         The last result is kept: systems on one orbit start at one time as a rule.
         """
@@ -210,7 +211,8 @@ class OrbitBlock(Block):
             wide = self.with_numbers(map(np.longdouble, self.numbers))  # to round once, at the end
             values = wide.start_at(time)
             high = np.asarray(values, dtype=np.float64)
-            known = high, np.asarray(values - high, dtype=np.float64), wide.quaternion(time, values)
+            turn = quat.conjugate(wide.quaternion(time, values))
+            known = high, np.asarray(values - high, dtype=np.float64), turn
             self._starts.clear()
             self._starts[key] = known
         return known

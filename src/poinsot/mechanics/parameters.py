@@ -128,7 +128,8 @@ class Parametric:
             elif isinstance(value, functions.Vector):
                 yield from value
             elif isinstance(kind, tuple):
-                yield from np.moveaxis(np.reshape(value, (*value.shape[: value.ndim - len(kind)], -1)), -1, 0)
+                rows = value.reshape(*value.shape[: value.ndim - len(kind)], -1)
+                yield from rows if rows.ndim == 1 else np.moveaxis(rows, -1, 0)
 
     def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
         """Yield the name of each of `numbers`, and what is the same for one number of one record."""

@@ -199,7 +199,7 @@ class System(Dynamics):
         own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
         sizes = [np.sqrt(np.vecdot(momenta, momenta)) for momenta in (state.angular_momentum_body, *own)]
         largest = functools.reduce(np.maximum, sizes, self.torque_scale)
-        return np.where(largest > 0, largest, 1.0)
+        return np.maximum(largest, largest == 0)
 
     @property
     def rigid_bodies(self) -> tuple[Body, ...]:
@@ -237,7 +237,7 @@ class System(Dynamics):
     @functools.cached_property
     def torque_scale(self) -> Any:
         """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
-        return np.sqrt(np.max(self.body.moments, axis=-1) * self._strongest)
+        return np.sqrt(self.body.moments.max(axis=-1) * self._strongest)
 
     @property
     def _strongest(self) -> Any:

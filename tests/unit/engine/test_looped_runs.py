@@ -53,7 +53,7 @@ def motion(force):
 
 
 def codes():
-    return [known for known in kernels._pool._decided.values() if isinstance(known, looped_kernel.Code)]
+    return [known.code for known in kernels._pool._decided.values() if isinstance(known, looped_runs.Ready)]
 
 
 def test_a_sweep_through_zero_takes_one_kernel_more(monkeypatch):
