@@ -20,6 +20,7 @@ from poinsot.engine import kernels, looped_kernel, looped_runs
 from poinsot.engine.lowering import Constants
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
+from poinsot.mechanics.formula_trials import ATTITUDES
 
 ELLIPSE = pt.KeplerOrbit(
     1.1,
@@ -272,6 +273,35 @@ def test_reused_kernel_gives_what_a_new_one_gives(force, body, monkeypatch):
     new = motion(heavier(body), scaled(force, 1.2))
     assert np.array_equal(reused.quaternion, new.quaternion)
     assert np.array_equal(reused.conjugate_momenta, new.conjugate_momenta)
+
+
+@each_body
+@each_force
+def test_a_system_knows_how_large_a_torque_is_whatever_numbers_its_formulas_were_traced_with(force, body):
+    pt.System(body, force)
+    system = pt.System(heavier(body), scaled(force, 1.2))
+    time = 0.25 + next((orbit.sample_time for orbit in system.orbits if orbit.sample_time), 0.0)
+    here, there = (system.state(q, omega_body=(0, 0, 0), time=time) for q in ATTITUDES)
+    change = abs(system.potential_energy(there) - system.potential_energy(here))
+    expected = max(np.linalg.norm(system.torque_body(here)), change)
+    assert abs(system.sample_torque - expected) <= 1e-12 * expected
+
+
+def test_a_formula_runs_for_the_first_system_of_a_structure_alone():
+    calls = []
+
+    class Spring(pt.Potential):
+        stiffness: float
+
+        def energy(self, instant):
+            calls.append(self.stiffness)
+            return 0.5 * self.stiffness * instant.attitude.to_body((0, 0, 1))[0] ** 2
+
+    first = pt.System(BODIES[0], Spring(0.3))
+    count = len(calls)
+    others = [pt.System(heavier(BODIES[0]), Spring(k)) for k in (0.6, 1.2)]
+    assert len(calls) == count
+    assert np.allclose([other.sample_torque for other in others], np.array((2, 4)) * first.sample_torque, rtol=1e-14)
 
 
 def nodes():

@@ -32,16 +32,17 @@ class Replay:
 
     Parameters
     ----------
-    nodes : sequence of Node
-        What is computed.
+    outputs : sequence of scalars
+        What is computed: nodes, or numbers.
     typed : callable
         Makes of each of the numbers, a scalar or an array, what is computed with.
     first : sequence of Node
         Nodes that the list begins with; the inputs of the run follow.
     """
 
-    def __init__(self, nodes: Sequence[Node], typed: Callable[[Any], Any], first: Sequence[Node] = ()) -> None:
+    def __init__(self, outputs: Sequence[Any], typed: Callable[[Any], Any], first: Sequence[Node] = ()) -> None:
         self._typed, self._numbers = typed, list[Any]()
+        nodes = [x for x in outputs if isinstance(x, Node)]
         given = {node.place: number for number, node in enumerate(first)}
         inputs = [node for node in needed(nodes, given) if node.name == "input"]
         given |= {node.place: len(first) + node.operands[0] for node in inputs}
@@ -58,7 +59,7 @@ class Replay:
                 needs[places[node.place]] = own = functools.reduce(or_, (needs.get(x, 0) for x in operands), 0)
                 self._steps.append((places[node.place], operation_of(node), operands, own or EVERY))
         self._last: tuple[tuple[Any, ...], list[Any]] = (), []
-        self._places = [places[node.place] for node in nodes]
+        self._places = [places[x.place] if isinstance(x, Node) else self._new(x) for x in outputs]
 
     def _new(self, value: Any = 0.0) -> int:
         self._numbers.append(value)

@@ -14,7 +14,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of, orbits_of
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
-__all__ = ["Collection"]
+__all__ = ["Alike", "Collection"]
 
 SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
@@ -109,3 +109,26 @@ class Collection(ABC):
                 if SPACE_AXES_UNNAMED in found:
                     hint = " Give reference_frame= to the one or the other."
                 raise ValueError(f"the orbits of a system must have one {what}, got {first} and {second}.{hint}")
+
+
+class Alike:
+    """A collection, equal to another of the same structure: their formulas are one. What is found for it is kept.
+
+    Parameters
+    ----------
+    collection : Collection
+    """
+
+    def __init__(self, collection: Any) -> None:
+        self.structure, self._collection = collection.structure, collection
+
+    def taken(self) -> Any:
+        """Return the collection, which is forgotten."""
+        collection, self._collection = self._collection, None
+        return collection
+
+    def __hash__(self) -> int:
+        return hash(self.structure)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Alike) and self.structure == other.structure

@@ -2,41 +2,105 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
+import math
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from poinsot.functions import Vector
+from poinsot.algebra.program import Graph
+from poinsot.algebra.replay import Replay
+from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.collection import Alike
+from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.force import Force, Load, Potential, derived_torque
+from poinsot.mechanics.force import Force, Load, Potential, Torque, derived_torque
 from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import Part
 
-__all__ = ["PAIR", "trial", "try_event", "try_force", "try_pair_force"]
+__all__ = ["PAIR", "on_pairs", "sample_torque", "trial", "try_event", "try_pair_force"]
 
 PAIR = np.array([1.0, 1.0])
 RATES = np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])
 ATTITUDES = np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]])
 
 
-def try_force(force: Force, body: Body) -> float:
-    """Run the formula of a force once on arrays of two values, which the body is made of.
+def sample_torque(system: Dynamics) -> float:
+    """Return the sum of the torques of forces on the first member's body at rest, at a sample.
 
-    Return the torque on the body at rest, which is the first value; of a potential the difference of the energies, if
-    that is larger.
+    Of a potential it is the difference of the energies at two samples, if that is larger. The formulas of a structure
+    are tried once, and traced where they run on symbols.
+
+    Raises
+    ------
+    TypeError
+        If a formula does not return what it must.
     """
-    name = type(force).__name__
-    formula = _of_part if isinstance(force, Part) else _of_potential if isinstance(force, Potential) else _of_torque
-    torque, change = _tried(name, formula, force, trial(force, body))
+    first = [number.item(0) for number in system.numbers]
+    times = [sample_time(orbits_of(force)) + 0.25 for force in system.forces]
+    traced = _traced_samples(Alike(system))
     with np.errstate(all="ignore"):
-        at_rest = np.linalg.norm([np.atleast_1d(component)[0] for component in torque])
-    return float(np.max(np.nan_to_num([at_rest, change], posinf=0.0)))
+        found = traced([*first, *times]) if traced else [*_samples(system.with_numbers(map(np.float64, first)), times)]
+        each = np.reshape(np.array(found, dtype=float), (-1, 5)).tolist()
+    return math.fsum(_size_of(*sample) for sample in each)
+
+
+def _size_of(*sample: float) -> float:
+    *torque, here, there = sample
+    return max(filter(math.isfinite, (math.hypot(*torque), abs(there - here))), default=0.0)
+
+
+@functools.lru_cache(1024)
+def _traced_samples(alike: Alike) -> Replay | None:
+    """Try the formulas of a structure, and return what gives their samples; None if they do not run on symbols."""
+    system, graph = alike.taken(), Graph()
+    body = on_pairs(system)
+    for force in system.forces:
+        _try_force(force, body)
+    inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]
+    twin = system.with_numbers(inputs)
+    try:
+        return Replay([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
+    except Exception:  # such as that of a table, which is looked into at a time
+        return None
+
+
+def _samples(system: Dynamics, times: Sequence[Scalar]) -> Iterator[Scalar]:
+    """Yield the torque of each force on the body at rest, and its energies at two samples."""
+    bodies = [_started(system, 0.25, Vector(omega)) for omega in RATES.T.tolist()]
+    attitudes = [Attitude.from_quaternion(q) for q in ATTITUDES.tolist()]
+    for force, time in zip(system.forces, times, strict=True):
+        environment = Environment(time)
+        if isinstance(force, Potential):
+            here, there = map(Instant, bodies, attitudes, (environment, environment))
+            yield from (*derived_torque(force, here), force.energy(here), force.energy(there))
+        elif isinstance(force, Torque):
+            yield from (*force.torque(Instant(bodies[0], attitudes[0], environment, RATES.T[0].tolist())), 0.0, 0.0)
+        else:
+            yield from (0.0,) * 5
+
+
+def on_pairs(system: Dynamics) -> Body:
+    """Return the first member's body with its parts, on arrays of two values for trials of formulas."""
+    twin = system.with_numbers(number.item(0) * PAIR for number in system.numbers)
+    return _started(twin, 0.25 * PAIR, Vector(RATES))
+
+
+def _started(system: Dynamics, time: Scalar, omega: Vector) -> Body:
+    own = {part.name: Vector(x + 0.0 * time for x in part.start(time, omega)) for part in system.parts}
+    return system.body_at(own, time)
+
+
+def _try_force(force: Force, body: Body) -> None:
+    """Run the formula of a force once on arrays of two values, which the body is made of."""
+    formula = _of_part if isinstance(force, Part) else _of_potential if isinstance(force, Potential) else _of_torque
+    _try(type(force).__name__, formula, force, trial(force, body))
 
 
 def try_pair_force(force: Force, instant: Instant, derived: Callable[[Any, Any], Any]) -> None:
@@ -55,12 +119,12 @@ def try_pair_force(force: Force, instant: Instant, derived: Callable[[Any, Any],
                 raise WrongSizeError(f"the {what} of {name} must be three components, got {_size(vector)}.")
         return load
 
-    _tried(type(force).__name__, load, force, instant)
+    _try(type(force).__name__, load, force, instant)
 
 
 def try_event(event: Event, instant: Instant) -> None:
     """Run the formulas of an event once, at an instant of arrays of two values."""
-    _tried(type(event).__name__, _of_event, event, instant)
+    _try(type(event).__name__, _of_event, event, instant)
 
 
 def trial(record: Any, body: Body) -> Instant:
@@ -69,12 +133,12 @@ def trial(record: Any, body: Body) -> Instant:
     return Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), environment, RATES)
 
 
-def _tried(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: Instant) -> Any:
-    """Return what a formula gives, or raise the sentence about what it does not allow."""
-    twin = record.with_numbers(np.ravel(number)[0] * PAIR for number in record.numbers)
+def _try(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: Instant) -> None:
+    """Run a formula at an instant, and raise the sentence about what it does not allow."""
+    twin = record.with_numbers(number.item(0) * PAIR for number in record.numbers)
     try:
         with np.errstate(all="ignore"):
-            return formula(twin, instant)
+            formula(twin, instant)
     except WrongSizeError as error:
         raise TypeError(str(error)) from None
     except RateUnknownError as error:
@@ -98,26 +162,23 @@ class WrongSizeError(TypeError):
     """A formula gives another number of components than it must."""
 
 
-def _of_potential(potential: Potential, instant: Instant) -> tuple[Any, Any]:
-    """Return the torque, and the difference of the energies."""
-    energy = _one("energy", potential, potential.energy(instant.without_rates))
-    return derived_torque(potential, instant), np.ptp(energy)
+def _of_potential(potential: Potential, instant: Instant) -> None:
+    _one("energy", potential, potential.energy(instant.without_rates))
+    derived_torque(potential, instant)
 
 
-def _of_torque(force: Any, instant: Instant) -> tuple[Any, float]:
+def _of_torque(force: Any, instant: Instant) -> None:
     torque = force.torque(instant)
     if _components(torque) != 3 or any(_components(x) != 1 for x in torque):
         name = type(force).__name__
         raise WrongSizeError(f"the torque of {name} must be three components along the body axes, got {_size(torque)}.")
-    return torque, 0.0
 
 
-def _of_part(part: Part, instant: Instant) -> tuple[Any, float]:
+def _of_part(part: Part, instant: Instant) -> None:
     rates = part.rates(instant, Vector(0.0 * PAIR for _ in range(part.size)))
     if _components(rates) != part.size:
         count = f"{part.size} scalars, one for each of its variables"
         raise WrongSizeError(f"the rates of {type(part).__name__} must be {count}, got {_size(rates)}.")
-    return (0.0, 0.0, 0.0), 0.0
 
 
 def _of_event(event: Event, instant: Instant) -> None:
@@ -125,10 +186,9 @@ def _of_event(event: Event, instant: Instant) -> None:
     _one("condition", event, event.condition(instant))
 
 
-def _one(what: str, record: Any, value: Any) -> Any:
+def _one(what: str, record: Any, value: Any) -> None:
     if _components(value) != 1:
         raise WrongSizeError(f"the {what} of {type(record).__name__} must be one scalar, got {_size(value)}.")
-    return value
 
 
 def _components(value: Any) -> int:

@@ -17,11 +17,12 @@ from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body, started
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
+from poinsot.mechanics.collection import Alike
 from poinsot.mechanics.dynamics import Dynamics, scalars
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
-from poinsot.mechanics.formula_trials import PAIR, RATES, trial, try_event, try_force
+from poinsot.mechanics.formula_trials import on_pairs, sample_torque, trial, try_event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import described
@@ -110,7 +111,7 @@ class System(Dynamics):
         check_parts(self.body, self.parts)
         for force in self.forces:
             force.check(self._displaced)
-        self.sample_torque = sum(try_force(force, self.body_on_pairs) for force in self.forces)
+        self.sample_torque = sample_torque(self)
 
     def try_event(self, event: Event) -> None:
         """Raise a TypeError for an event whose formulas are none."""
@@ -186,10 +187,7 @@ class System(Dynamics):
     @functools.cached_property
     def body_on_pairs(self) -> Body:
         """The first member's body with its parts, on arrays of two values for trials of formulas."""
-        twin = self.with_numbers(np.ravel(number)[0] * PAIR for number in self.numbers)
-        time, omega = 0.25 * PAIR, Vector(RATES)
-        own = {part.name: Vector(x + 0.0 * PAIR for x in part.start(time, omega)) for part in twin.parts}
-        return twin.body_at(own, time)
+        return on_pairs(self)
 
     def momentum_scale(self, state: State) -> Any:
         """Return the size of the angular momentum that the motion from a state will have, roughly; shape (...).
@@ -241,7 +239,7 @@ class System(Dynamics):
 
     @property
     def _strongest(self) -> Any:
-        branching = _branches(_Alike(self))
+        branching = _branches(Alike(self))
         if not branching and not self.members:
             return self.sample_torque
         with np.errstate(all="ignore"):
@@ -288,20 +286,7 @@ def _size(force: Any, instant: Instant) -> Any:
     return functions.norm(force.torque(instant))
 
 
-class _Alike:
-    """A system, equal to another of the same structure: their formulas are one."""
-
-    def __init__(self, system: System) -> None:
-        self.system = system
-
-    def __hash__(self) -> int:
-        return hash(self.system.structure)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Alike) and self.system.structure == other.system.structure
-
-
 @functools.lru_cache(1024)
-def _branches(alike: _Alike) -> bool:
+def _branches(alike: Alike) -> bool:
     """Whether the formula of a force has a condition on the time or an orbit."""
-    return bool(conditions(alike.system.traced_sizes()[1]))
+    return bool(conditions(alike.taken().traced_sizes()[1]))
