@@ -24,6 +24,9 @@ _Step = tuple[int, Callable[..., Any], tuple[int, ...], int]
 EVERY = -1
 """All bits."""
 
+SWEEPS = 8
+"""Sets of numbers that change together, of which the steps that they need are remembered."""
+
 
 class Replay:
     """Constants computed again and again from numbers in a list; those that are held are 0.
@@ -49,7 +52,7 @@ class Replay:
         places = {place: self._new() for place in given}
         needs = {places[place]: 1 << number for place, number in given.items()}
         self._given = {number: places[place] for place, number in given.items()}
-        self._steps: list[_Step] = []
+        steps: list[_Step] = []
         for node in needed(nodes, given):
             if node.name in ("value", HELD):
                 places[node.place] = self._new(node.value if node.name == "value" else 0.0)
@@ -57,7 +60,8 @@ class Replay:
                 operands = tuple(places[x.place] if isinstance(x, Node) else self._new(x) for x in node.operands)
                 places[node.place] = self._new()
                 needs[places[node.place]] = own = functools.reduce(or_, (needs.get(x, 0) for x in operands), 0)
-                self._steps.append((places[node.place], operation_of(node), operands, own or EVERY))
+                steps.append((places[node.place], operation_of(node), operands, own or EVERY))
+        self._due = functools.lru_cache(SWEEPS)(lambda changed: [step for step in steps if step[-1] & changed])
         self._last: tuple[tuple[Any, ...], list[Any]] = (), []
         self._places = [places[x.place] if isinstance(x, Node) else self._new(x) for x in outputs]
 
@@ -75,9 +79,8 @@ class Replay:
             if number in self._given:
                 known[self._given[number]] = self._typed(given[number])
         value_at = known.__getitem__
-        for place, operation, operands, needs in self._steps:
-            if needs & bits:
-                known[place] = operation(*map(value_at, operands))
+        for place, operation, operands, _ in self._due(bits):
+            known[place] = operation(*map(value_at, operands))
         self._last = ((), []) if np.ndarray in set(map(type, given)) else (tuple(given), known)
         return [*map(value_at, self._places)]
 

@@ -231,9 +231,11 @@ class StateVector:
         starts = [block.start_in_two_parts(state.time) for block in self.orbits]
         own = self._packed(state, starts[0][2] if self.comoving else None)
         out = np.empty((*own.shape[:-1], self.along_orbits.stop), own.dtype)
-        out[..., : own.shape[-1]] = own
-        for i, (high, low, _) in enumerate(starts):
-            out[..., self.slots[f"orbits[{i}]"].place] = high.astype(own.dtype) + low.astype(own.dtype)
+        place = own.shape[-1]
+        out[..., :place] = own
+        for high, low, _ in starts:
+            first, place = place, place + high.shape[-1]
+            out[..., first:place] = high.astype(own.dtype) + low.astype(own.dtype)
         return out
 
     def with_state(self, row: Array, state: State, time: Array) -> Array:
@@ -246,8 +248,7 @@ class StateVector:
 
     def _packed(self, state: State, turn: Array | None = None) -> Array:
         """Return the variables of attitude, momentum and parts."""
-        chart, own = self.formulation, state.own
-        bodies = []
+        chart, bodies = self.formulation, []
         for each, scale in zip(state.of_bodies.values(), self.scales(self.scale), strict=True):
             body = chart.from_state(each)
             body[..., chart.momenta] *= np.asarray(scale, dtype=body.dtype)[..., None]
@@ -255,7 +256,7 @@ class StateVector:
             chart.check_variables(body)
             bodies.append(body)
         rigid = np.concatenate(bodies, axis=-1) if len(bodies) > 1 else bodies[0]
-        columns = []
+        columns, own = [], state.own if self.parts else {}
         for name, factors in self.parts.items():
             if np.shape(own.get(name, ()))[-1] != len(factors):
                 raise ValueError(

@@ -194,9 +194,10 @@ class System(Dynamics):
 
         The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
         """
-        own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
-        sizes = [np.sqrt(np.vecdot(momenta, momenta)) for momenta in (state.angular_momentum_body, *own)]
-        largest = functools.reduce(np.maximum, sizes, self.torque_scale)
+        own = (state.own[part.name][..., place] for part in self.parts for place in part.momentum_places)
+        largest = self.torque_scale
+        for momenta in (state.angular_momentum_body, *own):
+            largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
         return np.maximum(largest, largest == 0)
 
     @property
