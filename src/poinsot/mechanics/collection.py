@@ -88,10 +88,19 @@ class Collection(ABC):
         return self.with_records(record.between_knots(time) for record in self.records)
 
     def beside(self, shape: tuple[int, ...]) -> Self:
-        """Return the same with numbers that broadcast against arrays of a shape, members first."""
-        return self.with_numbers(
-            np.reshape(number, (*number.shape, *(1,) * (len(shape) - number.ndim))) for number in self.numbers
-        )
+        """Return the same with numbers that broadcast against arrays of a shape, members first.
+
+        It is kept, with what its orbits have computed.
+        """
+        axes = len(shape)
+        if axes not in self._twins:
+            numbers = (np.reshape(number, (*number.shape, *(1,) * (axes - number.ndim))) for number in self.numbers)
+            self._twins[axes] = self.with_numbers(numbers)
+        return self._twins[axes]
+
+    @functools.cached_property
+    def _twins(self) -> dict[int, Self]:
+        return {}
 
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
         """Return the same on other scalars: runtime parameters, symbols, arrays."""

@@ -110,7 +110,11 @@ class Dynamics(Collection):
     @checked
     def energy(self, state: State) -> Any:
         """Return kinetic plus potential energy, the Hamiltonian where there is one; shape (...)."""
-        return self.kinetic_energy(state) + self.potential_energy(state)
+        shape = state.quaternion.shape[:-1]
+        twin = self.beside(shape)
+        instant = twin.at(state)
+        potential = np.broadcast_to(twin.potential_at(instant), shape)[()]
+        return instant.body.kinetic_energy(instant.angular_momentum_body) + potential
 
     # ------------------------------------------------------------------ equations of motion
 

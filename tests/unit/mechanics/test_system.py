@@ -93,6 +93,28 @@ def test_energy_of_a_moving_attractor_depends_on_the_time(satellite):
 # ---------------------------------------------------------------------- parameters and structure
 
 
+def test_a_second_diagnostic_makes_no_records(satellite, start, monkeypatch):
+    first = pt.System(satellite.body, *satellite.forces)
+    made, with_numbers = [], pt.Body.with_numbers
+
+    def counted(*given):
+        made.append(given)
+        return with_numbers(*given)
+
+    monkeypatch.setattr(pt.Body, "with_numbers", counted)
+    energy, torque, rate = first.energy(start), first.torque_body(start), first.omega_body(start)
+    assert len(made) == 1
+    assert (first.energy(start), first.torque_body(start).tolist(), first.omega_body(start).tolist()) == (
+        energy,
+        torque.tolist(),
+        rate.tolist(),
+    )
+    assert len(made) == 1
+    several = pt.State(np.stack([start.quaternion] * 3), np.stack([start.conjugate_momenta] * 3))
+    assert np.allclose(first.energy(several), energy, rtol=1e-14)
+    assert len(made) == 2
+
+
 def test_structure_holds_no_number(body):
     one = pt.System(body, pt.UniformGravity(0.5, (1, 0, 0)))
     other = pt.System(pt.Body((1, 2, 2.5)), pt.UniformGravity(1.5, (0, 2, 0)))
