@@ -13,11 +13,11 @@ def number(first, second, turn, separation):
     return gap(first, second, [Vector(axis) for axis in turn.as_matrix().T], Vector(separation))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(12))
 def test_ellipsoids_grown_by_the_number_touch(seed):
     """The nearest points of both are one: by a search over directions, of which no formula is used."""
     rng = np.random.default_rng(seed)
-    first, second = rng.uniform(1, 3, 3), rng.uniform(1, 3, 3) * rng.choice([1.0, 0.2])
+    first, second = rng.uniform(1, 6, 3), rng.uniform(1, 6, 3) * rng.choice([1.0, 0.1])
     turn, r = Rotation.random(random_state=rng), rng.normal(size=3) * rng.choice([2.0, 20.0])
     factor = 1 + number(first, second, turn, r)
 
