@@ -148,11 +148,18 @@ def test_other_shapes_touch_where_spheres_that_hold_them_do():
 
 @pytest.mark.parametrize("members", [(), (3,)])
 def test_bodies_that_overlap_at_the_start_are_refused(members):
-    position = np.broadcast_to((1.2, 0.0, 0.0), (*members, 3))
-    start = CLOSE.state(position, (0, 0.2, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 0)] * 2)
-    sentence = "state must have the bodies apart, got ellipsoids that overlap: they touch when both are 0.8 times"
+    place = np.broadcast_to((1.2, 0.0, 0.0), (*members, 3))
+    given = {"velocity": (0, 0.2, 0), "attitudes": [(1, 0, 0, 0)] * 2, "omega_body": [(0, 0, 0)] * 2}
+    sentence = "position must keep the bodies apart, got ellipsoids that overlap: they touch when both are 0.8 times"
     with pytest.raises(ValueError, match=sentence):
-        pt.propagate(FALL, start, [1.0], events=[pt.events.Contact.of_shapes(CLOSE)])
+        CLOSE.state(place, **given)
+    ball = pt.TwoBodies(pt.Body.from_ellipsoid(3.0, (1, 1, 1)), pt.Body.from_ellipsoid(3.0, (0.5, 0.5, 0.5)), G=1.0)
+    with pytest.raises(ValueError, match=sentence):
+        ball.state(place, **given)
+    assert ball.state((1.5, 0, 0), **given).position[0] == 1.5  # they touch
+    start = PAIR.state(place, **given)
+    with pytest.raises(ValueError, match=sentence):
+        pt.propagate(SYSTEM, start, [1.0], events=[pt.events.Contact((1.0, 0.8, 0.6), (0.5, 0.3, 0.2))])
 
 
 @pytest.mark.parametrize(

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Any
 
-import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.ellipsoids import gap
 from poinsot.errors import refuse_nonpositive
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Scalar
+from poinsot.mechanics.body import Body
 from poinsot.mechanics.event import Event
+from poinsot.mechanics.overlap import gap_between, refuse_overlap
 from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.two_bodies import TwoBodies, check_name_of_body
 from poinsot.quantities import BodyVector, Rule
@@ -79,7 +79,7 @@ class Contact(Event):
     Raises
     ------
     ValueError
-        If a semiaxis is not positive; by `propagate`, if the bodies overlap at the start.
+        If a semiaxis is not positive; by `propagate`, if the ellipsoids overlap at the start.
 
     Examples
     --------
@@ -99,7 +99,7 @@ class Contact(Event):
 
     @classmethod
     def of_shapes(cls, pair: TwoBodies) -> Contact:
-        """Return the contact of two bodies that are made of shapes.
+        """Return the contact of two bodies that are made of shapes, or by `Body.from_ellipsoid`.
 
         It is that of ellipsoids along the axes of their bodies, and of spheres that hold any other shapes.
 
@@ -108,22 +108,15 @@ class Contact(Event):
         ValueError
             If a body was not made of a shape.
         """
-        return cls(*(_semiaxes(name, body.shape) for name, body in pair.bodies.items()))
+        return cls(*(_semiaxes(name, body) for name, body in pair.bodies.items()))
 
     @override
     def value(self, instant: Any) -> Scalar:
-        to_first = instant.primary.attitude.to_body
-        turn = [to_first(instant.secondary.attitude.to_space(unit)) for unit in np.eye(3).tolist()]
-        return gap(Vector(self.primary), Vector(self.secondary), turn, to_first(instant.separation))
+        return gap_between((self.primary, self.secondary), instant.attitudes, instant.separation)
 
     @override
     def check_start(self, instant: Any) -> None:
-        least = float(np.min(self.value(instant)))
-        if least < 0:
-            raise ValueError(
-                f"state must have the bodies apart, got ellipsoids that overlap: they touch when both are "
-                f"{1 + least:.6g} times as large."
-            )
+        refuse_overlap(self.value(instant))
 
 
 class LibrationExtreme(Event):
@@ -161,9 +154,9 @@ class LibrationExtreme(Event):
         return functions.dot(each.attitude.to_space(each.omega_body) - line, normal)
 
 
-def _semiaxes(name: str, shape: Any) -> Any:
-    if shape is None:
-        raise ValueError(f"{name} must be made of a shape, by Body.from_shape. Or write Contact(semiaxes, semiaxes).")
-    own = shape.definition[1]
-    along = np.array_equal(own.get("matrix"), np.eye(3))
-    return own["semiaxes"] if along and "semiaxes" in own else (shape.circumscribing_radius,) * 3
+def _semiaxes(name: str, body: Body) -> Any:
+    if body.semiaxes is not None:
+        return body.semiaxes
+    if body.shape is None:
+        raise ValueError(f"{name} must be made of a shape, got {body!r}. Write Contact(semiaxes, semiaxes).")
+    return (body.shape.circumscribing_radius,) * 3

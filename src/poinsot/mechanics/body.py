@@ -69,6 +69,8 @@ class Body(Parametric):
     mass: InitVar[Real | None] = field(default=None, kw_only=True)
     shape: ClassVar[Any] = None
     """The shape that the body was made of by `from_shape`."""
+    semiaxes: ClassVar[Any] = None
+    """Those of the ellipsoid along the body axes that the body was made of."""
 
     def __post_init__(self, mass: Any) -> None:
         super().__post_init__()
@@ -186,6 +188,7 @@ class Body(Parametric):
         negligible = np.abs(inertia) <= EQUAL_MOMENTS * np.max(np.diag(inertia))
         body = Body.from_inertia(np.where(negligible & ~np.eye(3, dtype=bool), 0, inertia), shape.mass)
         object.__setattr__(body, "shape", shape)
+        object.__setattr__(body, "semiaxes", shape.ellipsoid_along_axes)
         return body
 
     @staticmethod
@@ -259,8 +262,11 @@ class Body(Parametric):
     @staticmethod
     def from_ellipsoid(mass: float, semiaxes: ArrayLike) -> Body:
         """Return the homogeneous ellipsoid with semiaxes (a, b, c) along the body axes."""
-        a, b, c = _positive("semiaxes", semiaxes, (3,)) ** 2
-        return Body(_positive("mass", mass) / 5 * np.array([b + c, a + c, a + b]), mass=mass)
+        axes = _positive("semiaxes", semiaxes, (3,))
+        a, b, c = axes**2
+        body = Body(_positive("mass", mass) / 5 * np.array([b + c, a + c, a + b]), mass=mass)
+        object.__setattr__(body, "semiaxes", axes)
+        return body
 
     @staticmethod
     def from_box(mass: float, sides: ArrayLike) -> Body:

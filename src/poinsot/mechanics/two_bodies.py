@@ -13,10 +13,12 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array
 from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.circular_pair import circular_orbit, upright
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
+from poinsot.mechanics.overlap import gap_between, refuse_overlap
 from poinsot.mechanics.parameters import Parametric, Positive
 from poinsot.mechanics.state import PairState
 from poinsot.quantities import AngularVelocity, Duration, Real, Times
@@ -171,7 +173,16 @@ class TwoBodies(Parametric):
             for body, attitude, vector in zip(self.bodies.values(), attitudes, vectors, strict=True)
         )
         mass = np.asarray(self.reduced_mass)[..., None]
-        return PairState(position, mass * velocity, primary, secondary)
+        start = PairState(position, mass * velocity, primary, secondary)
+        semiaxes = [body.semiaxes for body in self.bodies.values()]
+        if all(axes is not None for axes in semiaxes):
+            first, second, place = (
+                Vector(np.moveaxis(x, -1, 0))
+                for x in (start.primary.quaternion, start.secondary.quaternion, start.position)
+            )
+            turned = Attitude.from_quaternion(first), Attitude.from_quaternion(second)
+            refuse_overlap(gap_between(semiaxes, turned, place))
+        return start
 
     @checked
     def state_on(

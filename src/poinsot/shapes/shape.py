@@ -67,6 +67,11 @@ class Shape(ABC):
     def circumscribing_radius(self) -> float:
         """The radius of the smallest sphere about the centre of mass that holds the shape; of an `Assembly` a bound."""
 
+    @property
+    def ellipsoid_along_axes(self) -> Array | None:
+        """The semiaxes of an ellipsoid along the axes; None of other shapes."""
+        return None
+
     @abstractmethod
     def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
         """Return the integrals of Z_nm((x - origin) / radius) over the mass, rows n, columns m <= n."""

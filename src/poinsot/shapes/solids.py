@@ -105,6 +105,12 @@ class Ellipsoid(Solid):
     def circumscribing_radius(self) -> float:
         return float(self.semiaxes.max())
 
+    @property
+    @override
+    def ellipsoid_along_axes(self) -> Array | None:
+        along = np.array_equal(self._axes, np.eye(3)) or np.ptp(self.semiaxes) == 0
+        return self.semiaxes if along else None
+
     def _own_body(self) -> Body:
         return Body.from_ellipsoid(self.mass, self.semiaxes)
 
