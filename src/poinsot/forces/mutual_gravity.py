@@ -16,7 +16,13 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra.harmonic_forms import Form, TurnedForms, coefficients_of, form_of, product, sum_of
 from poinsot.algebra.solid_harmonics import SolidHarmonics
-from poinsot.forces.same_body import deviator, refuse_one_body, refuse_other_inertia, refuse_other_mass
+from poinsot.forces.same_body import (
+    deviator,
+    refuse_no_sphere,
+    refuse_one_body,
+    refuse_other_inertia,
+    refuse_other_mass,
+)
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
@@ -158,15 +164,10 @@ class MutualHarmonics(MutualSeries):
 
     @classmethod
     def of_shapes(cls, pair: TwoBodies, degree: int) -> MutualHarmonics:
-        """Return the gravity of two bodies that are made of shapes, from 2 on to any degree."""
-        degree = whole_degree(degree)
-        for name, body in pair.bodies.items():
-            if body.shape is None:
-                raise ValueError(f"{name} must be made of a shape, by Body.from_shape, got {body!r}.")
-        primary, secondary = (
-            dataclasses.replace(body.shape.field(degree), mass=mass)
-            for body, mass in zip(pair.bodies.values(), np.moveaxis(pair.masses, -1, 0), strict=True)
-        )
+        """Return the gravity of two bodies of which each is made of a shape or is a sphere."""
+        degree, masses = whole_degree(degree), np.moveaxis(pair.masses, -1, 0)
+        bodies = zip(pair.bodies.items(), masses, strict=True)
+        primary, secondary = (_field(name, body, mass, degree) for (name, body), mass in bodies)
         return cls(primary, secondary, degree)
 
     @property
@@ -214,6 +215,15 @@ class MutualHarmonics(MutualSeries):
     @override
     def _reaches(self, instant: Any) -> Sequence[Scalar]:
         return [functions.where(functions.less(0, f.extent), f.extent, f.radius) for f in self.fields.values()]
+
+
+def _field(name: str, body: Body, mass: Any, degree: int) -> GravityField:
+    if body.shape is not None:
+        field: GravityField = dataclasses.replace(body.shape.field(degree), mass=mass)
+        return field
+    refuse_no_sphere(name, body, "a shape")
+    radius, nothing = np.sqrt(2.5 * body.moments[..., 0] / mass), np.zeros((degree + 1, degree + 1))
+    return GravityField(degree, mass, radius, nothing, nothing, extent=radius)
 
 
 def _bodies(instant: Any) -> list[tuple[Body, Scalar]]:

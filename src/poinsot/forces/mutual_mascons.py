@@ -12,7 +12,13 @@ from poinsot import functions
 from poinsot.algebra.program import number, ruled
 from poinsot.errors import real_numbers
 from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
-from poinsot.forces.same_body import deviator, refuse_one_body, refuse_other_inertia, refuse_other_mass
+from poinsot.forces.same_body import (
+    deviator,
+    refuse_no_sphere,
+    refuse_one_body,
+    refuse_other_inertia,
+    refuse_other_mass,
+)
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
@@ -154,6 +160,5 @@ def _points(name: str, body: Body, mass: Any) -> tuple[Any, Any]:
     """Return masses and positions of a body that is made of points, or is a sphere."""
     if hasattr(body.shape, "positions"):
         return body.shape.masses, body.shape.positions - body.shape.center_of_mass
-    if np.ptp(body.moments, axis=-1).any():
-        raise ValueError(f"{name} must be made of Mascons, by Body.from_shape, or be a sphere, got {body!r}.")
+    refuse_no_sphere(name, body, "Mascons")
     return mass[..., None], np.zeros((1, 3))

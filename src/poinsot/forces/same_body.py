@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.two_bodies import TwoBodies
 
-__all__ = ["deviator", "refuse_one_body", "refuse_other_inertia", "refuse_other_mass"]
+__all__ = ["deviator", "refuse_no_sphere", "refuse_one_body", "refuse_other_inertia", "refuse_other_mass"]
 
 SAME_INERTIA = 1e-9
 """Tolerance between the inertia tensors of body and force, relative to the largest moment: far above rounding."""
@@ -38,6 +38,12 @@ def refuse_other_mass(name: str, own: Any, bodys: Any, hint: str) -> None:
     if wrong.size:
         given, asked = (float(np.ravel(x)[wrong[0] if np.ndim(x) else 0]) for x in (own, bodys))
         raise ValueError(f"{name} must have the mass of the body, {asked:.10g}, got {given:.10g}. {hint}")
+
+
+def refuse_no_sphere(name: str, body: Body, shape: str) -> None:
+    """Raise a ValueError if a body that is not made of some shape has unequal moments."""
+    if np.ptp(body.moments, axis=-1).any():
+        raise ValueError(f"{name} must be made of {shape}, by Body.from_shape, or be a sphere, got {body!r}.")
 
 
 def refuse_one_body(force: Any, body: Any) -> None:

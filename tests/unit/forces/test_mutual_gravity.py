@@ -215,10 +215,19 @@ def test_degree_beyond_the_fields(degree):
 
 def test_a_body_without_a_shape_is_refused():
     pair = pt.TwoBodies(BODY, pt.Body((1.0, 1.2, 1.3), mass=1.0), G=1.0)
-    with pytest.raises(ValueError, match=r"secondary must be made of a shape, by Body.from_shape, got Body"):
+    with pytest.raises(ValueError, match=r"secondary must be made of a shape, by Body.from_shape, or be a sphere"):
         MutualHarmonics.of_shapes(pair, 4)
     with pytest.raises(ValueError, match=r"secondary must be made of Mascons, by Body.from_shape, or be a sphere"):
         MutualMascons.of_shapes(pair)
+
+
+def test_a_sphere_needs_no_shape():
+    ball, other = pt.Body.from_ellipsoid(0.7, (0.4, 0.4, 0.4)), pt.shapes.Ellipsoid((0.4, 0.4, 0.4), mass=0.7)
+    pair, same = pt.TwoBodies(BODY, ball, G=1.0), pt.TwoBodies(BODY, pt.Body.from_shape(other), G=1.0)
+    fields = MutualHarmonics.of_shapes(pair, 4)
+    assert fields.secondary.extent == pytest.approx(0.4, rel=1e-15)
+    for found, expected in zip(gravity(pair, fields), gravity(same, MutualHarmonics.of_shapes(same, 4)), strict=True):
+        assert np.max(np.abs(found - expected)) < 1e-15
 
 
 def test_positions_of_one_point_need_two_axes():
