@@ -1,7 +1,6 @@
 """The gravity between two bodies against sums of 30 digits, a quadrature of exact ellipsoids and closed forms."""
 
 import json
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -128,9 +127,9 @@ def test_the_oracle_has_converged():
 
 def test_spheres_of_the_oracle_are_points():
     potential, force, *torques = oracle.gravity((2.0, 3.0), np.ones((2, 3)), np.array([0, 3.0, 4.0]), [np.eye(3)] * 2)
-    assert potential == pytest.approx(-1.2, rel=1e-14)
-    assert force == pytest.approx([0, -0.144, -0.192], rel=1e-13)
-    assert np.max(np.abs(torques)) < 1e-14
+    assert potential == pytest.approx(-1.2, rel=1e-14, abs=0)
+    assert force == pytest.approx([0, -0.144, -0.192], abs=1e-14)
+    assert np.max(np.abs(torques)) < 3e-14
 
 
 @pytest.mark.parametrize(("degree", "force", "torque"), [(2, 2e-3, 3e-2), (4, 1.6e-4, 6e-3)])
@@ -182,7 +181,7 @@ def test_a_sphere_is_an_attractor(degree, place):
     alone = pt.System(body, pt.forces.HarmonicGravity(orbit, bone.field(degree)))
     state = body.state(attitudes[place], omega_body=(0, 0, 0))
     points = -pair.G * np.prod(pair.masses) / np.linalg.norm(separation)
-    assert energy - points == pytest.approx(alone.potential_energy(state), rel=1e-13)
+    assert energy - points == pytest.approx(alone.potential_energy(state), rel=1e-13, abs=0)
     assert relative(torques[place], attitudes[place].apply(alone.torque_body(state))) < 1e-14
     assert np.max(np.abs(torques[1 - place])) < 1e-15
 
@@ -192,7 +191,7 @@ def test_a_sphere_beside_points_is_exact():
     separation, attitudes = np.array([1.9, -1.2, 1.4]), turns(8)
     energy, force, *_ = gravity(pair, MutualMascons.of_shapes(pair), separation, attitudes)
     place = attitudes[0].inv().apply(separation)
-    assert energy == pytest.approx(-0.91 * float(BONE.potential(place)), rel=1e-14)
+    assert energy == pytest.approx(-0.91 * float(BONE.potential(place)), rel=1e-14, abs=0)
     assert relative(force, 0.91 * attitudes[0].apply(BONE.attraction(place))) < 1e-14
 
 
@@ -202,5 +201,4 @@ def test_a_far_field_of_points_keeps_its_digits():
     separation, attitudes = 1e5 * np.array([1.9, -1.2, 1.4]), turns(8)
     exact = gravity(pair, MutualMascons.of_shapes(pair), separation, attitudes)
     series = gravity(pair, MutualHarmonics.of_shapes(pair, 4), separation, attitudes)
-    for a, b in pairwise((exact, series)):
-        assert [relative(x, y) for x, y in zip(a, b, strict=True)] == pytest.approx(np.zeros(4), abs=1e-11)
+    assert max(relative(a, b) for a, b in zip(exact, series, strict=True)) < 3e-15
