@@ -95,3 +95,50 @@ def test_contact_binary_hangs_along_the_vertical():
     assert tilt[0] == pytest.approx(5, abs=1e-9)
     assert 4.5 < np.max(tilt) < 5.5
     assert np.max(np.abs(motion.norm_error)) < 1e-13
+
+
+# ------------------------------------------------------------------ two bodies
+
+
+def long_axis_from_the_line_of_centres(motion):
+    """The angle of the secondary's first axis, in the plane of an orbit about the third axis of space, in degrees."""
+    across = motion.secondary.attitude.inv().apply(motion.position)
+    return np.degrees(np.arctan2(-across[:, 1], across[:, 0]))
+
+
+def revolution(motion):
+    """The mean time of a revolution, in hours."""
+    angle = np.unwrap(np.arctan2(motion.position[:, 1], motion.position[:, 0]))
+    return 2 * np.pi / np.polyfit(motion.times, angle, 1)[0] / 3600
+
+
+def test_didymos_has_the_period_that_was_seen_after_the_impact():
+    """Naidu et al. 2024: 11.377 +- 0.004 h, 32.7 min +- 16 s less; librations between those of a/b = 1.2 and 1.3."""
+    motion = motion_of("didymos")
+    period = revolution(motion)
+    assert period == pytest.approx(11.377, abs=0.004)
+    assert 60 * (period - 11.921481) == pytest.approx(-32.7, abs=16 / 60)
+    assert 16.7 < np.max(np.abs(long_axis_from_the_line_of_centres(motion))) < 25
+    assert np.linalg.norm(motion.initial.position) == pytest.approx(1189, abs=1)
+    assert np.degrees(motion.primary.omega_body[:, 2]) * 3600 == pytest.approx(360 / 2.26, rel=1e-5)
+
+
+def test_squannit_librates_on_an_orbit_of_seventeen_hours():
+    motion = motion_of("moshup")
+    assert revolution(motion) == pytest.approx(17.4, abs=0.1)
+    angle = long_axis_from_the_line_of_centres(motion)
+    assert angle[0] == pytest.approx(5, abs=1e-9)
+    assert np.max(np.abs(angle)) < 8
+    spin = 2 * np.pi / motion.primary.omega_body[:, 2] / 3600
+    assert spin == pytest.approx(2.7645, rel=3e-3)  # Squannit turns its orbit, and Moshup a little
+
+
+def test_patroclus_and_menoetius_keep_one_face_to_each_other():
+    motion = motion_of("patroclus")
+    assert revolution(motion) == pytest.approx(4.283 * 24, rel=1e-9)
+    assert np.ptp(motion.distance) < 1e-9 * 688
+    assert np.max(np.abs(long_axis_from_the_line_of_centres(motion))) < 1e-8
+    facing = motion.primary.attitude.inv().apply(motion.position) / motion.distance[:, None]
+    assert np.max(np.abs(facing - (1, 0, 0))) < 1e-9
+    assert motion.distance[0] == pytest.approx(688, abs=1)
+    assert motion.dataset["position"].attrs["units"] == "km"
