@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot.analysis import chaos
 
 FIRST, SECOND = pt.Body((2.0, 2.5, 3.0), mass=3.0), pt.Body((0.1, 0.12, 0.15), mass=0.5)
 PAIR = pt.TwoBodies(FIRST, SECOND, G=1.0)
@@ -24,6 +25,19 @@ def test_growth_is_that_of_the_state_transition():
     # 18 entries of errors of 1e-13, the matrix divided by units of different sizes
     assert found.growth == pytest.approx(np.log(np.linalg.norm(moved, axis=-1)), abs=1e-10)
     assert found.units[9] / found.units[3] == pytest.approx(0.15 / 3.0, rel=1e-12)
+
+
+def test_exponents_are_those_of_the_state_transition():
+    """Vectors made perpendicular now and then have the triangle of those that never were."""
+    system, times = pt.System(PAIR, GRAVITY), np.array([5.0, 40.0])
+    found = pt.analysis.lyapunov_spectrum(system, START, times)
+    units = pt.analysis.chaos_indicators(system, START, [1.0]).units
+    matrix = pt.analysis.state_transition(system, START, times).matrix * units / units[:, None]
+    vectors = chaos._directions(18, 18)
+    for i, t in enumerate(times):
+        triangle = np.linalg.qr(matrix[i] @ vectors.T, mode="r")
+        # the matrix has singular values down to 1e-3 of its largest entries, known to 1e-12
+        assert found.exponents[i] * t == pytest.approx(np.log(np.abs(np.diag(triangle))), abs=1e-7)
 
 
 def test_exponents_of_a_pair_add_up_to_the_divergence():
