@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 
@@ -173,3 +174,36 @@ def test_members_are_those_one_by_one():
         assert np.max(np.abs(one - of)) < 1e-12 * np.max(np.abs(one))
     motions: Any = [each.motion for each in (found, alone)]
     assert np.max(np.abs(motions[0].position[1] - motions[1].position)) < 1e-13
+
+
+def test_covariance_is_that_of_an_ensemble():
+    random, members = np.random.default_rng(5), 4000
+    sizes = np.repeat([1e-4, 1e-4, 1e-4, 1e-5, 1e-4, 1e-4], 3)
+    initial = np.diag(sizes**2)
+    initial[0, 12] = initial[12, 0] = 0.5 * sizes[0] * sizes[12]
+    predicted = pt.analysis.state_transition(SYSTEM, START, T).covariance(initial)
+    x = random.multivariate_normal(np.zeros(18), initial, members)
+    bodies = [
+        body.state(each.attitude * Rotation.from_rotvec(own[:, :3]), angular_momentum_body=momentum + own[:, 3:])
+        for body, each, own, momentum in (
+            (SYSTEM.body.primary, START.primary, x[:, :6], START.primary.angular_momentum_body),
+            (SYSTEM.body.secondary, START.secondary, x[:, 6:12], START.secondary.angular_momentum_body),
+        )
+    ]
+    starts = pt.PairState(START.position + x[:, 12:15], START.momentum + x[:, 15:], *bodies)
+    motion: Any = pt.propagate(SYSTEM, starts, T, progress=False)
+    for n in range(T.size):
+        moved = [motion.position[:, n], motion.momentum[:, n]]
+        for each in (motion.secondary, motion.primary):
+            turn = Rotation.from_quat(each.quaternion[:, n], scalar_first=True)
+            moved = [(turn.mean().inv() * turn).as_rotvec(), each.angular_momentum_body[:, n], *moved]
+        deviations = np.sqrt(np.diag(predicted[n]))
+        scatter = np.sqrt((predicted[n] ** 2 + np.outer(deviations, deviations) ** 2) / members)
+        assert np.max(np.abs(np.cov(np.concatenate(moved, axis=-1).T) - predicted[n]) / scatter) < 5.5
+
+
+def test_parameters_are_named_by_the_body_they_are_of():
+    with pytest.raises(
+        ValueError, match=r"single numbers of the system, got 'moments\[0\]'. Near: body.primary.moments"
+    ):
+        pt.analysis.state_transition(SYSTEM, START, T, ["moments[0]"])
