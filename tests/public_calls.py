@@ -117,6 +117,15 @@ def free():
 
 
 @functools.cache
+def pair_motion():
+    bodies = (pt.Body.from_ellipsoid(50.0, (1.0, 0.9, 0.7)), pt.Body.from_ellipsoid(2.0, (0.5, 0.4, 0.3)))
+    pair = pt.TwoBodies(*bodies, G=1.0)
+    system = pt.System(pair, pt.forces.MutualGravity(), units={"time": "s", "inertia": "kg m2", "length": "m"})
+    start = pair.kick(pair.synchronous(distance=4.0, primary_rate=2.0), (0.0, -0.3, 0.1))
+    return pt.propagate(system, start, TIMES, dense=True)
+
+
+@functools.cache
 def along_orbit():
     start = SATELLITE.body.state((0.5, -0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0), frame=CIRCLE.frame)
     return pt.propagate(SATELLITE, start, TIMES)
@@ -518,6 +527,7 @@ def public_calls(folder):
             pt.plot.difference,
             {"motion": motion(), "other": motion(), "angle_unit": "deg", **shown},
         ),
+        "plot.distance": (pt.plot.distance, {"motion": pair_motion(), **shown}),
         "plot.drift": (pt.plot.drift, {"motion": motion(), **shown}),
         "plot.euler_angles": (
             pt.plot.euler_angles,
@@ -540,6 +550,7 @@ def public_calls(folder):
             {"motion": free(), "time_index": 1, "view": (10.0, 20.0), "ax": None, "rate_unit": "deg"},
         ),
         "plot.polhode": (pt.plot.polhode, {"motion": motion(), "view": (10.0, 20.0), **turning}),
+        "plot.mutual_orbit": (pt.plot.mutual_orbit, {"motion": pair_motion(), **shown}),
         "plot.part_variables": (pt.plot.part_variables, {"motion": damped(), "part": "kane_damper", **shown}),
         "plot.quaternions": (pt.plot.quaternions, {"motion": motion(), **both}),
         "plot.angular_velocity": (pt.plot.angular_velocity, {"motion": motion(), "rate_unit": "rpm", **both}),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from public_calls import files
+from public_calls import files, pair_motion
 
 UNITS = {"time": "s", "inertia": "kg m2"}
 BODY = pt.Body((1.25, 1.0, 0.75))
@@ -18,6 +18,7 @@ MOTION = pt.propagate(
     pt.System(BODY, units=UNITS), BODY.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2)), np.linspace(0, 20, 201)
 )
 """What `motion` stands for in the examples of the plots."""
+PAIR_MOTION = pair_motion()
 
 PLOTS = {f"plot.{name}": getattr(pt.plot, name) for name in pt.plot.__all__}
 NAMESPACES = (pt.analysis, pt.events, pt.files, pt.forces, pt.orbits, pt.parts, pt.plot, pt.shapes)
@@ -29,7 +30,7 @@ FINDER = doctest.DocTestFinder(exclude_empty=True)
 EXAMPLES = {
     test.name: test
     for name, thing in {**CALLABLE, "functions": pt.functions}.items()
-    for test in FINDER.find(thing, name, module=False, globs={"np": np, "pt": pt, "motion": MOTION})
+    for test in FINDER.find(thing, name, module=False, globs={"np": np, "pt": pt, "motion": MOTION, "pair_motion": PAIR_MOTION})
     if test.examples
 }
 

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.axes import Axes
 
 import poinsot as pt
-from public_calls import BODY, CIRCLE, START, ensemble, free, public_calls
+from public_calls import BODY, CIRCLE, START, ensemble, free, pair_motion, public_calls
 
 mpl.use("Agg")
 
@@ -77,7 +77,10 @@ def test_every_plot_draws_where_it_is_told(calls, name):
         assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
 
 
-OF_MOTIONS = [name for name in pt.plot.__all__ if "motion" in inspect.signature(getattr(pt.plot, name)).parameters]
+OF_PAIRS = {"distance", "mutual_orbit"}
+ALSO_OF_PAIRS = {"angular_velocity", "difference", "drift"}
+WITH_MOTION = [name for name in pt.plot.__all__ if "motion" in inspect.signature(getattr(pt.plot, name)).parameters]
+OF_MOTIONS = [name for name in WITH_MOTION if name not in OF_PAIRS]
 REFUSED = {
     "parts": {"herpolhode", "poinsot_construction"},
     "ensemble": {"herpolhode", "momentum_sphere", "part_variables", "poinsot_construction", "polhode"},
@@ -104,6 +107,47 @@ def test_every_plot_of_a_motion_takes_parts_and_ensembles_or_says_why_not(calls,
         assert all(panel.has_data() for panel in np.ravel(draw(**arguments)))
 
 
+def given(arguments, motion):
+    """The arguments of a plot with another motion, for its other one, too."""
+    return {**arguments, **{name: motion for name in ("motion", "other") if name in arguments}}
+
+
+@pytest.mark.parametrize("name", WITH_MOTION)
+def test_every_plot_of_a_motion_takes_two_bodies_or_names_the_motions_of_each(calls, name):
+    draw, arguments = calls[name]
+    motion = pair_motion()
+    if name in OF_PAIRS | ALSO_OF_PAIRS:
+        assert all(panel.has_data() for panel in np.ravel(draw(**given(arguments, motion))))
+    else:
+        sentence = r"^motion must be of one body, got two bodies\. Take motion\.primary or motion\.secondary\.$"
+        with pytest.raises(ValueError, match=sentence):
+            draw(**given(arguments, motion))
+
+
+OF_FREE_BODIES = {"herpolhode", "poinsot_construction"}
+"""Which one of two bodies is not; nor has it parts."""
+
+
+@pytest.mark.parametrize("body", ["primary", "secondary"])
+@pytest.mark.parametrize("name", OF_MOTIONS)
+def test_every_plot_of_a_motion_takes_one_of_two_bodies_or_says_why_not(calls, name, body):
+    draw, arguments = calls[name]
+    one = getattr(pair_motion(), body)
+    if name in OF_FREE_BODIES | {"part_variables"}:
+        sentence = r"^motion must (have a constant angular momentum|be of a body with a part)"
+        with pytest.raises(ValueError, match=sentence):
+            draw(**given(arguments, one))
+    else:
+        assert all(panel.has_data() for panel in np.ravel(draw(**given(arguments, one))))
+
+
+@pytest.mark.parametrize("name", sorted(OF_PAIRS))
+def test_plots_of_two_bodies_refuse_one(calls, name):
+    draw, arguments = calls[name]
+    with pytest.raises(TypeError, match=r"^motion must be a PairTrajectory, got Trajectory\.$"):
+        draw(**given(arguments, free()))
+
+
 @pytest.mark.parametrize("name", pt.plot.__all__)
 def test_what_is_no_axes_is_refused(calls, name):
     draw, arguments = calls[name]
@@ -116,7 +160,7 @@ def test_what_is_no_axes_is_refused(calls, name):
 TIMES, RATES = {"h": 1 / 3600, "yr": 1 / 31557600}, {"deg": 180 / np.pi, "rpm": 30 / np.pi, "mrad/d": 86400e3}
 ANGLES = {"deg": 180 / np.pi, "rev": 0.5 / np.pi, "arcsec": 648000 / np.pi}
 AGAINST_TIME = {"angular_momentum", "angular_velocity", "chaos", "difference", "drift", "euler_angles", "quaternions"}
-AGAINST_TIME |= {"part_variables"}
+AGAINST_TIME |= {"distance", "part_variables"}
 X, Y, ALL = [0], [1], [0, 1, 2]
 SCALED = {
     "time_unit": (TIMES, dict.fromkeys(AGAINST_TIME | {"roll_pitch_yaw", "uncertainty"}, X)),

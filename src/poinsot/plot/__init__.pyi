@@ -4,6 +4,7 @@ from .continuation import branch
 from .frequencies import spectrum
 from .geometry import herpolhode, poinsot_construction, polhode
 from .maps import chaos, map  # noqa: A004
+from .mutual_orbit import mutual_orbit
 from .sections import section
 from .sphere import momentum_sphere
 from .state_transition import uncertainty
@@ -11,6 +12,7 @@ from .time_series import (
     angular_momentum,
     angular_velocity,
     difference,
+    distance,
     drift,
     euler_angles,
     part_variables,
@@ -24,11 +26,13 @@ __all__ = [
     "branch",
     "chaos",
     "difference",
+    "distance",
     "drift",
     "euler_angles",
     "herpolhode",
     "map",
     "momentum_sphere",
+    "mutual_orbit",
     "part_variables",
     "poinsot_construction",
     "polhode",

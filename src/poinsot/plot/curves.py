@@ -32,7 +32,7 @@ WIDE, NARROW = (11.0, 4.0), (8.0, 4.0)
 
 
 def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
-    """Return a motion that has something to draw; refuse any other."""
+    """Return a motion of one body or two that has something to draw; refuse any other."""
     if not motion.times.size:
         raise ValueError(f"{name} must have times to draw, but it has none.")
     if not np.any(np.all(motion.reached, axis=-1)):

@@ -25,6 +25,8 @@ __all__ = [
     "instant",
     "momentum_label",
     "one_body",
+    "one_member",
+    "one_rotation",
     "rate_unit_of",
     "time_label",
     "time_unit_of",
@@ -41,12 +43,24 @@ TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+def one_rotation(motion: Trajectory, name: str = "motion") -> Trajectory:
+    """Return the motion of one body or of an ensemble; refuse that of two bodies."""
+    if len(motion.of_bodies) > 1:
+        raise ValueError(f"{name} must be of one body, got two bodies. Take {name}.primary or {name}.secondary.")
+    return motion
+
+
 def one_body(motion: Trajectory, name: str = "motion") -> Trajectory:
-    """Return the trajectory of one body; refuse an ensemble, and one without times."""
-    if motion.quaternion.ndim != 2:
+    """Return the trajectory of one body; refuse two bodies, an ensemble, and one without times."""
+    return one_member(one_rotation(motion, name), name)
+
+
+def one_member(motion: Trajectory, name: str = "motion") -> Trajectory:
+    """Return the trajectory of one body or one pair; refuse an ensemble, and one without times."""
+    if motion.is_ensemble:
+        alone = "one body" if len(motion.of_bodies) == 1 else "one pair"
         raise ValueError(
-            f"{name} must be of one body, got an ensemble of {len(motion.quaternion)} members. "
-            f"Take one: {name}.member(0)."
+            f"{name} must be of {alone}, got an ensemble of {len(motion)} members. Take one: {name}.member(0)."
         )
     if not motion.times.size:
         raise ValueError(f"{name} must have times to draw, but it has none.")

@@ -15,11 +15,21 @@ from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
 from poinsot.mechanics.parameters import same
+from poinsot.mechanics.state import State
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import against_time, lift_pen, reached, shade
-from poinsot.plot.labels import Unit, angle_unit_of, bracketed, momentum_label, rate_unit_of, time_unit_of
+from poinsot.plot.labels import (
+    Unit,
+    angle_unit_of,
+    bracketed,
+    momentum_label,
+    one_rotation,
+    rate_unit_of,
+    time_unit_of,
+)
 from poinsot.plot.panels import Pair, plot
 from poinsot.propagation.dataset import components
+from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -30,6 +40,7 @@ __all__ = [
     "angular_velocity",
     "difference",
     "different_orbits",
+    "distance",
     "drift",
     "euler_angles",
     "part_variables",
@@ -76,7 +87,7 @@ def quaternions(
     >>> left.get_xlabel()
     'time [min]'
     """
-    momenta = f"conjugate momenta $Q${momentum_label(motion.system.units)}"
+    momenta = f"conjugate momenta $Q${momentum_label(one_rotation(motion).system.units)}"
     curves = {
         "Euler parameters $q$": _named("$q_{}$", motion.quaternion, 0),
         momenta: _named("$Q_{}$", motion.conjugate_momenta, 0),
@@ -119,7 +130,7 @@ def euler_angles(
     >>> pt.plot.euler_angles(motion, "321", angle_unit="mrad").get_ylabel()
     'Euler angles 3-2-1 [mrad]'
     """
-    angles, unit = _euler_angles(reached(motion).quaternion, sequence), angle_unit_of(angle_unit)
+    angles, unit = _euler_angles(reached(one_rotation(motion)).quaternion, sequence), angle_unit_of(angle_unit)
     names = [f"$\\alpha_{i + 1}$ about axis {axis}" for i, axis in enumerate(sequence)]
     label = f"Euler angles {'-'.join(sequence)}{unit.label}"
     panel: Axes = against_time(motion, {label: _angles(names, angles, unit)}, ax, time_unit, title)[0]
@@ -165,8 +176,9 @@ def roll_pitch_yaw(
     >>> pt.plot.roll_pitch_yaw(motion, orbit).get_ylabel()
     'attitude relative to the orbital frame [deg]'
     """
-    frame = (_only_orbit(motion) if orbit is None else orbit).frame
-    angles, unit = _roll_pitch_yaw(reached(motion).relative_to(frame).quaternion), angle_unit_of(angle_unit)
+    orbit = _only_orbit(one_rotation(motion)) if orbit is None else orbit
+    relative, unit = reached(one_rotation(motion)).relative_to(orbit.frame), angle_unit_of(angle_unit)
+    angles = _roll_pitch_yaw(relative.quaternion)
     names, label = ("roll", "pitch", "yaw"), f"attitude relative to the orbital frame{unit.label}"
     single = angles.ndim == 2
     if single:
@@ -194,7 +206,7 @@ def angular_velocity(
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble.
+        One, or an ensemble. Of two bodies the primary's is left and the secondary's right, each along its body axes.
     {options}
 
     Returns
@@ -206,11 +218,16 @@ def angular_velocity(
     >>> pt.plot.angular_velocity(motion, rate_unit="deg/h")[0].get_ylabel()
     'angular velocity, body axes [deg h⁻¹]'
     """
-    unit = rate_unit_of(motion.system.units, rate_unit)
+    unit, bodies = rate_unit_of(motion.system.units, rate_unit), motion.of_bodies
     curves = {
-        f"angular velocity, body axes{unit.label}": _named(r"$\omega_{}$", unit.factor * motion.omega_body, 1),
-        f"angular velocity, space axes{unit.label}": _named(r"$\omega_{{s{}}}$", unit.factor * motion.omega_space, 1),
+        f"angular velocity{_of(body) or ', body axes'}{unit.label}": _named(
+            r"$\omega_{}$", unit.factor * each.omega_body, 1
+        )
+        for body, each in bodies.items()
     }
+    if len(bodies) == 1:
+        in_space = _named(r"$\omega_{{s{}}}$", unit.factor * motion.omega_space, 1)
+        curves[f"angular velocity, space axes{unit.label}"] = in_space
     return against_time(reached(motion), curves, axes, time_unit, title)
 
 
@@ -235,7 +252,7 @@ def angular_momentum(
     >>> [panel.get_ylabel() for panel in pt.plot.angular_momentum(motion)]
     ['angular momentum, body axes [kg m² s⁻¹]', 'angular momentum, space axes [kg m² s⁻¹]']
     """
-    unit = momentum_label(motion.system.units)
+    unit = momentum_label(one_rotation(motion).system.units)
     curves = {
         f"angular momentum, body axes{unit}": _named("$g_{}$", motion.angular_momentum_body, 1),
         f"angular momentum, space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
@@ -274,7 +291,7 @@ def part_variables(
     >>> pt.plot.part_variables(pt.propagate(system, start, range(100))).get_ylabel()
     'variables of kane_damper [s⁻¹]'
     """
-    own = {each.name: each for each in motion.system.parts if each.size}
+    own = {each.name: each for each in one_rotation(motion).system.parts if each.size}
     if not part and len(own) == 1:
         [part] = own
     if not own:
@@ -290,10 +307,35 @@ def part_variables(
 
 
 @plot
+def distance(motion: PairTrajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
+    """Draw the distance of the centres of mass of two bodies.
+
+    Parameters
+    ----------
+    motion : PairTrajectory
+        One, or an ensemble.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Examples
+    --------
+    >>> pt.plot.distance(pair_motion, time_unit="h").get_ylabel()
+    'distance of the centres of mass [m]'
+    """
+    label = f"distance of the centres of mass{bracketed(motion.system.units['length'])}"
+    panel: Axes = against_time(reached(motion), {label: {"": motion.distance}}, ax, time_unit, title)[0]
+    return panel
+
+
+@plot
 def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
     """Plot the drift of the integrals of motion, on a log axis.
 
-    They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named.
+    They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named. Of
+    two bodies each has its q and Q.
 
     Parameters
     ----------
@@ -312,9 +354,11 @@ def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None =
     'relative drift'
     """
     reached(motion)
-    sizes = (np.linalg.norm(each.conjugate_momenta, axis=-1) for each in motion.of_bodies.values())
-    size = max(np.nanmax(each, initial=0.0) for each in sizes) or 1.0
-    drifts = {"$|q| - 1$": motion.norm_error, r"$q \cdot Q\,/\,|Q|$": motion.tangency_error / size}
+    drifts = {}
+    for body, each in motion.of_bodies.items():
+        size = np.nanmax(np.linalg.norm(each.conjugate_momenta, axis=-1), initial=0.0) or 1.0
+        drifts[f"$|q| - 1${_of(body)}"] = each.norm_error
+        drifts[rf"$q \cdot Q\,/\,|Q|${_of(body)}"] = each.tangency_error / size
     names = _names_of_integrals(motion)
     drifts |= {names[key]: drift for key, drift in motion.drift.items()}
     curves = {
@@ -340,8 +384,8 @@ def difference(
     Parameters
     ----------
     motion, other : Trajectory
-        Each one or an ensemble, at equal times (in files of dates they are rounded: half a microsecond apart is equal);
-        or `motion` has dense output over the times of `other`.
+        Each one or an ensemble, or both of two bodies, at equal times (in files of dates they are rounded: half a
+        microsecond apart is equal); or `motion` has dense output over the times of `other`.
     {options}
 
     Returns
@@ -362,16 +406,28 @@ def difference(
     """
     reached(motion), reached(other, "other")
     unit, alike = angle_unit_of(angle_unit), _at_same_times(motion, other)
-    first = motion if alike else motion(other.times)
-    angle = np.asarray(rotation_angle(first.quaternion, other.quaternion))
-    smallest = np.min(angle, where=angle > 0, initial=np.inf)
-    angle = unit.factor * np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
-    curves = {f"difference of attitude{unit.label}": {"": angle}}
+    first, second = (motion if alike else motion(other.times)).of_bodies, other.of_bodies
+    if first.keys() != second.keys():
+        one_rotation(motion), one_rotation(other, "other")
+    angles = {body: unit.factor * _angle_between(first[body], each) for body, each in second.items()}
+    curves = {f"difference of attitude{unit.label}": angles}
     panel: Axes = against_time(motion if alike else other, curves, ax, time_unit, title, log=True)[0]
     return panel
 
 
 # ---------------------------------------------------------------------- what is drawn
+
+
+def _of(body: str) -> str:
+    """Return what is said of which body something is: nothing where there is but one."""
+    return body and f" of the {body}"
+
+
+def _angle_between(one: State | Trajectory, other: Trajectory) -> Array:
+    """Return the angle of the rotation from one attitude to another; where there is none, the smallest one."""
+    angle = np.asarray(rotation_angle(one.quaternion, other.quaternion))
+    smallest = np.min(angle, where=angle > 0, initial=np.inf)
+    return np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
 
 
 def _at_same_times(motion: Trajectory, other: Trajectory) -> bool:

@@ -8,7 +8,7 @@ import html
 import json
 import re
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -34,12 +34,12 @@ from poinsot.plot.labels import (
     one_body,
     rate_unit_of,
 )
+from poinsot.plot.solid_parts import gyration_radii, parts_of
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
-from poinsot.shapes.solids import Cylinder, Ellipsoid
+from poinsot.shapes.solids import Ellipsoid
 
 __all__ = ["View", "view"]
 
@@ -239,8 +239,8 @@ def _note(times: Array, rate: Array) -> str:
 
 def _solids(motion: Trajectory) -> dict[str, Any]:
     """Return the shapes as which the body is drawn, along its principal axes, and the attitude of these in it."""
-    moments, axes = principal(motion.system.body)
-    extent = np.sqrt(np.maximum(np.sum(moments) - 2 * moments, 0))
+    moments, _ = principal(motion.system.body)
+    extent, axes = gyration_radii(motion.system.body)
     return {
         "shape": _shape(motion.system.body.shape),
         "principal": quaternion_from_matrix(axes).tolist(),
@@ -251,18 +251,10 @@ def _solids(motion: Trajectory) -> dict[str, Any]:
 
 def _shape(shape: Shape | None) -> list[dict[str, Any]] | None:
     """Return the parts of a shape from its centre of mass, within a unit sphere; None of a shape of another kind."""
-    parts = [] if shape is None else list(_parts(shape))
-    if shape is None or not all(isinstance(part, Cylinder | Ellipsoid | Mascons | Mesh) for part in parts):
+    parts = parts_of(shape)
+    if shape is None or parts is None:
         return None
     return [_part(part, shape.center_of_mass, 1 / shape.circumscribing_radius) for part in parts]
-
-
-def _parts(shape: Shape) -> Iterator[Shape]:
-    if isinstance(shape, Assembly):
-        for part in shape.parts:
-            yield from _parts(part)
-    else:
-        yield shape
 
 
 def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:

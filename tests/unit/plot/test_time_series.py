@@ -375,3 +375,56 @@ def test_bad_input(motion):
     for plot in PLOTS.values():
         with pytest.raises(TypeError, match=r"motion must be a Trajectory, got State"):
             plot(motion.initial)
+
+
+# ---------------------------------------------------------------------- two bodies
+
+
+def pair_motion(count=41, dense=False):
+    first, second = pt.Body.from_ellipsoid(50.0, (1.0, 0.9, 0.7)), pt.Body.from_ellipsoid(2.0, (0.5, 0.4, 0.3))
+    pair = pt.TwoBodies(first, second, G=1.0)
+    system = pt.System(pair, pt.forces.MutualGravity(), units={"time": "s", "inertia": "kg m2", "length": "m"})
+    start = pair.kick(pair.synchronous(distance=4.0, primary_rate=2.0), (0.0, -0.3, 0.1))
+    motion: Any = pt.propagate(system, start, np.linspace(0, 8, count), dense=dense)
+    return motion
+
+
+def test_of_two_bodies_the_distance_and_both_rates_are_drawn():
+    motion = pair_motion()
+    panel = pt.plot.distance(motion)
+    assert labels(panel) == ["distance of the centres of mass [m]"]
+    assert np.array_equal(curves(panel), [np.linalg.norm(motion.position, axis=-1)])
+    axes = pt.plot.angular_velocity(motion)
+    assert labels(axes) == [f"angular velocity of the {body} [rad s⁻¹]" for body in ("primary", "secondary")]
+    both = np.concatenate([motion.primary.omega_body, motion.secondary.omega_body], axis=-1)
+    assert np.array_equal(np.array(curves(axes)).T, both)
+
+
+def test_drifts_of_two_bodies_are_those_of_each_and_of_the_whole():
+    motion = pair_motion()
+    panel = pt.plot.drift(motion)
+    names = [text.get_text() for text in panel.get_legend().get_texts()]
+    norms = [
+        rf"{what} of the {body}" for body in ("primary", "secondary") for what in ("$|q| - 1$", r"$q \cdot Q\,/\,|Q|$")
+    ]
+    assert names[:4] == norms
+    values = [motion.energy[0], *motion.angular_momentum_space[0]]
+    units = ["kg m² s⁻²", *["kg m² s⁻¹"] * 3]
+    symbols = ["H", "G_{1}", "G_{2}", "G_{3}"]
+    assert names[4:] == [f"${s}$ = {v:.5g} [{u}]" for s, v, u in zip(symbols, values, units, strict=True)]
+    assert np.allclose(curves(panel)[2], np.maximum(np.abs(motion.secondary.norm_error), 2**-53), rtol=1e-15)
+    assert np.allclose(curves(panel)[4], np.maximum(np.abs(motion.drift["energy"]), 2**-53), rtol=1e-15)
+
+
+def test_the_difference_of_two_bodies_is_that_of_each():
+    motion, other = pair_motion(dense=True), pair_motion(count=9)
+    turned: Any = pt.propagate(other.system, other.system.pair.kick(other.initial, (0.01, 0.0, 0.0)), other.times)
+    panel = pt.plot.difference(motion, turned, angle_unit="rad")
+    assert [text.get_text() for text in panel.get_legend().get_texts()] == ["primary", "secondary"]
+    for drawn, one, two in zip(curves(panel), *(x.of_bodies.values() for x in (other, turned)), strict=True):
+        expected = (one.attitude.inv() * two.attitude).magnitude()
+        assert np.allclose(drawn[1:], expected[1:], rtol=1e-6)
+    with pytest.raises(
+        ValueError, match=r"^other must be of one body, got two bodies\. Take other\.primary or other\.s"
+    ):
+        pt.plot.difference(other.primary, other)

@@ -1,0 +1,91 @@
+"""The orbit of two bodies about each other, in its plane."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.plot.labels import BLUE, GREY, VERMILION, bracketed, instant, one_member
+from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.plot.solid_parts import surfaces
+from poinsot.plot.solids import draw_path
+from poinsot.propagation.pair_trajectory import PairTrajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["mutual_orbit"]
+
+Array = NDArray[np.float64]
+
+BODIES = {"primary": BLUE, "secondary": VERMILION}
+
+
+@plot
+def mutual_orbit(
+    motion: PairTrajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = ""
+) -> Axes:
+    """Draw the orbit of the secondary about the primary, and the outlines of both bodies at the last time, to scale.
+
+    Seen along the normal of the orbit at the first time, when the secondary is to the right of the primary.
+
+    Parameters
+    ----------
+    motion : PairTrajectory
+        The path is the line through its samples. A body made of a shape is drawn as the convex hull of each of its
+        parts, any other as the homogeneous ellipsoid with its mass and moments.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+        One unit as long on both axes, with the centre of mass of the primary at the origin.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no motion of two bodies, is an ensemble, or has no times.
+
+    Examples
+    --------
+    >>> pt.plot.mutual_orbit(pair_motion).get_xlabel()
+    'along the line of centres at the first time [m]'
+    """
+    one_member(motion)
+    across = _plane(motion)
+    path, panel = motion.position @ across, one_panel(ax, (6.4, 6.4), title)
+    draw_path(panel, path, color=GREY, linewidth=0.8, label="orbit of the secondary")
+    places = {"primary": np.zeros(2), "secondary": path[-1]}
+    for (body, colour), mass in zip(BODIES.items(), motion.system.pair.masses, strict=True):
+        one = motion.of_bodies[body]
+        label = f"{body} at {instant(motion, -1, time_unit)}" if body == "secondary" else body
+        for points in surfaces(one.system.body, mass):
+            outline = _hull(one.attitude[-1].apply(points) @ across)
+            panel.fill(*(places[body] + outline).T, color=colour, alpha=0.8, linewidth=0.5, label=label, zorder=3)
+            label = ""
+    panel.set_aspect("equal")
+    panel.locator_params(nbins=7)
+    unit = bracketed(motion.system.units["length"])
+    dress(panel, f"along the line of centres at the first time{unit}", f"across it, in the plane of the orbit{unit}")
+    return panel
+
+
+def _plane(motion: PairTrajectory) -> Array:
+    """Return the line of centres and the direction across it in the plane of the orbit, at the first time; (3, 2)."""
+    out = motion.position[0] / np.linalg.norm(motion.position[0])
+    onwards = motion.velocity[0] - motion.velocity[0] @ out * out
+    if not np.any(onwards):  # they fall straight towards each other
+        onwards = np.linalg.svd(out[None])[2][1]
+    return np.stack([out, onwards / np.linalg.norm(onwards)], axis=-1)
+
+
+def _hull(points: Array) -> Array:
+    """Return the corners of the convex hull of points of a plane, or all of them where they span none."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return points

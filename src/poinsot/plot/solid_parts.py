@@ -1,0 +1,75 @@
+"""What of a body is drawn: the parts of its shape, or the homogeneous ellipsoid of its moments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.analysis.polhodes import principal
+from poinsot.mechanics.body import Body
+from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.mascons import Mascons
+from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.shape import Shape
+from poinsot.shapes.solids import Cylinder, Ellipsoid
+
+__all__ = ["extents", "gyration_radii", "parts_of", "surfaces"]
+
+Array = NDArray[np.float64]
+
+AROUND = np.linspace(0, 2 * np.pi, 121)
+UP = np.linspace(0, np.pi, 61)[:, None]
+SPHERE = np.stack([np.sin(UP) * np.cos(AROUND), np.sin(UP) * np.sin(AROUND), np.cos(UP) + 0 * AROUND], axis=-1)
+TUBE = np.stack([np.cos(AROUND), np.sin(AROUND), 1 + 0 * AROUND], axis=-1)
+
+
+def parts_of(shape: Shape | None) -> list[Any] | None:
+    """Return the parts of a shape; None where there is none, or one of another kind."""
+    parts = [] if shape is None else list(_parts(shape))
+    drawable = all(isinstance(part, Cylinder | Ellipsoid | Mascons | Mesh) for part in parts)
+    return parts if parts and drawable else None
+
+
+def _parts(shape: Shape) -> Iterator[Shape]:
+    if isinstance(shape, Assembly):
+        for part in shape.parts:
+            yield from _parts(part)
+    else:
+        yield shape
+
+
+def gyration_radii(body: Body) -> tuple[Array, Array]:
+    """Return the root of the mean squares along the principal axes times the mass and two, and these axes as columns.
+
+    Sides of the homogeneous ellipsoid and box with the moments of the body are in proportion to them.
+    """
+    moments, axes = principal(body)
+    return np.sqrt(np.maximum(np.sum(moments) - 2 * moments, 0)), axes
+
+
+def extents(body: Body, mass: float) -> Array:
+    """Return the semiaxes of the homogeneous ellipsoid of a mass with the moments of the body; shape (3,)."""
+    return np.asarray(np.sqrt(2.5 / mass) * gyration_radii(body)[0])
+
+
+def surfaces(body: Body, mass: float) -> list[Array]:
+    """Return points on each part of a body from its centre of mass, along the body axes; each (n, 3)."""
+    parts = parts_of(body.shape)
+    if parts is None:
+        return [(SPHERE * extents(body, mass)).reshape(-1, 3) @ gyration_radii(body)[1].T]
+    return [_surface(part) - body.shape.center_of_mass for part in parts]
+
+
+def _surface(part: Any) -> Array:
+    if isinstance(part, Mesh):
+        return np.asarray(part.vertices)
+    if isinstance(part, Mascons):
+        return np.asarray(part.positions)
+    if isinstance(part, Ellipsoid):
+        own = (SPHERE * part.semiaxes).reshape(-1, 3)
+    else:
+        own = np.concatenate([TUBE * (part.radius, part.radius, side * part.height / 2) for side in (-1, 1)])
+    return np.asarray(part.center_of_mass + own @ part._axes.T)
