@@ -18,17 +18,18 @@ from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.files.scenarios.errors import MISSING, Errors, has, maker_at, nearest
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.scenarios.registry import DEFAULTS, Key, makers
-from poinsot.files.scenarios.schema import MOST_TIMES, ROTATION, STATE, converted, scenario_model, short
+from poinsot.files.scenarios.schema import MOST_TIMES, STARTS, STATE, converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar, holds_dates
 from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.frame import Frame, from_roll_pitch_yaw
+from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, from_roll_pitch_yaw
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.propagation.arguments import (
     check_span,
     checked_formulation,
@@ -45,6 +46,11 @@ FROM = ("from_primary", "from_secondary")
 
 RATES = ("omega_body", "omega_space", "angular_momentum_body", "angular_momentum_space")
 ORBIT = ("position", "velocity")
+OF_TWO = {*ORBIT, *BODIES, *STARTS, "elements", "kick"}
+"""Keys of the state of two bodies."""
+
+AT_REST: dict[str, Any] = {"attitudes": [(1.0, 0.0, 0.0, 0.0)] * 2, "omega_body": [(0.0, 0.0, 0.0)] * 2}
+
 
 PAIRS = {"conjugate_momenta": ("quaternion",), "euler_momenta": ("euler_angles", "sequence")}
 """What goes with momenta."""
@@ -175,7 +181,10 @@ class Parts:
         *outer, last = parts
         if outer == ["state", "own"]:
             return node, last, "number"
-        keys = maker_at(self.values, tuple(outer)).keys if outer[0] != "state" else STATE if not outer[1:] else ROTATION
+        if outer[0] != "state":
+            keys = maker_at(self.values, tuple(outer)).keys
+        else:
+            keys = next(key.keys for key in STATE if key.name == outer[1]) if outer[1:] else STATE
         return node, last, next(key.kind for key in keys if key.name == last)
 
     @property
@@ -276,32 +285,52 @@ class Parts:
         time = self._time(table.get("time", 0.0), ("state", "time"))
         if isinstance(system, PairSystem):
             return self._state_of_two(system, table, time)
-        for name in (*ORBIT, *BODIES):
-            if name in table:
-                raise self._errors.at((*place, name), "must be there for two bodies alone, got one body.")
+        for name in table.keys() & OF_TWO:
+            raise self._errors.at((*place, name), "must be there for two bodies alone, got one body.")
         own = self._errors.called((*place, "own"), system.given_parts, **table.get("own", {}))
-        return self._rotation(system, place, time, own)
+        frame = self._frame(table["frame"]) if "frame" in table else None
+        return self._rotation(system, place, time, frame, own)
 
     def _state_of_two(self, system: PairSystem, table: dict[str, Any], time: Any) -> State:
-        """Return the state of two bodies: position and velocity, and the rotation of each in a table of its own."""
-        self._only(("state",), (*ORBIT, *BODIES, "time", "frame"), "two bodies")
-        for name in (*ORBIT, *BODIES):
-            if name not in table:
-                raise self._errors.at(("state", name), MISSING)
-        orbit = {name: table[name] for name in ORBIT}
-        each = {name: self._rotation(body, ("state", name), time) for name, body in system.pair.bodies.items()}
-        state: State = self._errors.called(("state",), _state_of_two, pair=system.pair, **orbit, **each)
+        """Return the state of two bodies: one of `STARTS`, or their orbit and the rotation of each."""
+        start, pair, called = next((name for name in STARTS if name in table), None), system.pair, self._errors.called
+        state: State
+        if start:
+            self._only(("state",), (start, "time", "kick"), start)
+            state = called(("state", start), getattr(pair, start), **table[start], time=time)
+        else:
+            state = self._started(pair, table, time)
+        if "kick" in table:
+            state = called(("state", "kick"), pair.kick, state, **table["kick"])
         return state
 
-    def _rotation(self, owner: System | Body, place: Path, time: Any, own: Mapping[str, Any] | None = None) -> State:
+    def _started(self, pair: TwoBodies, table: dict[str, Any], time: Any) -> State:
+        """Return the state with an orbit by position and velocity or by elements, and with two rotations."""
+        of_orbit = ("elements",) if "elements" in table else ORBIT
+        self._only(("state",), (*of_orbit, *BODIES, "time", "frame", "kick"), of_orbit[0])
+        for name in (*of_orbit, *BODIES):
+            if name not in table:
+                raise self._errors.at(("state", name), MISSING)
+        if "elements" in table:
+            orbit = self._errors.called(("state", "elements"), KeplerOrbit, pair.mu, **table["elements"])
+            there = self._errors.called(("state",), pair.state_on, orbit, **AT_REST, time=time)
+        else:
+            place = {name: table[name] for name in ORBIT}
+            there = self._errors.called(("state",), _moving, pair, **place, time=time)
+        frame = self._frame(table["frame"], there, pair) if "frame" in table else None
+        each = {name: self._rotation(body, ("state", name), time, frame) for name, body in pair.bodies.items()}
+        state: State = self._errors.called(("state",), PairState, there.position, there.momentum, **each)
+        return state
+
+    def _rotation(
+        self, owner: System | Body, place: Path, time: Any, frame: Frame | None, own: Mapping[str, Any] | None = None
+    ) -> State:
         """Return the attitude and the momentum of a body, from the table at a place."""
         table, own = self._table(place), own or {}
         for momenta, names in PAIRS.items():
             if momenta in table:
                 return self._canonical(place, momenta, names, time, own)
         rates = {name: table[name] for name in RATES if name in table}
-        reference = self.values["state"].get("frame")
-        frame = None if reference is None else self._frame(reference)
         options = {**rates, "time": time, "frame": frame, **own}
         state: State = self._errors.called(place, owner.state, self._attitude(place), **options)
         return state
@@ -346,7 +375,8 @@ class Parts:
         if "sequence" in table and name != "euler_angles":
             raise self._errors.at((*place, "sequence"), "must be beside euler_angles, got none.")
         frame = self.values["state"].get("frame", "")
-        if name == "roll_pitch_yaw" and frame.partition(".")[0] not in self.values.get("orbits", {}):
+        of_pair = len(place) > 1 and frame == "orbit"
+        if name == "roll_pitch_yaw" and not of_pair and frame.partition(".")[0] not in self.values.get("orbits", {}):
             raise self._errors.at(("state", "frame"), "must be an orbit beside roll_pitch_yaw, got none.")
         ways: dict[str, Callable[..., Any]] = {
             "quaternion": lambda quaternion: unit_quaternion(quaternion, "quaternion"),
@@ -361,7 +391,11 @@ class Parts:
             return np.asarray(q)
         return quat.product(q, np.asarray(Rotation.from_rotvec(self._turns[place]).as_quat(scalar_first=True)))
 
-    def _frame(self, reference: str) -> Frame:
+    def _frame(self, reference: str, there: Any = None, pair: Any = None) -> Frame:
+        """Return the axes of a name, of two bodies those of their orbit too."""
+        if there is not None and reference == "orbit":
+            velocity = there.momentum / np.asarray(pair.reduced_mass)[..., None]
+            return RelativeOrbitFrame(lambda _: (there.position, velocity, np.zeros(3)))
         frames, place = self.values.get("frames", {}), ("state", "frame")
         if reference in frames:
             frame: Frame = self._part("frame", frames[reference], ("frames", reference))
@@ -451,11 +485,12 @@ class Parts:
         return dict(self.values.get("outputs", {}))
 
 
-def _state_of_two(pair: TwoBodies, position: Any, velocity: Any, primary: State, secondary: State) -> PairState:
-    """Return the state of two bodies with a relative velocity."""
-    velocity, mass = member_array("velocity", velocity, (3,)), np.asarray(pair.reduced_mass)[..., None]
-    refuse_other_members(velocity=velocity.shape[:-1], masses=mass.shape[:-1])
-    return PairState(position, mass * velocity, primary, secondary)
+def _moving(pair: TwoBodies, position: Any, velocity: Any, time: Any) -> PairState:
+    """Return the state of two bodies at rest about their centres of mass."""
+    refuse_other_members(
+        velocity=member_array("velocity", velocity, (3,)).shape[:-1], masses=np.shape(pair.reduced_mass)
+    )
+    return pair.state(position, velocity, **AT_REST, time=time)
 
 
 def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:

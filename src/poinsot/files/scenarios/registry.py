@@ -39,7 +39,7 @@ from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
 
-__all__ = ["DEFAULTS", "Key", "Maker", "known_classes", "makers"]
+__all__ = ["DEFAULTS", "Key", "Maker", "keys_of", "known_classes", "makers"]
 
 BASES: dict[str, tuple[type, ...]] = {
     "body": (Body, TwoBodies),
@@ -105,6 +105,12 @@ def makers(group: str) -> dict[str, Maker]:
     return _makers(group, tuple(_subclasses(BASES[group])))
 
 
+def keys_of(call: Callable[..., Any], *left_out: str) -> tuple[Key, ...]:
+    """Return the keys of the arguments of a call but for some that a table has not."""
+    maker = _maker(call, call.__name__, left_out)
+    return maker.keys if maker else ()
+
+
 def known_classes() -> tuple[type, ...]:
     """Return all classes that a scenario can name now: a user may define one at any time."""
     return tuple(cls for bases in BASES.values() for cls in _subclasses(bases))
@@ -164,12 +170,14 @@ def _function(call: Any) -> Any:
     return inspect.unwrap(getattr(call, "__func__", call))
 
 
-def _maker(call: Callable[..., Any], name: str) -> Maker | None:
+def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) -> Maker | None:
     """Return what makes something by the arguments of a call; None if a file cannot have one that it needs."""
     hints, said = _hints(call), _described(call.__doc__)
     keys, takes_calendar = [], False
     for parameter in inspect.signature(call).parameters.values():
         hint, required = hints.get(parameter.name, Any), parameter.default is parameter.empty
+        if parameter.name in left_out:
+            continue
         if Calendar in _ways(hint):
             takes_calendar = True
             continue

@@ -28,9 +28,11 @@ from poinsot.engine.formulations import formulations
 from poinsot.engine.kernels import PRECISIONS
 from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
-from poinsot.files.scenarios.registry import DEFAULTS, Key, Maker, known_classes, makers
+from poinsot.files.scenarios.registry import DEFAULTS, Key, Maker, keys_of, known_classes, makers
+from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.orbits.kepler import KeplerOrbit
 
-__all__ = ["MOST_TIMES", "ROTATION", "STATE", "converted", "scenario_model", "schema", "short"]
+__all__ = ["MOST_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
@@ -64,15 +66,30 @@ ROTATION = (
     Key("angular_momentum_space", "number", "Angular momentum along the space axes.", 1),
 )
 
+FRAME = Key("frame", "text", "Axes of the change; default: those of space.", choices=("orbit",))
+STARTS = {name: keys_of(getattr(TwoBodies, name), "self", "time") for name in ("synchronous", "doubly_synchronous")}
+"""The keys of starts of two bodies that need no position and no attitudes, by the name of the method."""
+
 STATE = (
     *ROTATION,
-    Key("frame", "text", "An orbit (radial, transverse, normal), or a table under frames."),
+    Key("frame", "text", 'An orbit (radial, transverse, normal), a table under frames, or "orbit" of two bodies.'),
     Key("time", "time", "The time of the state.", default=0.0),
     Key("own", "named", "Variables of parts, by the name of the part; default: at rest in the body.", 1),
     Key("position", "number", "Of two bodies: of the secondary from the primary, along the space axes.", 1),
     Key("velocity", "number", "Of two bodies: of the secondary relative to the primary, along the space axes.", 1),
     Key("primary", "table", "Of two bodies: attitude, and rate or momentum, of the primary.", keys=ROTATION),
     Key("secondary", "table", "Of two bodies: the same of the secondary.", keys=ROTATION),
+    Key("elements", "table", "Of two bodies, in place of both: of their orbit.", keys=keys_of(KeplerOrbit, "mu")),
+    *(
+        Key(name, "table", "Of two bodies, in place of all others but time and kick.", keys=STARTS[name])
+        for name in STARTS
+    ),
+    Key(
+        "kick",
+        "table",
+        "Of two bodies: an impact at the start.",
+        keys=(*keys_of(TwoBodies.kick, "self", "state"), FRAME),
+    ),
 )
 
 TIMES = (

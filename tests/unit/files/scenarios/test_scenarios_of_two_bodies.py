@@ -120,6 +120,56 @@ def test_canonical_variables_of_each_body():
     assert np.allclose(changed.secondary.conjugate_momenta, same.conjugate_momenta, rtol=0, atol=2e-16)
 
 
+STATE = PAIR[PAIR.index("[state]") : PAIR.index("[[forces]]")]
+TURNS = PAIR[PAIR.index("[state.primary]") : PAIR.index("[[forces]]")]
+
+
+@pytest.mark.parametrize("start", ["synchronous", "doubly_synchronous"])
+def test_starts_are_those_of_python(start):
+    primary = {"primary_rate": "36 deg/h"} if start == "synchronous" else {}
+    said = "".join(f'{name} = "{value}"\n' for name, value in primary.items())
+    found = scenario((STATE, f'[state]\ntime = 5\n[state.{start}]\nperiod = "1 h"\n{said}'))
+    rates = {name: np.radians(36) / 3600 for name in primary}
+    wanted = getattr(found.system.pair, start)(period=3600.0, time=5.0, **rates)
+    assert found.state.time == 5
+    for name, values in wanted.phase.items():
+        assert np.allclose(found.state.phase[name], values, rtol=1e-15, atol=0), name
+
+
+def test_an_orbit_by_its_elements_and_attitudes_relative_to_it():
+    elements = '[state.elements]\nsemimajor_axis = 8\neccentricity = 0.2\ninclination = "30 deg"\ntrue_anomaly = 0.4\n'
+    turns = TURNS.replace("angular_momentum_space = [0, 0.01, 0.1]", "omega_body = [0, 0, 0]")
+    found = scenario((STATE, f'[state]\nframe = "orbit"\n{elements}{turns}'))
+    orbit = pt.KeplerOrbit(0.9 * 3.5, semimajor_axis=8, eccentricity=0.2, inclination=np.pi / 6, true_anomaly=0.4)
+    r, v = (np.array(at(0.0)) for at in (orbit.position_at, orbit.velocity_at))
+    assert np.allclose(found.state.position, r, rtol=0, atol=1e-14)
+    assert np.allclose(found.state.momentum, 1.5 / 3.5 * v, rtol=0, atol=1e-15)
+    h = np.cross(r, v)
+    normal, radial = h / np.linalg.norm(h), r / np.linalg.norm(r)
+    axes = Rotation.from_matrix(np.column_stack([radial, np.cross(normal, radial), normal]))
+    turned = axes * Rotation.from_euler("ZXZ", (np.radians(10), 0.1, 0.2))
+    assert np.allclose(found.state.secondary.attitude.as_matrix(), turned.as_matrix(), atol=1e-14)
+    moments = pt.Body.from_ellipsoid(0.5, (0.9, 0.8, 0.7)).moments
+    rate = turned.inv().apply(h / (r @ r))
+    assert np.allclose(found.state.secondary.angular_momentum_body, moments * rate, rtol=0, atol=1e-15)
+
+
+def test_an_impact_at_the_start_and_its_spread():
+    kick = '[state.kick]\ndelta_velocity = [0, -0.01, 0]\nframe = "orbit"\n'
+    found, without = scenario(("[[forces]]", f"{kick}[[forces]]")).state, scenario().state
+    r, p = without.position, without.momentum
+    normal = np.cross(r, p) / np.linalg.norm(np.cross(r, p))
+    across = np.cross(normal, r) / np.linalg.norm(r)
+    assert np.allclose(found.momentum - p, -0.01 * 1.5 / 3.5 * across, rtol=0, atol=1e-16)
+    spread = '[ensemble]\nmembers = 3\nseed = 1\nspread = [{of = "state.kick.delta_velocity", size = 0.001}]\n'
+    many = scenario(("[[forces]]", f"{kick}on = 'primary'\n[[forces]]"), text=PAIR + spread).state
+    assert many.shape == (3,)
+    assert np.array_equal(many.position, [r, r, r])
+    changes = (many.momentum - p) / (1.5 / 3.5)
+    assert np.all(changes @ across > 0.005)
+    assert np.all(np.ptp(changes, axis=0) > 0)
+
+
 def test_attitudes_and_rates_relative_to_a_turntable():
     table = '[frames.table]\nattitude = [1, 0, 0, 0]\nomega_space = [0, 0, "1 rpm"]\n[times]'
     turned = scenario(
@@ -191,7 +241,7 @@ WRONG = {
     "line 23: in state.secondary, state must have exactly one of omega_body, omega_space, angular_momentum_body, "
     "angular_momentum_space, got none.": ("angular_momentum_space = [0, 0.01, 0.1]\n", ""),
     "line 21: state.primary.quaternion must have unit norm": ("[0.8, 0,", "[0.9, 0,"),
-    "line 20: state.omega_body must not be beside two bodies": (
+    "line 20: state.omega_body must not be beside position, got both.": (
         "[state.primary]",
         "omega_body = [0, 0, 1]\n[state.primary]",
     ),
@@ -200,6 +250,24 @@ WRONG = {
     ),
     "line 33: run.method must be integration beside forces, got 'closed form'.": (
         ("[times]", '[run]\nmethod = "closed form"\n[times]')
+    ),
+    "line 17: state.period must be a key that it can have, got another.": (STATE, "[state]\nperiod = 3\n"),
+    "line 16: synchronous must have exactly one of distance, period, got none.": (
+        STATE,
+        "[state.synchronous]\nprimary_rate = 1.0\n",
+    ),
+    "line 16: state.synchronous.primary_rate must be there, got none.": (STATE, "[state.synchronous]\ndistance = 3\n"),
+    "line 18: state.position must not be beside synchronous, got both.": (
+        STATE,
+        "[state]\nsynchronous = {distance = 3, primary_rate = 1}\nposition = [1, 2, 3]\n",
+    ),
+    "line 27: state.kick.on must be 'primary' or 'secondary', got 'moon'.": (
+        "[[forces]]",
+        "[state.kick]\non = 'moon'\ndelta_velocity = [0, 0, 0]\n[[forces]]",
+    ),
+    "line 17: state.elements.eccentricity must be there, got none.": (
+        STATE,
+        f"[state]\n[state.elements]\nsemimajor_axis = 8\n{TURNS}",
     ),
     "line 16: in state, masses must have as many members as velocity, got 3 and 2.": (
         ("mass = 3.0", "mass = [3.0, 3.1, 3.2]"),
