@@ -110,11 +110,10 @@ class Dynamics(Collection):
     @checked
     def energy(self, state: State) -> Any:
         """Return kinetic plus potential energy, the Hamiltonian where there is one; shape (...)."""
-        shape = state.quaternion.shape[:-1]
+        shape = state.shape
         twin = self.beside(shape)
         instant = twin.at(state)
-        potential = np.broadcast_to(twin.potential_at(instant), shape)[()]
-        return instant.body.kinetic_energy(instant.angular_momentum_body) + potential
+        return twin.kinetic_at(instant) + np.broadcast_to(twin.potential_at(instant), shape)[()]
 
     # ------------------------------------------------------------------ equations of motion
 

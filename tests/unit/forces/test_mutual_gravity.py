@@ -87,6 +87,16 @@ def test_the_same_in_other_units(make):
     assert near((there[0] / energy, there[1] / (energy / length), there[2] / energy, there[3] / energy), here)
 
 
+def test_the_energy_of_a_state_is_that_of_the_motion_and_of_gravity():
+    pair = pair_of()
+    system = pt.System(pair, MutualHarmonics.of_shapes(pair, 4))
+    velocity, rates = (0.1, 0.3, -0.2), np.array([(0.1, 0.2, 0.3), (-0.2, 0.4, 0.1)])
+    state = pair.state(SEPARATION, velocity, ATTITUDES, omega_body=rates)
+    turning = sum(w @ body.inertia @ w for w, body in zip(rates, pair.bodies.values(), strict=True)) / 2
+    moving = pair.reduced_mass * np.dot(velocity, velocity) / 2
+    assert system.energy(state) == pytest.approx(moving + turning + system.potential_energy(state), rel=1e-14, abs=0)
+
+
 def test_fields_of_second_degree_are_the_moments():
     pair = pair_of()
     assert near(gravity(pair, MutualHarmonics.of_shapes(pair, 2)), gravity(pair, MutualGravity()))
