@@ -134,6 +134,8 @@ def _rule(hint: Any) -> Rule | None:
 
 def _rule_of(way: Any) -> Rule | None:
     outer, inner = get_origin(way) or way, get_args(way)
+    if outer is Annotated:
+        way = inner[0]
     if outer in (Sequence, list, tuple):
         count = len(inner) if outer is tuple else None
         item = _rule(inner[0])
