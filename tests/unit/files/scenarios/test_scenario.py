@@ -593,11 +593,16 @@ VALUES = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None)
+TWO_BODIES = [(ROOT / "examples" / f"{name}.toml").read_text() for name in ("didymos", "moshup")]
+SPREAD = '[ensemble]\nmembers = 3\nseed = 7\n[[ensemble.spread]]\nof = "state.kick.delta_velocity"\nsize = 1e-4\n'
+TEXTS = [SATELLITE + ENSEMBLE.replace("4000", "3"), TWO_BODIES[0] + SPREAD, TWO_BODIES[1]]
+
+
+@settings(max_examples=450, deadline=None)
 @given(st.data())
 def test_changed_scenarios_are_read_or_refused_in_a_sentence(data):
     """Any value in the place of another, and lines that are gone, doubled or moved."""
-    lines = (SATELLITE + ENSEMBLE.replace("4000", "3")).splitlines()
+    lines = data.draw(st.sampled_from(TEXTS)).splitlines()
     for _ in range(data.draw(st.integers(1, 3))):
         i = data.draw(st.integers(0, len(lines) - 1))
         way = data.draw(st.sampled_from(["value", "value", "value", "drop", "double", "move"]))

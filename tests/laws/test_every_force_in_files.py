@@ -1,0 +1,78 @@
+"""Every force comes back from the text that a result has of its system: on one body, and on one or both of two."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from kinds import concrete_subclasses
+from poinsot.files.scenarios.scenario import rebuilt_system
+from poinsot.files.scenarios.writer import text_of
+
+ELLIPSE = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, epoch=0.2)
+ROCKS = [
+    pt.shapes.Mascons([0.6, 0.7, size], [(0.5, -0.3, 0.2), (-0.3, 0.4, -0.5), (0.1, 0.5, 0.4)]) for size in (0.5, 0.3)
+]
+FIRST, SECOND = map(pt.Body.from_shape, ROCKS)
+PAIR = pt.TwoBodies(FIRST, SECOND, G=1 / 3)
+FIELD = ROCKS[0].field(3)
+
+OF_ONE = (
+    pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
+    pt.GravityGradient(ELLIPSE),
+    pt.forces.Oblateness(ELLIPSE, 0.3, 0.7, (0.4, -0.3, 0.8)),
+    pt.forces.HarmonicGravity(ELLIPSE, FIELD),
+    pt.forces.MasconGravity(ELLIPSE, ROCKS[0].masses, ROCKS[0].positions),
+    pt.forces.EllipsoidGravity(ELLIPSE, 1.1, (0.9, 0.6, 0.4)),
+    pt.forces.LinearDamping(1 / 7),
+)
+OF_TWO = (
+    pt.forces.MutualGravity(),
+    pt.forces.MutualHarmonics(FIELD, ROCKS[1].field(3), degree=3),
+    pt.forces.MutualMascons.of_shapes(PAIR),
+    pt.forces.ThirdBody(ELLIPSE),
+    pt.forces.TidalFriction("primary", 0.3, 1.4, 0.2),
+    pt.forces.LibrationDamping("secondary", 2e-3),
+)
+RUN = pt.free_motion(FIRST, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), [0.0]).run
+
+
+def label(force):
+    return repr(force).partition("(")[0]
+
+
+@pytest.fixture(autouse=True)
+def any_body(monkeypatch):
+    """It is not asked whether the body of a force is the one that turns."""
+    for force in OF_ONE:
+        monkeypatch.setattr(type(force), "check", lambda *_: None)
+
+
+def comes_back(body, force) -> bool:
+    """Whether the system that the text of a system makes has the same formulas and the same numbers, to the bit."""
+    system = pt.System(body, force)
+    phase: Any = lambda: None  # noqa: E731
+    motion = pt.Trajectory(system, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.zeros(1), phase, RUN)
+    text = text_of(motion)
+    again = rebuilt_system(text.text, "it", data=text.data)
+    same = [own.tobytes() == other.tobytes() for own, other in zip(system.numbers, again.numbers, strict=True)]
+    return all(same) and again.structure == system.structure and type(again) is type(system)
+
+
+def test_every_force_is_here():
+    known = {type(force) for force in (*OF_ONE, *OF_TWO)}
+    shipped = concrete_subclasses(pt.Potential, pt.Torque, pt.PairLoad)
+    assert {cls for cls in shipped if not cls.__name__.endswith("On")} == known
+
+
+@pytest.mark.parametrize("force", OF_ONE, ids=label)
+def test_forces_on_one_body_come_back(force):
+    assert comes_back(FIRST, force)
+    assert comes_back(PAIR, force.on("primary"))
+    assert comes_back(PAIR, force.on("secondary"))
+
+
+@pytest.mark.parametrize("force", OF_TWO, ids=label)
+def test_forces_on_two_bodies_come_back(force):
+    assert comes_back(PAIR, force)
