@@ -135,6 +135,24 @@ def test_a_motion_ends_where_ellipsoids_touch():
     assert f"ended: at t = {end[0]:.6g}, by Contact" in repr(motion)
 
 
+def test_members_end_where_they_touch_alone():
+    shifts = np.array([[0.0, 0, 0], [0.3, 0.1, 0.0], [9.0, 0, 0]])
+    given = {"velocity": (0, 0.2, 0), "attitudes": [(1, 0, 0, 0)] * 2, "omega_body": [(0.1, 0.5, 2.0), (0.3, 0.1, 0.7)]}
+    contact, times = pt.events.Contact.of_shapes(CLOSE), np.linspace(0, 5, 6)
+    events = [contact, pt.events.AxisCrossing(AXIS, TARGET).on("secondary")]
+    together: Any = pt.propagate(FALL, CLOSE.state(FALLING.position + shifts, **given), times, events=events)
+    assert together.events[0].members.tolist() == [0, 1]
+    assert "ended: 2 members, by Contact" in repr(together)
+    assert "AxisCrossing of the secondary" in repr(together)
+    for i, shift in enumerate(shifts):
+        alone: Any = pt.propagate(FALL, CLOSE.state(FALLING.position + shift, **given), times, events=events)
+        for found, own in zip(together.events, alone.events, strict=True):
+            assert np.allclose(found.member(i).times, own.times, rtol=0, atol=1e-12)
+        kept = len(alone.times)
+        assert np.allclose(together.position[i, :kept], alone.position, rtol=0, atol=1e-12)
+        assert np.all(np.isnan(together.position[i, kept:]))
+
+
 def test_other_shapes_touch_where_spheres_that_hold_them_do():
     bone = pt.shapes.Mascons((1.0, 1.0, 1.0), ((1, 0, 0), (-0.5, 0.75, 0), (-0.5, -0.75, 0)))
     pair = pt.TwoBodies(pt.Body.from_shape(bone), pt.Body.from_shape(SHAPES[1]), G=1.0)

@@ -23,8 +23,8 @@ class Impact(AtTime):
     Parameters
     ----------
     time : float
-    delta_velocity : array (3,)
-        Of the body; length over time.
+    delta_velocity : array (3,), space axes
+        Of the body, length over time; along the axes of the orbit with `axes="orbit"`.
     body : {"secondary", "primary"}
     axes : {"space", "orbit"}
         Those of the change; "orbit": radial, transverse, normal.

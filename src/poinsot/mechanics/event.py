@@ -87,6 +87,11 @@ class Event(Parametric, ABC):
         """Whether the event changes the state."""
         return type(self).act is not Event.act
 
+    @property
+    def kind(self) -> str:
+        """The name of the class, for summaries."""
+        return type(self).__name__
+
     def check_start(self, instant: Instant) -> None:
         """Raise a ValueError if a motion must not begin where it does: an instant of arrays, if there are members."""
 
@@ -131,3 +136,8 @@ class EventOn(Event):
     @override
     def acts(self) -> bool:
         return self.event.acts
+
+    @property
+    @override
+    def kind(self) -> str:
+        return f"{self.event.kind} of the {self.body}"

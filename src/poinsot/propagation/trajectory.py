@@ -473,7 +473,7 @@ class Trajectory(Summarized):
             "norm error": f"{known['norm_error']:.3g}",
             "tangency error": told(float(f"{known['tangency_error']:.3g}"), DerivedUnits(self.system.units).momentum),
             "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or known["integrals"],
-            "events": ", ".join(f"{type(found.event).__name__} {len(found)}" for found in self.events),
+            "events": ", ".join(f"{found.event.kind} {len(found)}" for found in self.events),
             "ended": "; ".join(self._ends),
             **{name: text for name, text in known.items() if name not in SUMMARY and not name.startswith("drift_")},
         }
@@ -484,7 +484,7 @@ class Trajectory(Summarized):
         for found in self.events:
             if found.event.terminal and len(found):
                 when = f"{len(found)} members" if self.is_ensemble else f"at t = {told(found.times[0])}"
-                yield f"{when}, by {type(found.event).__name__}"
+                yield f"{when}, by {found.event.kind}"
 
     @property
     def dataset(self) -> xarray.Dataset:
