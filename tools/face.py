@@ -22,7 +22,7 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "family.* multipliers.* period_map.* polhodes.* polynomial_search.* *.LOOSE *.bifurcations "
-    "*.recognised",
+    "*.grows_with_time *.recognised",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "

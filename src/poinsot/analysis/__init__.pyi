@@ -7,6 +7,7 @@ from .free_rotation import FreeRotation
 from .libration import Librations, librations
 from .line_spectrum import LineSpectrum, diffusion, frequencies
 from .mutual_orbit import Revolutions, apsidal_precession, revolutions
+from .pair_equilibrium import PairEquilibrium, pair_equilibria
 from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from .sections import Section, andoyer_section, section, spin_orbit_section
 from .transition_matrix import StateTransition, state_transition
@@ -21,6 +22,7 @@ __all__ = [
     "Librations",
     "LineSpectrum",
     "LyapunovSpectrum",
+    "PairEquilibrium",
     "PeriodicMotion",
     "Revolutions",
     "Section",
@@ -35,6 +37,7 @@ __all__ = [
     "frequencies",
     "librations",
     "lyapunov_spectrum",
+    "pair_equilibria",
     "periodic_motion",
     "revolutions",
     "section",

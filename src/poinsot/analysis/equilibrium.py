@@ -38,7 +38,7 @@ from poinsot.quantities import Time
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Equilibrium", "equilibria"]
+__all__ = ["Equilibrium", "equilibria", "grows_with_time"]
 
 Array = NDArray[Any]
 
@@ -148,6 +148,8 @@ def equilibria(
     >>> len(found), sum(e.stability == "lyapunov" for e in found)
     (24, 4)
     """
+    if len(system.rigid_bodies) > 1:
+        raise ValueError("system must be of one body, got two bodies. Take pair_equilibria.")
     if moving := [type(part).__name__ for part in system.parts if part.size]:
         raise ValueError(f"system must have no parts with variables, got {moving[0]}. Hold rotors by a Gyrostat.")
     if system.members:
@@ -322,7 +324,7 @@ class _Balance:
     def _stability(self, scaled: Array, eigenvalues: Array, slow: float, free: Array, family: int) -> str:
         """Return the kind of stability of an equilibrium at which nothing grows exponentially."""
         freedom = round(float(np.trace(free)))
-        if family < freedom or _grows_with_time(scaled, eigenvalues, slow):
+        if family < freedom or grows_with_time(scaled, eigenvalues, slow):
             return "undecided"
         if any(isinstance(force, Torque) for force in self.system.forces):
             dies = int(np.sum(eigenvalues.real < -slow))
@@ -353,11 +355,11 @@ def _slope(matrix: Array) -> Array:
     return np.asarray(matrix[:, 3:, :3] - matrix[:, 3:, 3:] @ np.linalg.solve(matrix[:, :3, 3:], matrix[:, :3, :3]))
 
 
-def _grows_with_time(matrix: Array, eigenvalues: Array, slow: float) -> bool:
+def grows_with_time(matrix: Array, eigenvalues: Array, slow: float) -> bool:
     """Return whether oscillations with equal frequencies grow, like t cos(w t): too few eigenvectors for them."""
     for eigenvalue in eigenvalues[np.abs(eigenvalues.imag) > slow]:
         cluster = eigenvalues[np.abs(eigenvalues - eigenvalue) < 10 * slow]
-        distance = np.linalg.svd(matrix - np.mean(cluster) * np.eye(6), compute_uv=False)
+        distance = np.linalg.svd(matrix - np.mean(cluster) * np.eye(len(matrix)), compute_uv=False)
         if np.sum(distance < 100 * slow) < len(cluster):
             return True
     return False

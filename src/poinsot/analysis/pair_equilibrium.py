@@ -1,0 +1,421 @@
+"""Relative equilibria of two bodies: found, continued in distance, with their small oscillations and stability.
+
+In axes that turn at a constant rate Omega both bodies rest, but for spins sigma of bodies about an axis of symmetry,
+whose axes of reference do not spin along. x = (theta, gamma) of the primary, of the secondary, and the changes of
+position and momentum, obeys x' = matrix x to first order. Of its 18 dimensions the total angular momentum takes three
+and the turn about it one; each body with a spin of its own another two.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot.algebra import quaternion as quat
+from poinsot.algebra.program import Graph, Node, gradient
+from poinsot.analysis.equilibrium import grows_with_time
+from poinsot.checked import checked
+from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.functions import Vector, cross
+from poinsot.html_text import PER_TIME, Summarized, told
+from poinsot.mechanics.attitude import Attitude, rotation_matrix
+from poinsot.mechanics.circular_pair import upright
+from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.pair_instant import PairInstant
+from poinsot.mechanics.pair_system import PairSystem
+from poinsot.mechanics.state import PairState
+
+__all__ = ["PairEquilibrium", "pair_equilibria"]
+
+Array = NDArray[Any]
+
+SLOW = 1e-6
+"""Rates below this, relative to that of the axes, count as zero; curvatures of the energy below its square."""
+ROUNDING = 1e-11
+"""Of eigenvalues, relative to the largest one."""
+ALIKE = 1e-12
+"""Moments that differ by less, relatively, are equal."""
+BALANCED = 1e-12
+"""Of the sizes of forces and torques."""
+NEUTRAL = 1e-9
+"""Singular values below this, relative to the largest, change nothing."""
+ROUNDS = 50
+LARGEST_STEP = 0.3
+"""Of Newton's method, radians, and of the rate, relatively."""
+HALF_TURNS = np.eye(4)[1:] / 2
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class PairEquilibrium(Summarized):
+    """Two bodies at rest in axes that turn uniformly; radians, the user's units.
+
+    Attributes
+    ----------
+    state : PairState
+    rate : array (3,)
+        The angular velocity of the axes, space axes.
+    matrix : array (18, 18)
+        x' = matrix x, x = (rotation vector, change of angular momentum) along the axes of the primary, the same of the
+        secondary, changes of position and momentum along the turning axes.
+    eigenvalues : complex array
+        Of the motion with the same angular momentum, up to turns about it and spins about axes of symmetry: 14, two
+        less for each axis of symmetry.
+    frequencies, growth_rates : arrays, ascending
+        Positive imaginary and real parts of the eigenvalues, without those below 1e-6 of the rate.
+    stability : {"lyapunov", "linear", "unstable", "undecided"}
+        "lyapunov": the energy has a minimum among the motions with the same angular momentum. "linear": the linear
+        equations let nothing grow, but the energy proves nothing. "undecided": a stiffness vanishes.
+
+    Examples
+    --------
+    >>> body = pt.Body.from_ellipsoid(1.0, (1.2, 1.0, 0.9))
+    >>> pair = pt.TwoBodies(body, body, G=1.0)
+    >>> system = pt.System(pair, pt.forces.MutualGravity())
+    >>> guess = pair.doubly_synchronous(distance=9.0)
+    >>> far, near = pt.analysis.pair_equilibria(system, guess, distances=[9.0, 2.42])
+    >>> far.stability, near.stability, far.frequencies.size
+    ('lyapunov', 'unstable', 7)
+    """
+
+    state: PairState
+    rate: Array
+    matrix: Array
+    eigenvalues: Array
+    frequencies: Array
+    growth_rates: Array
+    stability: str
+
+    @property
+    def distance(self) -> float:
+        """That of the centres of mass."""
+        return float(np.linalg.norm(self.state.position))
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is "lyapunov" or "linear"."""
+        return self.stability in ("lyapunov", "linear")
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return f"Equilibrium of two bodies: {self.stability}", {
+            "distance": told(self.distance),
+            "rate": told(np.linalg.norm(self.rate), PER_TIME),
+            "frequencies": told(self.frequencies, PER_TIME),
+            "growth rates": told(self.growth_rates, "per unit of time"),
+        }
+
+
+@checked
+def pair_equilibria(
+    system: PairSystem, guess: PairState, *, distances: ArrayLike | None = None
+) -> list[PairEquilibrium]:
+    """Return the relative equilibria of two bodies near a start, at distances of the centres of mass.
+
+    Newton's method changes both attitudes and the rate. Each distance begins at the equilibrium of the one before. A
+    body that is symmetric about an axis keeps the spin about it that it has in the guess; any other turns with the line
+    of centres.
+
+    Parameters
+    ----------
+    system : PairSystem
+        One, not an ensemble, of potentials that conserve the energy and the angular momentum.
+    guess : PairState
+        Such as `pair.doubly_synchronous(distance=...)`, or `pair.synchronous(...)` with a symmetric primary.
+    distances : array (n,), optional
+        By default that of the guess.
+
+    Raises
+    ------
+    ValueError
+        If the system is another, or no equilibrium is near.
+
+    Examples
+    --------
+    >>> primary, moon = pt.Body.from_ellipsoid(1.0, (1, 1, 0.8)), pt.Body.from_ellipsoid(1e-9, (0.14, 0.1, 0.09))
+    >>> pair = pt.TwoBodies(primary, moon, G=1.0)
+    >>> guess = pair.synchronous(distance=50.0, primary_rate=1.0)
+    >>> (found,) = pt.analysis.pair_equilibria(pt.System(pair, pt.forces.MutualGravity()), guess)
+    >>> (found.frequencies / np.linalg.norm(found.rate))[:3].round(3)  # the first: sqrt(3 (0.96 / 2.96))
+    array([0.986, 1.   , 1.   ])
+    """
+    _check(system, guess)
+    place = np.linalg.norm(guess.position)
+    lengths = np.atleast_1d(real_array("distances", [place] if distances is None else distances, (None,)))
+    refuse_nonpositive("distances", lengths)
+    found, here = [], _Balance.of(system, guess)
+    for length in lengths:
+        here = here.at_distance(float(length)).settled()
+        found.append(here.equilibrium(guess.time))
+    return found
+
+
+def _check(system: PairSystem, guess: PairState) -> None:
+    if system.members or guess.shape:
+        raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
+    symbols = [integral.symbol for integral in system.integrals]
+    if symbols != ["H", "G1", "G2", "G3"]:
+        raise ValueError(
+            "system must conserve the energy and the angular momentum of two bodies, got integrals "
+            f"{', '.join(symbols) or 'none'}. Leave out perturbers and forces without a potential."
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Balance:
+    """Two bodies at rest in turning axes, nearly.
+
+    Attributes
+    ----------
+    attitudes : array (2, 4)
+    position, rate : array (3,)
+        Space axes.
+    axes : two of array (3,) or None
+        Of symmetry, along the body axes.
+    spins : two of float
+        The inertial rate about these.
+    """
+
+    flow: _Flow
+    attitudes: Array
+    position: Array
+    rate: Array
+    axes: tuple[Array | None, ...]
+    spins: tuple[float, ...]
+
+    @classmethod
+    def of(cls, system: PairSystem, guess: PairState) -> _Balance:
+        flow, states = _Flow(system), list(guess.of_bodies.values())
+        attitudes = np.array([state.quaternion for state in states])
+        position, velocity = guess.position, guess.momentum / float(system.pair.reduced_mass)
+        rate = np.cross(position, velocity) / (position @ position)
+        axes = tuple(map(_symmetry_axis, flow.bodies))
+        omegas = [body.omega(s.angular_momentum_body) for body, s in zip(flow.bodies, states, strict=True)]
+        spins = tuple(0.0 if axis is None else float(w @ axis) for w, axis in zip(omegas, axes, strict=True))
+        return cls(flow, attitudes, position, rate, axes, spins)
+
+    def at_distance(self, distance: float) -> _Balance:
+        """Return the same at another distance, with the rate that Kepler's third law makes of it."""
+        ratio = distance / float(np.linalg.norm(self.position))
+        return dataclasses.replace(self, position=ratio * self.position, rate=self.rate * ratio**-1.5)
+
+    # ------------------------------------------------------------------ equations
+
+    @functools.cached_property
+    def matrices(self) -> Array:
+        return rotation_matrix(self.attitudes)
+
+    @functools.cached_property
+    def omegas(self) -> list[Array]:
+        """The inertial rates of the bodies, along their axes."""
+        out = []
+        for matrix, axis, spin in zip(self.matrices, self.axes, self.spins, strict=True):
+            omega = matrix.T @ self.rate
+            out.append(omega if axis is None else omega + (spin - axis @ omega) * axis)
+        return out
+
+    @functools.cached_property
+    def momenta(self) -> list[Array]:
+        return [body.angular_momentum(omega) for body, omega in zip(self.flow.bodies, self.omegas, strict=True)]
+
+    @functools.cached_property
+    def momentum(self) -> Array:
+        """That of the orbit."""
+        return self.flow.mass * np.cross(self.rate, self.position)
+
+    @functools.cached_property
+    def units(self) -> Array:
+        """The sizes of the 18 coordinates."""
+        pace, distance = np.linalg.norm(self.rate), np.linalg.norm(self.position)
+        own = [[1.0] * 3 + [float(np.max(body.moments)) * pace] * 3 for body in self.flow.bodies]
+        return np.array([*own[0], *own[1], *[distance] * 3, *[self.flow.mass * distance * pace] * 3])
+
+    @functools.cached_property
+    def _rates_and_matrix(self) -> tuple[Array, Array]:
+        """Return the rates of the 18 coordinates in the turning axes, and their derivatives by these."""
+        values = [*self.attitudes[0], *self.momenta[0], *self.attitudes[1], *self.momenta[1]]
+        rates, slopes = self.flow.evaluated([*values, *self.position, *self.momentum, *self.rate])
+        for i, (axis, matrix, g) in enumerate(zip(self.axes, self.matrices, self.momenta, strict=True)):
+            if axis is None:
+                continue
+            spin = self.spins[i] - axis @ matrix.T @ self.rate
+            rates[6 * i : 6 * i + 3] -= spin * axis
+            rates[6 * i + 3 : 6 * i + 6] -= spin * np.cross(g, axis)
+            slopes[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] += spin * _cross_matrix(axis)
+        return rates, slopes
+
+    def _imbalance(self) -> tuple[Array, Array]:
+        """Return what is left of torques and force, (9,), and its derivatives by both turns and the rate, (9, 9)."""
+        rates, matrix = self._rates_and_matrix
+        unknown = np.zeros((18, 9))
+        for i, (axis, turn, body) in enumerate(zip(self.axes, self.matrices, self.flow.bodies, strict=True)):
+            rate = turn.T @ self.rate
+            by_turn, by_rate = _cross_matrix(rate), turn.T
+            if axis is not None:
+                across = np.eye(3) - np.outer(axis, axis)
+                by_turn, by_rate = across @ by_turn, across @ by_rate
+            unknown[6 * i : 6 * i + 3, 3 * i : 3 * i + 3] = np.eye(3)
+            unknown[6 * i + 3 : 6 * i + 6, 3 * i : 3 * i + 3] = body.inertia @ by_turn
+            unknown[6 * i + 3 : 6 * i + 6, 6:] = body.inertia @ by_rate
+        unknown[15:, 6:] = -self.flow.mass * _cross_matrix(self.position)
+        slope = matrix @ unknown
+        slope[15:, 6:] += _cross_matrix(self.momentum)  # of -Omega x p by Omega
+        for i, (axis, turn, g) in enumerate(zip(self.axes, self.matrices, self.momenta, strict=True)):
+            if axis is not None:  # the spin against the turning axes
+                change = np.cross(g, axis)
+                slope[6 * i + 3 : 6 * i + 6, 6:] += np.outer(change, axis @ turn.T)
+                slope[6 * i + 3 : 6 * i + 6, 3 * i : 3 * i + 3] += np.outer(
+                    change, axis @ _cross_matrix(turn.T @ self.rate)
+                )
+        places = [3, 4, 5, 9, 10, 11, 15, 16, 17]
+        return rates[places], slope[places]
+
+    def settled(self) -> _Balance:
+        """Return the equilibrium to which Newton's method leads."""
+        here = self
+        for _ in range(ROUNDS):
+            force, slope = here._imbalance()
+            pace = np.linalg.norm(here.rate)
+            rows = here.units[[3, 4, 5, 9, 10, 11, 15, 16, 17]] * pace
+            columns = np.array([1.0] * 6 + [float(pace)] * 3)
+            if not (np.all(np.isfinite(slope)) and pace > 0):
+                break
+            step = np.linalg.lstsq(slope * columns / rows[:, None], -force / rows, rcond=NEUTRAL)[0]
+            largest = float(np.max(np.abs(step)))
+            here = here._moved(step * (LARGEST_STEP / max(largest, LARGEST_STEP)) * columns)
+            if np.max(np.abs(force / rows)) < BALANCED and largest < np.sqrt(BALANCED):
+                return here
+        raise ValueError(
+            f"guess must be near a relative equilibrium, got none at the distance {np.linalg.norm(self.position):.6g}. "
+            "Only a body that is symmetric about an axis may spin about it."
+        )
+
+    def _moved(self, step: Array) -> _Balance:
+        turns = np.array([[1.0, *step[:3] / 2], [1.0, *step[3:6] / 2]])
+        attitudes = quat.product(self.attitudes, turns / np.linalg.norm(turns, axis=1, keepdims=True))
+        return dataclasses.replace(self, attitudes=attitudes, rate=self.rate + step[6:])
+
+    # ------------------------------------------------------------------ small motion
+
+    def equilibrium(self, time: Any) -> PairEquilibrium:
+        """Return the equilibrium with its linear equations."""
+        matrix, units, pace = self._rates_and_matrix[1], self.units, float(np.linalg.norm(self.rate))
+        scaled = matrix * units / units[:, None] / pace
+        left = self._free()
+        reduced = left.T @ scaled @ left
+        eigenvalues = np.linalg.eigvals(reduced)
+        slow = _slow(eigenvalues)
+        growth = pace * np.sort(eigenvalues.real[eigenvalues.real > slow])
+        frequencies = pace * np.sort(eigenvalues.imag[eigenvalues.imag > slow])
+        stability = "unstable" if growth.size else self._stability(scaled, left)
+        omegas = [np.asarray(omega) for omega in self.omegas]
+        velocity = np.cross(self.rate, self.position)
+        state = self.flow.system.pair.state(self.position, velocity, list(self.attitudes), omega_body=omegas, time=time)
+        return PairEquilibrium(state, self.rate, matrix, pace * eigenvalues, frequencies, growth, stability)
+
+    def _free(self) -> Array:
+        """Return a basis of the changes, over the units, that keep momenta and are no turn of all; (18, 14) or less."""
+        fixed, neutral = np.zeros((3, 18)), np.zeros(18)
+        about = self.rate / np.linalg.norm(self.rate)
+        more, spun = [], []
+        for i, (axis, turn, g) in enumerate(zip(self.axes, self.matrices, self.momenta, strict=True)):
+            fixed[:, 6 * i : 6 * i + 3] = -turn @ _cross_matrix(g)
+            fixed[:, 6 * i + 3 : 6 * i + 6] = turn
+            neutral[6 * i : 6 * i + 3] = turn.T @ about
+            if axis is not None:
+                row, column = np.zeros(18), np.zeros(18)
+                row[6 * i + 3 : 6 * i + 6] = column[6 * i : 6 * i + 3] = axis
+                column[6 * i + 3 : 6 * i + 6] = np.cross(g, axis)
+                more.append(row)
+                spun.append(column)
+        fixed[:, 12:15], fixed[:, 15:] = -_cross_matrix(self.momentum), _cross_matrix(self.position)
+        neutral[12:15], neutral[15:] = np.cross(about, self.position), np.cross(about, self.momentum)
+        rows = np.array([*fixed, *more]) * self.units
+        columns = np.array([neutral, *spun]) / self.units
+        both = np.concatenate([x / np.linalg.norm(x, axis=1, keepdims=True) for x in (rows, columns)])
+        return np.asarray(np.linalg.svd(both)[2][len(both) :].T)
+
+    def _stability(self, scaled: Array, left: Array) -> str:
+        """Return the kind of stability where nothing grows exponentially."""
+        poisson = np.zeros((18, 18))
+        for i, g in enumerate(self.momenta):
+            turn, own = slice(6 * i, 6 * i + 3), slice(6 * i + 3, 6 * i + 6)
+            poisson[turn, own], poisson[own, turn], poisson[own, own] = np.eye(3), -np.eye(3), _cross_matrix(g)
+        poisson[12:15, 15:], poisson[15:, 12:15] = np.eye(3), -np.eye(3)
+        units, pace = self.units, float(np.linalg.norm(self.rate))
+        energy = np.linalg.inv(poisson / units[:, None] / units) @ scaled * pace
+        energy = left.T @ (energy + energy.T) @ left / 2
+        size = np.sqrt(np.abs(np.diag(energy)))  # so that a small body counts like a large one
+        curvature = np.linalg.eigvalsh(energy / size / size[:, None])
+        reduced = left.T @ scaled @ left
+        eigenvalues = np.linalg.eigvals(reduced)
+        slow = _slow(eigenvalues)
+        if np.min(np.abs(curvature)) < SLOW**2 or grows_with_time(reduced, eigenvalues, slow):
+            return "undecided"
+        return "lyapunov" if np.min(curvature) > 0 else "linear"
+
+
+class _Flow:
+    """The equations of motion of two bodies in turning axes, with their derivatives, as a graph."""
+
+    def __init__(self, system: PairSystem) -> None:
+        self.system, self.bodies = system, system.rigid_bodies
+        self.mass = float(system.pair.reduced_mass)
+
+    def evaluated(self, values: Sequence[float]) -> tuple[Array, Array]:
+        """Return the rates of the 18 coordinates, and their derivatives by these, (18, 18).
+
+        Values are quaternion and momentum of the primary and of the secondary, position, momentum, and the rate.
+        """
+        symbols, outputs = self._traced
+        found = symbols[0].graph.evaluated(outputs, dict(zip(symbols, values, strict=True)))
+        table = np.array(found, dtype=float).reshape(18, -1)
+        by, slopes = table[:, 1:], np.empty((18, 18))
+        for i in range(2):
+            q = np.array(values[7 * i : 7 * i + 4], dtype=float)
+            turns = np.array([quat.product(q, half) for half in HALF_TURNS])
+            slopes[:, 6 * i : 6 * i + 3] = by[:, 7 * i : 7 * i + 4] @ turns.T
+            slopes[:, 6 * i + 3 : 6 * i + 6] = by[:, 7 * i + 4 : 7 * i + 7]
+        slopes[:, 12:] = by[:, 14:20]
+        return table[:, 0].copy(), slopes
+
+    @functools.cached_property
+    def _traced(self) -> tuple[list[Node], list[Any]]:
+        graph = Graph()
+        symbols = [graph.symbol(i) for i in range(23)]
+        attitudes = [Attitude.from_quaternion(symbols[i : i + 4]) for i in (0, 7)]
+        momenta = [Vector(symbols[i : i + 3]) for i in (4, 11)]
+        position, momentum, rate = (Vector(symbols[i : i + 3]) for i in (14, 17, 20))
+        instant = PairInstant(self.system.pair, attitudes, position, Environment(0.0), momentum, momenta)
+        turnings, own = self.system.changes(instant)
+        rates: list[Any] = []
+        for each in turnings:
+            rates += [*(each.omega - each.attitude.to_body(rate)), *each.momentum_rate]
+        speed, force = Vector(own["orbit"][:3]), Vector(own["orbit"][3:])
+        rates += [*(speed - cross(rate, position)), *(force - cross(rate, momentum))]
+        return symbols, [x for each in rates for x in (each, *gradient(each, symbols[:20]))]
+
+
+def _slow(eigenvalues: Array) -> float:
+    """Return what counts as zero beside eigenvalues over the rate of the axes."""
+    return max(SLOW, ROUNDING * float(np.max(np.abs(eigenvalues))))
+
+
+def _symmetry_axis(body: Any) -> Array | None:
+    """Return the axis about which a body has equal moments, along its axes; None without one."""
+    small, middle, large = np.sort(np.asarray(body.moments))
+    axes = rotation_matrix(upright(body))  # rows are the principal axes by ascending moments
+    if middle - small <= ALIKE * large:
+        return np.asarray(axes[2])
+    return np.asarray(axes[0]) if large - middle <= ALIKE * large else None
+
+
+def _cross_matrix(vector: Array) -> Array:
+    """Return the matrix of x -> vector x x."""
+    x, y, z = vector
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
