@@ -399,3 +399,89 @@ def test_wrong_files_end_in_one_sentence(tmp_path):
         assert said.startswith("poinsot: ")
         assert said.count("\n") == 1
     assert len(list(tmp_path.iterdir())) == 2
+
+
+# ------------------------------------------------------------------ two bodies
+
+BINARY = """\
+title = "two"
+[body]
+type = "TwoBodies"
+G = 1.0
+primary = {moments = [2.0, 2.5, 3.0], mass = 3.0}
+secondary = {moments = [0.1, 0.12, 0.15], mass = 0.5}
+[state]
+position = [6, 1, 2]
+velocity = [-0.1, 0.6, 0.3]
+primary = {quaternion = [1, 0, 0, 0], omega_body = [0.1, 0.2, 1]}
+secondary = {quaternion = [0.5, 0.5, -0.5, 0.5], omega_body = [0, 0.1, 0.4]}
+[[forces]]
+type = "MutualGravity"
+[times]
+stop = 10
+count = 11
+"""
+
+
+@pytest.fixture(scope="module")
+def binary(tmp_path_factory):
+    path = tmp_path_factory.mktemp("binary") / "binary.toml"
+    path.write_text(BINARY)
+    call("run", path)
+    return path.with_suffix(".nc")
+
+
+def test_two_bodies_run_and_are_repeated(binary, tmp_path):
+    result = call("run", binary, "--out", tmp_path)
+    assert result.stdout.endswith("The same bit for bit.\n")
+    assert list(pt.load(tmp_path / "binary.nc").of_bodies) == ["primary", "secondary"]
+
+
+def test_a_scenario_of_two_bodies_is_told(binary):
+    told = call("info", binary.with_suffix(".toml")).stdout
+    assert "start: quaternion of the secondary (0.5, 0.5, -0.5, 0.5), scalar first, body to space" in told
+    assert "start: position of the secondary (6, 1, 2) (dimensionless)" in told
+    assert "start: momentum of the orbit (-0.0428571429, 0.257142857, 0.128571429) (dimensionless)" in told
+    assert "can be run again: yes" in call("info", binary).stdout
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_plot_is_of_two_bodies_or_asks_for_one(binary, kind, tmp_path):
+    other = ("--with", binary) if kind == "difference" else ()
+    arguments = "plot", binary, tmp_path / "it.png", "--kind", kind, *other
+    if kind == "drift":
+        call(*arguments)
+    else:
+        assert call(*arguments, code=2).stderr == "poinsot: --body must be primary or secondary, got none.\n"
+    if kind in ("quaternions", "angular_velocity", "polhode", "difference"):
+        call(*arguments, "--body", "secondary", "--overwrite")
+        assert (tmp_path / "it.png").exists()
+
+
+def test_one_of_two_bodies_is_seen_and_converted(binary, tmp_path):
+    for command, name in (("view", "it.html"), ("convert", "it.csv")):
+        said = call(command, binary, tmp_path / name, code=2).stderr
+        assert said == "poinsot: --body must be primary or secondary, got none.\n"
+        call(command, binary, tmp_path / name, "--body", "primary")
+    table = pt.files.read_quaternion_csv(tmp_path / "it.csv")
+    primary = pt.load(binary).of_bodies["primary"]
+    assert np.max(table.angle_to(primary)) < 1e-14
+    said = call("plot", binary, tmp_path / "it.png", "--body", "moon", code=2).stderr
+    assert said == "poinsot: --body must be primary or secondary, got moon.\n"
+    said = call("convert", binary, tmp_path / "it.zarr", "--body", "primary", code=2).stderr
+    assert said == "poinsot: --body must go with a result that becomes attitudes, got other files.\n"
+
+
+def test_one_body_has_no_other(top, tmp_path):
+    call("run", top, "--out", tmp_path)
+    said = call("view", tmp_path / "top.nc", "--body", "primary", code=2).stderr
+    assert said == "poinsot: --body must not be there for a motion of one body, got primary.\n"
+
+
+@pytest.mark.parametrize("output", ['plot = "it.png"', 'view = "it.html"'])
+def test_pictures_of_two_bodies_are_refused_before_the_run(output, tmp_path):
+    path = tmp_path / "it.toml"
+    path.write_text(f"{BINARY}[outputs]\n{output}\n")
+    said = call("run", path, code=2).stderr
+    assert re.fullmatch(r"poinsot: .* must be of one body, got a scenario of two\. `poinsot .* --body .*\n", said)
+    assert not (tmp_path / "it.nc").exists()
