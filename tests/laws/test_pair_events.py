@@ -57,16 +57,17 @@ def test_passages_are_those_of_the_quantity(sign):
         assert np.array_equal(found.directions, sign * np.sign(values[1:] - values[:-1])[crossed]), name
 
 
-def test_members_of_an_ensemble_have_the_events_that_they_have_alone():
+@pytest.mark.parametrize("end", [80.0, -80.0], ids=["forwards", "backwards"])
+def test_members_of_an_ensemble_have_the_events_that_they_have_alone(end):
     events = [event for event, _ in EVENTS.values()]
     shift = np.array([[0.0, 0, 0], [0.2, -0.1, 0]])
     attitudes, rates = [(1, 0, 0, 0)] * 2, [(0.1, 0.2, 1.0), (0.01, 0.02, 0.12)]
     velocity = np.array((-0.1, 0.6, 0.05))
     both = PAIR.state(START.position + shift, velocity, attitudes, omega_body=rates)
-    together = pt.propagate(SYSTEM, both, [80.0], events=events).events
+    together = pt.propagate(SYSTEM, both, [end], events=events).events
     for i in range(2):
         start = PAIR.state(START.position + shift[i], velocity, attitudes, omega_body=rates)
-        alone = pt.propagate(SYSTEM, start, [80.0], events=events).events
+        alone = pt.propagate(SYSTEM, start, [end], events=events).events
         for found, own in zip(together, alone, strict=True):
             assert len(own) > 1
             assert np.allclose(found.member(i).times, own.times, rtol=0, atol=1e-11)
