@@ -233,6 +233,84 @@ def test_a_shape_stands_in_space_as_the_attitude_says(browser, tmp_path):
     visit.page.close()
 
 
+# ---------------------------------------------------------------------- two bodies
+
+CUBIC = 1e-4
+"""What a cubic over 0.1 leaves of a position, h^4/384 times its fourth derivative, up to 400; a chord leaves 1e-2."""
+PLACED = """t => {
+    poinsot.setTime(t);
+    const { bodies, controls } = poinsot.scene;
+    return [...Object.values(bodies).map(({ body }) => {
+        const { x, y, z, w } = body.quaternion;
+        return [body.position.toArray(), [w, x, y, z]];
+    }), controls.target.toArray()];
+}"""
+REACHED = """name => {
+    const { drawn } = poinsot.scene.bodies[name];
+    const part = drawn.shape?.children[0] ?? drawn.ellipsoid;
+    part.updateWorldMatrix(true, false);
+    const place = part.geometry.attributes.position;
+    const point = new THREE.Vector3();
+    return Array.from({ length: place.count }, (_, i) =>
+        point.fromBufferAttribute(place, i).applyMatrix4(part.matrixWorld).toArray());
+}"""
+
+
+@pytest.fixture(scope="module")
+def two(browser, tmp_path_factory):
+    first = pt.Body.from_shape(pt.shapes.Ellipsoid((1.0, 0.9, 0.7), mass=50.0).moved((3, 2, 1)))
+    pair = pt.TwoBodies(first, pt.Body.from_ellipsoid(2.0, (0.5, 0.4, 0.3)), G=1.0)
+    start = pair.state((4, 0, 0), (0.2, 3.0, 0.5), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0.3, 2), (0, 0.1, 0.9)])
+    motion: Any = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, np.linspace(0, 12, 121), dense=True)
+    visit = Visit(browser, pt.view(motion, tmp_path_factory.mktemp("view") / "pair.html"))
+    yield motion, visit
+    assert visit.said == []
+    visit.page.close()
+
+
+def test_two_bodies_stand_about_their_barycentre_to_scale(two):
+    motion, visit = two
+    length = (motion.distance.max() * 50 / 52 + 0.5) / 1.85
+    for time in (motion.times[0], motion.times[77], 5.04, 11.93):
+        at = motion(time)
+        *bodies, target = visit(PLACED, time)
+        for (place, attitude), share, own in zip(bodies, (-2 / 52, 50 / 52), at.of_bodies.values(), strict=True):
+            np.testing.assert_allclose(length * np.array(place), share * at.position, atol=CUBIC)
+            stored = time in motion.times
+            assert apart(attitude, own.quaternion) < (4 * SINGLE if stored else 3e-3)
+        assert target == [0, 0, 0]
+    corners = length * (np.array(visit(REACHED, "secondary")) - bodies[1][0])
+    along = at.secondary.attitude.inv().apply(np.eye(3))
+    np.testing.assert_allclose(np.max(corners, axis=0), np.linalg.norm(along * (0.5, 0.4, 0.3), axis=-1), rtol=4e-3)
+    corners = length * (np.array(visit(REACHED, "primary")) - bodies[0][0])
+    along = at.primary.attitude.inv().apply(np.eye(3))
+    np.testing.assert_allclose(np.max(corners, axis=0), np.linalg.norm(along * (1.0, 0.9, 0.7), axis=-1), rtol=4e-3)
+
+
+def test_the_paths_of_two_bodies_are_those_of_their_orbit(two):
+    motion, visit = two
+    length = (motion.distance.max() * 50 / 52 + 0.5) / 1.85
+    times = np.array(visit("Array.from(motion.fine)"))
+    path = np.array(visit("Array.from(poinsot.scene.bodies.secondary.points)")).reshape(-1, 3)
+    np.testing.assert_allclose(length * path, 50 / 52 * motion(times).position, atol=CUBIC)
+
+
+def test_the_view_follows_a_body_and_the_numbers_the_time(two):
+    motion, visit = two
+    visit.page.select_option("#centre", "secondary")
+    _, (place, _), target = visit(PLACED, motion.times[30])
+    assert target == place
+    visit.page.select_option("#centre", "barycentre")
+    assert visit(PLACED, motion.times[30])[-1] == [0, 0, 0]
+    shown = visit.page.locator("#distance output").text_content()
+    assert float(shown) == pytest.approx(motion.distance[30], rel=5.1e-3)
+    rate = visit.page.locator("#secondary_omega_body output").all_text_contents()
+    assert [float(x.replace("−", "-")) for x in rate] == pytest.approx(motion.secondary.omega_body[30], rel=5.1e-3)
+    sizes = [float(x) for x in visit.page.locator("#parts output").all_text_contents()]
+    vectors = motion.angular_momentum_space, motion.primary.omega_body, motion.secondary.omega_body
+    assert sizes == pytest.approx([np.linalg.norm(x[30]) for x in vectors], rel=1e-3)
+
+
 def test_slow_frames_have_fewer_dots_and_a_picture_at_rest_all(browser, tmp_path):
     visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"))
     visit("""() => (function busy() {

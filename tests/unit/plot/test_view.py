@@ -190,6 +190,83 @@ def test_numbers_in_the_title_are_short():
     assert content(free(body))["title"] == "poinsot: System(Body(moments=[1.0, 1.33333, 1.5]))"
 
 
+# ---------------------------------------------------------------------- two bodies
+
+
+def pair_motion(shape=True, times=None, members=None):
+    first = pt.Body.from_shape(pt.shapes.Ellipsoid((1.0, 0.9, 0.7), mass=50.0).moved((3, 2, 1), TURN))
+    first = first if shape else pt.Body.from_inertia(first.inertia, mass=50.0)
+    pair = pt.TwoBodies(first, pt.Body.from_ellipsoid(2.0, (0.5, 0.4, 0.3)), G=1.0)
+    system = pt.System(pair, pt.forces.MutualGravity(), units={**SI, "length": "m"})
+    velocity = np.broadcast_to((0.2, 3.0, 0.5), (3,) if members is None else (members, 3))
+    start = pair.state((4.0, 0.0, 0.0), velocity, [(1, 0, 0, 0)] * 2, omega_body=[(0, 0.3, 2), (0, 0.1, 0.9)])
+    return pt.propagate(system, start, np.linspace(0, 12, 241) if times is None else times)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_page_of_two_bodies_has_their_motion(order):
+    motion = pair_motion(times=np.linspace(0, 12, 241)[::order])
+    data = content(motion)
+    np.testing.assert_array_equal(np.frombuffer(base64.b64decode(data["times"])), motion.times[::order])
+    for name, values in {
+        "position": motion.position,
+        "velocity": motion.velocity,
+        "distance": motion.distance[:, None],
+        "angular_momentum_space": motion.angular_momentum_space,
+        "primary_quaternion": motion.primary.quaternion,
+        "secondary_quaternion": motion.secondary.quaternion,
+        "primary_omega_body": motion.primary.omega_body,
+        "secondary_omega_body": motion.secondary.omega_body,
+    }.items():
+        found = decoded(data["arrays"][name], values.shape[-1])
+        np.testing.assert_allclose(found, values[::order], rtol=0, atol=6e-8 * np.abs(values).max())
+    assert data["labels"]["distance"] == "distance of the centres of mass [m]"
+    assert data["labels"]["secondary_omega_body"] == "angular velocity of the secondary, body axes [rad s⁻¹]"
+
+
+@pytest.mark.parametrize("shape", [True, False])
+def test_two_bodies_are_drawn_to_scale(shape):
+    """The homogeneous ellipsoid has the moments and the mass; a shape fills its radius."""
+    motion = pair_motion(shape)
+    data = content(motion)
+    for (name, body), mass in zip(motion.system.pair.bodies.items(), (50.0, 2.0), strict=True):
+        drawn = data["bodies"][name]
+        own = pt.Body.from_ellipsoid(mass, drawn["semiaxes"])
+        turn = Rotation.from_quat(drawn["principal"], scalar_first=True).as_matrix()
+        np.testing.assert_allclose(turn @ np.diag(own.moments) @ turn.T, body.inertia, rtol=0, atol=1e-12 * mass)
+    first, second = data["bodies"]["primary"], data["bodies"]["secondary"]
+    assert (first["shape"] is not None) == shape
+    assert (first["radius"], second["radius"]) == pytest.approx((1.0, 0.5), rel=1e-12)
+    assert 50 * first["share"] + 2 * second["share"] == pytest.approx(0, abs=1e-13)
+    assert second["share"] - first["share"] == pytest.approx(1, rel=1e-15)
+    assert data["reach"] == pytest.approx(motion.distance.max() * 50 / 52 + 0.5, rel=1e-12)
+
+
+def test_the_speed_of_two_bodies_is_that_of_their_orbit():
+    motion = pair_motion()
+    angle = np.unwrap(np.arctan2(motion.position[:, 1], motion.position[:, 0]))
+    assert content(motion)["mean_rate"] == pytest.approx((angle[-1] - angle[0]) / 12, rel=5e-3)
+    assert content(motion)["note"] == ""
+
+
+def test_the_faster_of_two_bodies_is_named_where_it_turns_too_far():
+    motion = pair_motion(times=np.linspace(0, 12, 7))
+    turns = {name: 2 * np.max(np.linalg.norm(one.omega_body, axis=-1)) for name, one in motion.of_bodies.items()}
+    assert turns["primary"] < turns["secondary"]
+    note = content(motion)["note"]
+    assert note.startswith(
+        f"Between two stored times the secondary turns by up to {np.degrees(turns['secondary']):.0f}°"
+    )
+
+
+def test_the_page_of_two_bodies_allows_its_own_scripts():
+    page = pt.view(pair_motion()).html
+    policy = re.search(r"script-src ([^;]*);", page)[1].split()
+    scripts = re.findall(r"<script>(.*?)</script>", page, re.DOTALL)
+    assert policy == [f"'sha256-{base64.b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts]
+    assert "{{" not in page.replace("\n".join(scripts), "")
+
+
 # ---------------------------------------------------------------------- what the page may do
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
@@ -273,6 +350,11 @@ REFUSED = {
         lambda _: pt.view(pt.propagate(pt.System(OBLIQUE), MANY, (0.0, 1.0))),
         ValueError,
         "motion must be of one body, got an ensemble of 3 members. Take one: motion.member(0).",
+    ),
+    "ensemble_of_pairs": (
+        lambda _: pt.view(pair_motion(members=3)),
+        ValueError,
+        "motion must be of one pair, got an ensemble of 3 members. Take one: motion.member(0).",
     ),
     "one_time": (
         lambda _: pt.view(free(times=(0.0,))),

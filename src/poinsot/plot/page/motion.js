@@ -15,6 +15,7 @@ const motion = (() => {
   const times = new Float64Array(bytes(page.times));
   const arrays = Object.fromEntries(Object.entries(page.arrays).map(([name, array]) => [name, unscaled(array)]));
   const last = times.length - 1;
+  const STEP = arrays.position ? Math.PI / 90 : Math.PI / 30;
 
   /** The interval i of a time, and how far into it the time is: [i, 0..1]. */
   function place(t, grid = times) {
@@ -28,8 +29,8 @@ const motion = (() => {
     return [low, Math.min(Math.max((t - grid[low]) / (grid[high] - grid[low]), 0), 1)];
   }
 
-  function row(name, i, size) {
-    const out = [];
+  function row(name, i) {
+    const [out, size] = [[], arrays[name].length / times.length];
     for (let k = size * i; k < size * (i + 1); k++) out.push(arrays[name][k]);
     return out;
   }
@@ -51,15 +52,15 @@ const motion = (() => {
   }
 
   /** 1, or -1 where the two ends of an interval have quaternions on opposite sides of the sphere. */
-  function sign(i) {
-    return dot(row("quaternion", i, 4), row("quaternion", i + 1, 4)) < 0 ? -1 : 1;
+  function sign(i, name = "quaternion") {
+    return dot(row(name, i), row(name, i + 1)) < 0 ? -1 : 1;
   }
 
   /** The quaternion on the great circle between the stored ones, of unit norm. */
-  function quaternion(t) {
+  function quaternion(t, name = "quaternion") {
     const [i, u] = place(t);
-    const a = row("quaternion", i, 4);
-    const b = mix(row("quaternion", i + 1, 4), a, sign(i), 0);
+    const a = row(name, i);
+    const b = mix(row(name, i + 1), a, sign(i, name), 0);
     const angle = 2 * Math.atan2(norm(mix(a, b, 1, -1)), norm(mix(a, b, 1, 1)));
     const near = angle < 1e-9;
     const q = mix(a, b, near ? 1 - u : Math.sin((1 - u) * angle), near ? u : Math.sin(u * angle));
@@ -69,13 +70,28 @@ const motion = (() => {
   /** The conjugate momenta, linear between the stored ones. */
   function momenta(t) {
     const [i, u] = place(t);
-    return mix(row("momenta", i, 4), row("momenta", i + 1, 4), 1 - u, u * sign(i));
+    return mix(row("momenta", i), row("momenta", i + 1), 1 - u, u * sign(i));
   }
 
   /** A stored vector, linear between the times. */
   function vector(name, t) {
     const [i, u] = place(t);
-    return mix(row(name, i, 3), row(name, i + 1, 3), 1 - u, u);
+    return mix(row(name, i), row(name, i + 1), 1 - u, u);
+  }
+
+  /** Of two bodies the secondary's position from the primary, on the cubic with the stored velocities. */
+  function position(t) {
+    const [i, u] = place(t);
+    const span = times[i + 1] - times[i];
+    const straight = mix(row("position", i), row("position", i + 1), (1 + 2 * u) * (1 - u) ** 2, u * u * (3 - 2 * u));
+    const bent = mix(row("velocity", i), row("velocity", i + 1), u * (1 - u) ** 2 * span, u * u * (u - 1) * span);
+    return mix(straight, bent, 1, 1);
+  }
+
+  /** What a plot shows at a time. */
+  function reading(name, t) {
+    const between = { quaternion, momenta, distance: (time) => [norm(position(time))] }[name];
+    return between ? between(t) : vector(name, t);
   }
 
   /** Body to space: q v q~. */
@@ -84,18 +100,25 @@ const motion = (() => {
     return [a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p];
   }
 
-  /** How far it is from one stored time to the next: the turn of the body and the change of its rate, in radians. */
+  /**
+   * How far it is from one stored time to the next, in radians: the turn of the body and the change of its rate, or of
+   * two bodies the turn of the line of centres.
+   */
   function distance(i) {
-    const cosine = Math.min(Math.abs(dot(row("quaternion", i, 4), row("quaternion", i + 1, 4))), 1);
-    const change = norm(mix(row("omega_body", i + 1, 3), row("omega_body", i, 3), 1, -1));
+    if (arrays.position) {
+      const [a, b] = [row("position", i), row("position", i + 1)];
+      return Math.acos(Math.min(Math.max(dot(a, b) / (norm(a) * norm(b)), -1), 1));
+    }
+    const cosine = Math.min(Math.abs(dot(row("quaternion", i), row("quaternion", i + 1))), 1);
+    const change = norm(mix(row("omega_body", i + 1), row("omega_body", i), 1, -1));
     return 2 * Math.acos(cosine) + change / page.largest.omega || 0;
   }
 
-  /** Times at equal distances along the motion, six degrees apart, or 1e5 in all: what the curves go through. */
+  /** Times at equal distances along the motion, a step apart, or 1e5 in all: what the curves go through. */
   function fineTimes() {
     const reached = new Float64Array(last + 1);
     for (let i = 0; i < last; i++) reached[i + 1] = reached[i] + distance(i);
-    const count = Math.min(Math.ceil(reached[last] / (Math.PI / 30)), 1e5) || 1;
+    const count = Math.min(Math.ceil(reached[last] / STEP), 1e5) || 1;
     const fine = new Float64Array(count + 1);
     let i = 0;
     for (let k = 0; k < count; k++) {
@@ -109,5 +132,5 @@ const motion = (() => {
     return fine;
   }
 
-  return { page, times, arrays, unscaled, place, quaternion, momenta, vector, norm, rotate, fine: fineTimes() };
+  return { page, times, arrays, unscaled, place, quaternion, momenta, position, reading, vector, norm, rotate, fine: fineTimes() };
 })();

@@ -14,9 +14,9 @@
   at("title").textContent = page.title;
   at("note").textContent = page.note;
   at("note").hidden = !page.note;
-  const sizes = { omega_body: at("omega"), angular_momentum_space: at("G") };
+  const sizes = document.querySelectorAll("#parts output");
   const size = (name, t) => Number(motion.norm(motion.vector(name, t)).toPrecision(4));
-  for (const [name, reading] of Object.entries(sizes)) reading.after(page.labels[name]);
+  for (const reading of sizes) reading.after(page.labels[reading.dataset.unit]);
 
   // ------------------------------------------------------------ scene and plots
 
@@ -27,12 +27,12 @@
     console.error(error);
     at("space").textContent = "The body cannot be drawn: this browser has no WebGL.";
   }
-  const plots = ["quaternion", "momenta"].map((name) =>
-    plotOf(at(name), {
+  const plots = Array.from(document.querySelectorAll("#plots figure"), (figure) =>
+    plotOf(figure, {
       times,
-      values: motion.arrays[name],
+      values: motion.arrays[figure.id],
       colours: page.colours.components,
-      label: page.labels[name],
+      label: page.labels[figure.id],
       timeLabel: page.labels.time,
     }),
   );
@@ -69,9 +69,8 @@
 
   function read() {
     at("now").textContent = `${page.labels.t} = ${short(Number(time.toPrecision(7)))}${page.labels.unit}`;
-    plots[0].read(motion.quaternion(time));
-    plots[1].read(motion.momenta(time));
-    for (const [name, reading] of Object.entries(sizes)) reading.textContent = short(size(name, time));
+    for (const plot of plots) plot.read(motion.reading(plot.name, time));
+    for (const reading of sizes) reading.textContent = short(size(reading.dataset.size, time));
   }
 
   // Where frames come slowly the picture has fewer dots while it moves, and all of them when it rests.
@@ -147,10 +146,12 @@
       scene.show(event.target.value);
       changed = true;
     });
-    at("traced").addEventListener("change", (event) => {
-      scene.trace(Number(event.target.value));
-      changed = true;
-    });
+    for (const chooser of document.querySelectorAll("select[data-choice]")) {
+      chooser.addEventListener("change", () => {
+        scene[chooser.dataset.choice](chooser.value);
+        changed = true;
+      });
+    }
     for (const box of document.querySelectorAll("#parts input")) {
       const part = box.dataset.part;
       box.nextElementSibling.style.borderColor = page.colours[part];
@@ -202,7 +203,7 @@
     },
     /** Of the body in the scene, scalar first. */
     get quaternion() {
-      const q = scene?.body.quaternion;
+      const q = scene?.body?.quaternion;
       return q && [q.w, q.x, q.y, q.z];
     },
     get playing() {

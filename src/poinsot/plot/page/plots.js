@@ -1,5 +1,5 @@
 "use strict";
-// The components of q and Q against time, drawn once for a size, under a cursor that follows the time.
+// What is beside the scene, against time, drawn once for a size, under a cursor that follows the time.
 
 /** Round numbers, about `count` of them, within [low, high]. */
 function ticks(low, high, count) {
@@ -17,10 +17,11 @@ function short(value) {
   return String(Number(value.toPrecision(6))).replace("-", "−");
 }
 
-/** Return one plot in a figure; `values` are n rows of four components. */
+/** Return one plot in a figure; `values` are n rows of as many components as it has readings. */
 function plotOf(figure, { times, values, colours, label, timeLabel }) {
   const canvas = figure.querySelector("canvas");
   const cursor = figure.querySelector(".cursor");
+  const size = values.length / times.length;
   const [first, last] = [times[0], times[times.length - 1]];
   let low = Infinity;
   let high = -Infinity;
@@ -65,7 +66,7 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
   function curve(pen, k) {
     [pen.strokeStyle, pen.lineWidth, pen.lineJoin] = [colours[k], 1.3, "round"];
     pen.beginPath();
-    const value = (i) => values[4 * i + k];
+    const value = (i) => values[size * i + k];
     const column = (i) => Math.floor(2 * x(times[i]));
     for (let i = 0; i < times.length; ) {
       const kept = [i, i, i, i];
@@ -88,7 +89,7 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
     const pen = canvas.getContext("2d");
     pen.scale(ratio, ratio);
     frame(pen);
-    for (let k = 0; k < 4; k++) curve(pen, k);
+    for (let k = 0; k < size; k++) curve(pen, k);
     [cursor.style.top, cursor.style.height] = [`${canvas.offsetTop + box.top}px`, `${box.height}px`];
   }
 
@@ -108,5 +109,5 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
     components.forEach((value, k) => (readings[k].textContent = short(Number(value.toPrecision(3)))));
   }
 
-  return { canvas, resize, place, read, timeAt };
+  return { name: figure.id, canvas, resize, place, read, timeAt };
 }

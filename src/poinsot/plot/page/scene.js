@@ -1,11 +1,8 @@
 "use strict";
-// The scene in three dimensions: the body of unit size, axes, vectors and the paths of their tips.
+// What scenes in three dimensions are made of: solids, axes, vectors and the paths of their tips; light and camera.
 
-const BODY_AXIS = 1.35;
 const SPACE_AXIS = 1.75;
-const LONGEST_OMEGA = 1.55;
 const LONGEST_MOMENTUM = 1.95;
-const TAIL_TURNS = 10;
 const LIGHT = "#D3E0EA";
 const SHADE = "#9DB6C9";
 const UP = new THREE.Vector3(0, 1, 0);
@@ -72,6 +69,7 @@ class Arrow {
     this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(width, width, 1, 12), material);
     this.head = new THREE.Mesh(new THREE.ConeGeometry(3.2 * width, 9 * width, 20), material);
     this.head_length = 9 * width;
+    this.gap = Math.min(0.12, 15 * width);
     this.direction = new THREE.Vector3();
     this.label = text(label, colour);
     this.group = new THREE.Group().add(this.shaft, this.head, this.label);
@@ -89,7 +87,7 @@ class Arrow {
     this.shaft.position.y = (length - head) / 2;
     this.head.scale.y = head / this.head_length;
     this.head.position.y = length - head / 2;
-    this.label.position.y = length + 0.12;
+    this.label.position.y = length + this.gap;
   }
 }
 
@@ -106,6 +104,19 @@ function text(words, colour) {
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = "srgb";
   return new THREE.Sprite(new THREE.SpriteMaterial({ map, depthWrite: false, sizeAttenuation: false }));
+}
+
+/** The points that a vector goes through, at the times for curves. */
+function path(point) {
+  const out = new Float32Array(3 * motion.fine.length);
+  motion.fine.forEach((t, i) => out.set(point(t), 3 * i));
+  return out;
+}
+
+/** A thin line through points. */
+function whole(points, colour, opacity) {
+  const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points, 3));
+  return new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity }));
 }
 
 function axes(parent, letter, length, colour, width) {
@@ -131,6 +142,15 @@ function shaded(geometry) {
   }
   flat.setAttribute("color", new THREE.BufferAttribute(colours, 3));
   return new THREE.Mesh(flat, new THREE.MeshLambertMaterial({ vertexColors: true }));
+}
+
+/** A translucent solid of given half sides along the principal axes. */
+function along(principal, geometry, sides) {
+  const solid = shaded(geometry);
+  solid.quaternion.copy(quaternion(principal));
+  solid.scale.set(...sides);
+  Object.assign(solid.material, { transparent: true, opacity: 0.7 });
+  return solid;
 }
 
 function quaternion([w, x, y, z]) {
@@ -183,10 +203,8 @@ function drawsWithoutGraphics() {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
-/** Return the scene; it draws itself at a time. */
-function sceneOf(motion, canvas) {
-  const { page, fine } = motion;
-  const { solids, colours } = page;
+/** Return an empty scene with a camera; `render` draws it. */
+function stageOf(canvas) {
   const software = drawsWithoutGraphics();
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: false });
   renderer.setClearColor("#ffffff");
@@ -201,104 +219,6 @@ function sceneOf(motion, canvas) {
   sun.position.set(-1.5, 1.5, 3);
   camera.add(sun);
   scene.add(new THREE.AmbientLight("#ffffff", 1.6), camera);
-
-  // ------------------------------------------------------------ the body and what turns with it
-
-  const body = new THREE.Group();
-  scene.add(body);
-  const principal = quaternion(solids.principal);
-  const drawn = {};
-  function add(name, solid) {
-    drawn[name] = solid;
-    solid.visible = false;
-    body.add(solid);
-  }
-  function addPrincipal(name, geometry, sides) {
-    const solid = shaded(geometry);
-    solid.quaternion.copy(principal);
-    solid.scale.set(...sides);
-    Object.assign(solid.material, { transparent: true, opacity: 0.7 });
-    add(name, solid);
-  }
-  if (solids.shape) add("shape", new THREE.Group().add(...solids.shape.map(part)));
-  addPrincipal("ellipsoid", new THREE.SphereGeometry(1, 64, 48), solids.extent);
-  addPrincipal("box", new THREE.BoxGeometry(2, 2, 2, 2, 2, 2), solids.extent);
-  if (solids.inertia_ellipsoid) addPrincipal("inertia", new THREE.SphereGeometry(1, 96, 64), solids.inertia_ellipsoid);
-
-  // ------------------------------------------------------------ axes, vectors, paths
-
-  const parts = {
-    space_axes: axes(scene, "s", SPACE_AXIS, colours.space_axes, 0.008),
-    body_axes: axes(body, "b", BODY_AXIS, colours.body_axes, 0.012),
-  };
-  const G = new Arrow(scene, colours.angular_momentum, 0.016, "G");
-  const omega = new Arrow(scene, colours.omega, 0.016, "ω");
-  parts.angular_momentum = G.group;
-  parts.omega = omega.group;
-
-  function path(point) {
-    const out = new Float32Array(3 * fine.length);
-    fine.forEach((t, i) => out.set(point(t), 3 * i));
-    return out;
-  }
-  function whole(points, colour, opacity) {
-    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points, 3));
-    return new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity }));
-  }
-  const omegaBody = (t) => motion.vector("omega_body", t);
-  const omegaSpace = (t) => motion.rotate(motion.quaternion(t), omegaBody(t));
-  const paths = { polhode: path(omegaBody), herpolhode: path(omegaSpace) };
-  const scaled = { polhode: new THREE.Group(), herpolhode: new THREE.Group() };
-  body.add((parts.polhode = scaled.polhode));
-  scene.add((parts.herpolhode = scaled.herpolhode));
-  const most = TAIL_TURNS * 180;
-  const tails = {};
-  for (const name of ["polhode", "herpolhode"]) {
-    scaled[name].add(whole(paths[name], colours[name], 0.4));
-    tails[name] = new Tail(scaled[name], colours[name], 2.5, paths[name], most);
-  }
-  if (page.plane) scaled.herpolhode.add(plane(page.plane, colours.herpolhode));
-
-  parts.trace = new THREE.Group();
-  scene.add(parts.trace);
-  const traces = [null, null, null];
-  const axisTip = (k, t) =>
-    motion.rotate(motion.quaternion(t), [0, 1, 2].map((i) => (i === k ? BODY_AXIS : 0)));
-  let traced = 2;
-
-  // ------------------------------------------------------------ what changes
-
-  let scale = 1;
-  const duration = (TAIL_TURNS * 2 * Math.PI) / page.mean_rate;
-
-  function show(name) {
-    for (const [key, solid] of Object.entries(drawn)) solid.visible = key === name;
-    scale = name === "inertia" ? 1 / Math.max(...solids.inertia_ellipsoid) : LONGEST_OMEGA / page.largest.omega;
-    if (!Number.isFinite(scale)) scale = 1;
-    drawn.inertia?.scale.set(...solids.inertia_ellipsoid.map((side) => side * scale));
-    for (const group of Object.values(scaled)) group.scale.setScalar(scale);
-  }
-
-  function trace(k) {
-    traced = k;
-    traces[k] ??= new Tail(parts.trace, colours.body_axes, 2, path((t) => axisTip(k, t)), most);
-    traces.forEach((tail, i) => tail && (tail.line.visible = i === k));
-  }
-
-  function place(t) {
-    const q = motion.quaternion(t);
-    body.quaternion.set(q[1], q[2], q[3], q[0]);
-    const rate = omegaBody(t);
-    const rateInSpace = motion.rotate(q, rate);
-    omega.point(rateInSpace, scale);
-    const momentum = motion.vector("angular_momentum_space", t);
-    G.point(momentum, LONGEST_MOMENTUM / page.largest.angular_momentum);
-    const [end] = motion.place(t, fine);
-    const [start] = motion.place(t - duration, fine);
-    tails.polhode.draw(start, end, rate);
-    tails.herpolhode.draw(start, end, rateInSpace);
-    traces[traced].draw(start, end, axisTip(traced, t));
-  }
 
   /** Draw with a part of the dots that the screen has, or without a graphics card with more when at rest. */
   function sharpen(part) {
@@ -318,33 +238,15 @@ function sceneOf(motion, canvas) {
 
   /** Turn the view by angles about the vertical and about the horizontal across the line of sight, and zoom. */
   function turn(around, over, zoom) {
-    const across = new THREE.Vector3().crossVectors(camera.up, camera.position).normalize();
-    const steepness = Math.acos(camera.position.z / camera.position.length());
+    const from = camera.position.clone().sub(controls.target);
+    const across = new THREE.Vector3().crossVectors(camera.up, from).normalize();
+    const steepness = Math.acos(from.z / from.length());
     const least = 0.05;
-    camera.position.applyAxisAngle(across, Math.min(Math.max(steepness + over, least), Math.PI - least) - steepness);
-    camera.position.applyAxisAngle(camera.up, around).multiplyScalar(zoom);
+    from.applyAxisAngle(across, Math.min(Math.max(steepness + over, least), Math.PI - least) - steepness);
+    camera.position.copy(from.applyAxisAngle(camera.up, around).multiplyScalar(zoom).add(controls.target));
     controls.update();
   }
 
-  trace(traced);
-  show(Object.keys(drawn)[0]);
   const render = () => renderer.render(scene, camera);
-  return { body, drawn, parts, paths, tails, traces, solids: Object.keys(drawn), controls, show, trace, turn, place, resize, sharpen, render };
-}
-
-/** The invariable plane, a translucent disc across the angular momentum at the tip of omega. */
-function plane({ normal, height, radius }, colour) {
-  const disc = new THREE.Mesh(
-    new THREE.CircleGeometry(radius, 96),
-    new THREE.MeshBasicMaterial({
-      color: colour,
-      transparent: true,
-      opacity: 0.1,
-      side: THREE.DoubleSide,
-      depthWrite: false,
-    }),
-  );
-  disc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...normal));
-  disc.position.set(...normal).multiplyScalar(height);
-  return disc;
+  return { scene, camera, controls, turn, resize, sharpen, render };
 }

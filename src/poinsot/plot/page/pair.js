@@ -1,0 +1,110 @@
+"use strict";
+// The scene of two bodies about their barycentre, to scale, with the paths of both.
+
+const REACH = 1.85;
+const BODY_AXIS = 1.35;
+const RATE = 1.6;
+const THICKEST = 0.012;
+const NEAREST = 4;
+const LEGIBLE = 0.05;
+
+/** Return the scene; it draws itself at a time. */
+function sceneOf(motion, canvas) {
+  const { page, fine } = motion;
+  const { colours } = page;
+  const stage = stageOf(canvas);
+  const { scene, camera, controls } = stage;
+  const unit = REACH / page.reach;
+  const parts = { space_axes: axes(scene, "s", SPACE_AXIS, colours.space_axes, 0.008) };
+  for (const name of ["body_axes", "omega", "orbit", "centres"]) scene.add((parts[name] = new THREE.Group()));
+  const G = new Arrow(scene, colours.angular_momentum, 0.016, "G");
+  parts.angular_momentum = G.group;
+
+  // ------------------------------------------------------------ the bodies
+
+  const placed = (share, position) => position.map((x) => share * unit * x);
+  const bodies = {};
+  for (const [name, { share, radius, semiaxes, principal, shape }] of Object.entries(page.bodies)) {
+    const size = radius * unit;
+    const thickness = Math.min(THICKEST, 0.05 * size);
+    const drawn = { ellipsoid: along(principal, new THREE.SphereGeometry(1, 64, 48), semiaxes.map((x) => x * unit)) };
+    if (shape) drawn.shape = new THREE.Group().add(...shape.map(part));
+    drawn.shape?.scale.setScalar(size);
+    const body = new THREE.Group().add(...Object.values(drawn));
+    scene.add(body);
+    const points = path((t) => placed(share, motion.position(t)));
+    parts.orbit.add(whole(points, colours[name], 0.4));
+    bodies[name] = {
+      share,
+      size,
+      drawn,
+      body,
+      points,
+      tail: new Tail(parts.orbit, colours[name], 2.5, points, fine.length),
+      axes: axes(parts.body_axes, "b", BODY_AXIS * size, colours.body_axes, thickness),
+      omega: new Arrow(parts.omega, colours.omega, 1.3 * thickness, "ω"),
+    };
+  }
+  for (const each of Object.values(bodies)) {
+    each.labels = [];
+    for (const named of [each.axes, each.omega.group]) named.traverse((part) => part.isSprite && each.labels.push(part));
+  }
+  const line = whole(new Float32Array(6), colours.space_axes, 1);
+  line.frustumCulled = false;
+  parts.centres.add(line);
+  const smallest = Math.min(...Object.values(bodies).map(({ size }) => size));
+  controls.minDistance = NEAREST * smallest;
+  camera.near = smallest;
+
+  // ------------------------------------------------------------ what changes
+
+  const revolution = (2 * Math.PI) / page.mean_rate;
+  let centre = "barycentre";
+
+  function show(wanted) {
+    for (const { drawn } of Object.values(bodies)) {
+      const shown = wanted in drawn ? wanted : "ellipsoid";
+      for (const [name, solid] of Object.entries(drawn)) solid.visible = name === shown;
+    }
+  }
+
+  /** Turn the view about a body, or about the barycentre. */
+  function follow(wanted) {
+    centre = wanted;
+    look();
+  }
+
+  function look() {
+    const target = bodies[centre]?.body.position ?? new THREE.Vector3();
+    camera.position.add(target).sub(controls.target);
+    controls.target.copy(target);
+  }
+
+  function place(t) {
+    const position = motion.position(t);
+    const [end] = motion.place(t, fine);
+    const [start] = motion.place(t - revolution, fine);
+    Object.entries(bodies).forEach(([name, { share, size, body, axes, omega, labels, tail }], k) => {
+      const here = placed(share, position);
+      const q = motion.quaternion(t, `${name}_quaternion`);
+      for (const each of [body, axes]) {
+        each.position.set(...here);
+        each.quaternion.copy(quaternion(q));
+      }
+      const rate = motion.rotate(q, motion.vector(`${name}_omega_body`, t));
+      omega.point(rate, (RATE * size) / page.largest[`${name}_omega_body`]);
+      omega.group.position.set(...here);
+      const legible = size > LEGIBLE * camera.position.distanceTo(body.position);
+      for (const label of labels) label.visible = legible;
+      tail.draw(start, end, here);
+      line.geometry.attributes.position.array.set(here, 3 * k);
+    });
+    line.geometry.attributes.position.needsUpdate = true;
+    G.point(motion.vector("angular_momentum_space", t), LONGEST_MOMENTUM / page.largest.angular_momentum);
+    look();
+  }
+
+  const solids = page.bodies.primary.shape || page.bodies.secondary.shape ? ["shape", "ellipsoid"] : ["ellipsoid"];
+  show(solids[0]);
+  return { ...stage, bodies, parts, solids, show, follow, place };
+}

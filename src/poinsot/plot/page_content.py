@@ -1,0 +1,247 @@
+"""What the page of the 3D view is told of a motion, as JSON takes it."""
+
+from __future__ import annotations
+
+import base64
+import re
+import textwrap
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.analysis.polhodes import principal
+from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.mechanics.body import Body
+from poinsot.plot.geometry import is_constant
+from poinsot.plot.labels import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    PURPLE,
+    VERMILION,
+    bracketed,
+    momentum_label,
+    one_member,
+    rate_unit_of,
+)
+from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
+from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.trajectory import Trajectory
+from poinsot.shapes.mascons import Mascons
+from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.shape import Shape
+from poinsot.shapes.solids import Ellipsoid
+
+__all__ = ["content_of"]
+
+Array = NDArray[np.float64]
+
+COLOURS = {
+    "space_axes": GREY,
+    "body_axes": PURPLE,
+    "trace": PURPLE,
+    "angular_momentum": BLACK,
+    "omega": GREEN,
+    "polhode": BLUE,
+    "herpolhode": VERMILION,
+    "primary": BLUE,
+    "secondary": VERMILION,
+    "orbit": VERMILION,
+    "centres": GREY,
+    "components": [BLACK, BLUE, VERMILION, GREEN],
+}
+
+THINNEST = 0.01
+"""The least extent of a drawn body, relative to the largest: a flat plate remains visible from its side."""
+
+LARGEST_SPHERE = 0.1
+"""Of a mass point, relative to the farthest one; of very many they are smaller."""
+
+MOST_SPHERES = 20_000
+"""Of mass points that are drawn, the heaviest ones."""
+
+SECONDS_PER_TURN = 4.0
+
+SHORTEST = 10.0
+"""How many seconds a whole motion takes at least, at the speed in which the page starts."""
+
+
+def content_of(motion: Trajectory) -> dict[str, Any]:
+    """Return what the page shows, of one body or of two."""
+    if one_member(motion).times.size < 2:
+        raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
+    forwards = slice(None, None, 1 if motion.times[1] > motion.times[0] else -1)
+    times = motion.times[forwards]
+    own = _of_pair(motion) if isinstance(motion, PairTrajectory) else _of_body(motion)
+    momentum = motion.angular_momentum_space
+    own["arrays"]["angular_momentum_space"] = momentum
+    own["largest"]["angular_momentum"] = _longest(momentum)
+    span, mean_rate = float(times[-1] - times[0]), own["mean_rate"]
+    turn = 2 * np.pi / mean_rate if mean_rate else np.inf
+    name = motion.provenance.get("title") or "poinsot"
+    return {
+        **own,
+        "title": textwrap.shorten(f"{name}: {_rounded(repr(motion.system))}", 300, placeholder=" ..."),
+        "labels": _labels(motion.system.units),
+        "colours": COLOURS,
+        "times": _base64(times, "<f8"),
+        "arrays": {name: _packed(values[forwards]) for name, values in own["arrays"].items()},
+        "rate": min(turn / SECONDS_PER_TURN, span / SHORTEST),
+    }
+
+
+def _of_body(motion: Trajectory) -> dict[str, Any]:
+    """Return what is shown of one body."""
+    rate = np.linalg.norm(motion.omega_body, axis=-1)
+    return {
+        "note": _note(motion.times, {"body": rate}),
+        "arrays": {
+            "quaternion": motion.quaternion,
+            "momenta": motion.conjugate_momenta,
+            "omega_body": motion.omega_body,
+        },
+        "largest": {"omega": float(np.max(rate))},
+        "mean_rate": float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0])),
+        "solids": _solids(motion),
+        "plane": _invariable_plane(motion),
+    }
+
+
+def _of_pair(motion: PairTrajectory) -> dict[str, Any]:
+    """Return what is shown of two bodies."""
+    pair, distance = motion.system.pair, motion.distance
+    arrays = {"position": motion.position, "velocity": motion.velocity, "distance": distance[:, None]}
+    rates, bodies, largest, reach = {}, {}, {}, 0.0
+    for (name, one), mass, sign in zip(motion.of_bodies.items(), pair.masses, (-1, 1), strict=True):
+        arrays |= {f"{name}_quaternion": one.quaternion, f"{name}_omega_body": one.omega_body}
+        rates[name] = np.linalg.norm(one.omega_body, axis=-1)
+        largest[f"{name}_omega_body"] = float(np.max(rates[name])) or 1.0
+        share = sign * (1 - mass / pair.total_mass)
+        bodies[name] = _solid_of_mass(one.system.body, mass) | {"share": float(share)}
+        reach = max(reach, abs(share) * float(np.max(distance)) + bodies[name]["radius"])
+    turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
+    return {
+        "note": _note(motion.times, rates),
+        "arrays": arrays,
+        "largest": largest,
+        "mean_rate": float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0])),
+        "bodies": bodies,
+        "reach": reach,
+    }
+
+
+def _solid_of_mass(body: Body, mass: float) -> dict[str, Any]:
+    """Return the shapes as which one of two bodies is drawn, in the unit of length."""
+    sides, (_, axes), shape = extents(body, mass), gyration_radii(body), _shape(body.shape)
+    sides = np.maximum(sides, THINNEST * np.max(sides))
+    radius = body.shape.circumscribing_radius if shape is not None and body.shape is not None else np.max(sides)
+    return {
+        "shape": shape,
+        "radius": float(radius),
+        "principal": quaternion_from_matrix(axes).tolist(),
+        "semiaxes": sides.tolist(),
+    }
+
+
+def _longest(vectors: Array) -> float:
+    return float(np.max(np.linalg.norm(vectors, axis=-1)))
+
+
+def _rounded(words: str) -> str:
+    """Return words with no more than six digits in a number."""
+    return re.sub(r"\d+\.\d{6,}(e[-+]?\d+)?", lambda number: f"{float(number[0]):.6g}", words)
+
+
+def _labels(units: Mapping[str, str]) -> dict[str, str]:
+    return {
+        "quaternion": "Euler parameters q",
+        "momenta": f"conjugate momenta Q{momentum_label(units)}",
+        "angular_momentum_space": momentum_label(units),
+        "distance": f"distance of the centres of mass{bracketed(units.get('length', '1'))}",
+        "omega_body": rate_unit_of(units, None).label,
+        "secondary_omega_body": f"angular velocity of the secondary, body axes{rate_unit_of(units, None).label}",
+        "time": f"time{bracketed(units['time'])}",
+        "t": "t",
+        "unit": "" if units["time"] == "1" else f" {units['time']}",
+    }
+
+
+def _note(times: Array, rates: Mapping[str, Array]) -> str:
+    """Return a warning if a body turns too far between stored times; else nothing."""
+    turns = {name: np.max(np.maximum(rate[1:], rate[:-1]) * np.abs(np.diff(times))) for name, rate in rates.items()}
+    fastest = max(turns, key=lambda name: turns[name])
+    if turns[fastest] < np.pi:
+        return ""
+    return (
+        f"Between two stored times the {fastest} turns by up to {np.degrees(turns[fastest]):.0f}°, and what is shown "
+        "there is a guess: it goes the shorter way. Store more times."
+    )
+
+
+def _solids(motion: Trajectory) -> dict[str, Any]:
+    """Return the shapes as which the body is drawn, along its principal axes, and the attitude of these in it."""
+    moments, _ = principal(motion.system.body)
+    extent, axes = gyration_radii(motion.system.body)
+    return {
+        "shape": _shape(motion.system.body.shape),
+        "principal": quaternion_from_matrix(axes).tolist(),
+        "extent": np.maximum(extent / np.max(extent), THINNEST).tolist(),
+        "inertia_ellipsoid": np.sqrt(2 * motion.kinetic_energy[0] / moments).tolist() if _rolls(motion) else None,
+    }
+
+
+def _shape(shape: Shape | None) -> list[dict[str, Any]] | None:
+    """Return the parts of a shape from its centre of mass, within a unit sphere; None of a shape of another kind."""
+    parts = parts_of(shape)
+    if shape is None or parts is None:
+        return None
+    return [_part(part, shape.center_of_mass, 1 / shape.circumscribing_radius) for part in parts]
+
+
+def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:
+    """Return what one part looks like, all lengths times a scale."""
+    if isinstance(part, Mesh):
+        return {"triangles": _packed(scale * (part.vertices - center)[part.faces])}
+    if isinstance(part, Mascons):
+        heaviest = np.sort(np.argsort(part.masses)[-MOST_SPHERES:])
+        sizes = min(LARGEST_SPHERE, 0.6 / np.cbrt(heaviest.size)) * np.cbrt(part.masses[heaviest] / np.max(part.masses))
+        return {"spheres": _packed(np.column_stack([scale * (part.positions[heaviest] - center), sizes]))}
+    sides = part.semiaxes if isinstance(part, Ellipsoid) else (part.radius, part.radius, part.height / 2)
+    return {
+        "solid": "ellipsoid" if isinstance(part, Ellipsoid) else "cylinder",
+        "sides": (scale * np.asarray(sides)).tolist(),
+        "place": (scale * (part.center_of_mass - center)).tolist(),
+        "turn": quaternion_from_matrix(part._axes).tolist(),
+    }
+
+
+def _invariable_plane(motion: Trajectory) -> dict[str, Any] | None:
+    """Return the plane omega . G = 2T and the radius of a disc that holds the herpolhode; None without one."""
+    G, omega = motion.angular_momentum_space, motion.omega_space
+    if not (_rolls(motion) and is_constant(G)):
+        return None
+    size = float(np.linalg.norm(G[0]))
+    normal, height = G[0] / size, 2 * float(motion.kinetic_energy[0]) / size
+    reach = float(np.max(np.linalg.norm(omega - np.outer(omega @ normal, normal), axis=-1)))
+    return {"normal": normal.tolist(), "height": height, "radius": max(1.15 * reach, 0.5 * height)}
+
+
+def _rolls(motion: Trajectory) -> bool:
+    """Return whether the polhode lies on an inertia ellipsoid."""
+    if motion.system.parts:
+        return False
+    energy = motion.kinetic_energy
+    return bool(energy[0] > 0 and is_constant(energy[:, None]))
+
+
+def _packed(values: Array) -> dict[str, Any]:
+    """Return rows as numbers of single precision and their largest size, which may be beyond its range."""
+    scale = float(np.max(np.abs(values))) or 1.0
+    return {"scale": scale, "data": _base64(values / scale, "<f4")}
+
+
+def _base64(values: Array, kind: str) -> str:
+    return base64.b64encode(values.astype(kind).tobytes()).decode()
