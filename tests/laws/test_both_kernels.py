@@ -359,6 +359,59 @@ def test_switches_of_members(name, on_heyoka, monkeypatch):
     assert max(error(together[k], heyoka[k]) for k in range(17)) < 1e-12
 
 
+# ---------------------------------------------------------------------- events
+
+
+class Kick(pt.events.AxisCrossing):
+    """What turns and shortens the momentum."""
+
+    def act(self, body, state):
+        x, y, z = state.angular_momentum_body
+        changed = 0.9 * np.array([y, -x, z])
+        return body.state(state.quaternion, angular_momentum_body=changed, time=state.time)
+
+
+EVENTS = {
+    "recorded": [pt.events.RateCrossing((0.2, 1.0, 0.1)), pt.events.AtTime(0.7)],
+    "falling": [pt.events.RateCrossing((0.2, 1.0, 0.1), direction=-1)],
+    "terminal": [
+        pt.events.RateCrossing((1.0, 0.0, 0.1)),
+        pt.events.AxisCrossing((0, 1, 0), (0.3, 0, 1), terminal=True),
+    ],
+    "acting": [Kick((0, 0, 1), (1, 0.2, 0)), pt.events.RateCrossing((0.2, 1.0, 0.1))],
+}
+WATCHED = [
+    *((kind, "a limit") for kind in ("recorded", "terminal")),
+    ("acting", "forces at rest and moving"),
+    *(pytest.param(kind, "table with knots", marks=pytest.mark.slow) for kind in EVENTS),
+    *(pytest.param(kind, "a limit", marks=pytest.mark.slow) for kind in ("falling", "acting")),
+]
+
+
+@pytest.mark.parametrize(("kind", "name"), WATCHED)
+def test_events(kind, name, on_heyoka, monkeypatch):
+    system = pt.System(BODY, SWITCHED[name]) if name in SWITCHED else pt.System(*SYSTEMS[name])
+    start, options = members_of(system, 17), {"events": EVENTS[kind]}
+    looped, heyoka = (run(pt.propagate, system, start, TIMES, **options) for run in (_plainly, on_heyoka))
+    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
+    assert sum(map(len, looped.events)) > 5
+    assert np.array_equal(np.isfinite(looped.quaternion), np.isfinite(heyoka.quaternion))
+    for own, other in zip(looped.events, heyoka.events, strict=True):
+        assert np.array_equal(own.members, other.members)
+        assert np.array_equal(own.directions, other.directions)
+        assert np.allclose(own.times, other.times, rtol=0, atol=1e-11)
+        assert np.allclose(own.states.quaternion, other.states.quaternion, rtol=0, atol=1e-11)
+    singles = [alone(system, start, k, **options) for k in range(17)]
+    for lanes in (1, 4, 8):
+        monkeypatch.setattr(kernels, "LANES", lanes)
+        together = pt.propagate(system, start, TIMES, **options)
+        for k, one in enumerate(singles):
+            assert np.array_equal(values(one), values(together[k]))
+            for own, other in zip(one.events, together.events, strict=True):
+                assert np.array_equal(own.times, other.member(k).times)
+                assert np.array_equal(own.states.quaternion, other.member(k).states.quaternion)
+
+
 # ---------------------------------------------------------------------- tangent vectors
 
 VARIED = ("force: GravityGradient KeplerOrbit", "part: KaneDamper", "spin-up", "forces at rest and moving")

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 __all__ = [
     "Coefficient",
+    "Crossing",
     "Decomposition",
     "Function",
     "Operation",
@@ -89,6 +90,21 @@ class Select(NamedTuple):
     second: Coefficient | int
 
 
+class Crossing(NamedTuple):
+    """What is done at the zeros of a value that is watched.
+
+    Parameters
+    ----------
+    direction : {-1, 0, 1}
+        Only where the value falls or rises with time; 0: both.
+    stops : bool
+        Whether the motion stops there, for good or to go on with another state.
+    """
+
+    direction: int
+    stops: bool
+
+
 Operation = State | Time | Sum | Product | Quotient | Function | Select
 
 
@@ -105,9 +121,10 @@ class Decomposition:
     parameters : int
         How many parameters there are.
     watched : tuple of Coefficient or int
-        What is negative where each condition holds.
+        What is negative where each condition holds, then the values of events.
     conditions : tuple of int
         The parameters that hold these conditions, 1 or 0.
+    events : tuple of Crossing
     """
 
     operations: tuple[Operation, ...]
@@ -115,6 +132,7 @@ class Decomposition:
     parameters: int
     watched: tuple[Coefficient | int, ...] = ()
     conditions: tuple[int, ...] = ()
+    events: tuple[Crossing, ...] = ()
 
     @property
     def size(self) -> int:

@@ -34,7 +34,7 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import Parametric, described, kinds_of
 from poinsot.mechanics.state import State, changed, state_of
 
-__all__ = ["EventDetection", "Recorded", "refuse_constant_events"]
+__all__ = ["ZENO", "EventDetection", "Recorded", "acted", "refuse_constant_events", "told"]
 
 ZENO = 1e-5
 """Actions are without end where the time between them shrinks from one to the next, by this at last."""
@@ -295,33 +295,16 @@ class EventDetection:
         except KeyboardInterrupt:
             self.stopped[lane] = INTERRUPTED
         except Exception as error:
-            self.error, self.stopped[lane] = error, _told(self._events[number], error)
+            self.error, self.stopped[lane] = error, told(self._events[number], error)
         else:
             self.settle(engine, lane)
             self._fit(engine, lane)
 
     def _acted(self, own: NDArray[Any], lane: int, number: int, time: float) -> NDArray[Any]:
-        """Return the variables of the state that an event returns; those of parts that it leaves out stay."""
-        member = int(self._members[lane])
-        variables = self._variables.of_members(member)
-        rows = self.scales.outward(np.asarray(own, dtype=float), lane)[None]
-        phase = variables.to_phase(np.array([time]), rows)
-        state, system = state_of(changed(phase, np.ravel), np.array(time)), self._problem.system
-        event, *records = (_of_member(record, member) for record in (self._problem.events[number], *system.records))
-        body = system.with_records(records).at(state).acted_on
-        after = event.act(body, state)
-        if type(after) is not type(state) or after.shape:
-            what = described(after) if type(after) is not type(state) else "one of several members"
-            kind = "State of one body" if type(state) is State else "PairState"
-            raise TypeError(f"an action must return a {kind}, got {what}.")
-        if other := sorted(set(after.own) - set(state.own)):
-            raise ValueError(f"an action must return variables of parts of the system, got some of {other[0]!r}.")
-        after = state_of({**state.own, **after.phase}, after.time)
-        largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
-        if largest > LARGEST:
-            raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
-        new = variables.with_state(own, after, np.array(time))
-        inward: NDArray[Any] = self.scales.inward(new, lane)
+        """Return the variables of the state that an event returns."""
+        variables, member = self._variables, int(self._members[lane])
+        row = self.scales.outward(np.asarray(own, dtype=float), lane)
+        inward: NDArray[Any] = self.scales.inward(acted(self._problem, variables, number, member, time, row), lane)
         return inward
 
     # ------------------------------------------------------------------ sizes
@@ -361,6 +344,30 @@ class EventDetection:
         return found[:n], found[n : 2 * n], found[2 * n : 3 * n], found[3 * n :]
 
 
+def acted(
+    problem: Problem, variables: StateVector, number: int, member: int, time: float, row: NDArray[Any]
+) -> NDArray[Any]:
+    """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
+    variables = variables.of_members(member)
+    phase = variables.to_phase(np.array([time]), row[None])
+    state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.system
+    event, *records = (_of_member(record, member) for record in (problem.events[number], *system.records))
+    body = system.with_records(records).at(state).acted_on
+    after = event.act(body, state)
+    if type(after) is not type(state) or after.shape:
+        what = described(after) if type(after) is not type(state) else "one of several members"
+        kind = "State of one body" if type(state) is State else "PairState"
+        raise TypeError(f"an action must return a {kind}, got {what}.")
+    if other := sorted(set(after.own) - set(state.own)):
+        raise ValueError(f"an action must return variables of parts of the system, got some of {other[0]!r}.")
+    after = state_of({**state.own, **after.phase}, after.time)
+    largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
+    if largest > LARGEST:
+        raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
+    new: NDArray[Any] = variables.with_state(row, after, np.array(time))
+    return new
+
+
 def refuse_constant_events(events: Sequence[Event], values: Sequence[Any], formulation: str) -> None:
     """Raise a ValueError if the value of an event, a scalar of a kernel, is the same all the way."""
     for event, value in zip(events, values, strict=True):
@@ -384,7 +391,7 @@ def _of_member(record: Any, member: int) -> Any:
     return type(record).unchecked(**fields)
 
 
-def _told(event: Event, error: Exception) -> str:
+def told(event: Event, error: Exception) -> str:
     """Return the sentence about an action that failed."""
     text = f"{type(event).__name__}.act failed with {type(error).__name__}: {error}".strip(": \n")
     return " ".join(text.split()).rstrip(".") + "."

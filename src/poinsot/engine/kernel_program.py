@@ -15,9 +15,9 @@ from typing_extensions import override
 from poinsot.engine import llvm_functions
 from poinsot.engine.decomposition import Coefficient, Decomposition, Function
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
-from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
+from poinsot.engine.kernel_watch import Watch
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
-from poinsot.engine.sign_changes import first_change
 from poinsot.engine.taylor_schedule import Row, Schedule
 
 __all__ = ["QUEUE", "KernelProgram", "Momenta", "Status"]
@@ -25,12 +25,10 @@ __all__ = ["QUEUE", "KernelProgram", "Momenta", "Status"]
 AT_ONCE = 8
 """Polynomials that are evaluated side by side: their sums stay in registers."""
 
-COINCIDENT = 16 * math.ulp(1.0)
-"""Times that differ by less, relative to the time and to the length of a step, are one."""
-
 QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
 
-DOUBLES, INTEGERS = ("end", "limit", "shortest", "longest"), ("steps", "pause", "index", "bits")
+DOUBLES = ("end", "limit", "way", "shortest", "longest", "near")
+INTEGERS = ("steps", "pause", "index", "bits", "which", "rising")
 """What a lane takes of a task as it is."""
 
 
@@ -44,6 +42,8 @@ class Status(IntEnum):
     PAUSED = 4
     GIVEN_UP = 5
     HELD = 6
+    EVENT = 7
+    ENDED = 8
 
 
 class Momenta(NamedTuple):
@@ -151,21 +151,18 @@ class KernelProgram:
             if layout == "batch"
             else Single(self.schedule, self.variables, order)
         )
-        self.watched, self.conditions = len(decomposition.watched), decomposition.conditions
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
         self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
         self.multiples = self.schedule.multiples
+        self.watch = Watch(self, decomposition)
         self.work, self.task, self.step = self._work_type(), self._task_type(), self._step_type()
         self.module = Module()
         for name, body in (("take", self._take), ("leave", self._leave), ("write_row", self._write_row)):
             self.module.function(name, "void", [POINTER, INTEGER], body)
         if momenta.places:
             self.module.function("fit", "void", [POINTER, INTEGER], self._fit)
-        if self.conditions:
-            both, kinds = f"{{{self.kind}, {self.kind}}}", [POINTER, *(self.kind,) * 3]
-            search = functools.partial(first_change, orders=order + 1, lanes=lanes)
-            self.module.function("first_change", both, kinds, search)
+        self.watch.define(self.module)
         self.module.function("evaluate", "void", [POINTER, POINTER, self.kind], self._evaluate)
         if lanes == 1:
             self.module.function("keep_step", "void", [POINTER, DOUBLE], self._keep_step)
@@ -184,10 +181,34 @@ class KernelProgram:
             "zeros": (len(self.zeros), lanes),
             "reciprocals": (len(self.reciprocals), lanes),
             "time": (2, lanes),
-            "watched": (self.watched, self.order + 1, lanes),
+            **self.watch.fields,
         }
-        doubles = ("end", "output_time", "limit", "least", "most", "outward", "shortest", "longest", "near")
-        integers = ("active", "status", "flags", "steps", "pause", "task", "index", "bits", "switched")
+        doubles = (
+            "end",
+            "output_time",
+            "limit",
+            "least",
+            "most",
+            "outward",
+            "way",
+            "shortest",
+            "longest",
+            "near",
+            "shift",
+        )
+        integers = (
+            "active",
+            "status",
+            "flags",
+            "steps",
+            "pause",
+            "task",
+            "index",
+            "bits",
+            "which",
+            "rising",
+            "switched",
+        )
         return np.dtype(
             [
                 *((name, "f8", size) for name, size in sizes.items()),
@@ -195,19 +216,20 @@ class KernelProgram:
                 *((name, "i8", (lanes,)) for name in integers),
                 ("reciprocals_of_orders", "f8", (self.order + 1,)),
                 ("reciprocals_below", "f8", (self.order + 1,)),
+                *((name, "i8") for name in ("notes", "notes_most", "noted")),
                 *((name, "i8") for name in ("queue", "kept", "kept_most", "kept_count")),
             ]
         )
 
     def _task_type(self) -> np.dtype[Any]:
-        doubles = ("end", "limit", "push", "shortest", "longest")
-        integers = ("status", "steps", "pause", "bits", "index", "count", "stride", "first", "place")
+        doubles, integers = ("push", *DOUBLES), ("status", "count", "stride", "first", "place", *INTEGERS)
         return np.dtype(
             [
                 ("state", "f8", (self.variables,)),
                 ("below", "f8", (self.variables,)),
                 ("parameters", "f8", (self.parameters,)),
                 ("time", "f8", (2,)),
+                ("sides", "f8", (self.watch.events,)),
                 *((name, "f8") for name in doubles),
                 *((name, "i8") for name in integers),
             ]
@@ -253,24 +275,19 @@ class KernelProgram:
         outputs = self.schedule.zeroth_order(numbers)
         for i, rate in enumerate(outputs[: self.variables]):
             first[i] = rate
-        self._watch(work, lines.constant(INTEGER, 0), outputs)
+        self.watch.store(work, lines.constant(INTEGER, 0), outputs[self.variables :])
 
         def order(n: Value) -> list[Value]:
             outputs = self.schedule.higher_order(_HigherOrder(self, work, n))
-            with lines.when(n.is_("lt", self.order)) if self.watched else nullcontext():
+            with lines.when(n.is_("lt", self.order)) if self.watch.count else nullcontext():
                 following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
                 for i, rate in enumerate(outputs[: self.variables]):
                     following[i] = over(rate)
-            self._watch(work, n, outputs)
+            self.watch.store(work, n, outputs[self.variables :])
             return [n + 1]
 
-        orders = self.order + bool(self.watched)
+        orders = self.order + bool(self.watch.count)
         lines.repeat([lines.constant(INTEGER, 1)], lambda n: n.is_("lt", orders), order)
-
-    def _watch(self, work: Record, n: Value, outputs: Sequence[Value]) -> None:
-        """Store an order of what is watched."""
-        for i, value in enumerate(outputs[self.variables :]):
-            work.array("watched", self.kind)[n + i * (self.order + 1)] = value
 
     def _length(self, work: Record) -> Value:
         """Return the length of a step: e^-2 of the radius of convergence by the last two coefficients (Jorba, Zou)."""
@@ -292,13 +309,16 @@ class KernelProgram:
         left = (work.array("end", self.kind)[0] - time[0]) - time[1]
         length = self._length(work)
         last = length.is_("ge", abs(left))
-        h, cut, waits = self._switch(lines, work, last.choose(left, length.intrinsic("copysign", left)))
-        last = last & ~cut
+        h, cut, waits, stops = self.watch.look(
+            lines, work, last.choose(left, length.intrinsic("copysign", left)), active
+        )
+        last, arrived = last & ~cut, ~waits & left.is_("eq", 0.0)
         following, states = work.array("following", self.kind), self.layout.states(work.address, 0)
         lines.run("evaluate", work.address, following.address, h)
         moved = [following[k] for k in range(self.variables)]
-        finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0) | waits
-        goes = active & finite & ~waits
+        finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0)
+        finite = (finite & self.watch.defined(work)) | waits if self.watch.events else finite | waits
+        goes = active & finite & ~waits & ~arrived
         if self.lanes == 1:
             with lines.when(work.array("kept", INTEGER)[0].is_("ne", 0) & goes):
                 lines.run("keep_step", work.address, h)
@@ -309,55 +329,20 @@ class KernelProgram:
             below[k] = goes.choose(following[self.variables + k], below[k])
         stalled = self._move(work, goes, last, h)
         paused = self._count(work, goes, ~last & ~cut, abs(h))
-        held = self._held(work, waits)
-        going = finite & ~last & ~stalled & ~paused & ~held
+        held = self.watch.held(work, waits)
+        done = arrived if self.watch.events else last  # what happens at the end is seen in one step more
+        going = finite & ~done & ~stalled & ~paused & ~held & ~stops
         status = work.array("status", self.whole)
         status[0] = _chosen(
             work.array("active", self.whole)[0] * 0,
             (paused, Status.PAUSED),
             (held, Status.HELD),
+            (stops, Status.EVENT),
             (stalled, Status.STALLED),
-            (last, Status.DONE),
+            (done, Status.DONE),
             (~finite, Status.NOT_FINITE),
         )
-        self._for_each(lines, work, active & (~going | self._misfit(work, moved)), "leave")
-
-    def _switch(self, lines: Lines, work: Record, h: Value) -> tuple[Value, Value, Value]:
-        """Cut a step at the first sign change of a condition, which switches there.
-
-        Return the step, where it is cut, and where it waits, as conditions have switched before it: other coefficients
-        are due.
-        """
-        parameters, nowhere = work.array("parameters", self.kind), lines.constant(vector(BOOL, self.lanes), 0)
-        # Behind a switch the time in which all happens at once is that before it: lengths of steps may differ much.
-        kept = work.array("near", self.kind)
-        near = (COINCIDENT * abs(h).larger(abs(work.array("time", self.kind)[0]))).larger(kept[0])
-        chosen, cut, waits = lines.constant(self.whole, -1), nowhere, nowhere
-        wrong = []
-        for i, place in enumerate(self.conditions):
-            coefficients = work.array("watched", self.kind).at(i * (self.order + 1))
-            given = coefficients, h, 1.0 - 2.0 * parameters[place], near / abs(h)
-            found = lines.call(f"{{{self.kind}, {self.kind}}}", "first_change", *given)
-            share, changes = found.part(0), found.part(1).is_("gt", 0.0)
-            wrong.append(share.is_("eq", 0.0))
-            earlier = share.is_("lt", 1.0) & ~wrong[-1]
-            chosen = earlier.choose(changes.choose(chosen.like(i), -1), chosen)
-            h, cut, waits = earlier.choose(share * h, h), cut | earlier, waits | wrong[-1]
-        for i, place in enumerate(self.conditions):
-            switches = wrong[i] | (~waits & chosen.is_("eq", i))
-            held = parameters[place]
-            parameters[place] = switches.choose(1.0 - held, held)
-        if self.conditions:
-            kept[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
-        return waits.choose(h.like(0.0), h), cut | waits, waits
-
-    def _held(self, work: Record, waits: Value) -> Value:
-        """Return where conditions switch without end: the motion leads back from both sides."""
-        if not self.conditions:
-            return waits
-        switched = work.array("switched", self.whole)
-        switched[0] = waits.choose(switched[0] + 1, 0)
-        return switched[0].is_("gt", 2 * len(self.conditions))
+        self.for_each(lines, work, active & (~going | self._misfit(work, moved)), "leave")
 
     def _move(self, work: Record, goes: Value, last: Value, h: Value) -> Value:
         """Write the time after a step, in two parts; return where it did not move."""
@@ -405,12 +390,12 @@ class KernelProgram:
             lines.run("evaluate", work.address, row.address, which.choose(ahead, 0.0))
             for k in self.momenta.scaled:
                 row[k] = row[k] * work.array("outward", self.kind)[0]
-            self._for_each(lines, work, which, "write_row")
+            self.for_each(lines, work, which, "write_row")
             return due()
 
         lines.repeat(due(), lambda _, which: which.any(), write)
 
-    def _for_each(self, lines: Lines, work: Record, which: Value, name: str) -> None:
+    def for_each(self, lines: Lines, work: Record, which: Value, name: str) -> None:
         """Call a function for some lanes."""
         with lines.when(which.any()):
             flags = work.array("flags", self.whole)
@@ -476,7 +461,6 @@ class KernelProgram:
         with lines.when(place.is_("lt", queue.array("count", INTEGER)[0])):
             work.array("active", INTEGER)[lane] = 1
             work.array("switched", INTEGER)[lane] = 0
-            work.array("near")[lane] = 0.0
             work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
             task = self._task(work, lane)
             for count, name, out in (
@@ -484,6 +468,7 @@ class KernelProgram:
                 (self.variables, "below", work.array("below")),
                 (self.parameters, "parameters", work.array("parameters")),
                 (2, "time", work.array("time")),
+                (self.watch.events, "sides", work.array("sides")),
             ):
                 self._spread(lines, count, task.array(name), lane, out)
             for name in DOUBLES:
@@ -508,9 +493,10 @@ class KernelProgram:
             self._copy(lines, self.variables, self.layout.states(address, 0).of(DOUBLE), lane, task.array("state"))
             self._copy(lines, self.variables, work.array("below"), lane, task.array("below"))
             self._copy(lines, 2, work.array("time"), lane, task.array("time"))
-            for name in ("shortest", "longest"):
+            self._copy(lines, self.watch.events, work.array("sides"), lane, task.array("sides"))
+            for name in ("shortest", "longest", "near"):
                 task.array(name)[0] = work.array(name)[lane]
-            for name in ("status", "steps", "index", "bits"):
+            for name in ("status", "steps", "index", "bits", "which", "rising"):
                 task.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
             lines.run("take", address, lane)
         if self.momenta.places:
@@ -600,6 +586,8 @@ class KernelProgram:
 
         def going(left: Value) -> Value:
             room = work.array("kept_count", INTEGER)[0].is_("lt", work.array("kept_most", INTEGER)[0])
+            if self.watch.events:
+                room = room & work.array("noted", INTEGER)[0].is_("le", work.array("notes_most", INTEGER)[0])
             return left.is_("gt", 0) & room & work.array("active", self.whole)[0].is_("ne", 0).any()
 
         def body(left: Value) -> list[Value]:

@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.algebra.program import Graph, Node, ordered, tangents
 from poinsot.algebra.replay import Replay
+from poinsot.engine.decomposition import Crossing
 from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
 from poinsot.engine.event_detection import EventDetection, refuse_constant_events
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.heyoka_expressions import Expressions
-from poinsot.engine.lowering import TIME, Constants, Program, conditions_of, lowered, simplified
+from poinsot.engine.lowering import TIME, Constants, Events, Program, conditions_of, lowered, simplified
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
@@ -361,7 +362,7 @@ class Kernel:
 
 
 def looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
-    """Return the constants of a system without events; None if its variables have a singularity, or if it is larger."""
+    """Return the constants of a looped kernel; None if its variables have a singularity, or if it is larger."""
     key = problem.structure, variables.structure, largest
     constants: Constants | None = known(key, lambda: _looped_constants(problem, variables, largest))
     return constants
@@ -371,14 +372,26 @@ def _looped_constants(problem: Problem, variables: StateVector, largest: int) ->
     field = _traced(problem, variables)
     if variables.formulation.nearness(field.own) is not None:
         return None
-    size = lowered(field.graph, field.rates).decomposition.size
-    return Constants(field.rates, size) if size <= largest else None
+    refuse_constant_events(problem.events, field.events, variables.formulation.name)
+    size = lowered(field.graph, field.rates, events=_events(problem, field)).decomposition.size
+    return Constants([*field.rates, *field.events], size) if size <= largest else None
+
+
+def _events(problem: Problem, field: _Field) -> Events:
+    crossings = tuple(Crossing(event.direction, event.terminal or event.acts) for event in problem.events)
+    return Events(field.events, crossings)
 
 
 def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
-    """Return the program of a system without events for runs in which some of its constants are zero."""
+    """Return the program for runs in which some of the constants are zero."""
     field = _traced(problem, variables)
-    return simplified(field.graph, field.rates, zeros)
+    return simplified(field.graph, field.rates, zeros, _events(problem, field))
+
+
+def counting(problem: Problem, variables: StateVector) -> Replay:
+    """Return what gives, of variables, time and numbers, what is positive where zeros of events count."""
+    field = _traced(problem, variables)
+    return Replay(field.counting, np.longdouble, field.own)
 
 
 @contextmanager

@@ -43,6 +43,9 @@ FOREVER = 2**62
 
 ALIGNMENT = 64
 
+NOTES = 1024
+"""Notes of events before they are put aside."""
+
 STEPS_KEPT, BLOCK_BYTES = 256, 16_000_000
 """Room for steps at first, and the most that a block of them takes."""
 
@@ -65,7 +68,8 @@ class Code:
     def __init__(self, kernel: KernelProgram) -> None:
         self.order, self.lanes = kernel.order, kernel.lanes
         self.variables, self.parameters = kernel.variables, kernel.parameters
-        self.work, self.task, self.step = kernel.work, kernel.task, kernel.step
+        self.work, self.task, self.step, self.note = kernel.work, kernel.task, kernel.step, kernel.watch.note
+        self.events = kernel.watch.events
         self.blank = np.zeros(1, self.task)
         self.blank["limit"], self.blank["shortest"], self.blank["pause"] = LONGEST, np.inf, FOREVER
         self.idle: list[Run] = []
@@ -117,6 +121,7 @@ class Output:
     def into(self, tasks: NDArray[Any]) -> None:
         """Write places and last times into tasks."""
         tasks["first"], tasks["count"], tasks["stride"] = self.first, self.count, self.stride
+        tasks["way"] = self.stride
         tasks["place"] = self.members * self.times.size + self.first
         tasks["end"] = self.times[self.first + self.stride * (self.count - 1)]
 
@@ -197,6 +202,10 @@ class Run:
         self._memory, self._code, self._address = work, code, _address(memory)
         self._active, self._pause, self._times = work["active"][0], work["pause"][0], work["time"][0, 0]
         self._numbers = memory.view(np.int64)[-4:]  # queue, kept, kept_most, kept_count
+        self._noted, self._notes = memory.view(np.int64)[-7:-4], list[NDArray[Any]]()  # notes, notes_most, noted
+        if code.events:
+            self._block = np.empty(NOTES + code.lanes, code.note)
+            self._noted[:] = _address(self._block), NOTES, 0
         self._numbers[2], self._blocks = FOREVER, list[NDArray[Any]]()
         if keeps_steps:
             self._keep(STEPS_KEPT)
@@ -206,6 +215,18 @@ class Run:
         self._queue, self._numbers[0], self._numbers[3] = queue, queue.address, 0
         self._blocks = self._blocks[-1:]
         self._active[:] = 0
+        self.happened()
+
+    def happened(self) -> NDArray[Any]:
+        """Return what was noted of events since this was asked last, that of each task in its order."""
+        self._put_aside()
+        blocks, self._notes = self._notes, []
+        return np.concatenate(blocks) if blocks else np.empty(0, self._code.note)
+
+    def _put_aside(self) -> None:
+        if self._noted[2]:
+            self._notes.append(self._block[: self._noted[2]].copy())
+            self._noted[2] = 0
 
     def forget(self) -> None:
         """Let go of the queue."""
@@ -219,6 +240,8 @@ class Run:
     def advance(self, budget: int | None = None) -> bool:
         """Take so many steps at most in each lane; return whether something is left to do."""
         left = bool(self._code.advance(self._address, budget or self._code.budget))
+        if self._noted[2] > self._noted[1]:
+            self._put_aside()
         if left and self._numbers[3] == self._numbers[2]:
             self._keep(min(2 * self._blocks[-1].size, max(STEPS_KEPT, BLOCK_BYTES // self._code.step.itemsize)))
         return left
@@ -266,7 +289,7 @@ def available() -> bool:
     """Whether there are looped kernels here: llvmlite, on a processor that multiplies and adds in one instruction."""
     if importlib.util.find_spec("llvmlite") is None:
         warnings.warn(
-            "llvmlite is not installed: smooth systems run on heyoka's kernels, in 1.5 to 3 times the time. "
+            "llvmlite is not installed: all runs take heyoka's kernels, 1.5 to 3 times the time and more. "
             "Install it with pip install llvmlite.",
             stacklevel=2,
         )

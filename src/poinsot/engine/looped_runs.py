@@ -20,6 +20,7 @@ from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.legs import Legs
 from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Status
 from poinsot.engine.lowering import Constants, Program
+from poinsot.engine.noted_events import NotedEvents
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.roots import StartRoots
@@ -50,15 +51,17 @@ Array = NDArray[Any]
 def constants_of(job: Job) -> Constants | None:
     """Return the constants of a job that a looped kernel can do; None if heyoka must do it.
 
-    heyoka takes events and wide precision; a GPU takes no tables and no formulas that switch.
+    heyoka takes wide precision; a GPU takes no events, no tables and no formulas that switch.
     """
-    if job.precision != "double" or job.problem.events:
+    if job.precision != "double":
         return None
     if job.device == "cpu" and not looped_kernel.available():
         return None
     smooth = job.problem.between_knots()
     constants = kernels.looped_constants(smooth, job.variables, LARGEST_WITH_ZEROS)
-    if constants is None or (job.device == "cuda" and (job.problem.knots.size or constants.switches)):
+    if constants is None or (
+        job.device == "cuda" and (job.problem.events or job.problem.knots.size or constants.switches)
+    ):
         return None
     if constants.size > LARGEST:
         with np.errstate(all="ignore"):
@@ -147,10 +150,22 @@ class LoopedRun(Run):
         self.ready.roots.set(table, numbers, starts, origins, self.job.variables.momenta)
         return table
 
+    def numbers_around(self, times: Array, members: NDArray[np.int_]) -> list[Any]:
+        """Return the numbers of members, between the knots around times."""
+        around = _numbers_of(self.job, self.job.problem.between_knots(times))
+        return [x[members] if np.ndim(y) else x for x, y in zip(around, self._numbers, strict=True)]
+
+    @property
+    def counting(self) -> Replay:
+        """What is positive where zeros of events count, of variables, time and numbers."""
+        smooth, variables = self.job.problem.between_knots(), self.job.variables
+        key = "counting", smooth.structure, variables.structure
+        replay: Replay = kernels.known(key, lambda: kernels.counting(smooth, variables))
+        return replay
+
     def parameters_around(self, times: Array, members: NDArray[np.int_]) -> Array:
         """Return the parameters of members, shape (n, parameters), between the knots around times."""
-        around = _numbers_of(self.job, self.job.problem.between_knots(times))
-        own = [x[members] if np.ndim(y) else x for x, y in zip(around, self._numbers, strict=True)]
+        own = self.numbers_around(times, members)
         with np.errstate(all="ignore"):
             return self._table(self.ready.parameters([*self._constants.values(own), *own]), own, members)
 
@@ -280,6 +295,12 @@ class _Tasks:
         self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
         self._ends = self.queue.tasks["end"].copy()
         self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
+        self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
+
+    def _noted_of(self, members: NDArray[np.int_]) -> NotedEvents:
+        run, job = self._run, self._run.job
+        given = job.problem, job.variables, run.counting, self.queue, members
+        return NotedEvents(*given, run.numbers_around, run.interrupt, lambda: run.stop)
 
     def _legs_of(self, members: NDArray[np.int_], stride: NDArray[np.int_]) -> Legs:
         run, roots = self._run, self._run.ready.roots.places
@@ -322,13 +343,20 @@ class _Tasks:
                 if self._run.stop:
                     break
             kernel.finish()
+            stopped = NONE if self._noted is None else self._happen(kernel, self._noted)
             if self._hopeless:
                 tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
-            waiting = [self._between_legs(), self._rescaled()]
+            waiting = [stopped, self._between_legs(), self._rescaled()]
             self._tell(told)
             if self._run.stop or not any(each.size for each in waiting):
                 return
             self.queue.put(np.concatenate(waiting))
+
+    def _happen(self, kernel: Any, noted: NotedEvents) -> NDArray[np.int_]:
+        """Let happen what the kernel has noted of events; return the tasks that go on behind one."""
+        stopped = noted.take(kernel.happened())
+        self._hopeless |= noted.failed
+        return np.setdiff1d(stopped, list(noted.failed)) if noted.failed else stopped
 
     def _between_legs(self) -> NDArray[np.int_]:
         """Return the tasks that have come to a knot, with the parameters behind it."""
@@ -396,9 +424,13 @@ class _Tasks:
         report, tasks, members = self._run.report, self.queue.tasks, self._members[self.own]
         chosen = np.arange(members.size) if self._run.one else np.flatnonzero(self.finished[self.own])
         np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
-        for k in chosen[tasks["status"][chosen] != DONE].tolist():
-            task = tasks[k]
-            stop = Stop(self._why(k, int(task["status"])), float(task["time"][0]), float(self._ends[k]), None)
+        causes = dict[int, BaseException]()
+        if self._noted is not None:
+            causes = self._noted.causes
+            report.events += [(int(members[k]), record) for k in chosen.tolist() for record in self._noted.records[k]]
+        for k in chosen[(tasks["status"][chosen] != DONE) & (tasks["status"][chosen] != Status.ENDED)].tolist():
+            task, why = tasks[k], self._why(k, int(tasks["status"][k]))
+            stop = Stop(why, float(task["time"][0]), float(self._ends[k]), causes.get(k))
             report.stops.setdefault(int(members[k]), stop)
 
     def _why(self, k: int, status: int) -> str:

@@ -22,6 +22,7 @@ from poinsot.algebra.program import Graph, Node, ordered, partials, without
 from poinsot.algebra.replay import HELD, Replay
 from poinsot.engine.decomposition import (
     Coefficient,
+    Crossing,
     Decomposition,
     Function,
     Operation,
@@ -33,7 +34,7 @@ from poinsot.engine.decomposition import (
     Time,
 )
 
-__all__ = ["TIME", "Constants", "Program", "conditions_of", "lowered", "simplified"]
+__all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "lowered", "simplified"]
 
 TIME = "time"
 """The name of the symbol of the time; a variable of the state vector is named by its place."""
@@ -71,6 +72,16 @@ class Root(NamedTuple):
     argument: Node
     value: Coefficient | int
     parameter: int
+
+
+class Events(NamedTuple):
+    """Values whose zeros are watched for, and what is done there."""
+
+    values: Sequence[Any] = ()
+    crossings: tuple[Crossing, ...] = ()
+
+
+NO_EVENTS = Events()
 
 
 @dataclass(frozen=True)
@@ -167,24 +178,26 @@ def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
     return {node: node.operands[0] - node.operands[1] for node in found}
 
 
-def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
-    """Return the program of the time derivatives of the state variables, and of other functions behind them."""
-    return _Lowering(graph, rates, others).program()
+def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = (), events: Events = NO_EVENTS) -> Program:
+    """Return the program of the time derivatives of the state variables, of other functions behind them and events."""
+    return _Lowering(graph, rates, others, events).program()
 
 
-def simplified(graph: Graph, rates: Sequence[Any], zeros: Iterable[int]) -> Program:
+def simplified(graph: Graph, rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:
     """Return the program for runs in which some of the `Constants` are zero; the values of all of these are given."""
-    constants = _constants_met(rates)
-    program = lowered(graph, without(rates, [constants[number] for number in zeros]))
+    formulas, count = [*rates, *events.values], len(rates)
+    constants = _constants_met(formulas)
+    left = without(formulas, [constants[number] for number in zeros])
+    program = lowered(graph, left[:count], events=events._replace(values=left[count:]))
     return replace(program, given=constants)
 
 
 class _Lowering:
     """Operations whose operands are monomials, which become products at the end."""
 
-    def __init__(self, graph: Graph, rates: Sequence[Any], others: Sequence[Any]) -> None:
-        self._graph, self._rates, self._others = graph, rates, others
-        self._watched = conditions_of(rates)
+    def __init__(self, graph: Graph, rates: Sequence[Any], others: Sequence[Any], events: Events) -> None:
+        self._graph, self._rates, self._others, self._events = graph, rates, others, events
+        self._watched = conditions_of([*rates, *events.values])
         self._drafts: list[Any] = []
         self._known: dict[Any, int] = {}
         self._parameters: dict[int, int] = {}
@@ -196,7 +209,7 @@ class _Lowering:
         self._roots: list[tuple[Node, int]] = []
 
     def program(self) -> Program:
-        groups = (self._rates, self._others, list(self._watched.values()))
+        groups = (self._rates, self._others, [*self._watched.values(), *self._events.values])
         self._uses = Counter(x.place for node in self._with_slopes(groups) for x in node.nodes)
         for slopes in self._slopes.values():
             self._uses.update(x.place for x in slopes if isinstance(x, Node))
@@ -211,8 +224,8 @@ class _Lowering:
             for node, parameter in self._roots
         ]
         places = tuple(self._conditions[node.place] for node in self._watched)
-        decomposition = Decomposition(final.operations(), tuple(rates), len(self._constants), tuple(watched), places)
-        return Program(decomposition, others, self._constants, self._conditions, roots)
+        own = tuple(rates), len(self._constants), tuple(watched), places, self._events.crossings
+        return Program(Decomposition(final.operations(), *own), others, self._constants, self._conditions, roots)
 
     def _with_slopes(self, groups: Iterable[Iterable[Any]]) -> list[Node]:
         """Return the nodes of the outputs with those of the slopes of their functions."""

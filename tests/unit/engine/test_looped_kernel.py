@@ -660,7 +660,7 @@ def test_no_kernels_without_llvmlite(monkeypatch):
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     looped_kernel.available.cache_clear()
     try:
-        with pytest.warns(UserWarning, match="^llvmlite is not installed: smooth systems run on heyoka's kernels"):
+        with pytest.warns(UserWarning, match="^llvmlite is not installed: all runs take heyoka's kernels"):
             assert not looped_kernel.available()
     finally:
         looped_kernel.available.cache_clear()

@@ -1,0 +1,214 @@
+"""What a kernel watches for in each step: sign changes of conditions, which switch, and of events, which it notes.
+
+The step is cut at the first of them. What changes its sign at the same time is found as the next step begins, from the
+coefficients there; then a step waits for those that belong to the new branches.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from poinsot.engine.decomposition import Decomposition
+from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
+from poinsot.engine.llvm_ir import Function as Lines
+from poinsot.engine.sign_changes import first_change
+
+if TYPE_CHECKING:
+    from poinsot.engine.kernel_program import KernelProgram
+
+__all__ = ["Outlook", "Watch"]
+
+COINCIDENT = 16 * math.ulp(1.0)
+"""Times that differ by less, relative to the time and to the length of a step, are one."""
+
+
+LINEAR = 2.0**-26
+"""The part of a step in which variables are linear."""
+
+
+class Outlook(NamedTuple):
+    """What a step is to be: its length, and where it is cut, where it waits, and where an event stops the lane."""
+
+    h: Value
+    cut: Value
+    waits: Value
+    stops: Value
+
+
+class Watch:
+    """The part of a kernel that looks at conditions and events.
+
+    Parameters
+    ----------
+    kernel : KernelProgram
+    decomposition : Decomposition
+
+    Attributes
+    ----------
+    count, events : int
+        How many functions are watched, and how many of them are values of events.
+    note : structured type
+        What is noted of events: task, which (bits), which of them rise, time, the time within which others are at
+        once, and variables.
+    """
+
+    def __init__(self, kernel: KernelProgram, decomposition: Decomposition) -> None:
+        self._kernel, self._lanes, self._orders = kernel, kernel.lanes, kernel.order + 1
+        self.count, self.events = len(decomposition.watched), len(decomposition.events)
+        self._conditions, self._crossings = decomposition.conditions, decomposition.events
+        self.fields = {"watched": (self.count, self._orders, self._lanes), "sides": (self.events, self._lanes)}
+        numbers = [(name, "i8") for name in ("task", "which", "rising")] + [(name, "f8") for name in ("time", "near")]
+        self.note = np.dtype([*numbers, ("state", "f8", (kernel.variables,))])
+
+    def define(self, module: Module) -> None:
+        """Write the functions that it needs."""
+        kind = self._kernel.kind
+        if self.count:
+            search = functools.partial(first_change, orders=self._orders, lanes=self._lanes)
+            module.function("first_change", f"{{{kind}, {kind}}}", [POINTER, *(kind,) * 3], search)
+        if self.events:
+            module.function("note", "void", [POINTER, INTEGER], self._note)
+
+    def store(self, work: Record, n: Value, outputs: Sequence[Value]) -> None:
+        """Store an order of what is watched."""
+        for i, value in enumerate(outputs):
+            work.array("watched", self._kernel.kind)[n + i * self._orders] = value
+
+    def look(self, lines: Lines, work: Record, h: Value, active: Value) -> Outlook:
+        """Cut a step at the first sign change, and note the events at its start."""
+        nowhere = lines.constant(vector(BOOL, self._lanes), 0)
+        if not self.count:
+            return Outlook(h, nowhere, nowhere, nowhere)
+        kind, way = self._kernel.kind, work.array("way", self._kernel.kind)[0]
+        # Behind a switch the time in which all happens at once is that before it: lengths of steps may differ much.
+        kept = work.array("near", kind)
+        near = (COINCIDENT * abs(h).larger(abs(work.array("time", kind)[0]))).larger(kept[0])
+        chosen, cut, waits = lines.constant(self._kernel.whole, -1), nowhere, nowhere
+        sides, shifts, wrong = self._sides(work), self._shifts(work, near.larger(LINEAR * abs(h))), list[Value]()
+        for i, side in enumerate(sides):
+            reach = (abs(h).larger(near)).intrinsic("copysign", way)
+            coefficients = work.array("watched", kind).at(i * self._orders)
+            given = coefficients, reach, side, near / abs(reach)
+            found = lines.call(f"{{{kind}, {kind}}}", "first_change", *given)
+            share, changes = found.part(0), found.part(1).is_("gt", 0.0)
+            wrong.append(share.is_("eq", 0.0))
+            earlier = share.is_("lt", 1.0) & ~wrong[-1]
+            chosen = earlier.choose(changes.choose(chosen.like(i), -1), chosen)
+            h, cut, waits = earlier.choose(share * reach, h), cut | earlier, waits | wrong[-1]
+        kept[0] = near
+        for target in ("end", "output_time") if self.events else ():  # an event two roundings beside these is there
+            ahead = (work.array(target, kind)[0] - work.array("time", kind)[0]) - work.array("time", kind)[1]
+            there = chosen.is_("ge", len(self._conditions)) & abs(ahead - h).is_("le", 0.125 * near)
+            h = there.choose(ahead, h)
+        stops = self._note_all(lines, work, sides, shifts, wrong, active)
+        waits = waits | stops
+        here = [wrong[i] | (~waits & chosen.is_("eq", i)) for i in range(self.count)]
+        self._turn(work, sides, here, ~waits)
+        kept[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
+        return Outlook(waits.choose(h.like(0.0), h), cut | waits, waits, stops)
+
+    def defined(self, work: Record) -> Value:
+        """Return where the values of all events are numbers."""
+        first, values = len(self._conditions), work.array("watched", self._kernel.kind)
+        numbers = [(values[(first + i) * self._orders] * 0.0).is_("eq", 0.0) for i in range(self.events)]
+        return functools.reduce(Value.__and__, numbers)
+
+    def held(self, work: Record, waits: Value) -> Value:
+        """Return where conditions switch without end: the motion leads back from both sides."""
+        if not self.count:
+            return waits
+        switched = work.array("switched", self._kernel.whole)
+        switched[0] = waits.choose(switched[0] + 1, 0)
+        return switched[0].is_("gt", 2 * self.count)
+
+    def _sides(self, work: Record) -> list[Value]:
+        """Return the signs that the functions have; of an event that is new the present one."""
+        kind = self._kernel.kind
+        sides = [1.0 - 2.0 * work.array("parameters", kind)[place] for place in self._conditions]
+        for i in range(self.events):
+            side, value = work.array("sides", kind)[i], work.array("watched", kind)[len(sides) * self._orders]
+            sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", value), side))
+        return sides
+
+    def _shifts(self, work: Record, most: Value) -> list[Value]:
+        """Return the times from the start of the step to the zeros of events: rounding may let a step pass one."""
+        found = []
+        for i in range(len(self._conditions), self.count):
+            value, slope = (work.array("watched", most.type)[i * self._orders + n] for n in (0, 1))
+            shift = -value / slope
+            found.append(abs(shift).is_("le", most).choose(shift, 0.0))
+        return found
+
+    def _turn(self, work: Record, sides: Sequence[Value], here: Sequence[Value], moves: Value) -> None:
+        """Switch conditions and turn the sides of events; note which of these are at the end of the step."""
+        kind, whole, first = self._kernel.kind, self._kernel.whole, len(self._conditions)
+        for i, place in enumerate(self._conditions):
+            held = work.array("parameters", kind)[place]
+            work.array("parameters", kind)[place] = here[i].choose(1.0 - held, held)
+        for name in ("which", "rising") if self.events else ():
+            work.array(name, whole)[0] = self._bits(work, sides, [mask & moves for mask in here[first:]], name)
+        for i in range(self.events):
+            side = sides[first + i]
+            work.array("sides", kind)[i] = here[first + i].choose(-side, side)
+
+    def _bits(self, work: Record, sides: Sequence[Value], here: Sequence[Value], name: str) -> Value:
+        """Return the events that happen, or those of them that rise with time, as bits."""
+        way, first = work.array("way", self._kernel.kind)[0], len(self._conditions)
+        total = work.array("which", self._kernel.whole)[0] * 0
+        for i, mask in enumerate(here):
+            chosen = mask & (sides[first + i] * way).is_("lt", 0.0) if name == "rising" else mask
+            total = total | (chosen.to_integer() << i)
+        return total
+
+    def _note_all(
+        self,
+        lines: Lines,
+        work: Record,
+        sides: Sequence[Value],
+        shifts: Sequence[Value],
+        wrong: Sequence[Value],
+        active: Value,
+    ) -> Value:
+        """Note the events at the start of the step, and return where one stops the lane."""
+        if not self.events:
+            return lines.constant(vector(BOOL, self._lanes), 0)
+        known = [work.array("sides", self._kernel.kind)[i].is_("ne", 0.0) for i in range(self.events)]
+        here = [mask & side for mask, side in zip(wrong[len(self._conditions) :], known, strict=True)]
+        for name in ("which", "rising"):
+            bits = work.array(name, self._kernel.whole)
+            bits[0] = bits[0] ^ self._bits(work, sides, here, name)  # what turns back is not there yet
+        rising, crossings = work.array("rising", self._kernel.whole)[0], list(enumerate(self._crossings))
+        falls, rises = (sum(1 << i for i, x in crossings if x.direction == way) for way in (-1, 1))
+        stopping = sum(1 << i for i, x in crossings if x.stops)
+        which = work.array("which", self._kernel.whole)[0] & ~((rising & falls) | (~rising & rises))
+        work.array("which", self._kernel.whole)[0] = which
+        stops = (which & stopping).is_("ne", 0)
+        shift = shifts[0] * 0.0
+        for i, own in enumerate(shifts):
+            shift = ((which & (1 << i)).is_("ne", 0) & ~stops).choose(own, shift)
+        work.array("shift", self._kernel.kind)[0] = shift
+        self._kernel.for_each(lines, work, active & which.is_("ne", 0), "note")
+        return stops
+
+    def _note(self, address: Value, lane: Value) -> None:
+        """Note what happens to a lane."""
+        kernel, work = self._kernel, Record(address, self._kernel.work)
+        count = work.array("noted", INTEGER)
+        notes = Array(work.array("notes", POINTER)[0], f"[{self.note.itemsize} x i8]")
+        note = Record(notes.at(count[0]), self.note)
+        count[0] = count[0] + 1
+        for name in ("task", "which", "rising"):
+            note.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
+        shift = work.array("shift")[lane]
+        note.array("time")[0] = work.array("time")[lane] + shift
+        note.array("near")[0] = work.array("near")[lane]
+        states, rates = (kernel.layout.states(address, n).of(DOUBLE) for n in (0, 1))
+        out = note.array("state")
+        for k in range(kernel.variables):
+            value = rates[lane + k * self._lanes].fma(shift, states[lane + k * self._lanes])
+            out[k] = value * work.array("outward")[lane] if k in kernel.momenta.scaled else value

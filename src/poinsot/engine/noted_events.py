@@ -1,0 +1,129 @@
+"""What is done with the events that a looped kernel has noted: they are recorded, act on the state and end a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra.replay import Replay
+from poinsot.engine.event_detection import ZENO, Recorded, acted, told
+from poinsot.engine.looped_kernel import Queue, Status
+from poinsot.engine.problem import Problem
+from poinsot.engine.state_vector import StateVector
+from poinsot.engine.termination import reason
+
+__all__ = ["NotedEvents"]
+
+Array = NDArray[Any]
+
+
+class NotedEvents:
+    """The events of the tasks of a queue.
+
+    Parameters
+    ----------
+    problem : Problem
+    variables : StateVector
+    counting : Replay
+        What is positive where zeros count, of variables, time and inputs.
+    queue : Queue
+    members : array (n,)
+        Of each task.
+    inputs : callable
+        Times and members to the values of the inputs of the formulas.
+    interrupt : callable
+        Called on Ctrl-C within an action.
+    stopped : callable
+        Whether the run is to stop, so that nothing acts any more.
+
+    Attributes
+    ----------
+    records : list of lists of Recorded
+        What happened to each task.
+    failed : dict
+        Task -> why it stopped at an action.
+    causes : dict
+        Task -> what an action raised.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        variables: StateVector,
+        counting: Replay,
+        queue: Queue,
+        members: NDArray[np.int_],
+        inputs: Callable[[Array, NDArray[np.int_]], list[Any]],
+        interrupt: Callable[[], None],
+        stopped: Callable[[], bool],
+    ) -> None:
+        self._problem, self._variables, self._counting, self._queue = problem, variables, counting, queue
+        self._members, self._inputs, self._interrupt, self._stopped = members, inputs, interrupt, stopped
+        tasks, events = queue.tasks, problem.events
+        self.records: list[list[Recorded]] = [[] for _ in tasks]
+        self.failed: dict[int, str] = {}
+        self.causes: dict[int, BaseException] = {}
+        self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
+        self._since, self._longest = np.zeros((2, tasks.size, len(events)))
+        self._bits = [(i, 1 << i) for i in range(len(events))]
+
+    def take(self, notes: Array) -> NDArray[np.int_]:
+        """Let happen what was noted; return the tasks that stopped at an event and are to go on."""
+        counts, rows = self._counts(notes), notes["state"]
+        columns = [notes[name].tolist() for name in ("task", "which", "rising", "time", "near")]
+        for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
+            found = [(i, 1 if rising & bit else -1) for i, bit in self._bits if which & bit and own[i]]
+            new = [(i, direction) for i, direction in found if self._is_new(task, i, time, near)]
+            self._let_happen(task, new, time, row)
+        tasks = self._queue.tasks
+        stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
+        tasks["status"][stopped] = Status.UNDER_WAY
+        return stopped
+
+    def _counts(self, notes: Array) -> Array:
+        """Return which events count where they were noted, shape (notes, events)."""
+        counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
+        if notes.size:
+            given = [*notes["state"].T, notes["time"], *self._inputs(notes["time"], members)]
+            for i, value in enumerate(self._counting(given)):
+                counts[:, i] = value > 0
+        return counts
+
+    def _is_new(self, task: int, number: int, time: float, near: float) -> bool:
+        """Whether the event has not just happened, and note that it has."""
+        since = abs(time - self._last[task, number])
+        self._last[task, number] = time
+        if since <= near:
+            return False
+        if since >= self._since[task, number]:
+            self._longest[task, number] = since
+        elif self._problem.events[number].acts and since < ZENO * self._longest[task, number]:
+            self.failed[task] = reason("zeno", 0.0, 0.0, 0.0, 1)
+        self._since[task, number] = since
+        return True
+
+    def _let_happen(self, task: int, new: list[tuple[int, int]], time: float, row: Array) -> None:
+        """Record events with their directions, and act, in the order of the list."""
+        for number, direction in new:
+            event = self._problem.events[number]
+            self.records[task].append((number, 0, time, direction, row.copy()))
+            if event.acts and not self._stopped():
+                self._act(task, number, time, row)
+            if event.terminal:
+                self._queue.tasks["status"][task] = Status.ENDED
+
+    def _act(self, task: int, number: int, time: float, row: Array) -> None:
+        """Give a task the state that an event returns, or note why not."""
+        own, member = self._queue.tasks[task], int(self._members[task])
+        try:
+            after = acted(self._problem, self._variables, number, member, time, row)
+        except KeyboardInterrupt:
+            self._interrupt()
+        except Exception as error:
+            self.failed[task], self.causes[task] = told(self._problem.events[number], error), error
+        else:
+            row[: after.size] = after
+            own["state"][: after.size], own["sides"] = after, 0.0
