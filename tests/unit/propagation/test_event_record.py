@@ -427,6 +427,7 @@ def test_events_where_tables_change_their_polynomials():
 
 
 def test_an_interrupt_keeps_the_events_so_far():
+    pt.propagate(FREE, spinning(1.0), [1.0], events=[ACROSS])  # compiled before it
     threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     with pytest.raises(pt.PropagationInterrupted) as stop:
         pt.propagate(FREE, spinning(1.0), np.linspace(0, 1e9, 1001), events=[ACROSS])
