@@ -44,7 +44,7 @@ class CudaRun(LoopedRun):
 def check_device(job: Job, members: bool, constants: Constants | None) -> None:
     """Refuse jobs that a GPU does not do, and computers without one."""
     refused = {
-        "one body": not members,
+        "one motion": not members,
         "events": bool(job.problem.events),
         "a table": bool(job.problem.knots.size),
         f"a formula that switches, or one of more than {LARGEST} operations": constants is None,

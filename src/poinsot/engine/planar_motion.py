@@ -16,6 +16,8 @@ __all__ = ["refuse_spatial_motion"]
 
 def refuse_spatial_motion(system: System, state: State) -> None:
     """Raise a ValueError if the motion of a system from a state does not turn about the third body axis alone."""
+    if len(system.rigid_bodies) > 1:
+        raise ValueError("formulation 'planar' must be for one body, got two. Use the default formulation.")
     if system.parts:
         raise ValueError(
             f"formulation 'planar' must be for a body without parts, got {type(system.parts[0]).__name__}. "
