@@ -28,13 +28,20 @@ TAKEN = {
     "frequencies": lambda: analysis.frequencies(MOTION.distance, TIMES, 2),
     "diffusion": lambda: analysis.diffusion(MOTION.distance, TIMES),
     "section": lambda: analysis.section(MOTION, lambda at: (at.states.position[:, 0], at.states.position[:, 1])),
+    "apsidal_precession": lambda: analysis.apsidal_precession(MOTION),
+    "librations": lambda: analysis.librations(MOTION),
+    "revolutions": lambda: analysis.revolutions(MOTION),
+    "plot.angular_velocity": lambda: plot.angular_velocity(MOTION),
+    "plot.difference": lambda: plot.difference(MOTION, MOTION),
+    "plot.distance": lambda: plot.distance(MOTION),
+    "plot.mutual_orbit": lambda: plot.mutual_orbit(MOTION),
     "plot.drift": lambda: plot.drift(MOTION),
     "plot.chaos": lambda: plot.chaos(analysis.chaos_indicators(SYSTEM, START, TIMES[1:])),
     "plot.section": lambda: plot.section(TAKEN["section"]()),
     "plot.spectrum": lambda: plot.spectrum(TAKEN["frequencies"]()),
     "plot.map": lambda: plot.map([1, 2], [1, 2], np.ones(4), "x", "y", "z"),
 }
-ONE = r"what is of two bodies has no \w+: take that of its `primary` or of its `secondary`\."
+ONE = r"must be of one body, got two bodies\. Take motion\.primary or motion\.secondary\."
 OTHERS = r"must be a System of one body, got one of two bodies\. These have"
 REFUSED: dict[str, tuple[Any, str]] = {
     "equilibria": (lambda: analysis.equilibria(SYSTEM), OTHERS),
@@ -44,16 +51,15 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "continue_motion": (lambda: analysis.continue_motion(MOTION, "G", 2.0), "must be a PeriodicMotion"),
     "cassini_state": (lambda: analysis.cassini_state(PAIR, ORBIT), "body must be a Body, got TwoBodies"),
     "plot.branch": (lambda: plot.branch(MOTION), "must be a Branch"),
-    "plot.difference": (lambda: plot.difference(MOTION, MOTION), ONE),
     "plot.uncertainty": (lambda: plot.uncertainty(TAKEN["state_transition"](), np.eye(18)), "must be of one body"),
-    "plot.part_variables": (lambda: plot.part_variables(MOTION), "must be of a body with a part"),
+    "plot.part_variables": (lambda: plot.part_variables(MOTION), ONE),
     "plot.roll_pitch_yaw": (lambda: plot.roll_pitch_yaw(MOTION, ORBIT), ONE),
     "free_motion": (lambda: pt.free_motion(PAIR, START, TIMES), "body must be a Body, got TwoBodies"),
     "view": (lambda: pt.view(MOTION, "page.html"), ONE),
 } | {
     f"plot.{name}": (lambda name=name: getattr(plot, name)(MOTION), ONE)
     for name in (
-        *("angular_momentum", "angular_velocity", "euler_angles", "quaternions"),
+        *("angular_momentum", "euler_angles", "quaternions"),
         *("herpolhode", "momentum_sphere", "poinsot_construction", "polhode"),
     )
 }
