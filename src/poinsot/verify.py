@@ -25,6 +25,8 @@ from poinsot.algebra import quaternion as quat
 from poinsot.analysis.chaos import lyapunov_spectrum
 from poinsot.analysis.equilibrium import equilibria
 from poinsot.analysis.free_rotation import FreeRotation
+from poinsot.analysis.libration import librations
+from poinsot.analysis.mutual_orbit import apsidal_precession, revolutions
 from poinsot.analysis.periodic import CassiniState, cassini_state
 from poinsot.engine import kernels
 from poinsot.files.netcdf import save
@@ -379,7 +381,8 @@ DART = np.array(
         (1.4, 1.6, 11.3771, -0.53, 35.8, 165),
     ]
 )
-DART_BOUNDS = (1e-4, 0.01, 0.1, 1.0)  # the last digit of each
+# The last digit of each; the precession printed is that of the lowest places, here that of the osculating ellipse.
+DART_BOUNDS = (1e-4, 0.03, 0.1, 1.0)
 HOUR, DAY = 3600.0, 86400.0
 
 
@@ -387,10 +390,18 @@ HOUR, DAY = 3600.0, 86400.0
 def _binaries() -> Comparisons:
     system, start = _dimorphos(*DART.T[:2])
     motions: Any = propagate(system, start, np.arange(0.0, 60 * DAY, 120.0), progress=False)
-    found = np.array([_orbit_of(motion) for motion in motions])
+    orbits = revolutions(motions)
+    found = np.array(
+        [
+            orbits.mean_period / HOUR,
+            np.degrees(apsidal_precession(motions)) * DAY,
+            np.degrees(np.max(librations(motions).misalignment, axis=-1)),
+            orbits.variation,
+        ]
+    )
     names = "period, h", "precession of the apsides, deg/day", "angle to the line of centres, deg", "single periods, s"
-    yield from zip((f"DART: {name}" for name in names), found.T, DART.T[2:], DART_BOUNDS, strict=True)
-    yield "DART: published period, h", found[:, 0], 11.377, 0.004
+    yield from zip((f"DART: {name}" for name in names), found, DART.T[2:], DART_BOUNDS, strict=True)
+    yield "DART: published period, h", found[0], 11.377, 0.004
     primary, secondary = (Body(moments, mass=mass) for mass, moments, _ in MOSHUP)
     pair: Any = TwoBodies(primary, secondary)
     start = pair.state(*MOSHUP_STATE, MOSHUP_ATTITUDES, omega_body=[rate for *_, rate in MOSHUP])
@@ -413,24 +424,6 @@ def _dimorphos(a_to_b: Array, a_to_c: Array) -> tuple[System, State]:
     pair: Any = TwoBodies(Body(other[:, None] * primary, mass=other), Body(moments, mass=mass))
     start = pair.synchronous(distance=distance, primary_rate=2 * np.pi / (2.26 * HOUR))
     return System(pair, MutualGravity()), pair.kick(start, (0, -2.63e-3, 0))
-
-
-def _orbit_of(motion: Any) -> tuple[float, float, float, float]:
-    """Return period (h), precession (deg/day), the largest angle of the long axis (deg), the range of periods (s)."""
-    times, position = motion.times, motion.position
-    angle = np.unwrap(np.arctan2(position[:, 1], position[:, 0]))
-    passages = np.interp(np.arange(0, angle[-1], 2 * np.pi), angle, times)
-    radial = np.sum(position * motion.velocity, axis=-1)
-    k = np.flatnonzero((radial[:-1] < 0) & (radial[1:] >= 0))
-    lowest = times[k] - radial[k] * (times[k + 1] - times[k]) / (radial[k + 1] - radial[k])
-    apsides = np.unwrap(np.interp(lowest, times, angle) % (2 * np.pi))
-    long_axis = motion.secondary.attitude.apply((1, 0, 0))
-    return (
-        2 * np.pi / float(np.polyfit(times, angle, 1)[0]) / HOUR,
-        float(np.degrees(np.polyfit(lowest, apsides, 1)[0])) * DAY,
-        float(np.degrees(np.max(np.arccos(np.clip(np.vecdot(long_axis, position) / motion.distance, -1, 1))))),
-        float(np.ptp(np.diff(passages))),
-    )
 
 
 # ---------------------------------------------------------------------- Cassini states
