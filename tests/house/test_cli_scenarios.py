@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import poinsot as pt
 from poinsot.cli import app
-from poinsot.cli.plots import KINDS
+from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
 from poinsot.files.scenarios import scenario as scenarios
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -295,7 +295,7 @@ def test_every_plot_of_the_package_is_a_kind(tmp_path):
     call("run", tmp_path / "free.nc", "--out", tmp_path / "b")
     first = {name: next(iter(inspect.signature(getattr(pt.plot, name)).parameters)) for name in pt.plot.__all__}
     assert set(KINDS) == {name for name, each in first.items() if each in ("motion", "body")}
-    for kind in sorted({*KINDS} - {"part_variables"}):
+    for kind in sorted({*KINDS} - {"part_variables", *ONLY_OF_TWO}):
         more = ("--with", tmp_path / "b" / "free.nc") if kind == "difference" else ()
         arguments = ("plot", tmp_path / "free.nc", "--kind", kind, *more)
         assert call(*arguments).stdout == f"{tmp_path}/free-{kind}.png\n"
@@ -449,7 +449,7 @@ def test_a_scenario_of_two_bodies_is_told(binary):
 def test_every_plot_is_of_two_bodies_or_asks_for_one(binary, kind, tmp_path):
     other = ("--with", binary) if kind == "difference" else ()
     arguments = "plot", binary, tmp_path / "it.png", "--kind", kind, *other
-    if kind == "drift":
+    if kind in OF_TWO:
         call(*arguments)
     else:
         assert call(*arguments, code=2).stderr == "poinsot: --body must be primary or secondary, got none.\n"
@@ -459,10 +459,11 @@ def test_every_plot_is_of_two_bodies_or_asks_for_one(binary, kind, tmp_path):
 
 
 def test_one_of_two_bodies_is_seen_and_converted(binary, tmp_path):
+    said = call("convert", binary, tmp_path / "it.csv", code=2).stderr
+    assert said == "poinsot: --body must be primary or secondary, got none.\n"
     for command, name in (("view", "it.html"), ("convert", "it.csv")):
-        said = call(command, binary, tmp_path / name, code=2).stderr
-        assert said == "poinsot: --body must be primary or secondary, got none.\n"
         call(command, binary, tmp_path / name, "--body", "primary")
+    assert "<title>" in (tmp_path / "it.html").read_text()
     table = pt.files.read_quaternion_csv(tmp_path / "it.csv")
     primary = pt.load(binary).of_bodies["primary"]
     assert np.max(table.angle_to(primary)) < 1e-14
@@ -478,10 +479,15 @@ def test_one_body_has_no_other(top, tmp_path):
     assert said == "poinsot: --body must not be there for a motion of one body, got primary.\n"
 
 
-@pytest.mark.parametrize("output", ['plot = "it.png"', 'view = "it.html"'])
-def test_pictures_of_two_bodies_are_refused_before_the_run(output, tmp_path):
+def test_two_bodies_have_a_page_and_a_picture_of_their_own(binary, tmp_path):
+    assert call("plot", binary).stdout == f"{binary.with_name('binary-mutual_orbit.png')}\n"
+    call("plot", binary, tmp_path / "one.png", "--body", "primary")
+    call("view", binary, tmp_path / "whole.html")
+    assert '"reach"' in (tmp_path / "whole.html").read_text()
     path = tmp_path / "it.toml"
-    path.write_text(f"{BINARY}[outputs]\n{output}\n")
-    said = call("run", path, code=2).stderr
-    assert re.fullmatch(r"poinsot: .* must be of one body, got a scenario of two\. `poinsot .* --body .*\n", said)
-    assert not (tmp_path / "it.nc").exists()
+    path.write_text(f'{BINARY}[outputs]\nplot = "it.png"\nview = "it.html"\n')
+    call("run", path)
+    assert (tmp_path / "it.html").read_bytes() == (tmp_path / "whole.html").read_bytes()
+    assert (tmp_path / "it.png").stat().st_size > 5000
+    said = call("plot", binary, tmp_path / "no.png", "--kind", "distance", "--body", "primary", code=2).stderr
+    assert said == "poinsot: --kind must be a plot of one body, got distance.\n"

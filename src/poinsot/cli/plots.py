@@ -23,13 +23,14 @@ from poinsot.cli.terminal import (
     writing,
 )
 
-__all__ = ["KINDS", "drawn", "plot", "view", "viewed"]
+__all__ = ["KINDS", "drawn", "plot", "usual_kind", "view", "viewed"]
 
 OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty"}
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
-OF_TWO = {"drift"}
+ONLY_OF_TWO = {"distance", "mutual_orbit"}
+OF_TWO = {"angular_velocity", "difference", "drift"} | ONLY_OF_TWO
 """Those that draw two bodies together."""
 
 Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0.")]
@@ -40,7 +41,10 @@ def plot(
     picture: Annotated[
         Path | None, typer.Argument(help="Ends in .png, .pdf or .svg; default: FILE-KIND.png beside the result.")
     ] = None,
-    kind: Annotated[str, typer.Option(help=f"The plot: {', '.join(KINDS)}.")] = "quaternions",
+    kind: Annotated[
+        str | None,
+        typer.Option(help=f"The plot: {', '.join(KINDS)}; default: quaternions, of two bodies mutual_orbit."),
+    ] = None,
     other: Annotated[
         Path | None, typer.Option("--with", help="Another result, at the same times, for --kind difference.")
     ] = None,
@@ -72,16 +76,20 @@ def plot(
     - `poinsot plot top.nc top.pdf --kind polhode`
     - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
-    - `poinsot plot binary.nc --kind angular_velocity --body secondary`
+    - `poinsot plot binary.nc`: the orbit and both bodies, in binary-mutual_orbit.png
+    - `poinsot plot binary.nc --kind euler_angles --body secondary`
     """
     checked_result(file)
+    with busy(f"Reading {file}"):
+        motion = _loaded(file, member)
+    kind = kind or usual_kind(_chosen(motion, body))
     path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
     words = {"part": part, "angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
     _check_options(kind, {"other": other, "orbit": orbit, **words})
     check_new(path, overwrite)
-    with busy(f"Reading {file}"):
-        motion = _loaded(file, member)
-        motion = motion if body is None and kind in OF_TWO else _of_one_body(motion, body)
+    motion = _chosen(motion, body, kind in OF_TWO)
+    if kind in ONLY_OF_TWO and len(motion.of_bodies) == 1:
+        raise ValueError(f"--kind must be a plot of one body, got {kind}.")
     tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, body=body, **words))
 
 
@@ -104,8 +112,15 @@ def view(
     check_new(path, overwrite)
     check_ending(path, ".html")
     with busy(f"Reading {file}"):
-        motion = _of_one_body(_loaded(file, member), body)
+        motion = _chosen(_loaded(file, member), body)
     tell(viewed(motion, path, overwrite))
+
+
+def usual_kind(motion: Any) -> str:
+    """Return the plot that a motion has if no other is asked for."""
+    if len(motion.of_bodies) == 1:
+        return "quaternions"
+    return "distance" if motion.is_ensemble else "mutual_orbit"
 
 
 def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> Path:
@@ -169,7 +184,7 @@ def _arguments(
     """Return the arguments of a function of the package, by their names, from a motion and the options."""
     made: dict[str, Callable[[], Any]] = {
         "motion": lambda: motion,
-        "other": lambda: _of_one_body(_loaded(other), body),
+        "other": lambda: _chosen(_loaded(other), body),
         "orbit": lambda: _orbit(motion, orbit),
         "title": lambda: motion.provenance.get("title") or "",
     }
@@ -192,10 +207,11 @@ def _orbit(motion: Any, number: int | None) -> Any:
     return found[number - 1]
 
 
-def _of_one_body(motion: Any, body: str | None) -> Any:
+def _chosen(motion: Any, body: str | None, whole: bool = True) -> Any:
+    """Return the motion of the body that is named; where none is and the whole may be drawn, that."""
     from poinsot.propagation.pair_trajectory import of_one_body
 
-    return of_one_body(motion, body)
+    return motion if whole and body is None else of_one_body(motion, body)
 
 
 def _loaded(file: Any, member: int | None = None) -> Any:

@@ -128,12 +128,8 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
     from poinsot.propagation.arguments import members_of
 
     members = members_of(job.system, job.state)
-    for kind in ("plot", "view"):
-        if kind in names and len(job.state.of_bodies) > 1:
-            hint = f"`poinsot {kind} {names['result']} --body secondary` makes one of the result."
-            raise ValueError(f"{names[kind]} must be of one body, got a scenario of two. {hint}")
     if "view" in names and members:
-        raise ValueError(f"{names['view']} must be of one body, but the scenario has an ensemble, which has no view.")
+        raise ValueError(f"{names['view']} must be of one motion, but the scenario has an ensemble, which has no view.")
     folder = names["result"].parent
     folder.mkdir(parents=True, exist_ok=True)
     for path in names.values():
@@ -172,9 +168,9 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> None
         save(motion, names["result"], overwrite=overwrite)
     tell(names["result"])
     if "plot" in names:
-        from poinsot.cli.plots import drawn
+        from poinsot.cli.plots import drawn, usual_kind
 
-        tell(drawn(motion, "quaternions", names["plot"], overwrite))
+        tell(drawn(motion, usual_kind(motion), names["plot"], overwrite))
     if "view" in names:
         from poinsot.cli.plots import viewed
 
