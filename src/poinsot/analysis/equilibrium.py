@@ -148,8 +148,6 @@ def equilibria(
     >>> len(found), sum(e.stability == "lyapunov" for e in found)
     (24, 4)
     """
-    if len(system.rigid_bodies) > 1:
-        raise ValueError("system must be of one body, got two bodies. Take pair_equilibria.")
     if moving := [type(part).__name__ for part in system.parts if part.size]:
         raise ValueError(f"system must have no parts with variables, got {moving[0]}. Hold rotors by a Gyrostat.")
     if system.members:

@@ -141,8 +141,8 @@ def pair_equilibria(
     >>> pair = pt.TwoBodies(primary, moon, G=1.0)
     >>> guess = pair.synchronous(distance=50.0, primary_rate=1.0)
     >>> (found,) = pt.analysis.pair_equilibria(pt.System(pair, pt.forces.MutualGravity()), guess)
-    >>> (found.frequencies / np.linalg.norm(found.rate))[:3].round(3)  # the first: sqrt(3 (0.96 / 2.96))
-    array([0.986, 1.   , 1.   ])
+    >>> (found.frequencies / np.linalg.norm(found.rate))[:3].round(3)  # the second: sqrt(3 (0.96 / 2.96))
+    array([0.281, 0.986, 1.   ])
     """
     _check(system, guess)
     place = np.linalg.norm(guess.position)

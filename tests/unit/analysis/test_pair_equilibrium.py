@@ -185,7 +185,7 @@ def test_close_pairs_have_more_energy_than_others_of_their_angular_momentum():
     def momentum(r):
         return np.linalg.norm(pair.doubly_synchronous(distance=r).angular_momentum_space)
 
-    r = np.linspace(1.5, 4, 201)
+    r = np.linspace(2.05, 4, 201)
     least = r[np.argmin([momentum(x) for x in r])]
     far, near = found_near(pair, pair.doubly_synchronous(distance=4.0), distances=[1.01 * least, 0.99 * least])
     assert (far.stability, far.stable) == ("lyapunov", True)
@@ -262,10 +262,10 @@ TRIAXIAL = pt.TwoBodies(pt.Body.from_ellipsoid(1.0, (1.1, 1.0, 0.8)), LONG, G=1.
         ),
         (
             lambda: pt.analysis.equilibria(pt.System(PAIR, GRAVITY)),
-            r"must be of one body, got two bodies\. Take pair_eq",
+            r"must be a System of one body, got one of two bodies\. .* and pair_equilibria\.",
         ),
     ],
 )
 def test_what_is_refused(find, sentence):
-    with pytest.raises(ValueError, match=sentence):
+    with pytest.raises((ValueError, TypeError), match=sentence):
         find()
