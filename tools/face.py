@@ -31,7 +31,8 @@ SHARED = {
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* piecewise_chebyshev.* solutions.* "
     "universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",
-    "plot": "curves.* figure.* labels.* page_content.* panels.* solid_parts.* solids.* view.* *.different_orbits *.is_constant",
+    "plot": "curves.* figure.* labels.* page_content.* panels.* solid_parts.* solids.* view.* "
+    "*.different_orbits *.is_constant",
     "shapes": "cubature.* polyhedron.* winding.*",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""

@@ -26,11 +26,12 @@ NAMES = {f"{space.__name__}.{name}": getattr(space, name) for space in (pt, *NAM
 CALLABLE = {name: thing for name, thing in NAMES.items() if inspect.isclass(thing) or inspect.isfunction(thing)}
 """Neither namespaces nor annotations, which have no docstrings."""
 
+GIVEN = {"np": np, "pt": pt, "motion": MOTION, "pair_motion": PAIR_MOTION}
 FINDER = doctest.DocTestFinder(exclude_empty=True)
 EXAMPLES = {
     test.name: test
     for name, thing in {**CALLABLE, "functions": pt.functions}.items()
-    for test in FINDER.find(thing, name, module=False, globs={"np": np, "pt": pt, "motion": MOTION, "pair_motion": PAIR_MOTION})
+    for test in FINDER.find(thing, name, module=False, globs=GIVEN)
     if test.examples
 }
 

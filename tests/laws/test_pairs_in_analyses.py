@@ -1,12 +1,13 @@
 """Every public function of analyses and plots takes two bodies, or refuses them in a sentence."""
 
 import inspect
-from typing import Any
+from typing import Any, cast
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 import poinsot as pt
 
@@ -21,13 +22,18 @@ MOTION: Any = pt.propagate(SYSTEM, START, TIMES, dense=True)
 ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
 analysis, plot = pt.analysis, pt.plot
 
-TAKEN = {
+
+def _place(at: Any) -> tuple[Any, Any]:
+    return at.states.position[:, 0], at.states.position[:, 1]
+
+
+TAKEN: dict[str, Any] = {
     "chaos_indicators": lambda: analysis.chaos_indicators(SYSTEM, START, [8.0]),
     "lyapunov_spectrum": lambda: analysis.lyapunov_spectrum(SYSTEM, START, [8.0]),
     "state_transition": lambda: analysis.state_transition(SYSTEM, START, [8.0]),
     "frequencies": lambda: analysis.frequencies(MOTION.distance, TIMES, 2),
     "diffusion": lambda: analysis.diffusion(MOTION.distance, TIMES),
-    "section": lambda: analysis.section(MOTION, lambda at: (at.states.position[:, 0], at.states.position[:, 1])),
+    "section": lambda: analysis.section(MOTION, _place),
     "apsidal_precession": lambda: analysis.apsidal_precession(MOTION),
     "librations": lambda: analysis.librations(MOTION),
     "revolutions": lambda: analysis.revolutions(MOTION),
@@ -50,7 +56,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "andoyer_section": (lambda: analysis.andoyer_section(SYSTEM, START, 8.0), OTHERS),
     "continue_motion": (lambda: analysis.continue_motion(MOTION, "G", 2.0), "must be a PeriodicMotion"),
     "cassini_state": (lambda: analysis.cassini_state(PAIR, ORBIT), "body must be a Body, got TwoBodies"),
-    "plot.branch": (lambda: plot.branch(MOTION), "must be a Branch"),
+    "plot.branch": (lambda: cast("Any", plot.branch)(MOTION), "must be a Branch"),
     "plot.uncertainty": (lambda: plot.uncertainty(TAKEN["state_transition"](), np.eye(18)), "must be of one body"),
     "plot.part_variables": (lambda: plot.part_variables(MOTION), ONE),
     "plot.roll_pitch_yaw": (lambda: plot.roll_pitch_yaw(MOTION, ORBIT), ONE),
@@ -80,7 +86,7 @@ def test_all_are_in_a_list():
 @pytest.mark.parametrize("name", TAKEN)
 def test_two_bodies_are_taken(name):
     found = TAKEN[name]()
-    if isinstance(found, plt.Axes):
+    if isinstance(found, Axes):
         assert found.has_data()
 
 

@@ -183,11 +183,12 @@ def test_covariance_is_that_of_an_ensemble():
     initial[0, 12] = initial[12, 0] = 0.5 * sizes[0] * sizes[12]
     predicted = pt.analysis.state_transition(SYSTEM, START, T).covariance(initial)
     x = random.multivariate_normal(np.zeros(18), initial, members)
+    pair: Any = SYSTEM.body
     bodies = [
         body.state(each.attitude * Rotation.from_rotvec(own[:, :3]), angular_momentum_body=momentum + own[:, 3:])
         for body, each, own, momentum in (
-            (SYSTEM.body.primary, START.primary, x[:, :6], START.primary.angular_momentum_body),
-            (SYSTEM.body.secondary, START.secondary, x[:, 6:12], START.secondary.angular_momentum_body),
+            (pair.primary, START.primary, x[:, :6], START.primary.angular_momentum_body),
+            (pair.secondary, START.secondary, x[:, 6:12], START.secondary.angular_momentum_body),
         )
     ]
     starts = pt.PairState(START.position + x[:, 12:15], START.momentum + x[:, 15:], *bodies)

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.analysis import polhodes
-from poinsot.plot import view
+from poinsot.plot import page_content
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION
 from poinsot.plot.solids import Ellipsoid, Solid, right_and_up, solid_axes, view_direction
 
@@ -560,7 +560,7 @@ def test_with_parts_no_curve_of_a_rigid_body_is_drawn():
     system = pt.System(BODY, pt.parts.Gyrostat((0.3, 0.2, 0.1)))
     motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.4, -0.3, 0.6)), np.linspace(0, 9, 91))
     assert len(pt.plot.polhode(motion).lines) == 2
-    content = view._content(motion)
+    content = page_content.content_of(motion)
     assert content["plane"] is None
     assert content["solids"]["inertia_ellipsoid"] is None
 

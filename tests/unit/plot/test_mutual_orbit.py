@@ -88,7 +88,7 @@ def test_bodies_that_fall_together_and_points_in_a_row_are_drawn():
     body = pt.Body.from_shape(pt.shapes.Assembly([row, pt.shapes.Ellipsoid(SIDES, mass=20.0)]))
     panel = pt.plot.mutual_orbit(motion_of(body, BALL, (0.0, 0.0, 0.0), times=np.linspace(0, 0.5, 5)))
     assert len(outlines(panel)[0]) == 3  # there and back
-    assert panel.lines[0].get_xydata()[0] == pytest.approx((np.sqrt(17.25), 0), abs=1e-12)
+    assert np.asarray(panel.lines[0].get_xydata())[0] == pytest.approx((np.sqrt(17.25), 0), abs=1e-12)
 
 
 def test_names_and_units_are_on_the_picture():
