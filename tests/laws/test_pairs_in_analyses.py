@@ -45,6 +45,7 @@ TAKEN: dict[str, Any] = {
     "plot.chaos": lambda: plot.chaos(analysis.chaos_indicators(SYSTEM, START, TIMES[1:])),
     "plot.section": lambda: plot.section(TAKEN["section"]()),
     "plot.spectrum": lambda: plot.spectrum(TAKEN["frequencies"]()),
+    "view": lambda: pt.view(MOTION, "page.html"),
     "plot.map": lambda: plot.map([1, 2], [1, 2], np.ones(4), "x", "y", "z"),
 }
 ONE = r"must be of one body, got two bodies\. Take motion\.primary or motion\.secondary\."
@@ -61,7 +62,6 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "plot.part_variables": (lambda: plot.part_variables(MOTION), ONE),
     "plot.roll_pitch_yaw": (lambda: plot.roll_pitch_yaw(MOTION, ORBIT), ONE),
     "free_motion": (lambda: pt.free_motion(PAIR, START, TIMES), "body must be a Body, got TwoBodies"),
-    "view": (lambda: pt.view(MOTION, "page.html"), ONE),
 } | {
     f"plot.{name}": (lambda name=name: getattr(plot, name)(MOTION), ONE)
     for name in (
@@ -74,7 +74,8 @@ FUNCTIONS += [f"plot.{name}" for name in plot.__all__] + ["free_motion", "view"]
 
 
 @pytest.fixture(autouse=True)
-def _closed_figures():
+def _own_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     yield
     plt.close("all")
 
@@ -91,9 +92,8 @@ def test_two_bodies_are_taken(name):
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_two_bodies_are_refused_in_a_sentence(name, tmp_path, monkeypatch):
+def test_two_bodies_are_refused_in_a_sentence(name):
     call, sentence = REFUSED[name]
-    monkeypatch.chdir(tmp_path)
     with pytest.raises((TypeError, ValueError, AttributeError), match=sentence):
         call()
 
