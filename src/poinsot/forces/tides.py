@@ -67,8 +67,9 @@ class TidalFriction(Friction):
     --------
     >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
     >>> tide = pt.forces.TidalFriction("secondary", love_number=0.1, radius=1.0, time_lag=0.01)
-    >>> pt.System(pt.TwoBodies(ball, ball, G=1.0), pt.forces.MutualGravity(), tide).integrals
-    (G1, G2, G3)
+    >>> system = pt.System(pt.TwoBodies(ball, ball, G=1.0), pt.forces.MutualGravity(), tide)
+    >>> [integral.symbol for integral in system.integrals]
+    ['G1', 'G2', 'G3']
     """
 
     love_number: NotNegative
