@@ -4,7 +4,7 @@ from .continuation import branch
 from .frequencies import spectrum
 from .geometry import herpolhode, poinsot_construction, polhode
 from .maps import chaos, map  # noqa: A004
-from .mutual_orbit import mutual_orbit
+from .pair_orbit import mutual_orbit
 from .sections import section
 from .sphere import momentum_sphere
 from .state_transition import uncertainty

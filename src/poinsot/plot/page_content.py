@@ -162,7 +162,7 @@ def _labels(units: Mapping[str, str]) -> dict[str, str]:
         "angular_momentum_space": momentum_label(units),
         "distance": f"distance of the centres of mass{bracketed(units.get('length', '1'))}",
         "omega_body": rate_unit_of(units, None).label,
-        "secondary_omega_body": f"angular velocity of the secondary, body axes{rate_unit_of(units, None).label}",
+        "secondary_omega_body": f"angular velocity of the secondary{rate_unit_of(units, None).label}",
         "time": f"time{bracketed(units['time'])}",
         "t": "t",
         "unit": "" if units["time"] == "1" else f" {units['time']}",

@@ -221,7 +221,7 @@ def test_the_page_of_two_bodies_has_their_motion(order):
         found = decoded(data["arrays"][name], values.shape[-1])
         np.testing.assert_allclose(found, values[::order], rtol=0, atol=6e-8 * np.abs(values).max())
     assert data["labels"]["distance"] == "distance of the centres of mass [m]"
-    assert data["labels"]["secondary_omega_body"] == "angular velocity of the secondary, body axes [rad s⁻¹]"
+    assert data["labels"]["secondary_omega_body"] == "angular velocity of the secondary [rad s⁻¹]"
 
 
 @pytest.mark.parametrize("shape", [True, False])

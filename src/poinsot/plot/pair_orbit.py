@@ -63,7 +63,7 @@ def mutual_orbit(
         label = f"{body} at {instant(motion, -1, time_unit)}" if body == "secondary" else body
         for points in surfaces(one.system.body, mass):
             outline = _hull(one.attitude[-1].apply(points) @ across)
-            panel.fill(*(places[body] + outline).T, color=colour, alpha=0.8, linewidth=0.5, label=label, zorder=3)
+            panel.fill(*(places[body] + outline).T, color=colour, linewidth=0.5, label=label, zorder=3)
             label = ""
     panel.set_aspect("equal")
     panel.locator_params(nbins=7)
