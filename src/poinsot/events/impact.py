@@ -58,5 +58,5 @@ class Impact(AtTime):
     @override
     def act(self, body: Any, state: Any) -> State:
         frame = "orbit" if self.axes == "orbit" else None
-        after: State = body.kick(state, self.delta_velocity, on=self.body, frame=frame)
+        after: State = body.kick(state, self.delta_velocity, body=self.body, frame=frame)
         return after

@@ -314,7 +314,7 @@ class TwoBodies(Parametric):
         state: PairState,
         delta_velocity: ArrayLike,
         *,
-        on: str = "secondary",
+        body: str = "secondary",
         frame: Frame | Literal["orbit"] | None = None,
     ) -> PairState:
         """Return the state after an impulse that changes the velocity of one of the bodies, such as an impact.
@@ -326,7 +326,7 @@ class TwoBodies(Parametric):
         state : PairState
         delta_velocity : array (3,) or (members, 3)
             Along the space axes, or along those of a frame.
-        on : {"secondary", "primary"}
+        body : {"secondary", "primary"}
         frame : Frame or "orbit", optional
             Axes of the change; "orbit": radial, transverse, normal.
 
@@ -338,9 +338,8 @@ class TwoBodies(Parametric):
         >>> pair.kick(start, (0, -0.1, 0)).momentum  # 0.9 times the reduced mass
         array([0.  , 0.45, 0.  ])
         """
-        if on not in BODIES:
-            raise ValueError(f"on must be 'primary' or 'secondary', got {on!r}.")
-        change = member_array("delta_velocity", delta_velocity, (3,)) * (1 if on == "secondary" else -1)
+        check_name_of_body(body)
+        change = member_array("delta_velocity", delta_velocity, (3,)) * (1 if body == "secondary" else -1)
         mass = np.asarray(self.reduced_mass)[..., None]
         if frame is not None:
             axes = _frame(frame, state.position, state.momentum / mass)

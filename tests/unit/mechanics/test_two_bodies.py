@@ -126,7 +126,7 @@ def test_a_start_on_an_orbit_moves_along_it():
 def test_an_impact_changes_the_orbit_and_no_rotation():
     start = BALLS.state((4, 0, 0), (0, 0.7, 0.1), SAME, omega_body=[(0.1, 0.2, 0.3)] * 2)
     change = np.array([0.01, -0.02, 0.03])
-    pushed, counter = BALLS.kick(start, change), BALLS.kick(start, -change, on="primary")
+    pushed, counter = BALLS.kick(start, change), BALLS.kick(start, -change, body="primary")
     assert np.array_equal(pushed.momentum, counter.momentum)
     assert np.allclose(pushed.momentum, 1 / 3 * (np.array([0, 0.7, 0.1]) + change), rtol=1e-15, atol=0)
     assert np.array_equal(pushed.secondary.angular_momentum_body, start.secondary.angular_momentum_body)
@@ -177,7 +177,10 @@ def test_members_are_hit_by_their_own_impacts():
             lambda: PAIR.state_on(pt.KeplerOrbit(1.0, semimajor_axis=5.0, eccentricity=0.0), SAME, omega_body=AT_REST),
             r"orbit must have mu = G \(m1 \+ m2\) = 1.02, got 1\. Write KeplerOrbit\(pair\.mu",
         ),
-        (lambda: BALLS.kick(BALLS.doubly_synchronous(distance=4.0), (0, 1, 0), on="moon"), r"on must be 'primary' or"),
+        (
+            lambda: BALLS.kick(BALLS.doubly_synchronous(distance=4.0), (0, 1, 0), body="moon"),
+            r"body must be 'primary' or",
+        ),
         (lambda: pt.events.Impact(1.0, (0, 1, 0), body="moon"), r"body must be 'primary' or 'secondary', got 'moon'"),
         (lambda: pt.events.Impact(1.0, (0, 1, 0), axes="body"), r"axes must be 'space' or 'orbit', got 'body'"),
     ],
