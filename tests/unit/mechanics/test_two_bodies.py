@@ -142,7 +142,7 @@ def test_an_impact_on_the_way_is_a_kick_between_two_runs(on):
     events = [pt.events.Impact(3.0, change, body=on, axes="orbit")]
     motion: Any = pt.propagate(system, start, [3.0, 10.0], events=events)
     before: Any = pt.propagate(system, start, [3.0])
-    kicked = PAIR.kick(before[0], change, on=on, frame="orbit")
+    kicked = PAIR.kick(before[0], change, body=on, frame="orbit")
     after: Any = pt.propagate(system, kicked, [10.0])
     assert motion.events[0].times.tolist() == [3.0]
     for name, values in after.phase.items():
