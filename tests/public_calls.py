@@ -550,6 +550,10 @@ def public_calls(folder):
             {"motion": free(), "time_index": 1, "view": (10.0, 20.0), "ax": None, "rate_unit": "deg"},
         ),
         "plot.polhode": (pt.plot.polhode, {"motion": motion(), "view": (10.0, 20.0), **turning}),
+        "plot.librations": (
+            pt.plot.librations,
+            {"motion": pair_motion(), "body": "primary", "angle_unit": "deg", **shown},
+        ),
         "plot.mutual_orbit": (pt.plot.mutual_orbit, {"motion": pair_motion(), **shown}),
         "plot.part_variables": (pt.plot.part_variables, {"motion": damped(), "part": "kane_damper", **shown}),
         "plot.quaternions": (pt.plot.quaternions, {"motion": motion(), **both}),

@@ -319,7 +319,7 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
     for arguments, told in (
         (("--kind", "difference"), "--with must be another result"),
         (("--with", result), "--with must go with --kind difference, got --kind quaternions."),
-        (("--angle-unit", "rad"), "--angle-unit must go with --kind difference or euler_angles or roll_pitch_yaw, got"),
+        (("--angle-unit", "rad"), "--angle-unit must go with --kind difference or euler_angles or librations or roll_"),
         (("--time-unit", "h"), "--time-unit must be left out where the unit of time of the system has no known length"),
         (("--member", "1"), "the result must be an ensemble to have members"),
         (("--kind", "part_variables"), "the result must be of a body with a part that has variables, got one without"),

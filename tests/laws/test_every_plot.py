@@ -77,7 +77,7 @@ def test_every_plot_draws_where_it_is_told(calls, name):
         assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
 
 
-OF_PAIRS = {"distance", "mutual_orbit"}
+OF_PAIRS = {"distance", "librations", "mutual_orbit"}
 ALSO_OF_PAIRS = {"angular_velocity", "difference", "drift"}
 WITH_MOTION = [name for name in pt.plot.__all__ if "motion" in inspect.signature(getattr(pt.plot, name)).parameters]
 OF_MOTIONS = [name for name in WITH_MOTION if name not in OF_PAIRS]
@@ -160,12 +160,15 @@ def test_what_is_no_axes_is_refused(calls, name):
 TIMES, RATES = {"h": 1 / 3600, "yr": 1 / 31557600}, {"deg": 180 / np.pi, "rpm": 30 / np.pi, "mrad/d": 86400e3}
 ANGLES = {"deg": 180 / np.pi, "rev": 0.5 / np.pi, "arcsec": 648000 / np.pi}
 AGAINST_TIME = {"angular_momentum", "angular_velocity", "chaos", "difference", "drift", "euler_angles", "quaternions"}
-AGAINST_TIME |= {"distance", "part_variables"}
+AGAINST_TIME |= {"distance", "librations", "part_variables"}
 X, Y, ALL = [0], [1], [0, 1, 2]
 SCALED = {
     "time_unit": (TIMES, dict.fromkeys(AGAINST_TIME | {"roll_pitch_yaw", "uncertainty"}, X)),
     "rate_unit": (RATES, {"angular_velocity": Y, "herpolhode": ALL, "polhode": ALL, "spectrum": X} | {SPHERE: ALL}),
-    "angle_unit": (ANGLES, {"difference": Y, "euler_angles": Y, "roll_pitch_yaw": Y, "uncertainty": Y}),
+    "angle_unit": (
+        ANGLES,
+        {"difference": Y, "euler_angles": Y, "librations": Y, "roll_pitch_yaw": Y, "uncertainty": Y},
+    ),
 }
 """By option: units with the factors from seconds and radians, and which coordinates of which plots have them."""
 

@@ -29,7 +29,7 @@ OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty"}
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
-ONLY_OF_TWO = {"distance", "mutual_orbit"}
+ONLY_OF_TWO = {"distance", "librations", "mutual_orbit"}
 OF_TWO = {"angular_velocity", "difference", "drift"} | ONLY_OF_TWO
 """Those that draw two bodies together."""
 

@@ -3,6 +3,7 @@
 from .continuation import branch
 from .frequencies import spectrum
 from .geometry import herpolhode, poinsot_construction, polhode
+from .libration import librations
 from .maps import chaos, map  # noqa: A004
 from .pair_orbit import mutual_orbit
 from .sections import section
@@ -30,6 +31,7 @@ __all__ = [
     "drift",
     "euler_angles",
     "herpolhode",
+    "librations",
     "map",
     "momentum_sphere",
     "mutual_orbit",

@@ -1,0 +1,58 @@
+"""The librations of one of two bodies against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from poinsot.analysis.libration import librations as librations_of
+from poinsot.plot.curves import against_time, lift_pen, reached
+from poinsot.plot.labels import angle_unit_of
+from poinsot.plot.panels import plot
+from poinsot.propagation.pair_trajectory import PairTrajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["librations"]
+
+BROKEN = 0.8 * np.pi
+"""By more an angle jumps from one sample to the next where it begins anew."""
+
+
+@plot
+def librations(
+    motion: PairTrajectory,
+    body: str = "secondary",
+    *,
+    ax: Axes | None = None,
+    angle_unit: str = "deg",
+    time_unit: str | None = None,
+    title: str = "",
+) -> Axes:
+    """Draw yaw, pitch and roll of one of two bodies relative to their orbit, of one motion within half a turn.
+
+    Parameters
+    ----------
+    motion : PairTrajectory
+        One, or an ensemble.
+    body : {"secondary", "primary"}
+        Its principal axes are turned as `pt.analysis.librations` says.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Examples
+    --------
+    >>> pt.plot.librations(pair_motion, angle_unit="rad").get_ylabel()
+    'librations of the secondary [rad]'
+    """
+    found, unit = librations_of(reached(motion), body), angle_unit_of(angle_unit)
+    angles = {name: unit.factor * getattr(found, name) for name in ("yaw", "pitch", "roll")}
+    label = f"librations of the {body}{unit.label}"
+    panel: Axes = against_time(motion, {label: angles}, ax, time_unit, title)[0]
+    lift_pen(panel.lines[-3:], BROKEN * unit.factor)
+    return panel
