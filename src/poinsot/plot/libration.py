@@ -50,7 +50,8 @@ def librations(
     >>> pt.plot.librations(pair_motion, angle_unit="rad").get_ylabel()
     'librations of the secondary [rad]'
     """
-    found, unit = librations_of(reached(motion), body), angle_unit_of(angle_unit)
+    reached(motion)
+    found, unit = librations_of(motion, body), angle_unit_of(angle_unit)
     angles = {name: unit.factor * getattr(found, name) for name in ("yaw", "pitch", "roll")}
     label = f"librations of the {body}{unit.label}"
     panel: Axes = against_time(motion, {label: angles}, ax, time_unit, title)[0]
