@@ -38,6 +38,12 @@ class Librations(Summarized):
         In (-pi, pi]. The yaw is the libration in longitude: the angle of the long axis in the plane of the orbit.
     pitch : array (n,)
         In [-pi/2, pi/2]: the long axis is below the plane of the orbit.
+
+    Examples
+    --------
+    >>> found = pt.analysis.librations(pair_motion)
+    >>> found.yaw.shape == pair_motion.times.shape, bool(np.all(found.misalignment <= np.pi / 2))
+    (True, True)
     """
 
     times: Array

@@ -40,6 +40,12 @@ class Revolutions(Summarized):
         Of the passages, the first time itself among them.
     mean_period : float
         2 pi over the slope of the straight line that fits the longitude at all times best.
+
+    Examples
+    --------
+    >>> found = pt.analysis.revolutions(pair_motion)
+    >>> bool(np.all(np.abs(found.periods - found.mean_period) <= found.variation))
+    True
     """
 
     times: Array
