@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.errors import exactly_one, member_array, refuse_nonpositive
+from poinsot.errors import exactly_one, member_array, refuse_nonpositive, refuse_other_members
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 
@@ -33,6 +33,7 @@ def circular_orbit(pair: Any, what: str, given: dict[str, Any], primary_turns: b
     along = (first[0] + first[1]) / 2 if primary_turns else first[0]
     spread = (sum(first) - 3 * along) / mass[0] + (sum(second) - 3 * second[0]) / mass[1]
     excess = 1.5 * mu * spread
+    refuse_other_members(**{name: value.shape, "pair": np.shape(excess)})
     if name == "distance":
         return value, np.sqrt(mu / value**3 + excess / value**5)
     rate = value if name == "rate" else 2 * np.pi / value

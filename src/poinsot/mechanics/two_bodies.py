@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.errors import exactly_one, member_array
+from poinsot.errors import exactly_one, member_array, refuse_other_members
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
@@ -84,6 +84,8 @@ class TwoBodies(Parametric):
         super().__post_init__()
         if np.any(self.masses <= 0):
             raise ValueError(f"masses must be positive, got {np.asarray(self.masses).tolist()}.")
+        bodies = {name: np.shape(body.moments)[:-1] for name, body in self.bodies.items()}
+        refuse_other_members(**bodies, G=np.shape(self.G), masses=np.shape(self.reduced_mass))
 
     @property
     def bodies(self) -> dict[str, Body]:
@@ -166,6 +168,8 @@ class TwoBodies(Parametric):
             if len(pair) != len(BODIES):
                 raise ValueError(f"{what} must be two, of primary and secondary, got {len(pair)}.")
         position, velocity = member_array("position", position, (3,)), member_array("velocity", velocity, (3,))
+        masses = np.shape(self.reduced_mass)
+        refuse_other_members(position=position.shape[:-1], velocity=velocity.shape[:-1], masses=masses)
         if frame is not None:
             frame = _frame(frame, position, velocity)
         primary, secondary = (
@@ -302,6 +306,7 @@ class TwoBodies(Parametric):
 
     def _circular(self, distance: Array, rate: Array, primary_rate: ArrayLike, time: Times) -> PairState:
         """Return the start in the plane of the first two axes with both bodies upright."""
+        refuse_other_members(orbit=np.shape(distance), primary_rate=np.shape(primary_rate))
         shape = np.broadcast_shapes(np.shape(distance), np.shape(rate))
         along, across, about = (np.broadcast_to(axis, (*shape, 3)) for axis in np.eye(3))
         r, w, spin = (np.asarray(each)[..., None] for each in (distance, rate, primary_rate))
@@ -341,6 +346,7 @@ class TwoBodies(Parametric):
         check_name_of_body(body)
         change = member_array("delta_velocity", delta_velocity, (3,)) * (1 if body == "secondary" else -1)
         mass = np.asarray(self.reduced_mass)[..., None]
+        refuse_other_members(state=state.shape, delta_velocity=change.shape[:-1], masses=mass.shape[:-1])
         if frame is not None:
             axes = _frame(frame, state.position, state.momentum / mass)
             change = quat.rotate(axes.quaternion(state.time), change)
@@ -365,4 +371,5 @@ def _masses(primary: Body, secondary: Body) -> Array:
                 f"{name} must have a mass, got {body!r}. Give it one, Body(moments, mass=...), or make it of a shape."
             )
         masses.append(mass)
+    refuse_other_members(**{f"mass of the {name}": np.shape(mass) for name, mass in zip(BODIES, masses, strict=True)})
     return np.stack(np.broadcast_arrays(*masses), axis=-1)

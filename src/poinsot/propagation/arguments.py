@@ -18,6 +18,7 @@ from poinsot.mechanics.system import System
 
 __all__ = [
     "broadcast_members",
+    "check_bodies",
     "check_span",
     "check_starts",
     "checked_device",
@@ -79,6 +80,15 @@ def check_starts(problem: Problem, state: State) -> None:
         instant = twin.system.at(state)
         for event in twin.events:
             event.check_start(instant)
+
+
+def check_bodies(system: System, state: State) -> None:
+    """Refuse a state of one body for a system of two, and the other way round."""
+    needed, given = len(system.rigid_bodies), len(state.of_bodies)
+    if given != needed:
+        made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
+        words = {1: "one body", 2: "two bodies"}
+        raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
 
 
 def members_of(system: Collection, state: State) -> tuple[int, ...]:

@@ -17,6 +17,7 @@ from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
+    check_bodies,
     check_span,
     check_starts,
     checked_device,
@@ -102,6 +103,7 @@ def propagate(
     chosen = checked_formulation(formulation)
     asked = checked_tolerance(tolerance, precision, chosen, system)
     problem = Problem(system, events)
+    check_bodies(system, state)
     check_span(problem, state, t)
     members = members_of(problem, state)
     if members:

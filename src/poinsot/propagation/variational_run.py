@@ -20,6 +20,7 @@ from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
+    check_bodies,
     check_span,
     checked_formulation,
     checked_threads,
@@ -89,6 +90,7 @@ class VariationalRun:
             checked_threads(threads),
         )
         self._progress = sys.stderr.isatty() if progress is None else progress
+        check_bodies(system, state)
         self.system, self.problem, self.members = system, Problem(system), members_of(system, state)
         self.state = broadcast_members(state, self.members or (1,))
         variables = kernels.state_vector(self.problem, self.state, chosen, "double")

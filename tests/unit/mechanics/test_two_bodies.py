@@ -190,6 +190,47 @@ def test_what_is_refused(make, sentence):
         make()
 
 
+ONES = (1, 1, 1)
+MANY = pt.TwoBodies(FLAT, LONG, G=1.0, masses=[(1.0, 0.02)] * 4)
+THREE = np.tile((4.0, 0.0, 0.0), (3, 1))
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (
+            lambda: PAIR.state(THREE, THREE[:2], SAME, omega_body=AT_REST, frame="orbit"),
+            "velocity .* position, got 2",
+        ),
+        (lambda: MANY.state(THREE, (0, 1, 0), SAME, omega_body=AT_REST), "masses .* position, got 4 and 3"),
+        (lambda: MANY.synchronous(distance=[3.0, 4.0], primary_rate=0.1), "pair .* distance, got 4 and 2"),
+        (lambda: PAIR.synchronous(period=[9.0, 9.5], primary_rate=[0.1] * 3), "primary_rate .* orbit, got 3 and 2"),
+        (lambda: PAIR.kick(STATES, np.ones((4, 3))), "delta_velocity .* state, got 4 and 3"),
+        (lambda: MANY.kick(STATES, (0, 1, 0)), "masses .* state, got 4 and 3"),
+        (lambda: pt.TwoBodies(FLAT, LONG, G=[1.0, 1.1], masses=[(1.0, 0.02)] * 4), "masses .* G, got 4 and 2"),
+        (
+            lambda: pt.TwoBodies(pt.Body((1, 1, 1), mass=[1, 2]), pt.Body((1, 1, 1), mass=[1, 2, 3])),
+            "mass of the sec.* 3 ",
+        ),
+    ],
+)
+def test_other_numbers_of_members_are_refused(make, sentence):
+    with pytest.raises(ValueError, match=sentence.replace(" .* ", " must have as many members as ")):
+        make()
+
+
+STATES = PAIR.state(THREE, (0, 0.5, 0), SAME, omega_body=AT_REST)
+
+
+@pytest.mark.parametrize("run", [pt.propagate, pt.analysis.state_transition])
+def test_the_state_is_of_as_many_bodies_as_the_system(run):
+    one, two = BALL.state(SAME[0], omega_body=AT_REST[0]), BALLS.doubly_synchronous(distance=4.0)
+    with pytest.raises(ValueError, match="state must be of two bodies, as its system is, got one body"):
+        run(pt.System(BALLS, GRAVITY), one, [1.0])
+    with pytest.raises(ValueError, match="state must be of one body, as its system is, got two bodies"):
+        run(pt.System(BALL), two, [1.0])
+
+
 class Silent(pt.events.AtTime):
     def act(self, body, state):  # noqa: ARG002
         return state.secondary

@@ -16,7 +16,7 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, checked_times, members_of
+from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, members_of
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.selection import state_of_members
@@ -74,6 +74,7 @@ def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, s
     """
     system = System(body, units=units)
     t = checked_times(times, system)
+    check_bodies(system, state)
     members = members_of(system, state)
     began = clock.perf_counter()
     if members:
