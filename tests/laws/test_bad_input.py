@@ -591,11 +591,11 @@ KINDS = {
     ),
     "force_before_body": (
         lambda: pt.System(pt.UniformGravity(1, (1, 0, 0)), BODY),
-        "body must be a Body, got UniformGravity. The order is System(body, *forces).",
+        "body must be a Body or TwoBodies, got UniformGravity. The order is System(body, *forces).",
     ),
     "class_for_body": (
         lambda: pt.System(pt.Body),
-        "body must be a Body, got the class Body. The order is System(body, *forces).",
+        "body must be a Body or TwoBodies, got the class Body. The order is System(body, *forces).",
     ),
     "class_for_force": (
         lambda: pt.System(BODY, pt.UniformGravity),

@@ -28,6 +28,8 @@ TURNING = {
     "environment": lambda i: fn.dot(i.attitude.to_body(i.environment.position(ORBIT)), VECTOR),
     "inertia": lambda i: fn.dot(i.inertia[1], i.attitude.to_body(i.direction(ORBIT))),
     "body": lambda i: i.body.moment_about(i.attitude.to_body(i.direction(ORBIT))),
+    "acted_on": lambda i: i.acted_on.moment_about(i.attitude.to_body(i.direction(ORBIT))),
+    "without_rates": lambda i: fn.dot(i.without_rates.attitude.to_body(i.without_rates.velocity(ORBIT)), VECTOR),
     "own": lambda i: i.own(SPRING)[0] * i.attitude.matrix[0, 0],
     "time": lambda i: fn.cos(i.time) * i.attitude.quaternion[3] * i.attitude.quaternion[0],
     "inverse_distance": lambda i: i.inverse_distance(ORBIT) * i.attitude.matrix[1, 0],

@@ -35,6 +35,7 @@ TAKEN: dict[str, Any] = {
     "diffusion": lambda: analysis.diffusion(MOTION.distance, TIMES),
     "section": lambda: analysis.section(MOTION, _place),
     "apsidal_precession": lambda: analysis.apsidal_precession(MOTION),
+    "pair_equilibria": lambda: analysis.pair_equilibria(SYSTEM, PAIR.doubly_synchronous(distance=9.0)),
     "librations": lambda: analysis.librations(MOTION),
     "revolutions": lambda: analysis.revolutions(MOTION),
     "plot.angular_velocity": lambda: plot.angular_velocity(MOTION),
