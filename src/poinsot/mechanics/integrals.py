@@ -218,13 +218,13 @@ def _rates_at(system: Dynamics, sampled: tuple[Array, Array, Array], forced: boo
     time, rate = graph.variable(t), functions.Vector(omega.T)
     body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.parts}, t)
 
-    def at(time: Any) -> Instant:
-        return Instant(body, Attitude.from_quaternion(functions.Vector(q.T)), Environment(time), rate)
-
-    now = at(time)
+    attitude, spin = functions.Vector(q.T), rate
+    if not twin.parts:  # conditions on what varies are found; of parts the rate of the energy needs values
+        attitude, spin = (functions.Vector(map(graph.variable, vector)) for vector in (attitude, rate))
+    now = Instant(body, Attitude.from_quaternion(attitude), Environment(time), spin)
     energy, torque, g = twin.potential_at(now), twin.torque_at(now), now.angular_momentum_body
     (explicit,) = tangents([energy], {time: 1.0})
-    power = sum(functions.dot(force.torque(now), rate) for force in twin.forces if isinstance(force, Torque))
+    power = sum(functions.dot(force.torque(now), spin) for force in twin.forces if isinstance(force, Torque))
     gyration, momenta = functions.Vector((0.0, 0.0, 0.0)), []  # without parts symmetry is a matter of the tensor
     if twin.parts:
         rates = twin.rates(now)
@@ -232,13 +232,15 @@ def _rates_at(system: Dynamics, sampled: tuple[Array, Array, Array], forced: boo
         gyration, momenta = functions.cross(g, rate), [rates[part.name][i] for part, i in _places(twin)]
     along = power, functions.dot(g, torque), *torque, *now.attitude.to_space(torque), *gyration, *momenta
     rows = [energy, explicit, *along]
+    still = Attitude.from_quaternion(functions.Vector(q.T))  # a condition on the attitude alone switches nothing
+    timed = twin.potential_at(Instant(body, still, Environment(time), rate))
     if forced:
-        (there,) = on_branches(graph, [energy], len(t), other=True)
+        here, there = (on_branches(graph, [timed], len(t), other)[0] for other in (False, True))
         rows = on_branches(graph, rows, len(t))
     else:
-        there = twin.potential_at(at(np.roll(t, 1)))
-        rows = graph.evaluated(rows)
-    rows = [omega.T, *rows[:2], rows[0] - there, *rows[2:]]
+        here, there = timed, twin.potential_at(Instant(body, still, Environment(np.roll(t, 1)), rate))
+        here, there, *rows = graph.evaluated([here, there, *rows])
+    rows = [omega.T, *rows[:2], here - there, *rows[2:]]
     shapes = [(3,), *[system.members] * (len(rows) - 1)]
     found = [
         np.broadcast_to(np.asarray(row, dtype=float), (*shape, len(t))) for shape, row in zip(shapes, rows, strict=True)

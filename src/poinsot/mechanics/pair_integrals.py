@@ -99,15 +99,17 @@ def _rates_at(system: Any, count: int, forced: bool = False) -> tuple[list[Array
     terms = [x for vector in (functions.cross(position, load.force), *turned) for x in vector]
     rows = [energy, explicit, pushing, twisting, *terms]
     branching = bool(conditions(rows))
+    still = [Attitude.from_quaternion(Vector(given[name].T)) for name in ("first", "second")]
+    place = [x.value for x in position]  # a condition on attitudes and position alone switches nothing
+    timed = twin.potential_at(PairInstant(pair, still, place, Environment(time)))
     if forced:
-        (there,) = on_branches(graph, [energy], 2 * count, other=True)
+        here, there = (on_branches(graph, [timed], 2 * count, other)[0] for other in (False, True))
         rows = on_branches(graph, rows, 2 * count)
     else:
-        later = Environment(np.roll(given["time"], 1))
-        at_other = PairInstant(pair, attitudes, position, later)
-        there, *rows = graph.evaluated([twin.potential_at(at_other), *rows])
+        later = twin.potential_at(PairInstant(pair, still, place, Environment(np.roll(given["time"], 1))))
+        here, there, *rows = graph.evaluated([timed, later, *rows])
     shape = (*system.members, 2 * count)
-    found = [np.broadcast_to(np.asarray(row, dtype=float), shape) for row in (rows[0], rows[0] - there, *rows[1:])]
+    found = [np.broadcast_to(np.asarray(row, dtype=float), shape) for row in (rows[0], here - there, *rows[1:])]
     return [row.reshape(*row.shape[:-1], 2, -1) for row in found], branching
 
 

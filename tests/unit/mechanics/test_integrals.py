@@ -122,6 +122,30 @@ def test_what_changes_with_time_or_appears_late_is_seen(force):
     assert "energy" not in names
 
 
+class Switching(pt.Torque):
+    """A torque where a body axis points near one of space, or where the body spins fast."""
+
+    fast: float
+
+    def torque(self, instant):
+        near = functions.less(0.9999, instant.attitude.to_body((0, 0, 1))[2])
+        fast = functions.less(self.fast, functions.norm(instant.omega_body))
+        return -(functions.where(near, 0.1, 0.0) + functions.where(fast, 0.1, 0.0)) * instant.omega_body
+
+
+class Stop(pt.Potential):
+    """A spring beyond an angle."""
+
+    def energy(self, instant):
+        beyond = instant.attitude.to_body((0, 0, 1))[2] - 0.9999
+        return functions.where(functions.less(0, beyond), beyond * beyond, 0.0)
+
+
+def test_what_acts_in_few_attitudes_or_at_high_rates_is_seen():
+    assert names(pt.Body((1.0, 1.2, 1.5)), (Switching(100.0),)) == []
+    assert names(pt.Body((1.0, 1.2, 1.5)), (Stop(),)) == ["energy", "angular_momentum_space_3"]
+
+
 def test_the_symmetry_axis_of_a_body_in_other_axes():
     turn = Rotation.from_rotvec((0.3, -0.4, 0.2)).as_matrix()
     body = pt.Body.from_inertia(turn @ np.diag([1, 1, 0.5]) @ turn.T)

@@ -30,7 +30,8 @@ class Wall(pt.Potential):
     reach: float
 
     def energy(self, instant):
-        return fn.where(fn.less(self.reach, instant.distance), instant.separation[0], 0.0)
+        beyond = instant.distance - self.reach
+        return fn.where(fn.less(0.0, beyond), beyond * beyond * instant.separation[0], 0.0)
 
 
 class Switch(pt.Potential):
@@ -60,7 +61,7 @@ class Gyroscope(pt.PairLoad):
     ("force", "symbols"),
     [
         (Drag(reach=0.1, time=1e9), ["G1", "G2", "G3"]),
-        (Wall(reach=1e5), ["G1"]),
+        (Wall(reach=1e5), ["H", "G1"]),
         (Switch(), ["G1", "G2", "G3"]),
         (Swing(amplitude=1e-11), ["G3"]),
         (Swing(amplitude=np.array([0.0, 1e-11])), ["G3"]),
