@@ -76,6 +76,8 @@ INTERNAL = {
         "scaled",
         "sniff",
     ),
+    *("seen_from", "power", "with_attitude", "with_separation", "on", "load", "truncation", "check_start"),
+    *("try_event", "momentum_ratios", "sizes_of_blocks"),
 }
 """Methods that formulas and the package call, and not a user."""
 
@@ -85,6 +87,7 @@ NOT_CALLED = {
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "Section", "StateTransition", "Trajectory"),
+    *("Librations", "Load", "OsculatingElements", "PairEquilibrium", "PairInstant", "PairLoad", "Revolutions"),
 }
 """Base classes, what formulas see, and results, which the package makes."""
 
@@ -123,6 +126,78 @@ def pair_motion():
     system = pt.System(pair, pt.forces.MutualGravity(), units={"time": "s", "inertia": "kg m2", "length": "m"})
     start = pair.kick(pair.synchronous(distance=4.0, primary_rate=2.0), (0.0, -0.3, 0.1))
     return pt.propagate(system, start, TIMES, dense=True)
+
+
+def pair_calls():
+    """Return those of two bodies."""
+    bodies = [pt.shapes.Ellipsoid((1.0, 0.9, 0.7), mass=50.0), pt.shapes.Ellipsoid((0.5, 0.4, 0.3), mass=2.0)]
+    shaped = pt.TwoBodies(*map(pt.Body.from_shape, bodies), G=1.0)
+    points = [pt.shapes.Mascons((1.0,) * 4, CORNERS) for _ in range(2)]
+    masses = pt.TwoBodies(*map(pt.Body.from_shape, points), G=1.0)
+    start = {"position": (4.0, 0.1, 0.2), "velocity": (0.1, 3.0, 0.2), "attitudes": [(1.0, 0, 0, 0), (0, 1.0, 0, 0)]}
+    spins, orbit = [(0.1, 0.2, 0.3), (0.3, 0.2, 0.1)], pt.KeplerOrbit(52.0, semimajor_axis=4.0, eccentricity=0.1)
+    synchronous = shaped.synchronous(distance=4.0, primary_rate=2.0)
+    watched = {"direction": 1, "terminal": False}
+    moved = {"motion": pair_motion()}
+    fields = {"primary": bodies[0].field(4), "secondary": bodies[1].field(4)}
+    place, each = {"position": (4.0, 0, 0), "momentum": (0, 1.0, 0)}, ("primary", "secondary")
+    return {
+        "PairState": (pt.PairState, place | {name: getattr(synchronous, name) for name in each}),
+        "TwoBodies": (
+            pt.TwoBodies,
+            {"primary": shaped.primary, "secondary": shaped.secondary, "G": 1.0, "masses": (50.0, 2.0)},
+        ),
+        "TwoBodies.state": (shaped.state, {**start, "omega_body": spins, "time": 1.0, "frame": TURNING}),
+        "TwoBodies.state_on": (
+            shaped.state_on,
+            {"orbit": orbit, "attitudes": start["attitudes"], "omega_body": spins, "time": 1.0, "frame": TURNING},
+        ),
+        "TwoBodies.synchronous": (shaped.synchronous, {"primary_rate": 2.0, "distance": 4.0, "time": 1.0}),
+        "TwoBodies.doubly_synchronous": (shaped.doubly_synchronous, {"distance": 4.0, "time": 1.0}),
+        "TwoBodies.kick": (
+            shaped.kick,
+            {"state": synchronous, "delta_velocity": (0.1, 0.2, 0), "body": "primary", "frame": TURNING},
+        ),
+        "MutualGravity": (pt.forces.MutualGravity, {}),
+        "MutualHarmonics": (pt.forces.MutualHarmonics, {**fields, "degree": 4}),
+        "MutualHarmonics.of_shapes": (pt.forces.MutualHarmonics.of_shapes, {"pair": shaped, "degree": 4}),
+        "MutualMascons": (
+            pt.forces.MutualMascons,
+            {
+                "primary_masses": (1.0, 1.0),
+                "primary_positions": ((1.0, 0, 0), (-1.0, 0, 0)),
+                "secondary_masses": (1.0, 1.0),
+                "secondary_positions": ((0, 1.0, 0), (0, -1.0, 0)),
+            },
+        ),
+        "MutualMascons.of_shapes": (pt.forces.MutualMascons.of_shapes, {"pair": masses}),
+        "ThirdBody": (pt.forces.ThirdBody, {"orbit": ELLIPSE}),
+        "TidalFriction": (
+            pt.forces.TidalFriction,
+            {"body": "primary", "love_number": 0.1, "radius": 1.0, "time_lag": 0.1},
+        ),
+        "LibrationDamping": (pt.forces.LibrationDamping, {"body": "secondary", "coefficient": 0.1}),
+        "Contact": (pt.events.Contact, {"primary": (1.0, 0.9, 0.7), "secondary": (0.5, 0.4, 0.3), **watched}),
+        "Contact.of_shapes": (pt.events.Contact.of_shapes, {"pair": shaped}),
+        "DistanceCrossing": (pt.events.DistanceCrossing, {"distance": 3.0, **watched}),
+        "PairApsis": (pt.events.PairApsis, watched),
+        "LibrationExtreme": (pt.events.LibrationExtreme, {"body": "secondary", **watched}),
+        "Impact": (
+            pt.events.Impact,
+            {"time": 1.0, "delta_velocity": (0, 0.1, 0), "body": "primary", "axes": "orbit", "direction": 1},
+        ),
+        "apsidal_precession": (pt.analysis.apsidal_precession, moved),
+        "librations": (pt.analysis.librations, {**moved, "body": "primary"}),
+        "revolutions": (pt.analysis.revolutions, moved),
+        "pair_equilibria": (
+            pt.analysis.pair_equilibria,
+            {"system": pt.System(shaped, pt.forces.MutualGravity()), "guess": synchronous, "distances": [4.0, 3.9]},
+        ),
+        "osculating_elements": (
+            pt.orbits.osculating_elements,
+            {"mu": 2.0, "position": (1.0, 0.2, 0.1), "velocity": (0.1, 1.0, 0.2)},
+        ),
+    }
 
 
 @functools.cache
@@ -261,7 +336,7 @@ def public_calls(folder):
     shown = {**drawn, "time_unit": "s"}
     both = {"axes": None, "title": "t", "time_unit": "s"}
     turning = {"ax": None, "rate_unit": "deg/s", "time_unit": "s"}
-    return {
+    return pair_calls() | {
         "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
         "Andoyer.from_state": (pt.Andoyer.from_state, {"state": START}),
         "Andoyer.state": (pt.Andoyer(0.1, 0.2, 0.3, 0.5, 1.0, 0.4).state, {"time": 1.0}),

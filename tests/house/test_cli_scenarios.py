@@ -228,7 +228,7 @@ def test_members_that_stop_are_told_and_end_in_their_own_status(top, tmp_path):
 def test_what_would_be_refused_after_a_run_is_refused_before(top, tmp_path):
     spread = '[ensemble]\nmembers = 5\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
     top.write_text(TOP + '[outputs]\nview = "v.html"\n' + spread)
-    assert "v.html must be of one body" in call("run", top, code=2).stderr
+    assert "v.html must be of one motion" in call("run", top, code=2).stderr
     top.write_text(TOP + spread.replace("= 5", "= 100_000"))
     usage = shutil._ntuple_diskusage(10**9, 10**9 - 10**8, 10**8)
     with pytest.MonkeyPatch.context() as patched:

@@ -47,6 +47,7 @@ TAKEN: dict[str, Any] = {
     "plot.section": lambda: plot.section(TAKEN["section"]()),
     "plot.spectrum": lambda: plot.spectrum(TAKEN["frequencies"]()),
     "view": lambda: pt.view(MOTION, "page.html"),
+    "plot.librations": lambda: plot.librations(MOTION),
     "plot.map": lambda: plot.map([1, 2], [1, 2], np.ones(4), "x", "y", "z"),
 }
 ONE = r"must be of one body, got two bodies\. Take motion\.primary or motion\.secondary\."

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.sign_changes import first_change
-
-if TYPE_CHECKING:
-    from poinsot.engine.kernel_program import KernelProgram
 
 __all__ = ["Outlook", "Watch"]
 
@@ -57,7 +54,7 @@ class Watch:
         once, and variables.
     """
 
-    def __init__(self, kernel: KernelProgram, decomposition: Decomposition) -> None:
+    def __init__(self, kernel: Any, decomposition: Decomposition) -> None:
         self._kernel, self._lanes, self._orders = kernel, kernel.lanes, kernel.order + 1
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
         self._conditions, self._crossings = decomposition.conditions, decomposition.events

@@ -126,4 +126,4 @@ class NotedEvents:
             self.failed[task], self.causes[task] = told(self._problem.events[number], error), error
         else:
             row[: after.size] = after
-            own["state"][: after.size], own["sides"] = after, 0.0
+            own["state"][: after.size], own["below"][: after.size], own["sides"] = after, 0.0, 0.0

@@ -16,6 +16,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra.harmonic_forms import Form, TurnedForms, coefficients_of, form_of, product, sum_of
 from poinsot.algebra.solid_harmonics import SolidHarmonics
+from poinsot.checked import checked
 from poinsot.forces.same_body import (
     deviator,
     refuse_no_sphere,
@@ -163,6 +164,7 @@ class MutualHarmonics(MutualSeries):
             raise ValueError(f"degree must be from 2 to {most}, the lower one of the fields, got {self.degree}.")
 
     @classmethod
+    @checked
     def of_shapes(cls, pair: TwoBodies, degree: int) -> MutualHarmonics:
         """Return the gravity of two bodies of which each is made of a shape or is a sphere."""
         degree, masses = whole_degree(degree), np.moveaxis(pair.masses, -1, 0)

@@ -13,7 +13,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, refuse_other_members
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.attitude import Attitude, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.circular_pair import circular_orbit, upright
 from poinsot.mechanics.environment import Orbit
@@ -172,6 +172,7 @@ class TwoBodies(Parametric):
         refuse_other_members(position=position.shape[:-1], velocity=velocity.shape[:-1], masses=masses)
         if frame is not None:
             frame = _frame(frame, position, velocity)
+        attitudes = [unit_quaternion(attitude, f"attitudes[{i}]") for i, attitude in enumerate(attitudes)]
         primary, secondary = (
             body.state(attitude, time=time, frame=frame, **{name: vector})
             for body, attitude, vector in zip(self.bodies.values(), attitudes, vectors, strict=True)
@@ -306,7 +307,8 @@ class TwoBodies(Parametric):
 
     def _circular(self, distance: Array, rate: Array, primary_rate: ArrayLike, time: Times) -> PairState:
         """Return the start in the plane of the first two axes with both bodies upright."""
-        refuse_other_members(orbit=np.shape(distance), primary_rate=np.shape(primary_rate))
+        primary_rate = member_array("primary_rate", primary_rate, ())
+        refuse_other_members(orbit=np.shape(distance), primary_rate=primary_rate.shape)
         shape = np.broadcast_shapes(np.shape(distance), np.shape(rate))
         along, across, about = (np.broadcast_to(axis, (*shape, 3)) for axis in np.eye(3))
         r, w, spin = (np.asarray(each)[..., None] for each in (distance, rate, primary_rate))

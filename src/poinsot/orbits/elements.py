@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.errors import refuse_nonpositive
+from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.html_text import Summarized, told
 from poinsot.orbits.from_cartesian import passages
 from poinsot.quantities import Real
@@ -88,9 +88,11 @@ def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -
     >>> pt.orbits.osculating_elements(1.0, position=place, velocity=speed).eccentricity.round(12)
     array([0.3, 0.3, 0.3, 0.3])
     """
-    refuse_nonpositive("mu", mu)
+    given = {"mu": mu, "position": position, "velocity": velocity}
+    parameter, place, speed = (np.asarray(scalar(name, value), dtype=float) for name, value in given.items())
+    refuse_nonpositive("mu", parameter)
     with np.errstate(invalid="ignore", divide="ignore"):
-        here = passages(np.asarray(mu), np.asarray(position, dtype=float), np.asarray(velocity, dtype=float))
+        here = passages(parameter, place, speed)
         anomaly = np.arctan2(here.e_sin, here.e_cos)
         argument = here.latitude - anomaly
         axis = -here.mu / (2 * here.energy)

@@ -219,7 +219,7 @@ def test_other_numbers_of_members_are_refused(make, sentence):
         make()
 
 
-STATES = PAIR.state(THREE, (0, 0.5, 0), SAME, omega_body=AT_REST)
+STATES: Any = PAIR.state(THREE, (0, 0.5, 0), SAME, omega_body=AT_REST)
 
 
 @pytest.mark.parametrize("run", [pt.propagate, pt.analysis.state_transition])
