@@ -419,3 +419,11 @@ def test_zeros_select_a_kernel_and_other_numbers_do_not(force, monkeypatch):
     motion(pt.Body((1.4, 1.1, 0.8)), force)
     motion(pt.Body((1.3, 1.3, 0.8)), simple(force))
     assert compiled() == known
+
+
+def test_gravity_on_a_given_orbit_is_for_one_body():
+    given = [force for force in FORCES if isinstance(force, pt.Potential) and hasattr(force, "orbit")]
+    assert len(given) > 4
+    for force in given:
+        with pytest.raises(ValueError, match="leaves out parts that move their orbit"):
+            force.on("secondary")

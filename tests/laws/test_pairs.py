@@ -30,6 +30,18 @@ def flyby(L, T):
     )
 
 
+class Attraction(pt.Potential):
+    """The gravity of a third body on one of two, complete to second degree."""
+
+    orbit: pt.Orbit
+    mass: float
+
+    def energy(self, instant):
+        inverse, radial = instant.inverse_distance(self.orbit), instant.attitude.to_body(instant.direction(self.orbit))
+        spread = sum(instant.body.moments) - 3 * instant.body.moment_about(radial)
+        return -self.orbit.mu * inverse * (self.mass + 0.5 * inverse * inverse * spread)
+
+
 def forces_of(name, first="primary", second="secondary", M=1.0, L=1.0, T=1.0):
     """The forces beside the mutual gravity, in units of mass, length and time."""
     rate = M * L**2 / T
@@ -41,7 +53,7 @@ def forces_of(name, first="primary", second="secondary", M=1.0, L=1.0, T=1.0):
         "tides": lambda: (tide(first, 0.3, 1.4 * L, 0.2 * T), tide(second, 0.4, 0.7 * L, 0.3 * T)),
         "damping": lambda: (damping(second, 2e-3 * rate), damping(first, 1e-2 * rate)),
         "of one body": lambda: (
-            pt.GravityGradient(sun(L, T)).on(first),
+            Attraction(sun(L, T), 2.0 * M).on(first),
             pt.forces.LinearDamping(0.01 * rate).on(second),
         ),
     }[name]()

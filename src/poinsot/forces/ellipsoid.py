@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -77,6 +77,7 @@ class EllipsoidGravity(Potential):
     array([0.     , 0.     , 0.00217])
     """
 
+    moves_orbit: ClassVar[bool] = False
     orbit: Orbit
     mass: Positive
     semiaxes: Annotated[BodyVector, Rule(refuse_nonpositive)]

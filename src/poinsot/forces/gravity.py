@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -86,6 +86,7 @@ class GravityGradient(Potential):
     array([0.    , 0.    , 0.5303])
     """
 
+    moves_orbit: ClassVar[bool] = False
     orbit: Orbit
 
     @override
@@ -122,6 +123,7 @@ class HarmonicGravity(Potential):
     array([0.     , 0.     , 0.00217])
     """
 
+    moves_orbit: ClassVar[bool] = False
     orbit: Orbit
     field: GravityField
 
@@ -184,6 +186,7 @@ class Oblateness(Potential):
     array([0., 0., 1.])
     """
 
+    moves_orbit: ClassVar[bool] = False
     orbit: Orbit
     j2: Real
     equatorial_radius: Positive

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -55,6 +55,7 @@ class MasconGravity(Potential):
     array([ 0.    ,  0.    , -0.0278])
     """
 
+    moves_orbit: ClassVar[bool] = False
     orbit: Orbit
     masses: Annotated[Any, ("count",)]
     positions: Annotated[Any, ("count", 3), Along("body axes")]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from typing_extensions import override
 
@@ -56,12 +56,20 @@ class Potential(Force):
     array([ 0., -2.,  0.])
     """
 
+    moves_orbit: ClassVar[bool] = True
+    """Whether the energy has all that the place of the body changes, and not what its attitude changes alone."""
+
     @abstractmethod
     def energy(self, instant: Instant) -> Scalar:
         """Return the potential energy, written with `instant.attitude.to_body(u)` of space vectors u."""
 
     @override
     def on(self, body: str) -> Potential:
+        if not self.moves_orbit:
+            raise ValueError(
+                f"{type(self).__name__} must be for one body, whose orbit is given, got one of two: it leaves out "
+                "parts that move their orbit. Take ThirdBody(orbit)."
+            )
         return PotentialOn(self, body)
 
 

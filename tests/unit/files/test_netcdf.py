@@ -105,7 +105,8 @@ OF_TWO = {
     "two bodies": lambda: two(
         pt.forces.MutualGravity(),
         pt.forces.LinearDamping(1e-3).on("primary"),
-        pt.GravityGradient(pt.KeplerOrbit(1e-4, semimajor_axis=100.0, eccentricity=0.1)).on("secondary"),
+        pt.forces.ThirdBody(pt.KeplerOrbit(1e-4, semimajor_axis=100.0, eccentricity=0.1)),
+        pt.UniformGravity(1e-3, (1, 0, 0)).on("secondary"),
     ),
     "two bodies, canonical and backwards": lambda: two(
         pt.forces.MutualGravity(), times=-TIMES / 500, time=0.5, formulation="canonical"

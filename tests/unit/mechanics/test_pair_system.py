@@ -11,6 +11,7 @@ fn = pt.functions
 FIRST, SECOND = pt.Body((2.0, 2.5, 3.0), mass=3.0), pt.Body((0.1, 0.12, 0.15), mass=0.5)
 PAIR = pt.TwoBodies(FIRST, SECOND, G=1.0)
 TURNS = [np.array([0.8, 0.0, 0.6, 0.0]), np.array([0.5, 0.5, -0.5, 0.5])]
+SUN = pt.KeplerOrbit(1.0, semimajor_axis=100.0, eccentricity=0.1)
 SYSTEM = pt.System(PAIR, pt.forces.MutualGravity())
 START = PAIR.state((6.0, 1.0, 2.0), (-0.1, 0.6, 0.3), TURNS, omega_body=[(0.1, 0.2, 1.0), (0.0, 0.1, 0.4)])
 
@@ -108,6 +109,7 @@ def test_ensembles_of_pairs_are_their_members():
         (lambda: pt.System(FIRST, pt.forces.MutualGravity()), r"MutualGravity must act between TwoBodies"),
         (lambda: pt.System(FIRST, Magnet((1, 0, 0), (0, 0, 1)).on("primary")), r"without `on`"),
         (lambda: Magnet((1, 0, 0), (0, 0, 1)).on("moon"), r"body must be 'primary' or 'secondary', got 'moon'"),
+        (lambda: pt.GravityGradient(SUN).on("primary"), r"GravityGradient must be for one body, .* ThirdBody\(orbit\)"),
         (lambda: pt.propagate(SYSTEM, START, [1.0], formulation="planar"), r"'planar' must be for one body, got two"),
         (lambda: START.quaternion, r"no quaternion: take that of its `primary`"),
     ],
