@@ -533,7 +533,7 @@ CHOICES = {
     ),
     "called_without_dense_output": (
         lambda: run()(0.5),
-        "a trajectory must have dense output to be called, but it has none. Propagate one body with dense=True.",
+        "a trajectory must have dense output to be called, but it has none. Propagate one motion with dense=True.",
     ),
     "called_outside": (lambda: dense(2.5), "time must lie within [0, 2], got 2.5."),
     "units": (lambda: pt.System(BODY, units={"mass": "kg"}), "units must name 'time' and 'inertia', got 'mass'."),

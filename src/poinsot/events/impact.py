@@ -20,6 +20,8 @@ AXES = ("space", "orbit")
 class Impact(AtTime):
     """An impulse at a time changes the velocity of one of two bodies: see `TwoBodies.kick`.
 
+    A run backwards adds the change too: take the opposite one to undo an impact.
+
     Parameters
     ----------
     time : float

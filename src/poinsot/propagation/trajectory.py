@@ -288,7 +288,8 @@ class Trajectory(Summarized):
         """Return the state at a time, or a batch of states at an array of times, from the dense output."""
         if self._interpolant is None:
             raise ValueError(
-                "a trajectory must have dense output to be called, but it has none. Propagate one body with dense=True."
+                "a trajectory must have dense output to be called, but it has none. "
+                "Propagate one motion with dense=True."
             )
         interpolant, first, last = self._interpolant
         calendar = self.system.calendar
