@@ -23,6 +23,7 @@ from poinsot.mechanics.formula_errors import use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import Part
+from poinsot.mechanics.two_bodies import TwoBodies
 
 __all__ = ["PAIR", "on_pairs", "sample_torque", "trial", "try_event", "try_pair_force"]
 
@@ -142,7 +143,8 @@ def _try(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: In
     except WrongSizeError as error:
         raise TypeError(str(error)) from None
     except RateUnknownError as error:
-        raise TypeError(f"{error} Write {name} as a Torque.") from None
+        kind = "PairLoad" if isinstance(instant.acted_on, TwoBodies) else "Torque"
+        raise TypeError(f"{error} Write {name} as a {kind}.") from None
     except AttributeError as error:
         if isinstance(error.obj, Instant) or "of two bodies" in str(error):
             raise TypeError(f"the formula of {name} must be for the bodies of its system, but {error}") from None

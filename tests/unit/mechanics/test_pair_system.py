@@ -24,6 +24,11 @@ class Magnet(pt.Potential):
         return -fn.dot(self.moment, instant.attitude.to_body(self.field))
 
 
+class Fast(pt.Potential):
+    def energy(self, instant):
+        return fn.norm(instant.relative_velocity)
+
+
 class Friction(pt.PairLoad):
     coefficient: float
 
@@ -110,6 +115,7 @@ def test_ensembles_of_pairs_are_their_members():
         (lambda: pt.System(FIRST, Magnet((1, 0, 0), (0, 0, 1)).on("primary")), r"without `on`"),
         (lambda: Magnet((1, 0, 0), (0, 0, 1)).on("moon"), r"body must be 'primary' or 'secondary', got 'moon'"),
         (lambda: pt.GravityGradient(SUN).on("primary"), r"GravityGradient must be for one body, .* ThirdBody\(orbit\)"),
+        (lambda: pt.System(PAIR, Fast()), r"got a velocity or momentum. Write Fast as a PairLoad"),
         (lambda: pt.propagate(SYSTEM, START, [1.0], formulation="planar"), r"'planar' must be for one body, got two"),
         (lambda: START.quaternion, r"no quaternion: take that of its `primary`"),
     ],
