@@ -162,7 +162,7 @@ def test_an_impact_at_the_start_and_its_spread():
     across = np.cross(normal, r) / np.linalg.norm(r)
     assert np.allclose(found.momentum - p, -0.01 * 1.5 / 3.5 * across, rtol=0, atol=1e-16)
     spread = '[ensemble]\nmembers = 3\nseed = 1\nspread = [{of = "state.kick.delta_velocity", size = 0.001}]\n'
-    many = scenario(("[[forces]]", f"{kick}on = 'primary'\n[[forces]]"), text=PAIR + spread).state
+    many = scenario(("[[forces]]", f"{kick}body = 'primary'\n[[forces]]"), text=PAIR + spread).state
     assert many.shape == (3,)
     assert np.array_equal(many.position, [r, r, r])
     changes = (many.momentum - p) / (1.5 / 3.5)
@@ -261,9 +261,9 @@ WRONG = {
         STATE,
         "[state]\nsynchronous = {distance = 3, primary_rate = 1}\nposition = [1, 2, 3]\n",
     ),
-    "line 27: state.kick.on must be 'primary' or 'secondary', got 'moon'.": (
+    "line 27: state.kick.body must be 'primary' or 'secondary', got 'moon'.": (
         "[[forces]]",
-        "[state.kick]\non = 'moon'\ndelta_velocity = [0, 0, 0]\n[[forces]]",
+        "[state.kick]\nbody = 'moon'\ndelta_velocity = [0, 0, 0]\n[[forces]]",
     ),
     "line 17: state.elements.eccentricity must be there, got none.": (
         STATE,
