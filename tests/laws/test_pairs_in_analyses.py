@@ -31,6 +31,7 @@ TAKEN: dict[str, Any] = {
     "chaos_indicators": lambda: analysis.chaos_indicators(SYSTEM, START, [8.0]),
     "lyapunov_spectrum": lambda: analysis.lyapunov_spectrum(SYSTEM, START, [8.0]),
     "state_transition": lambda: analysis.state_transition(SYSTEM, START, [8.0]),
+    "periodic_motion": lambda: analysis.periodic_motion(SYSTEM, TAKEN["pair_equilibria"]()[0].state, 5.0),
     "frequencies": lambda: analysis.frequencies(MOTION.distance, TIMES, 2),
     "diffusion": lambda: analysis.diffusion(MOTION.distance, TIMES),
     "section": lambda: analysis.section(MOTION, _place),
@@ -54,7 +55,6 @@ ONE = r"must be of one body, got two bodies\. Take motion\.primary or motion\.se
 OTHERS = r"must be a System of one body, got one of two bodies\. These have"
 REFUSED: dict[str, tuple[Any, str]] = {
     "equilibria": (lambda: analysis.equilibria(SYSTEM), OTHERS),
-    "periodic_motion": (lambda: analysis.periodic_motion(SYSTEM, START, 1.0), OTHERS),
     "spin_orbit_section": (lambda: analysis.spin_orbit_section(SYSTEM, 0.1, 1.0, 3), OTHERS),
     "andoyer_section": (lambda: analysis.andoyer_section(SYSTEM, START, 8.0), OTHERS),
     "continue_motion": (lambda: analysis.continue_motion(MOTION, "G", 2.0), "must be a PeriodicMotion"),

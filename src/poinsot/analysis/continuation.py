@@ -26,6 +26,7 @@ from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.html_text import Summarized, rounded
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
+from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import State, state_of
 from poinsot.mechanics.system import System
 
@@ -165,6 +166,10 @@ def continue_motion(
     'forces[0].orbit.eccentricity = 0.03'
     """
     origin = motion.motion if isinstance(motion, Bifurcation) else motion
+    if isinstance(origin.system, PairSystem):
+        raise ValueError(
+            "motion must be of one body, got two bodies. Let periodic_motion start from the state of the one before."
+        )
     turns = 2 if isinstance(motion, Bifurcation) and motion.kind == "doubling" else 1
     family = Family(_parameter(motion, parameter, start), float(real_array("to", to, ())), origin, period, frame, turns)
     places = _crossing(family, motion) if isinstance(motion, Bifurcation) else [_first(family, motion)]

@@ -20,18 +20,18 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.analysis.equilibrium import grows_with_time
+from poinsot.analysis.pair_point import PairPoint, cross_matrix, symmetry_axis, units_of_pair
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Vector, cross
 from poinsot.html_text import PER_TIME, Summarized, told
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
-from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState
 
-__all__ = ["PairEquilibrium", "pair_equilibria"]
+__all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
 
 Array = NDArray[Any]
 
@@ -39,8 +39,6 @@ SLOW = 1e-6
 """Rates below this, relative to that of the axes, count as zero; curvatures of the energy below its square."""
 ROUNDING = 1e-11
 """Of eigenvalues, relative to the largest one."""
-ALIKE = 1e-12
-"""Moments that differ by less, relatively, are equal."""
 BALANCED = 1e-12
 """Of the sizes of forces and torques."""
 NEUTRAL = 1e-9
@@ -57,6 +55,7 @@ class PairEquilibrium(Summarized):
 
     Attributes
     ----------
+    system : PairSystem
     state : PairState
     rate : array (3,)
         The angular velocity of the axes, space axes.
@@ -83,6 +82,7 @@ class PairEquilibrium(Summarized):
     ('lyapunov', 'unstable', 7)
     """
 
+    system: PairSystem
     state: PairState
     rate: Array
     matrix: Array
@@ -95,6 +95,38 @@ class PairEquilibrium(Summarized):
     def distance(self) -> float:
         """That of the centres of mass."""
         return float(np.linalg.norm(self.state.position))
+
+    @checked
+    def displaced(self, number: int, amplitude: float) -> PairState:
+        """Return the bodies displaced along a small oscillation: a guess for `periodic_motion`.
+
+        Parameters
+        ----------
+        number : int
+            Of the frequency in `frequencies`.
+        amplitude : float
+            Of the largest component, which is at its maximum: radians of a rotation vector along the axes of a body, or
+            a share of the distance.
+
+        Examples
+        --------
+        >>> body = pt.Body.from_ellipsoid(1.0, (1.2, 1.0, 0.9))
+        >>> pair = pt.TwoBodies(body, body, G=1.0)
+        >>> system = pt.System(pair, pt.forces.MutualGravity())
+        >>> (rest,) = pt.analysis.pair_equilibria(system, pair.doubly_synchronous(distance=9.0))
+        >>> guess, period = rest.displaced(-1, 0.01), 2 * np.pi / rest.frequencies[-1]
+        >>> pt.analysis.periodic_motion(system, guess, period).stable
+        True
+        """
+        point, pace = PairPoint.of(self.state), float(np.linalg.norm(self.rate))
+        units = units_of_pair(self.system, self.distance, pace)
+        axes = [symmetry_axis(body) for body in self.system.rigid_bodies]
+        basis = point.free(self.rate / pace, axes, units)
+        eigenvalues, modes = np.linalg.eig(basis.T @ (self.matrix * units / units[:, None]) @ basis)
+        mode = basis @ modes[:, np.argmin(np.abs(eigenvalues - 1j * self.frequencies[number]))]
+        places = mode.reshape(3, 2, 3)[:, 0].ravel()
+        x = (mode * (amplitude / places[np.argmax(np.abs(places))])).real * units
+        return point.displaced(x).state(self.state.time)
 
     @property
     def stable(self) -> bool:
@@ -144,7 +176,7 @@ def pair_equilibria(
     >>> (found.frequencies / np.linalg.norm(found.rate))[:3].round(3)  # the second: sqrt(3 (0.96 / 2.96))
     array([0.281, 0.986, 1.   ])
     """
-    _check(system, guess)
+    refuse_open(system, guess)
     place = np.linalg.norm(guess.position)
     lengths = np.atleast_1d(real_array("distances", [place] if distances is None else distances, (None,)))
     refuse_nonpositive("distances", lengths)
@@ -155,7 +187,8 @@ def pair_equilibria(
     return found
 
 
-def _check(system: PairSystem, guess: PairState) -> None:
+def refuse_open(system: PairSystem, guess: PairState) -> None:
+    """Refuse an ensemble, and two bodies that do not conserve energy and angular momentum."""
     if system.members or guess.shape:
         raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
     symbols = [integral.symbol for integral in system.integrals]
@@ -194,7 +227,7 @@ class _Balance:
         attitudes = np.array([state.quaternion for state in states])
         position, velocity = guess.position, guess.momentum / float(system.pair.reduced_mass)
         rate = np.cross(position, velocity) / (position @ position)
-        axes = tuple(map(_symmetry_axis, flow.bodies))
+        axes = tuple(map(symmetry_axis, flow.bodies))
         omegas = [body.omega(s.angular_momentum_body) for body, s in zip(flow.bodies, states, strict=True)]
         spins = tuple(0.0 if axis is None else float(w @ axis) for w, axis in zip(omegas, axes, strict=True))
         return cls(flow, attitudes, position, rate, axes, spins)
@@ -231,9 +264,8 @@ class _Balance:
     @functools.cached_property
     def units(self) -> Array:
         """The sizes of the 18 coordinates."""
-        pace, distance = np.linalg.norm(self.rate), np.linalg.norm(self.position)
-        own = [[1.0] * 3 + [float(np.max(body.moments)) * pace] * 3 for body in self.flow.bodies]
-        return np.array([*own[0], *own[1], *[distance] * 3, *[self.flow.mass * distance * pace] * 3])
+        distance, pace = (float(np.linalg.norm(vector)) for vector in (self.position, self.rate))
+        return units_of_pair(self.flow.system, distance, pace)
 
     @functools.cached_property
     def _rates_and_matrix(self) -> tuple[Array, Array]:
@@ -246,7 +278,7 @@ class _Balance:
             spin = self.spins[i] - axis @ matrix.T @ self.rate
             rates[6 * i : 6 * i + 3] -= spin * axis
             rates[6 * i + 3 : 6 * i + 6] -= spin * np.cross(g, axis)
-            slopes[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] += spin * _cross_matrix(axis)
+            slopes[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] += spin * cross_matrix(axis)
         return rates, slopes
 
     def _imbalance(self) -> tuple[Array, Array]:
@@ -255,22 +287,22 @@ class _Balance:
         unknown = np.zeros((18, 9))
         for i, (axis, turn, body) in enumerate(zip(self.axes, self.matrices, self.flow.bodies, strict=True)):
             rate = turn.T @ self.rate
-            by_turn, by_rate = _cross_matrix(rate), turn.T
+            by_turn, by_rate = cross_matrix(rate), turn.T
             if axis is not None:
                 across = np.eye(3) - np.outer(axis, axis)
                 by_turn, by_rate = across @ by_turn, across @ by_rate
             unknown[6 * i : 6 * i + 3, 3 * i : 3 * i + 3] = np.eye(3)
             unknown[6 * i + 3 : 6 * i + 6, 3 * i : 3 * i + 3] = body.inertia @ by_turn
             unknown[6 * i + 3 : 6 * i + 6, 6:] = body.inertia @ by_rate
-        unknown[15:, 6:] = -self.flow.mass * _cross_matrix(self.position)
+        unknown[15:, 6:] = -self.flow.mass * cross_matrix(self.position)
         slope = matrix @ unknown
-        slope[15:, 6:] += _cross_matrix(self.momentum)  # of -Omega x p by Omega
+        slope[15:, 6:] += cross_matrix(self.momentum)  # of -Omega x p by Omega
         for i, (axis, turn, g) in enumerate(zip(self.axes, self.matrices, self.momenta, strict=True)):
             if axis is not None:  # the spin against the turning axes
                 change = np.cross(g, axis)
                 slope[6 * i + 3 : 6 * i + 6, 6:] += np.outer(change, axis @ turn.T)
                 slope[6 * i + 3 : 6 * i + 6, 3 * i : 3 * i + 3] += np.outer(
-                    change, axis @ _cross_matrix(turn.T @ self.rate)
+                    change, axis @ cross_matrix(turn.T @ self.rate)
                 )
         places = [3, 4, 5, 9, 10, 11, 15, 16, 17]
         return rates[places], slope[places]
@@ -306,7 +338,8 @@ class _Balance:
         """Return the equilibrium with its linear equations."""
         matrix, units, pace = self._rates_and_matrix[1], self.units, float(np.linalg.norm(self.rate))
         scaled = matrix * units / units[:, None] / pace
-        left = self._free()
+        point = PairPoint(self.attitudes, np.array(self.momenta), self.position, self.momentum)
+        left = point.free(self.rate / pace, self.axes, units)
         reduced = left.T @ scaled @ left
         eigenvalues = np.linalg.eigvals(reduced)
         slow = _slow(eigenvalues)
@@ -316,36 +349,16 @@ class _Balance:
         omegas = [np.asarray(omega) for omega in self.omegas]
         velocity = np.cross(self.rate, self.position)
         state = self.flow.system.pair.state(self.position, velocity, list(self.attitudes), omega_body=omegas, time=time)
-        return PairEquilibrium(state, self.rate, matrix, pace * eigenvalues, frequencies, growth, stability)
-
-    def _free(self) -> Array:
-        """Return a basis of the changes, over the units, that keep momenta and are no turn of all; (18, 14) or less."""
-        fixed, neutral = np.zeros((3, 18)), np.zeros(18)
-        about = self.rate / np.linalg.norm(self.rate)
-        more, spun = [], []
-        for i, (axis, turn, g) in enumerate(zip(self.axes, self.matrices, self.momenta, strict=True)):
-            fixed[:, 6 * i : 6 * i + 3] = -turn @ _cross_matrix(g)
-            fixed[:, 6 * i + 3 : 6 * i + 6] = turn
-            neutral[6 * i : 6 * i + 3] = turn.T @ about
-            if axis is not None:
-                row, column = np.zeros(18), np.zeros(18)
-                row[6 * i + 3 : 6 * i + 6] = column[6 * i : 6 * i + 3] = axis
-                column[6 * i + 3 : 6 * i + 6] = np.cross(g, axis)
-                more.append(row)
-                spun.append(column)
-        fixed[:, 12:15], fixed[:, 15:] = -_cross_matrix(self.momentum), _cross_matrix(self.position)
-        neutral[12:15], neutral[15:] = np.cross(about, self.position), np.cross(about, self.momentum)
-        rows = np.array([*fixed, *more]) * self.units
-        columns = np.array([neutral, *spun]) / self.units
-        both = np.concatenate([x / np.linalg.norm(x, axis=1, keepdims=True) for x in (rows, columns)])
-        return np.asarray(np.linalg.svd(both)[2][len(both) :].T)
+        return PairEquilibrium(
+            self.flow.system, state, self.rate, matrix, pace * eigenvalues, frequencies, growth, stability
+        )
 
     def _stability(self, scaled: Array, left: Array) -> str:
         """Return the kind of stability where nothing grows exponentially."""
         poisson = np.zeros((18, 18))
         for i, g in enumerate(self.momenta):
             turn, own = slice(6 * i, 6 * i + 3), slice(6 * i + 3, 6 * i + 6)
-            poisson[turn, own], poisson[own, turn], poisson[own, own] = np.eye(3), -np.eye(3), _cross_matrix(g)
+            poisson[turn, own], poisson[own, turn], poisson[own, own] = np.eye(3), -np.eye(3), cross_matrix(g)
         poisson[12:15, 15:], poisson[15:, 12:15] = np.eye(3), -np.eye(3)
         units, pace = self.units, float(np.linalg.norm(self.rate))
         energy = np.linalg.inv(poisson / units[:, None] / units) @ scaled * pace
@@ -404,18 +417,3 @@ class _Flow:
 def _slow(eigenvalues: Array) -> float:
     """Return what counts as zero beside eigenvalues over the rate of the axes."""
     return max(SLOW, ROUNDING * float(np.max(np.abs(eigenvalues))))
-
-
-def _symmetry_axis(body: Any) -> Array | None:
-    """Return the axis about which a body has equal moments, along its axes; None without one."""
-    small, middle, large = np.sort(np.asarray(body.moments))
-    axes = rotation_matrix(upright(body))  # rows are the principal axes by ascending moments
-    if middle - small <= ALIKE * large:
-        return np.asarray(axes[2])
-    return np.asarray(axes[0]) if large - middle <= ALIKE * large else None
-
-
-def _cross_matrix(vector: Array) -> Array:
-    """Return the matrix of x -> vector x x."""
-    x, y, z = vector
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])

@@ -19,7 +19,7 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.state import State, changed, state_of, state_with
 from poinsot.mechanics.system import System
 
-__all__ = ["ROUNDS", "Passage", "PeriodMap", "Point"]
+__all__ = ["ROUNDS", "Passage", "PeriodMap", "Point", "carried"]
 
 Array = NDArray[Any]
 
@@ -122,22 +122,9 @@ class PeriodMap:
 
     def passage(self, point: Point, names: Sequence[str] = ()) -> Passage:
         """Return what a period does, with the derivatives by named numbers of the system."""
-        end = self.time + self.period
-        try:
-            found = state_transition(self.system, self.state(point), [end], names, progress=False)
-        except PropagationError as error:
-            raise ValueError(f"guess must lead to a motion without end, but {error}") from None
-        to_frame = quat.conjugate(self.frame.quaternion(end))
-        last = state_of(changed(found.motion.phase, lambda x: x[0]), end)
+        last, matrix, slope = carried(self.system, self.state(point), self.period, names, self.units)
+        to_frame = quat.conjugate(self.frame.quaternion(self.time + self.period))
         there = quat.product(to_frame, last.quaternion), self._rest(last)
-        matrix = found.matrix[0] * self.units / self.units[:, None]
-        growth = float(np.max(np.abs(matrix)))
-        if not growth < GROWTH:
-            raise ValueError(
-                "guess must lead to a motion that depends smoothly on its start, but over the period "
-                f"{self.period:.6g} small displacements grow {growth:.1g} times. Choose a shorter period."
-            )
-        slope = found.sensitivity[0] / self.units[:, None]
         return Passage(there, self.displacement(point, there), matrix, slope)
 
     # ------------------------------------------------------------------ the motion that repeats itself
@@ -209,6 +196,25 @@ class PeriodMap:
             rates = self.system.block_rates(self.system.at(state))
             vectors |= {name: np.stack(np.broadcast_arrays(*values)) for name, values in rates.items()}
         return vectors
+
+
+def carried(
+    system: System, start: State, period: float, names: Sequence[str], units: Array
+) -> tuple[Any, Array, Array]:
+    """Return the state a period after another, and its derivatives by that one and by named numbers, over units."""
+    end = float(start.time) + period
+    try:
+        found = state_transition(system, start, [end], names, progress=False)
+    except PropagationError as error:
+        raise ValueError(f"guess must lead to a motion without end, but {error}") from None
+    matrix = found.matrix[0] * units / units[:, None]
+    growth = float(np.max(np.abs(matrix)))
+    if not growth < GROWTH:
+        raise ValueError(
+            "guess must lead to a motion that depends smoothly on its start, but over the period "
+            f"{period:.6g} small displacements grow {growth:.1g} times. Choose a shorter period."
+        )
+    return state_of(changed(found.motion.phase, lambda x: x[0]), end), matrix, found.sensitivity[0] / units[:, None]
 
 
 def largest_part(x: Array) -> float:

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.multipliers import SLOW, Multipliers
+from poinsot.analysis.pair_equilibrium import refuse_open
+from poinsot.analysis.pair_period_map import PairPeriodMap
 from poinsot.analysis.period_map import PeriodMap, Point
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
@@ -23,8 +25,9 @@ from poinsot.forces.gravity import GravityGradient
 from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
-from poinsot.mechanics.pair_system import OfOneBody
-from poinsot.mechanics.state import State
+from poinsot.mechanics.pair_system import PairSystem
+from poinsot.mechanics.parameters import described
+from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
@@ -57,9 +60,11 @@ class PeriodicMotion(Summarized):
     frame : Frame
     matrix : array (k, k)
         x(t + period) = matrix x(t) from the time of the state, x = (rotation vector relative to the frame, change of
-        angular momentum, body axes, changes of the variables of parts); k = 6 without parts.
+        angular momentum, body axes, changes of the variables of parts); k = 6 without parts. Of two bodies k = 18, in
+        the order of `state_transition`.
     multipliers : complex array (k,)
-        Its eigenvalues.
+        Its eigenvalues; of two bodies those among motions of the same energy and momenta, up to turns and times: 12,
+        two less for each body with an axis of symmetry, 14 at a relative equilibrium.
     frequencies : array, ascending
         Positive angles of the multipliers over the period, in (0, pi/period]: a motion looked at once in a period
         does not tell w from 2 pi/period - w, nor from w + 2 pi/period.
@@ -90,6 +95,12 @@ class PeriodicMotion(Summarized):
         """Whether the linear equations let nothing grow exponentially."""
         return not self.growth_rates.size
 
+    @property
+    def turn(self) -> float:
+        """By which angle the frame turns in a period; of two bodies about their total angular momentum."""
+        times = self.state.time + self.period * np.arange(SAMPLES) / SAMPLES
+        return self.period * float(np.mean(np.linalg.norm(self.frame.omega_space(times), axis=-1)))
+
     @checked
     def over_period(self, count: int = SAMPLES) -> Trajectory:
         """Return the motion at evenly spaced times of one period, from its start on and without its end."""
@@ -104,13 +115,20 @@ class PeriodicMotion(Summarized):
             "stable": "yes" if self.stable else "no",
             "frequencies": told(self.frequencies, units.rate),
             "growth rates": told(self.growth_rates, units.per_time),
-            "attitude at the start (quaternion, body to space)": told(self.state.quaternion),
-            "angular momentum at the start (body axes)": told(self.state.angular_momentum_body, units.momentum),
+            "turn of the frame in a period": told(self.turn, "rad"),
+            **{
+                f"{body and f'{body}: '}{what}": told(value, unit)
+                for body, state in self.state.of_bodies.items()
+                for what, value, unit in (
+                    ("attitude at the start (quaternion, body to space)", state.quaternion, ""),
+                    ("angular momentum at the start (body axes)", state.angular_momentum_body, units.momentum),
+                )
+            },
         }
 
 
 @checked
-def periodic_motion(system: OfOneBody, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
+def periodic_motion(system: System, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
     """Return the motion near a guess that repeats itself in a frame after one period.
 
     Newton's method on the motion over a period, with its state-transition matrix.
@@ -119,12 +137,15 @@ def periodic_motion(system: OfOneBody, guess: State, period: float, frame: Frame
     ----------
     system : System
         One, not an ensemble. Seen from the frame its torques must repeat themselves after the period, and its parts.
+        Or of two bodies, under potentials that conserve energy and angular momentum.
     guess : State
-        Its time is where the period starts.
+        Its time is where the period starts. The motion of two bodies has its energy and angular momentum.
     period : float
-        Positive; the unit of time is that of the system.
+        Positive; the unit of time is that of the system. That of two bodies is found near it.
     frame : Frame, optional
-        `orbit.frame`; a `RotatingFrame` that turns with the node of the orbit. Default: the space axes.
+        `orbit.frame`; a `RotatingFrame` that turns with the node of the orbit. Default: the space axes. Two bodies
+        repeat themselves in a `RotatingFrame` about their total angular momentum, which is found, up to spins of
+        bodies about axes of symmetry.
 
     Raises
     ------
@@ -145,6 +166,13 @@ def periodic_motion(system: OfOneBody, guess: State, period: float, frame: Frame
     _refuse_members("system and guess", members_of(system, guess))
     period = float(real_array("period", period, (), system.units["time"]))
     refuse_nonpositive("period", period)
+    if isinstance(system, PairSystem) != isinstance(guess, PairState):
+        wanted = "PairState of two bodies" if isinstance(system, PairSystem) else "State of one body"
+        raise TypeError(f"guess must be a {wanted}, got a {type(guess).__name__}. system.state makes it.")
+    if isinstance(system, PairSystem):
+        if frame is not None:
+            raise ValueError(f"frame must be left out of two bodies, got {described(frame)}. The motion has its own.")
+        return _of_pair(system, guess, period)
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
     once = PeriodMap(system, frame, guess, period)
     once.check()
@@ -153,12 +181,36 @@ def periodic_motion(system: OfOneBody, guess: State, period: float, frame: Frame
 
 def recognised(once: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
     """Return what there is to know about the motion that a period leads back to its point."""
-    multipliers = Multipliers(matrix).values
+    matrix_of_user = matrix * once.units[:, None] / once.units
+    return _motion(once.system, once.state(point), once.period, once.frame, matrix_of_user, matrix)
+
+
+def _motion(system: System, state: State, period: float, frame: Frame, matrix: Array, free: Array) -> PeriodicMotion:
+    """Return a motion with the multipliers of a matrix of displacements that no symmetry leaves alone."""
+    multipliers = Multipliers(free).values
     exponents = np.log(multipliers)
-    frequencies, growth = (np.sort(part[part > SLOW]) / once.period for part in (exponents.imag, exponents.real))
-    matrix = matrix * once.units[:, None] / once.units
-    state = once.state(point)
-    return PeriodicMotion(once.system, state, once.period, once.frame, matrix, multipliers, frequencies, growth)
+    frequencies, growth = (np.sort(part[part > SLOW]) / period for part in (exponents.imag, exponents.real))
+    return PeriodicMotion(system, state, period, frame, matrix, multipliers, frequencies, growth)
+
+
+def _of_pair(system: PairSystem, guess: Any, period: float) -> PeriodicMotion:
+    """Return the motion of two bodies that repeats itself in axes that turn about their angular momentum."""
+    refuse_open(system, guess)
+    once = PairPeriodMap(system, guess)
+    point, period, passage = once.settled(period)
+    state, about = point.state(guess.time), once.about(point)
+    turn = passage.turn + 2 * np.pi * _revolutions(system, state, period, about, passage.turn)
+    frame = RotatingFrame((1, 0, 0, 0), turn / period * about, state.time)
+    matrix = passage.matrix * once.units[:, None] / once.units
+    return _motion(system, state, period, frame, matrix, once.reduced(point, passage.matrix))
+
+
+def _revolutions(system: PairSystem, state: PairState, period: float, about: Array, turn: float) -> float:
+    """Return how often the line of centres turns in a period beyond a turn in (-pi, pi]."""
+    motion: Any = propagate(system, state, state.time + period * np.arange(SAMPLES + 1) / SAMPLES)
+    first = state.position - (state.position @ about) * about
+    longitudes = np.unwrap(np.arctan2(motion.position @ np.cross(about, first), motion.position @ first))
+    return float(np.round((longitudes[-1] - longitudes[0] - turn) / (2 * np.pi)))
 
 
 def _refuse_members(names: str, members: tuple[int, ...]) -> None:

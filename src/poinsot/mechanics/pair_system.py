@@ -243,7 +243,7 @@ def _of_one_body(name: str, system: Any) -> Any:
     if isinstance(system, PairSystem):
         raise TypeError(
             f"{name} must be a System of one body, got one of two bodies. These have propagate, state_transition, "
-            "chaos_indicators, lyapunov_spectrum and pair_equilibria."
+            "chaos_indicators, lyapunov_spectrum, periodic_motion and pair_equilibria."
         )
     return system
 

@@ -21,7 +21,7 @@ from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
 from poinsot.mechanics.overlap import gap_between, refuse_overlap
 from poinsot.mechanics.parameters import Parametric, Positive
 from poinsot.mechanics.state import PairState
-from poinsot.quantities import AngularVelocity, Duration, Real, Times, plain
+from poinsot.quantities import AngularVelocity, Duration, Real, Times
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -165,7 +165,7 @@ class TwoBodies(Parametric):
         }
         name, vectors = exactly_one("state", given)
         for what, pair in (("attitudes", attitudes), (name, vectors)):
-            if len(plain(what, pair)) != len(BODIES):
+            if len(pair) != len(BODIES):
                 raise ValueError(f"{what} must be two, of primary and secondary, got {len(pair)}.")
         position, velocity = member_array("position", position, (3,)), member_array("velocity", velocity, (3,))
         masses = np.shape(self.reduced_mass)
