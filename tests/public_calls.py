@@ -189,6 +189,10 @@ def pair_calls():
         "apsidal_precession": (pt.analysis.apsidal_precession, moved),
         "librations": (pt.analysis.librations, {**moved, "body": "primary"}),
         "revolutions": (pt.analysis.revolutions, moved),
+        "PairEquilibrium.displaced": (
+            pt.analysis.pair_equilibria(pt.System(shaped, pt.forces.MutualGravity()), synchronous)[0].displaced,
+            {"number": 2, "amplitude": 0.01},
+        ),
         "pair_equilibria": (
             pt.analysis.pair_equilibria,
             {"system": pt.System(shaped, pt.forces.MutualGravity()), "guess": synchronous, "distances": [4.0, 3.9]},

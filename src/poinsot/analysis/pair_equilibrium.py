@@ -118,6 +118,7 @@ class PairEquilibrium(Summarized):
         >>> pt.analysis.periodic_motion(system, guess, period).stable
         True
         """
+        amplitude, number = float(real_array("amplitude", amplitude, ())), int(real_array("number", number, ()))
         point, pace = PairPoint.of(self.state), float(np.linalg.norm(self.rate))
         units = units_of_pair(self.system, self.distance, pace)
         axes = [symmetry_axis(body) for body in self.system.rigid_bodies]
