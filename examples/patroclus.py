@@ -53,7 +53,7 @@ def lines_of(angles):
 
 
 def differences(lines):
-    """By linear period, the largest relative difference of the lines that are nearest to it; NaN where there is none."""
+    """By linear period, the largest relative difference of the lines nearest to it; NaN where there is none."""
     worst = np.full(linear.size, np.nan)
     for period in np.concatenate([periods for periods, _ in lines.values()]):
         nearest = np.argmin(np.abs(linear - period))
