@@ -30,6 +30,7 @@ from public_calls import (
     free,
     indicators,
     motion,
+    pair_motion,
     periodic,
     table,
     text,
@@ -97,6 +98,7 @@ def loaded(folder):
 
 
 RESULTS = {
+    "Revolutions": lambda _: pt.analysis.revolutions(pair_motion()),
     "Bifurcation": lambda _: next(iter(branch().bifurcations), None),
     "Branch": lambda _: branch(),
     "CassiniState": lambda _: pt.analysis.cassini_state(SATELLITE.body, PRECESSING, obliquity=0.1),
@@ -104,8 +106,11 @@ RESULTS = {
     "EventRecord": lambda _: pt.propagate(TOP, START, TIMES, events=[CROSSING]).events[0],
     "Ephemeris": lambda _: ephemeris(),
     "Equilibrium": lambda _: pt.analysis.equilibria(SATELLITE, CIRCLE.frame, guesses=(1.0, 0, 0, 0)),
+    "Librations": lambda _: pt.analysis.librations(pair_motion()),
     "LineSpectrum": lambda _: pt.analysis.frequencies(SIGNAL, 0.1, 2),
     "LyapunovSpectrum": lambda _: pt.analysis.lyapunov_spectrum(TOP, START, [1.0]),
+    "OsculatingElements": lambda _: pair_motion().elements,
+    "PairEquilibrium": lambda _: pt.analysis.pair_equilibria(pair_motion().system, pair_motion().initial)[0],
     "PeriodicMotion": lambda _: periodic(),
     "PropagationError": lambda _: pt.PropagationError("it stopped.", 1.0, motion()),
     "PropagationInterrupted": lambda _: pt.PropagationInterrupted("it stopped.", 1.0, free()),
@@ -241,5 +246,5 @@ def test_a_notebook_shows_the_lines_of_a_result_without_markup(tmp_path, name, m
 def test_every_result_is_among_them():
     results = {name for name in NOT_CALLED if inspect.isclass(PUBLIC.get(name))}
     bases = {"Event", "Frame", "Orbit", "Part", "Potential", "Shape", "Torque", "Attitude", "AttitudeFormat"}
-    bases |= {"Environment", "Instant", "Vector"}
+    bases |= {"Environment", "Instant", "Load", "PairInstant", "PairLoad", "Vector"}
     assert results - bases <= RESULTS.keys()

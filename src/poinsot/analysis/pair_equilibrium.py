@@ -24,12 +24,13 @@ from poinsot.analysis.pair_point import PairPoint, cross_matrix, symmetry_axis, 
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Vector, cross
-from poinsot.html_text import PER_TIME, Summarized, told
+from poinsot.html_text import Summarized, told
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState
+from poinsot.mechanics.units import DerivedUnits
 
 __all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
 
@@ -136,11 +137,12 @@ class PairEquilibrium(Summarized):
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
+        units = DerivedUnits(self.system.units)
         return f"Equilibrium of two bodies: {self.stability}", {
-            "distance": told(self.distance),
-            "rate": told(np.linalg.norm(self.rate), PER_TIME),
-            "frequencies": told(self.frequencies, PER_TIME),
-            "growth rates": told(self.growth_rates, "per unit of time"),
+            "distance": told(self.distance, units.length),
+            "rate": told(np.linalg.norm(self.rate), units.rate),
+            "frequencies": told(self.frequencies, units.rate),
+            "growth rates": told(self.growth_rates, units.per_time),
         }
 
 
