@@ -138,7 +138,7 @@ def pair_calls():
     spins, orbit = [(0.1, 0.2, 0.3), (0.3, 0.2, 0.1)], pt.KeplerOrbit(52.0, semimajor_axis=4.0, eccentricity=0.1)
     synchronous = shaped.synchronous(distance=4.0, primary_rate=2.0)
     watched = {"direction": 1, "terminal": False}
-    moved = {"motion": pair_motion()}
+    moved = {"motion": pt.propagate(pair_motion().system, pair_motion().initial, np.linspace(0, 60, 601))}
     fields = {"primary": bodies[0].field(4), "secondary": bodies[1].field(4)}
     place, each = {"position": (4.0, 0, 0), "momentum": (0, 1.0, 0)}, ("primary", "secondary")
     return {

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
@@ -98,6 +99,7 @@ class Contact(Event):
     terminal: bool = field(default=True, kw_only=True)
 
     @classmethod
+    @checked
     def of_shapes(cls, pair: TwoBodies) -> Contact:
         """Return the contact of two bodies that are made of shapes, or by `Body.from_ellipsoid`.
 

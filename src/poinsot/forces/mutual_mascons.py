@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.program import number, ruled
+from poinsot.checked import checked
 from poinsot.errors import real_numbers
 from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import (
@@ -68,6 +69,7 @@ class MutualMascons(Potential):
         super().__post_init__()
 
     @classmethod
+    @checked
     def of_shapes(cls, pair: TwoBodies) -> MutualMascons:
         """Return the gravity of two bodies of which each is made of `Mascons` or is a sphere."""
         masses = np.moveaxis(pair.masses, -1, 0)

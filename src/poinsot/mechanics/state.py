@@ -217,6 +217,7 @@ class PairState(State):
     array([0. , 0. , 0.5])
     """
 
+    @checked
     def __init__(self, position: ArrayLike, momentum: ArrayLike, primary: State, secondary: State) -> None:
         position, momentum = member_array("position", position, (3,)), member_array("momentum", momentum, (3,))
         if not np.array_equal(primary.time, secondary.time):

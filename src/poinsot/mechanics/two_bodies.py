@@ -19,7 +19,7 @@ from poinsot.mechanics.circular_pair import circular_orbit, upright
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
 from poinsot.mechanics.overlap import gap_between, refuse_overlap
-from poinsot.mechanics.parameters import Parametric, Positive
+from poinsot.mechanics.parameters import Parametric, Positive, described
 from poinsot.mechanics.state import PairState
 from poinsot.quantities import AngularVelocity, Duration, Real, Times
 
@@ -42,7 +42,7 @@ GRAVITATIONAL_CONSTANT = 6.6743e-11
 
 def check_name_of_body(body: str) -> None:
     """Raise a ValueError if a name is not that of one of the two."""
-    if body not in BODIES:
+    if not isinstance(body, str) or body not in BODIES:
         raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
 
 
@@ -165,6 +165,8 @@ class TwoBodies(Parametric):
         }
         name, vectors = exactly_one("state", given)
         for what, pair in (("attitudes", attitudes), (name, vectors)):
+            if not isinstance(pair, list | tuple | np.ndarray) or getattr(pair, "ndim", 1) == 0:
+                raise TypeError(f"{what} must be two, of primary and secondary, got {described(pair)}.")
             if len(pair) != len(BODIES):
                 raise ValueError(f"{what} must be two, of primary and secondary, got {len(pair)}.")
         position, velocity = member_array("position", position, (3,)), member_array("velocity", velocity, (3,))
@@ -357,7 +359,7 @@ class TwoBodies(Parametric):
 
 def _frame(frame: Frame | str, position: Array, velocity: Array) -> Frame:
     """Return the axes that are meant; those of the orbit as they are without forces that turn its plane."""
-    if frame == "orbit":
+    if isinstance(frame, str) and frame == "orbit":
         return RelativeOrbitFrame(lambda _: (position, velocity, np.zeros(3)))
     if isinstance(frame, str):
         raise ValueError(f'frame must be a Frame or "orbit", got {frame!r}.')

@@ -91,6 +91,9 @@ def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -
     given = {"mu": mu, "position": position, "velocity": velocity}
     parameter, place, speed = (np.asarray(scalar(name, value), dtype=float) for name, value in given.items())
     refuse_nonpositive("mu", parameter)
+    for name, vectors in (("position", place), ("velocity", speed)):
+        if vectors.shape[-1:] != (3,):
+            raise ValueError(f"{name} must have shape (..., 3), got shape {vectors.shape}.")
     with np.errstate(invalid="ignore", divide="ignore"):
         here = passages(parameter, place, speed)
         anomaly = np.arctan2(here.e_sin, here.e_cos)
