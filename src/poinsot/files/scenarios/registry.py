@@ -289,6 +289,7 @@ def _on_one_of_two(maker: Maker) -> Maker:
         force = maker.call(**fields)
         return force if on is None else force.on(on)
 
+    call.__module__ = maker.call.__module__  # whose it is
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, ON))
 
 
