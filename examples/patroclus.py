@@ -4,7 +4,7 @@ Two bodies of nearly one size, both of which turn once in a revolution of 4.283 
 equations about it have seven frequencies: of the distance and both librations in longitude, in the plane of the orbit,
 and four of motions across it. A motion that starts near it with the same angular momentum must have them as the lines
 of its angles, but for a part that falls as the square of the disturbance. The numbers are those of patroclus.toml, all
-of them approximate, and so are the periods: no one has seen this pair librate.
+of them approximate, and so are the periods.
 """
 
 import matplotlib.pyplot as plt
