@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.engine import driver, integration, kernels
+from poinsot.engine import driver, integration, kernels, looped_runs
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -193,7 +193,8 @@ def test_what_stops_one_thread_stops_all(monkeypatch):
     def leave(state):
         raise SystemExit(3)
 
-    monkeypatch.setattr(driver, "SLAB_BYTES", 1)
+    for runs in (driver, looped_runs):
+        monkeypatch.setattr(runs, "SLAB_BYTES", 1)
     slow = event(leave)
     with pytest.raises(SystemExit):
         pt.propagate(FREE, spinning(np.append(RATES[BAD], np.full(10_000, 0.3))), TIMES, events=[slow], threads=2)
