@@ -50,7 +50,7 @@ def any_body(monkeypatch):
 
 
 def comes_back(body, force) -> bool:
-    """Whether the system that the text of a system makes has the same formulas and the same numbers, to the bit."""
+    """Whether a system comes back from its own text with the same formulas and the same numbers, to the bit."""
     system = pt.System(body, force)
     phase: Any = lambda: None  # noqa: E731
     motion = pt.Trajectory(system, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.zeros(1), phase, RUN)

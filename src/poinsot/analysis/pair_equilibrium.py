@@ -285,7 +285,7 @@ class _Balance:
         return rates, slopes
 
     def _imbalance(self) -> tuple[Array, Array]:
-        """Return what is left of torques and force, (9,), and its derivatives by both turns and the rate, (9, 9)."""
+        """Return the unbalanced torques and force, (9,), and their derivatives by both turns and the rate, (9, 9)."""
         rates, matrix = self._rates_and_matrix
         unknown = np.zeros((18, 9))
         for i, (axis, turn, body) in enumerate(zip(self.axes, self.matrices, self.flow.bodies, strict=True)):

@@ -19,8 +19,8 @@ class ThirdBody(Potential):
     """The tidal field of a third body, such as the Sun or a planet on a flyby, on two bodies and their orbit.
 
     U = -mu sum_i [m_i (1/d_i - 1/R + R.x_i/R^3) + (tr I_i - 3 u_i.I_i u_i)/(2 d_i^3)], where R is the barycentre and
-    R + x_i a body from the third one, d_i and u_i its distance and direction. What is left of m_i/d_i has no constant
-    and no linear term, and is written without differences of large numbers: with q = (2 R.x + x^2)/R^2 and
+    R + x_i a body from the third one, d_i and u_i its distance and direction. The difference in round brackets
+    begins with the quadratic term, and is written without differences of large numbers: with q = (2 R.x + x^2)/R^2 and
     s = sqrt(1 + q) = d/R, R (1/d - 1/R + R.x/R^3) = q^2 (s + 2)/(2 s (1 + s)^2) - x^2/(2 R^2).
 
     Parameters
