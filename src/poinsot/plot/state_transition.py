@@ -1,4 +1,4 @@
-"""Standard deviations of attitude and angular momentum against time."""
+"""Standard deviations of attitude, angular momentum and relative orbit against time."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.transition_matrix import StateTransition
+from poinsot.mechanics.two_bodies import BODIES
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import against_time
-from poinsot.plot.labels import angle_unit_of, momentum_label, one_body
+from poinsot.plot.labels import angle_unit_of, bracketed, momentum_label, one_member
 from poinsot.plot.panels import Pair, plot
 
 __all__ = ["uncertainty"]
+
+Array = NDArray[np.float64]
 
 
 @plot
@@ -28,17 +32,19 @@ def uncertainty(
 ) -> NDArray[Any]:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
 
+    Of two bodies both are drawn for each, and beside them those of the position and of its momentum, space axes.
+
     Parameters
     ----------
     transition : StateTransition
-        Of one body in six coordinates, and those of its parts, which are not drawn.
+        In space. The coordinates of parts are not drawn.
     initial, of_parameters : arrays
         As in `StateTransition.covariance`.
     {options}
 
     Returns
     -------
-    array (2,) of matplotlib Axes
+    array (2,) of matplotlib Axes, of two bodies (4,)
 
     Raises
     ------
@@ -53,19 +59,31 @@ def uncertainty(
     >>> attitude.get_xlabel()
     'time [min]'
     """
-    if transition.coordinates[0] != "theta_1":
-        raise ValueError(
-            f"transition must be of one body in space, from theta_1 on, got {transition.coordinates[0]}. Leave "
-            "formulation out; of two bodies draw the diagonal of `covariance`."
-        )
-    motion = one_body(transition.motion, "transition.motion")
+    coordinates = transition.coordinates
+    if not coordinates[0].endswith("theta_1"):
+        raise ValueError(f"transition must be in space, from theta_1 on, got {coordinates[0]}. Leave formulation out.")
+    motion = one_member(transition.motion, "transition.motion")
     covariance = transition.covariance(initial, of_parameters)
-    deviations: NDArray[np.float64] = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1)).T
-    angle = angle_unit_of(angle_unit)
-    attitude = {rf"$\sigma_{{\theta_{i + 1}}}$": angle.factor * deviations[i] for i in range(3)}
-    momentum = {rf"$\sigma_{{g_{i + 1}}}$": deviations[i + 3] for i in range(3)}
+    deviations = dict(zip(coordinates, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1)).T, strict=True))
+    angle, units = angle_unit_of(angle_unit), motion.system.units
     curves = {
-        rf"$1\sigma$ of the attitude{angle.label}": attitude,
-        rf"$1\sigma$ of the angular momentum{momentum_label(motion.system.units)}": momentum,
+        rf"$1\sigma$ of the attitude{angle.label}": _of("theta", deviations, r"\theta", angle.factor),
+        rf"$1\sigma$ of the angular momentum{momentum_label(units)}": _of("g", deviations, "g"),
     }
+    if len(motion.of_bodies) > 1:
+        lengths = bracketed(units["length"]), bracketed(DerivedUnits(units).linear_momentum)
+        curves |= {
+            rf"$1\sigma$ of the position{lengths[0]}": _of("position", deviations, "r"),
+            rf"$1\sigma$ of the momentum{lengths[1]}": _of("momentum", deviations, "p"),
+        }
     return against_time(motion, curves, axes, time_unit, title, log=True)
+
+
+def _of(kind: str, deviations: dict[str, Array], symbol: str, factor: float = 1.0) -> dict[str, Array]:
+    """Return the curves of the coordinates of a kind, of each body, by their label."""
+    named = {name: name.rpartition(".") for name in deviations}
+    return {
+        rf"{body} $\sigma_{{{symbol}_{short[-1]}}}$".strip(): factor * deviations[name]
+        for name, (body, _, short) in named.items()
+        if short[:-2] == kind and body in ("", *BODIES)
+    }
