@@ -27,8 +27,8 @@ PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
 COLUMNS = 1500
 """Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
-WIDE, NARROW = (11.0, 4.0), (8.0, 4.0)
-"""Inches of figures with two panels and with one."""
+SIZES = {1: (8.0, 4.0), 2: (11.0, 4.0), 4: (17.0, 4.2)}
+"""Inches of figures, by the number of their panels."""
 
 
 def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
@@ -51,7 +51,7 @@ def against_time(
     """Draw named curves over the times of a motion, by the label of their panel, and return the panels."""
     unit = time_unit_of(motion.system.units, time_unit)
     times, label = unit.factor * motion.times, time_label(motion, unit)
-    axes = panels(given, len(drawn), NARROW if len(drawn) == 1 else WIDE, title)
+    axes = panels(given, len(drawn), SIZES[len(drawn)], title)
     for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
         for number, (name, values) in enumerate(curves.items(), len(panel.lines)):
             style = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
