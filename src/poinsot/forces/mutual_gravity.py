@@ -65,6 +65,10 @@ class MutualSeries(Potential):
             "coarse_series": functions.less(COARSE, self.truncation(instant)),
         }
 
+    @override
+    def errors(self, instant: Any) -> Mapping[str, Scalar]:
+        return {"coarse_series": self.truncation(instant)}
+
     @abstractmethod
     def _powers(self, instant: Any) -> tuple[Sequence[Scalar], Sequence[Scalar]]:
         """Return the mean squares of the terms of each body alone by degree, at the unit of length, over that of 0.

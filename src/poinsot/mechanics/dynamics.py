@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -89,13 +89,22 @@ class Dynamics(Collection):
 
     def validity(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
         """Return, by name, whether a formula is used at a state where it need not hold; each of shape (...)."""
+        return self._of_forces(lambda force: force.validity, np.logical_or, state, environment)
+
+    def errors(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.float64]]:
+        """Return estimates of the relative errors of formulas, by their names in `validity`; each of shape (...)."""
+        return self._of_forces(lambda force: force.errors, np.maximum, state, environment)
+
+    def _of_forces(
+        self, formula: Callable[[Force], Any], both: Any, state: State, environment: Environment | None
+    ) -> dict[str, Any]:
+        """Return what forces say at a state, by name; both of two that say the same name."""
         shape = state.shape
         twin = self.beside(shape)
         instant = twin.at(state, environment)
-        found = [force.validity(instant) for force in twin.forces]
-        out: dict[str, NDArray[np.bool_]] = {}
-        for name, condition in (item for each in found for item in each.items()):
-            out[name] = np.broadcast_to(condition, shape) | out.get(name, False)
+        out: dict[str, Any] = {}
+        for name, value in (item for force in twin.forces for item in formula(force)(instant).items()):
+            out[name] = both(np.broadcast_to(value, shape), out.get(name, value))
         return out
 
     @checked

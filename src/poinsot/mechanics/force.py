@@ -36,6 +36,10 @@ class Force(Parametric, ABC):
         """Return, by name, whether the formula is used where it need not hold: a result counts these times."""
         return {}
 
+    def errors(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
+        """Return estimates of the relative error of the formula, by the names of `validity` that they are the cause of."""
+        return {}
+
     def on(self, body: str) -> Force:  # noqa: ARG002
         """Return the same force on one of two bodies, "primary" or "secondary"."""
         raise TypeError(f"a force on one of two bodies must be a Potential or a Torque, got {type(self).__name__}.")
@@ -65,12 +69,16 @@ class Potential(Force):
 
     @override
     def on(self, body: str) -> Potential:
+        self.refuse_moved_orbit()
+        return PotentialOn(self, body)
+
+    def refuse_moved_orbit(self) -> None:
+        """Raise a ValueError if the energy leaves out what moves the orbit of two bodies."""
         if not self.moves_orbit:
             raise ValueError(
                 f"{type(self).__name__} must be for one body, whose orbit is given, got one of two: it leaves out "
                 "parts that move their orbit. Take ThirdBody(orbit)."
             )
-        return PotentialOn(self, body)
 
 
 class Torque(Force):
@@ -169,6 +177,10 @@ class _On(Force):
     @override
     def validity(self, instant: Any) -> Mapping[str, Scalar]:
         return self.force.validity(getattr(instant, self.body))
+
+    @override
+    def errors(self, instant: Any) -> Mapping[str, Scalar]:
+        return self.force.errors(getattr(instant, self.body))
 
 
 class PotentialOn(_On, Potential):

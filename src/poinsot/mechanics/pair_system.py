@@ -85,6 +85,8 @@ class PairSystem(System, of=TwoBodies):
                     "a force on two bodies must be a Potential, a PairLoad or a force on one of them, got "
                     f'{described(force)}. Write force.on("primary") or force.on("secondary").'
                 )
+            if isinstance(force, Potential):
+                force.refuse_moved_orbit()
 
     @override
     def _check(self) -> None:

@@ -446,15 +446,25 @@ class Trajectory(Summarized):
     def summary(self) -> dict[str, Any]:
         """How the motion was computed and how far its invariants moved, as one flat record."""
         largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
-        validity = self.system.validity(self._state, self.environment).items()
         return {
             **{key: value for key, value in asdict(self.run).items() if key != "versions"},
             "method": str(self.run.method),
             "norm_error": _largest(self.norm_error),
             "tangency_error": _largest(self.tangency_error),
             **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
-            **{name: f"{np.count_nonzero(at)} of {at.size} times" for name, at in validity if np.any(at)},
+            **self._misuse,
         }
+
+    @property
+    def _misuse(self) -> dict[str, str]:
+        """At how many times a formula is used where it need not hold, by name, and the largest estimate of its error."""
+        known, told = (self._state, self.environment), dict[str, str]()
+        misused = {name: at for name, at in self.system.validity(*known).items() if np.any(at)}
+        errors = self.system.errors(*known) if misused else {}
+        for name, at in misused.items():
+            error = f", error about {100 * np.nanmax(errors[name]):.2g}%" if name in errors else ""
+            told[name] = f"{np.count_nonzero(at)} of {at.size} times{error}"
+        return told
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:

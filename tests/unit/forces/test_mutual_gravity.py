@@ -148,6 +148,24 @@ def test_near_bodies_are_counted():
     assert pt.System(pair, MutualMascons.of_shapes(pair)).validity(states) == {}
 
 
+def test_a_summary_tells_the_estimated_error():
+    pair = pair_of()
+    series = MutualHarmonics.of_shapes(pair, 4)
+    system = pt.System(pair, series)
+    reach = POINTS.circumscribing_radius + OTHERS.circumscribing_radius
+    start = pair.state((1.5 * reach, 0, 0), (0, 0.1, 0), ATTITUDES, omega_body=np.zeros((2, 3)))
+    motion = pt.propagate(system, start, [0.0])
+    (estimate,) = np.atleast_1d(series.truncation(system.at(start)))
+    assert estimate > 0.01
+    assert motion.summary["coarse_series"] == f"1 of 1 times, error about {100 * estimate:.2g}%"
+
+
+def test_gravity_on_a_given_orbit_is_refused():
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    with pytest.raises(ValueError, match=r"GravityGradient must be for one body, .* Take ThirdBody\(orbit\)\."):
+        pt.System(pair_of(), pt.GravityGradient(orbit))
+
+
 def test_the_truncation_of_two_degrees_is_that_of_their_terms():
     """Mean squares over attitudes of the last two degrees, from the forces themselves."""
     pair = pair_of()
