@@ -41,10 +41,22 @@ def errors(motion, i, printed):
     return found
 
 
-@pytest.mark.parametrize("name", SECOND_ORDER)
-def test_motions_of_second_degree(name):
+def made_of_points(case):
+    clouds = (np.array(case[f"points{i}"]) for i in (1, 2))
+    shapes = (pt.shapes.Mascons(points[:, 0], points[:, 1:]) for points in clouds)
+    return pt.TwoBodies(*map(pt.Body.from_shape, shapes), G=case["G"])
+
+
+def gravity_of(case):
+    if case["model"] == "second_order":
+        return pt.forces.MutualGravity()
+    return pt.forces.MutualMascons.of_shapes(made_of_points(case))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_motions(name):
     case = CASES[name]
-    system = pt.System(pair_of(case), pt.forces.MutualGravity())
+    system = pt.System(pair_of(case), gravity_of(case))
     motion: Any = pt.propagate(system, start_of(case), [state["time"] for state in case["states"]])
     for i, printed in enumerate(case["states"]):
         allowed = printed["binary64_taylor_error"]
