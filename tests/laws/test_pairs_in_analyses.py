@@ -56,6 +56,7 @@ ONE = r"must be of one body, got two bodies\. Take motion\.primary or motion\.se
 OTHERS = r"must be a System of one body, got one of two bodies\. These have"
 REFUSED: dict[str, tuple[Any, str]] = {
     "equilibria": (lambda: analysis.equilibria(SYSTEM), OTHERS),
+    "equilibria of one of two": (lambda: analysis.equilibria(MOTION.secondary.system), OTHERS),
     "spin_orbit_section": (lambda: analysis.spin_orbit_section(SYSTEM, 0.1, 1.0, 3), OTHERS),
     "andoyer_section": (lambda: analysis.andoyer_section(SYSTEM, START, 8.0), OTHERS),
     "continue_motion": (lambda: analysis.continue_motion(MOTION, "G", 2.0), "must be a PeriodicMotion"),
@@ -83,7 +84,7 @@ def _own_folder(tmp_path, monkeypatch):
 
 
 def test_all_are_in_a_list():
-    assert sorted(FUNCTIONS) == sorted([*TAKEN, *REFUSED])
+    assert sorted(FUNCTIONS) == sorted({*TAKEN, *REFUSED} - {"equilibria of one of two"})
 
 
 @pytest.mark.parametrize("name", TAKEN)
@@ -103,3 +104,10 @@ def test_two_bodies_are_refused_in_a_sentence(name):
 def test_a_section_at_all_times_has_the_points_of_the_motion():
     found = TAKEN["section"]()
     assert np.array_equal(found.x[0], MOTION.position[:, 0])
+
+
+@pytest.mark.parametrize("run", [pt.propagate, analysis.state_transition, analysis.chaos_indicators])
+def test_one_of_two_bodies_does_not_move_alone(run):
+    one = MOTION.secondary
+    with pytest.raises(ValueError, match=r"^system must be that of both bodies, got .* motion\.system of the pair\.$"):
+        run(one.system, one.initial, [8.0])

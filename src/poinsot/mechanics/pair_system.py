@@ -242,7 +242,7 @@ class PairSystem(System, of=TwoBodies):
 
 
 def _of_one_body(name: str, system: Any) -> Any:
-    if isinstance(system, PairSystem):
+    if isinstance(system, PairSystem) or not getattr(system, "moves_alone", True):
         raise TypeError(
             f"{name} must be a System of one body, got one of two bodies. These have propagate, state_transition, "
             "chaos_indicators, lyapunov_spectrum, periodic_motion and pair_equilibria."

@@ -68,6 +68,8 @@ class System(Dynamics):
 
     measures: ClassVar[tuple[str, ...]] = ("time", "inertia")
     """What its numbers have units of."""
+    moves_alone: ClassVar[bool] = True
+    """Whether its forces are all that moves it."""
 
     _of: ClassVar[dict[type, type[System]]] = {}
 

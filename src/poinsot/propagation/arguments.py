@@ -83,7 +83,12 @@ def check_starts(problem: Problem, state: State) -> None:
 
 
 def check_bodies(system: System, state: State) -> None:
-    """Refuse a state of one body for a system of two, and the other way round."""
+    """Refuse a state of one body for a system of two, the other way round, and one of two bodies alone."""
+    if not system.moves_alone:
+        raise ValueError(
+            f"system must be that of both bodies, got {system!r} as one of two, which does not move alone. Take "
+            "motion.system of the pair."
+        )
     needed, given = len(system.rigid_bodies), len(state.of_bodies)
     if given != needed:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"

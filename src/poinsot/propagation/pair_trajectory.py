@@ -203,6 +203,7 @@ class OneOfTwo(System):
     """One of two bodies, for reading its rotation: what acts on it is the pair's."""
 
     measures = PairSystem.measures
+    moves_alone = False
 
     @functools.cached_property
     @override
