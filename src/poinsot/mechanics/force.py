@@ -37,7 +37,7 @@ class Force(Parametric, ABC):
         return {}
 
     def errors(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
-        """Return estimates of the relative error of the formula, by the names of `validity` that they are the cause of."""
+        """Return estimates of the relative error of the formula, by the names in `validity` that they cause."""
         return {}
 
     def on(self, body: str) -> Force:  # noqa: ARG002

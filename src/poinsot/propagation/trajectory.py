@@ -457,7 +457,7 @@ class Trajectory(Summarized):
 
     @property
     def _misuse(self) -> dict[str, str]:
-        """At how many times a formula is used where it need not hold, by name, and the largest estimate of its error."""
+        """At how many times a formula is used where it need not hold, by name, with the estimate of its error."""
         known, told = (self._state, self.environment), dict[str, str]()
         misused = {name: at for name, at in self.system.validity(*known).items() if np.any(at)}
         errors = self.system.errors(*known) if misused else {}
