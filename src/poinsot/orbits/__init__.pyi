@@ -1,7 +1,7 @@
 """The public names of poinsot.orbits, by the module of each, as `make face` writes them."""
 
 from .elements import OsculatingElements, osculating_elements
-from .ephemeris import Ephemeris
+from .ephemeris import Ephemeris, in_metres
 from .escape import EscapeOrbit
 from .fixed import FixedPosition
 from .kepler import KeplerOrbit
@@ -22,6 +22,7 @@ __all__ = [
     "PrecessingOrbit",
     "RotatingPosition",
     "ThreeBodyPath",
+    "in_metres",
     "orbit_sum",
     "osculating_elements",
     "planet_orbit",

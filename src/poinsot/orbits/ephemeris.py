@@ -28,7 +28,9 @@ from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
 from poinsot.quantities import Real, Time, Times
 
-__all__ = ["Ephemeris", "EphemerisFrame"]
+__all__ = ["Ephemeris", "EphemerisFrame", "in_metres"]
+
+KILOMETRE = 1000.0
 
 Array = NDArray[np.float64]
 
@@ -349,6 +351,34 @@ class Ephemeris(Orbit):
                 f"{float(outside.flat[0])!r}."
             )
         return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
+
+
+@checked
+def in_metres(orbit: Ephemeris) -> Ephemeris:
+    """Return an ephemeris in kilometres, as files and theories give it, with lengths in metres.
+
+    Radiation, drag and magnetic fields take lengths and moments of inertia in one system of units.
+
+    Parameters
+    ----------
+    orbit : Ephemeris
+        In km, km/s and km3/s2.
+
+    Returns
+    -------
+    Ephemeris
+        In m, m/s and m3/s2.
+
+    Examples
+    --------
+    >>> mars = pt.orbits.planet_orbit("mars", "sun", "2026-01-01T00:00:00 TDB", "2026-01-02T00:00:00 TDB")
+    >>> float(pt.orbits.in_metres(mars).mu / mars.mu)
+    1000000000.0
+    """
+    made = orbit.pieces
+    labels = made.reference_frame, made.origin, made.calendar
+    longer = _Pieces(made.knots, KILOMETRE * made.coefficients, KILOMETRE * made.error, labels)
+    return Ephemeris(KILOMETRE**3 * orbit.mu, pieces=longer, radius=KILOMETRE * orbit.radius)
 
 
 class EphemerisFrame(Frame):

@@ -421,3 +421,15 @@ def test_teme_goes_with_no_axes_without_a_name():
         pt.System(body, pt.GravityGradient(teme), pt.GravityGradient(KEPLER))
     with pytest.raises(ValueError, match=r"one reference frame to be added, got TEME and space axes"):
         pt.orbits.orbit_sum(teme, KEPLER)
+
+
+def test_metres_are_a_thousandth_of_kilometres():
+    day = ("2026-01-01T00:00:00 TDB", "2026-01-02T00:00:00 TDB")
+    mars = pt.orbits.planet_orbit("mars", "sun", *day)
+    long, times = pt.orbits.in_metres(mars), np.linspace(*mars.span, 7)
+    for there, here in zip(long.position_at(times), mars.position_at(times), strict=True):
+        assert np.allclose(there, 1000 * np.asarray(here), rtol=1e-15)
+    assert np.allclose(long.velocity_at(times), 1000 * np.asarray(list(mars.velocity_at(times))), rtol=1e-15)
+    assert (long.error, long.radius) == (1000 * mars.error, 1000 * mars.radius)
+    assert (long.span, long.reference_frame, long.origin) == (mars.span, mars.reference_frame, mars.origin)
+    assert np.isclose(np.sqrt(long.mu / 2.28e11**3), np.sqrt(mars.mu / 2.28e8**3), rtol=1e-15)  # the mean motion
