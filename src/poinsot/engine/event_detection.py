@@ -31,7 +31,7 @@ from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import Parametric, described, kinds_of
+from poinsot.mechanics.parameters import described, kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
 
 __all__ = ["ZENO", "EventDetection", "Recorded", "acted", "refuse_constant_events", "told"]
@@ -383,11 +383,10 @@ def _of_member(record: Any, member: int) -> Any:
     fields = {}
     for name, kind in kinds_of(type(record)).items():
         value = getattr(record, name)
-        if isinstance(value, Parametric):
-            value = _of_member(value, member)
-        elif isinstance(kind, tuple) and np.ndim(value) > len(kind):
-            value = value[member]
-        fields[name] = value
+        if isinstance(kind, tuple):
+            fields[name] = value[member] if np.ndim(value) > len(kind) else value
+        else:
+            fields[name] = of_each(value, lambda inner: _of_member(inner, member))
     return type(record).unchecked(**fields)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.parameters import Parametric, of_each
 from poinsot.mechanics.system import System
 
 __all__ = ["NamedNumber", "named_numbers", "resolve"]
@@ -84,7 +84,8 @@ class NamedNumber:
         part, *inner, last = self.name.split(".")
         record: Any = system.body if part == "body" else system.forces[int(part[len("forces[") : -1])]
         for field in inner:
-            record = getattr(record, field)
+            name, _, number = field.rstrip("]").partition("[")
+            record = getattr(record, name)[int(number)] if number else getattr(record, name)
         self._owner, self._field = record, last.partition("[")[0]
         self._index = tuple(int(i) for i in re.findall(r"\[(\d+)\]", last))
         self.value = float(np.asarray(getattr(record, self._field))[self._index])
@@ -99,7 +100,7 @@ class NamedNumber:
         if id(record) not in made:
             fields: Any = dataclasses.fields(record)  # type: ignore[arg-type]
             own = {field.name: getattr(record, field.name) for field in fields}
-            new = {n: self._replaced(x, value, made) if isinstance(x, Parametric) else x for n, x in own.items()}
+            new = {n: of_each(x, lambda inner: self._replaced(inner, value, made)) for n, x in own.items()}
             if record is self._owner:
                 array = np.array(own[self._field], dtype=float)
                 array[self._index] = value

@@ -2,8 +2,9 @@
 
 A field is declared by its annotation: `float` (a scalar), `Vector` (three components), `Annotated[Any, (5, 5)]` (any
 other shape; a length may be the name of an `int` field), what it measures beside it (`Angle`, `AngularVelocity`,
-`Time`, or `Annotated[Vector, Quantity("rate")]`), another record, or structure (`int`, `bool`, `str`, a `Table`), which
-selects a formula and is no number to vary. Every real number may carry a leading member axis.
+`Time`, or `Annotated[Vector, Quantity("rate")]`), another record, several (`tuple[Orbit, ...]`), or structure (`int`,
+`bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may carry a leading
+member axis.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, Self, dataclass_transform, get_type_hints
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Annotated, Any, Self, dataclass_transform, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +36,8 @@ __all__ = [
     "Vector",
     "described",
     "kinds_of",
+    "of_each",
+    "records_in",
     "same",
 ]
 
@@ -79,11 +82,10 @@ class Parametric:
 
     def __post_init__(self) -> None:
         for name, kind in kinds_of(type(self)).items():  # first what may be the length of an array
-            value = getattr(self, name)
-            if not isinstance(kind, tuple) and (
-                not isinstance(value, kind) or (kind is int and isinstance(value, bool))
-            ):
-                raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
+            if isinstance(kind, Several):
+                object.__setattr__(self, name, kind.checked(name, getattr(self, name)))
+            elif not isinstance(kind, tuple):
+                _check_kind(name, getattr(self, name), kind)
         quantities, axes = said_of(type(self), Quantity), said_of(type(self), Along)
         for name, kind in _fields_of(self).items():
             if isinstance(kind, tuple):
@@ -101,7 +103,7 @@ class Parametric:
     @property
     def records(self) -> Iterator[Parametric]:
         """The records among the fields."""
-        return (value for name in _fields_of(self) if isinstance(value := getattr(self, name), Parametric))
+        return (record for name in _fields_of(self) for record in records_in(getattr(self, name)))
 
     @property
     def definition(self) -> tuple[str, dict[str, Any]]:
@@ -112,7 +114,7 @@ class Parametric:
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations: the class and its structural fields, without any real number."""
         fields = ((getattr(self, name), kind) for name, kind in _fields_of(self).items())
-        own = (None if isinstance(kind, tuple) else getattr(value, "structure", value) for value, kind in fields)
+        own = (None if isinstance(kind, tuple) else of_each(value, _structure) for value, kind in fields)
         return type(self), *own
 
     @functools.cached_property
@@ -123,9 +125,9 @@ class Parametric:
     def _numbers(self) -> Iterator[NDArray[np.float64]]:
         for name, kind in _fields_of(self).items():
             value = getattr(self, name)
-            if isinstance(value, Parametric):
-                yield from value.numbers
-            elif isinstance(value, functions.Vector):
+            for record in records_in(value):
+                yield from record.numbers
+            if isinstance(value, functions.Vector):
                 yield from value
             elif isinstance(kind, tuple):
                 rows = value.reshape(*value.shape[: value.ndim - len(kind)], -1)
@@ -135,9 +137,10 @@ class Parametric:
         """Yield the name of each of `numbers`, and what is the same for one number of one record."""
         for name, kind in _fields_of(self).items():
             value = getattr(self, name)
-            if isinstance(value, Parametric):
-                yield from ((f"{name}.{inner}", own) for inner, own in value.number_names())
-            elif isinstance(kind, tuple):
+            for i, record in enumerate(records_in(value)):
+                place = f"{name}[{i}]" if isinstance(value, tuple) else name
+                yield from ((f"{place}.{inner}", own) for inner, own in record.number_names())
+            if isinstance(kind, tuple):
                 brackets = ("".join(f"[{i}]" for i in index) for index in np.ndindex(kind))
                 yield from ((f"{name}{end}", (id(self), f"{name}{end}")) for end in brackets)
 
@@ -151,24 +154,49 @@ class Parametric:
         if not self.knots.size:
             return self
         fields = {name: getattr(self, name) for name in _fields_of(self)}
-        return self.unchecked(
-            **{
-                name: value.between_knots(time) if isinstance(value, Parametric) else value
-                for name, value in fields.items()
-            }
-        )
+        return self.unchecked(**{n: of_each(value, lambda x: x.between_knots(time)) for n, value in fields.items()})
 
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
         """Return the same record with each real parameter replaced by the next scalar, of any kind."""
         fields, scalars = {}, iter(scalars)
         for name, kind in _fields_of(self).items():
-            value = getattr(self, name)
-            if isinstance(value, Parametric):
-                value = value.with_numbers(scalars)
-            elif isinstance(kind, tuple):
-                value = _take(scalars, kind)
-            fields[name] = value
+            value = of_each(getattr(self, name), lambda x: x.with_numbers(scalars))
+            fields[name] = _take(scalars, kind) if isinstance(kind, tuple) else value
         return self.unchecked(**fields)
+
+
+@dataclasses.dataclass(frozen=True)
+class Several:
+    """The kind of a field that has any number of records of a class, and their order."""
+
+    kind: type[Parametric]
+
+    def checked(self, name: str, value: Any) -> tuple[Parametric, ...]:
+        """Return the records of a list, or raise a TypeError."""
+        if not isinstance(value, Sequence) or isinstance(value, str):
+            raise TypeError(f"{name} must be a list, each {_article(self.kind)}, got {described(value)}.")
+        for i, item in enumerate(value):
+            _check_kind(f"{name}[{i}]", item, self.kind)
+        return tuple(value)
+
+
+def records_in(value: Any) -> tuple[Parametric, ...]:
+    """Return the record that a field has, or the several; none of a field that has something else."""
+    if isinstance(value, Parametric):
+        return (value,)
+    return value if isinstance(value, tuple) and all(isinstance(item, Parametric) for item in value) else ()
+
+
+def of_each(value: Any, change: Callable[[Any], Any]) -> Any:
+    """Return what a change makes of the record that a field has, or of each of several; another value as it is."""
+    if isinstance(value, Parametric):
+        return change(value)
+    changed = tuple(map(change, records_in(value)))
+    return value if all(new is old for new, old in zip(changed, records_in(value), strict=True)) else changed
+
+
+def _structure(record: Parametric) -> tuple[Any, ...]:
+    return record.structure
 
 
 def same(a: Parametric, b: Parametric) -> bool:
@@ -189,7 +217,7 @@ NO_KNOTS = np.empty(0)
 
 
 def kinds_of(cls: type[Parametric]) -> dict[str, Any]:
-    """Return the kind of each field by name: the shape of a real parameter, or the class of anything else."""
+    """Return the kind of each field by name: the shape of a real parameter, `Several`, or the class of another."""
     kinds: dict[str, Any] = _fields(cls)[0]  # type: ignore[arg-type]
     return kinds
 
@@ -223,10 +251,18 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
         return shape or ()
     if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric | Table)):
         return hint
+    several = get_args(hint) if get_origin(hint) is tuple else ()
+    if len(several) == 2 and several[1] is ... and issubclass(several[0], Parametric):
+        return Several(several[0])
     raise TypeError(
         f"{cls.__name__}.{name} must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], "
-        f"int, bool, str or Orbit, got {hint!r}."
+        f"int, bool, str, Orbit or tuple[Orbit, ...], got {hint!r}."
     )
+
+
+def _check_kind(name: str, value: Any, kind: type) -> None:
+    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+        raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
 
 
 def _take(scalars: Iterator[Scalar], shape: tuple[int, ...]) -> Any:

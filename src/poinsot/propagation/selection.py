@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import array_of
-from poinsot.mechanics.parameters import Parametric, described, kinds_of
+from poinsot.mechanics.parameters import described, kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
@@ -56,11 +56,10 @@ def numbers_of_members(record: Any, members: Chosen) -> Any:
         kind = kinds.get(name, () if isinstance(value, np.ndarray) else None)
         if isinstance(getattr(type(record), name, None), functools.cached_property):
             continue
-        if isinstance(value, Parametric):
-            own[name] = numbers_of_members(value, members)
+        if isinstance(kind, tuple):
+            own[name] = np.asarray(value[members]) if np.ndim(value) > len(kind) else value
         else:
-            chosen = isinstance(kind, tuple) and np.ndim(value) > len(kind)
-            own[name] = np.asarray(value[members]) if chosen else value
+            own[name] = of_each(value, lambda record: numbers_of_members(record, members))
     return record.unchecked(**own)
 
 

@@ -17,7 +17,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.files.scenarios.errors import MISSING, Errors, has, maker_at, nearest
 from poinsot.files.scenarios.folder import Folder
-from poinsot.files.scenarios.registry import DEFAULTS, Key, makers
+from poinsot.files.scenarios.registry import Group, Key, default_of, makers
 from poinsot.files.scenarios.schema import MOST_TIMES, STARTS, STATE, converted, scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, parsed_toml
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
@@ -227,12 +227,12 @@ class Parts:
                 return "forces", i
         return ("forces",) if forces else ("body",)
 
-    def _part(self, group: str, table: dict[str, Any], place: Path) -> Any:
+    def _part(self, group: Group, table: dict[str, Any], place: Path) -> Any:
         """Return what a table describes."""
-        maker = makers(group)[table.get("type") or DEFAULTS[group]]
+        maker = makers(group)[table.get("type") or str(default_of(group))]
         keys = [key for key in maker.keys if key.name in table]
         values = {key.name: self._value(key, table[key.name], (*place, key.name)) for key in keys}
-        arguments = [orbit for key in keys if key.kind == "orbits" for orbit in values.pop(key.name)]
+        arguments = [one for key in keys if key.spread for one in values.pop(key.name)]
         if maker.takes_calendar and self.calendar is not None:
             values["calendar"] = self.calendar
         return self._errors.called(place, maker.call, *arguments, **values)
@@ -240,10 +240,10 @@ class Parts:
     def _value(self, key: Key, value: Any, place: Path) -> Any:
         if key.kind in ("orbit", "orbits"):
             return self._orbit(value, place) if key.kind == "orbit" else [self._orbit(name, place) for name in value]
-        if key.kind in ("field", "shape", "rigid"):
-            return self._part(key.kind, value, place)
-        if key.kind == "shapes":
-            return [self._part("part", table, (*place, i)) for i, table in enumerate(value)]
+        if key.kind == "record":
+            return self._part(key.group, value, place)
+        if key.kind == "records":
+            return [self._part(key.group, table, (*place, i)) for i, table in enumerate(value)]
         if key.kind in ("file", "files"):
             try:
                 return self._folder.file(value) if key.kind == "file" else [self._folder.file(name) for name in value]

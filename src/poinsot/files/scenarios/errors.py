@@ -10,7 +10,7 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import ValidationError
 
-from poinsot.files.scenarios.registry import DEFAULTS, Maker, makers
+from poinsot.files.scenarios.registry import Group, Maker, default_of, makers
 from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
 
@@ -119,16 +119,16 @@ def maker_at(data: Any, place: Path) -> Maker:
     group = _group_at(data, place)
     for part in place:
         data = data[part]
-    return makers(group)[data.get("type") or DEFAULTS[group]]
+    return makers(group)[data.get("type") or str(default_of(group))]
 
 
-def _group_at(data: Any, place: Path) -> str:
+def _group_at(data: Any, place: Path) -> Group:
     """Return the group of the table at a place, by the kinds of the keys that lead to it."""
-    group = GROUPS[place[0]]
+    group: Group = GROUPS[place[0]]
     for end in range(1 if place[0] == "body" else 2, len(place)):
         if isinstance(place[end], str):
             keys = maker_at(data, place[:end]).keys
-            group = next(INNER[key.kind] for key in keys if key.name == place[end])
+            group = next(key.group for key in keys if key.name == place[end])
     return group
 
 
@@ -147,9 +147,6 @@ def _keys_at(data: Any, outer: Path) -> list[str]:
 
 GROUPS: dict[Any, str] = {"body": "body", "forces": "force", "orbits": "orbit", "frames": "frame"}
 """Groups of the tables of a scenario."""
-
-INNER = {"field": "field", "shape": "shape", "shapes": "part", "rigid": "rigid"}
-"""Groups of the tables within those of bodies, forces and orbits, by the kinds of their keys."""
 
 
 def _dotted(place: Path, end: str = "") -> str:

@@ -31,6 +31,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
+from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
@@ -39,19 +40,21 @@ from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
 
-__all__ = ["DEFAULTS", "Key", "Maker", "keys_of", "known_classes", "makers"]
+__all__ = ["Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
 
-BASES: dict[str, tuple[type, ...]] = {
+Group = str | type
+"""What a table makes: one of `BASES`, or a record of a class that another one has among its fields."""
+
+BASES: dict[Group, tuple[type, ...]] = {
     "body": (Body, TwoBodies),
     "force": (Force,),
     "orbit": (Orbit, CirclingPair),
-    "field": (GravityField,),
     "frame": (RotatingFrame,),
     "shape": (Shape,),
 }
 
-DEFAULTS = {"body": "Body", "rigid": "Body", "field": "GravityField", "frame": "RotatingFrame"}
-"""Types of the tables that need not say one, by group."""
+DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "RotatingFrame"}
+"""Types of the tables that need not say one; of a record it is its class."""
 
 PACKAGES = ("forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
@@ -65,13 +68,17 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-        "orbits", "field", "shape", "shapes", "rigid" or "named": numbers by name; others are in the schema alone.
+        "orbits", "record", "records" (tables of a group) or "named": numbers by name; others are in the schema alone.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     choices, limits : tuple
         The words or the ends of names that a text can be, and the least and the largest whole number.
     keys : tuple of Key
         Of a table.
+    group : str or type
+        What the table is of that a record is made from.
+    spread : bool
+        Whether a call takes several one by one.
     """
 
     name: str
@@ -83,6 +90,8 @@ class Key:
     choices: tuple[str, ...] = ()
     limits: tuple[int, int] | None = None
     keys: tuple[Key, ...] = ()
+    group: Group = ""
+    spread: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,13 +105,24 @@ class Maker:
     takes_calendar: bool = False
 
 
-def makers(group: str) -> dict[str, Maker]:
+def makers(group: Group) -> dict[str, Maker]:
     """Return what a table of a group may name as its type, by name; the package's own go before others."""
     if group == "part":
         return {name: maker for name, maker in makers("shape").items() if maker.call is not Assembly}
     if group == "rigid":
         return {name: maker for name, maker in makers("body").items() if maker.call is not TwoBodies}
-    return _makers(group, tuple(_subclasses(BASES[group])))
+    return _makers(group, tuple(_subclasses(_bases(group))))
+
+
+def _bases(group: Group) -> tuple[type, ...]:
+    return (group,) if isinstance(group, type) else BASES[group]
+
+
+def default_of(group: Group) -> str | None:
+    """Return the type of a table of a group that says none; None where it must say one."""
+    if isinstance(group, type):
+        return None if inspect.isabstract(group) else group.__name__
+    return DEFAULTS.get(group)
 
 
 def keys_of(call: Callable[..., Any], *left_out: str) -> tuple[Key, ...]:
@@ -113,11 +133,11 @@ def keys_of(call: Callable[..., Any], *left_out: str) -> tuple[Key, ...]:
 
 def known_classes() -> tuple[type, ...]:
     """Return all classes that a scenario can name now: a user may define one at any time."""
-    return tuple(cls for bases in BASES.values() for cls in _subclasses(bases))
+    return tuple(cls for bases in (*BASES.values(), (Parametric,)) for cls in _subclasses(bases))
 
 
-@functools.lru_cache(maxsize=16)
-def _makers(group: str, classes: tuple[type, ...]) -> dict[str, Maker]:
+@functools.lru_cache(maxsize=64)
+def _makers(group: Group, classes: tuple[type, ...]) -> dict[str, Maker]:
     ways: list[tuple[str, Callable[..., Any]]] = [(cls.__name__, cls) for cls in classes if not inspect.isabstract(cls)]
     for cls in classes:
         made = [name for name, found in vars(cls).items() if isinstance(found, classmethod | staticmethod)]
@@ -125,7 +145,7 @@ def _makers(group: str, classes: tuple[type, ...]) -> dict[str, Maker]:
     named = (getattr(module, name) for module in _import_all() for name in module.__all__)
     ways += [(thing.__name__, thing) for thing in named if inspect.isfunction(thing)]
     ways += [("Body.from_shape", body_of_shape), ("Shape.field", field_of_shape)]
-    found = [maker for name, way in ways if _makes(way, BASES[group]) and (maker := _maker(way, name))]
+    found = [maker for name, way in ways if _makes(way, _bases(group)) and (maker := _maker(way, name))]
     if group == "shape":
         found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
     if group == "force":
@@ -181,14 +201,14 @@ def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) 
         if Calendar in _ways(hint):
             takes_calendar = True
             continue
-        kind, rank = _kind_of(hint)
-        if parameter.kind is parameter.VAR_POSITIONAL:
-            kind = f"{kind}s"
+        kind, rank, group = _kind_of(hint)
+        if spread := parameter.kind is parameter.VAR_POSITIONAL:
+            kind, group = _several(kind, group)
         if kind:
             default = parameter.default if isinstance(parameter.default, float | int | str) else None
             axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
             words = " ".join([said.get(parameter.name, ""), *axes]).strip()
-            keys.append(Key(parameter.name, kind, words, rank, required, default))
+            keys.append(Key(parameter.name, kind, words, rank, required, default, group=group, spread=spread))
         elif required:
             return None
     return Maker(name, call, tuple(keys), (call.__doc__ or "").strip().split("\n", 1)[0], takes_calendar)
@@ -215,20 +235,36 @@ def _ways(hint: Any) -> tuple[Any, ...]:
     return tuple(way for one in get_args(hint) for way in _ways(one) if way is not type(None))
 
 
-def _kind_of(hint: Any) -> tuple[str, int]:
-    """Return the kind of a key and the rank of its numbers, by an annotation; no kind if a file cannot have it."""
+def _kind_of(hint: Any) -> tuple[str, int, Group]:
+    """Return the kind of a key, the rank of its numbers and the group of its tables; no kind if no file can have it."""
     shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
     ways, quantity = _ways(hint), quantity_of(hint)
     is_array = shape is not None or set(_ways(ArrayLike)) <= set(ways)
     if quantity or is_array or float in ways:
-        return quantity.kind if quantity else "number", len(shape) if shape is not None else int(is_array)
+        return quantity.kind if quantity else "number", len(shape) if shape is not None else int(is_array), ""
     for way in ways:
-        if get_origin(way) is Sequence and (kind := _kind_of(get_args(way)[0])[0]):
-            return f"{kind}s", 0
-    words = ((str, "text"), (bool, "truth"), (int, "whole"), (Shape, "shape"), (GravityField, "field"))
-    kinds = ((Path, "file"), *words, ((Orbit, CirclingPair), "orbit"), (Body, "rigid"))
-    found = (word for cls, word in kinds for way in ways if isinstance(way, type) and issubclass(way, cls))
-    return next(found, ""), 0
+        if get_origin(way) in (Sequence, tuple):
+            kind, _, group = _kind_of(get_args(way)[0])
+            if kind:
+                return _several(kind, group)[0], 0, _several(kind, group)[1]
+    kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
+    classes = [way for way in ways if isinstance(way, type)]
+    found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
+    groups = (_group_of(way) for way in classes)
+    group = "" if found else next(filter(None, groups), "")
+    return found or ("record" if group else ""), 0, group
+
+
+def _group_of(cls: type) -> Group:
+    """Return the group of a class of which a key can have a table."""
+    if issubclass(cls, Shape | Body):
+        return "shape" if issubclass(cls, Shape) else "rigid"
+    return cls if issubclass(cls, Parametric) else ""
+
+
+def _several(kind: str, group: Group) -> tuple[str, Group]:
+    """Return kind and group of several; shapes beside each other are the parts of one."""
+    return f"{kind}s", "part" if group == "shape" else group
 
 
 def body_of_shape(shape: Shape) -> Body:

@@ -28,7 +28,7 @@ from poinsot.engine.formulations import formulations
 from poinsot.engine.kernels import PRECISIONS
 from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
-from poinsot.files.scenarios.registry import DEFAULTS, Key, Maker, keys_of, known_classes, makers
+from poinsot.files.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 
@@ -181,10 +181,12 @@ def _one_of(names: Iterable[str]) -> Any:
     return literal[tuple(names)]
 
 
-def _union(group: str) -> Any:
+def _union(group: Group) -> Any:
     """Return a table that says by its type which keys it has."""
-    models = [Annotated[_made(maker), Tag(name)] for name, maker in makers(group).items()]
-    default = DEFAULTS.get(group)
+    default = default_of(group)
+    models = [Annotated[_made(maker, default), Tag(name)] for name, maker in makers(group).items()]
+    if len(models) == 1:
+        return models[0]
 
     def type_of(value: Any) -> Any:
         if isinstance(value, BaseModel):
@@ -194,8 +196,8 @@ def _union(group: str) -> Any:
     return Annotated[Union[tuple(models)], Discriminator(type_of)]  # noqa: UP007
 
 
-def _made(maker: Maker) -> Any:
-    kind = (_one_of((maker.name,)), Field(maker.name if maker.name in DEFAULTS.values() else ...))
+def _made(maker: Maker, default: str | None) -> Any:
+    kind = (_one_of((maker.name,)), Field(maker.name if maker.name == default else ...))
     return _table(maker.name.replace(".", "_"), maker.keys, maker.help, type=kind)
 
 
@@ -209,17 +211,15 @@ def _field(key: Key) -> Any:
         "file": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": FILE_NAME})],
         "files": lambda: list[StrictStr],
         "output": lambda: Annotated[StrictStr, AfterValidator(functools.partial(_output, key.choices))],
-        "shape": lambda: _union("shape"),
-        "shapes": lambda: list[_union("part")],  # type: ignore[misc]
+        "record": lambda: _union(key.group),
+        "records": lambda: list[_union(key.group)],  # type: ignore[misc]
         "orbit": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": ORBIT_NAME})],
         "orbits": lambda: list[StrictStr],
         "named": lambda: dict[StrictStr, _number("number", key.rank)],  # type: ignore[misc]
-        "field": lambda: _union("field"),
         "body": lambda: _union("body"),
-        "rigid": lambda: _union("rigid"),
         "force": lambda: list[_union("force")],  # type: ignore[misc]
         "tables of orbits": lambda: dict[StrictStr, _union("orbit")],  # type: ignore[misc]
-        "tables of frames": lambda: dict[StrictStr, _made(makers("frame")["RotatingFrame"])],  # type: ignore[misc]
+        "tables of frames": lambda: dict[StrictStr, _union("frame")],  # type: ignore[misc]
         "table": lambda: _table(key.name.capitalize(), key.keys),
         "tables": lambda: list[_table(key.name.capitalize(), key.keys)],  # type: ignore[misc]
     }

@@ -14,7 +14,7 @@ from poinsot.engine.formulations import formulations
 from poinsot.files.scenarios.toml_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.parameters import Parametric, records_in
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.propagation.trajectory import Method, Trajectory
 from poinsot.shapes.assembly import Assembly
@@ -130,12 +130,15 @@ class _Writer:
         if isinstance(record, Assembly):
             made_of, inner = {}, [self.section(f"[[{heading.strip('[]')}.parts]]", part) for part in _parts_of(record)]
         for name, value in made_of.items():
-            if not isinstance(value, Parametric):
+            records, place = records_in(value), f"{heading.strip('[]')}.{name}"
+            if not records:
                 fields[name] = self._kept(value)
-            elif isinstance(value, Orbit | CirclingPair):
-                fields[name] = self._name_of(value)
+            elif isinstance(records[0], Orbit | CirclingPair):
+                names = [self._name_of(orbit) for orbit in records]
+                fields[name] = names if isinstance(value, tuple) else names[0]
             else:
-                inner.append(self.section(f"[{heading.strip('[]')}.{name}]", value))
+                place = f"[[{place}]]" if isinstance(value, tuple) else f"[{place}]"
+                inner += [self.section(place, each) for each in records]
         return "\n".join([_table(heading, fields), *inner])
 
     def _kept(self, value: Any) -> Any:
