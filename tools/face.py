@@ -28,8 +28,8 @@ SHARED = {
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "
     "*.parsed_scenario *.rebuilt_system *.repetition",
     "forces": "points.* same_body.*",
-    "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* piecewise_chebyshev.* solutions.* "
-    "universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
+    "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
+    "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",
     "plot": "curves.* figure.* labels.* page_content.* panels.* solid_parts.* solids.* view.* "
     "*.different_orbits *.is_constant",

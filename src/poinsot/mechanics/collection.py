@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of, orbits_of
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, orbits_of, within
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
 __all__ = ["Alike", "Collection"]
@@ -66,14 +66,19 @@ class Collection(ABC):
 
     @functools.cached_property
     def span(self) -> tuple[float, float]:
-        """The first and the last time at which all its orbits are known."""
-        spans = [(-np.inf, np.inf), *(orbit.span for orbit in self.orbits)]
+        """The first and the last time at which all its orbits and fields are known."""
+        spans = [(-np.inf, np.inf), *self._said("span")]
         return max(first for first, _ in spans), min(last for _, last in spans)
 
     @functools.cached_property
     def calendar(self) -> Any:
-        """What its times mean as dates; None where no orbit has a calendar."""
-        return next((orbit.calendar for orbit in self.orbits if orbit.calendar is not None), None)
+        """What its times mean as dates; None where no orbit and no rotation model has a calendar."""
+        return next((calendar for calendar in self._said("calendar") if calendar is not None), None)
+
+    def _said(self, name: str) -> Iterator[Any]:
+        """Yield an attribute of orbits, rotation models and fields."""
+        known = (part for record in self.records for part in within(record) if isinstance(part, Dated))
+        return (getattr(part, name) for part in known)
 
     @functools.cached_property
     def beside_samples(self) -> Self:
@@ -108,9 +113,9 @@ class Collection(ABC):
         return self.with_records(record.with_numbers(scalars) for record in self.records)
 
     def refuse_other_axes(self) -> None:
-        """Raise a ValueError for orbits along different space axes, or with different calendars."""
-        frames = frames_of(self.orbits)
-        calendars = dict.fromkeys(orbit.calendar for orbit in self.orbits if orbit.calendar is not None)
+        """Raise a ValueError for orbits and rotation models along different axes, or with different calendars."""
+        frames = frames_of(self._said("reference_frame"))
+        calendars = dict.fromkeys(calendar for calendar in self._said("calendar") if calendar is not None)
         for what, found in (("reference frame", frames), ("calendar", calendars)):
             if len(found) > 1:
                 first, second, *_ = found

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "SPACE_AXES_UNNAMED",
+    "Dated",
     "Environment",
     "Orbit",
     "OrbitBlock",
@@ -31,6 +32,7 @@ __all__ = [
     "sample_time",
     "shared_blocks",
     "viewed",
+    "within",
 ]
 
 SPACE_AXES_UNNAMED = "space axes"
@@ -41,7 +43,26 @@ OF_DATE = "TEME"
 """Axes that move among the stars, by 50 arcseconds a year: nobody means them by chance."""
 
 
-class Orbit(Parametric, ABC):
+class Dated(Parametric):
+    """What is known along named space axes, at times that may be dates: orbits, rotation models and fields."""
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time at which it is known."""
+        return -np.inf, np.inf
+
+    @property
+    def reference_frame(self) -> str:
+        """The name of the space axes."""
+        return SPACE_AXES_UNNAMED
+
+    @property
+    def calendar(self) -> Any:
+        """What times mean as dates; None if they are no more than numbers."""
+        return None
+
+
+class Orbit(Dated, ABC):
     """The position of the body relative to one attractor, space axes; it owns that attractor's `mu`.
 
     Subclasses declare a field `mu` and give position and velocity as formulas of the time.
@@ -104,24 +125,9 @@ class Orbit(Parametric, ABC):
         return np.inf
 
     @property
-    def span(self) -> tuple[float, float]:
-        """The first and the last time at which the body's place is known."""
-        return -np.inf, np.inf
-
-    @property
-    def reference_frame(self) -> str:
-        """The name of the space axes."""
-        return SPACE_AXES_UNNAMED
-
-    @property
     def origin(self) -> str:
         """The name of the attractor."""
         return "attractor"
-
-    @property
-    def calendar(self) -> Any:
-        """What times mean as dates; None if they are no more than numbers."""
-        return None
 
     @property
     def block(self) -> OrbitBlock | None:
@@ -154,9 +160,9 @@ def _of_time(formula: Callable[..., Any]) -> Callable[..., Any]:
     return checked
 
 
-def frames_of(orbits: Iterable[Orbit]) -> list[str]:
-    """Return the names of the space axes of orbits: without a name they go with any but those of date."""
-    names = dict.fromkeys(orbit.reference_frame for orbit in orbits)
+def frames_of(named: Iterable[str]) -> list[str]:
+    """Return the names of space axes, each once: those without a name go with any but those of date."""
+    names = dict.fromkeys(named)
     if OF_DATE not in names:
         names.pop(SPACE_AXES_UNNAMED, None)
     return list(names)
@@ -333,13 +339,17 @@ def viewed(orbits: Sequence[Orbit], views: Views) -> tuple[OrbitBlock, ...]:
     return tuple(block for i in range(count) if (block := orbits[views.index(i)].block) is not None)
 
 
-def orbits_of(record: Any) -> Iterator[Orbit]:
-    """Yield the orbits in a record, in the order of its fields; an orbit within another is no more than its shape."""
-    if isinstance(record, Orbit):
-        yield record
-    else:
+def within(record: Any) -> Iterator[Any]:
+    """Yield a record and those in it, in the order of fields; an orbit within another is no more than its shape."""
+    yield record
+    if not isinstance(record, Orbit):
         for part in record.records:
-            yield from orbits_of(part)
+            yield from within(part)
+
+
+def orbits_of(record: Any) -> Iterator[Orbit]:
+    """Yield the orbits in a record, in the order of its fields."""
+    return (part for part in within(record) if isinstance(part, Orbit))
 
 
 def sample_time(orbits: Iterable[Orbit]) -> float:

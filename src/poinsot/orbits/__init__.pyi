@@ -9,6 +9,7 @@ from .lagrange import LagrangePointPath, RotatingPosition
 from .planets import planet_orbit
 from .precessing import PrecessingOrbit
 from .restricted_three_body import ThreeBodyPath
+from .rotation import NutatingRotation, RotationModel
 from .sums import orbit_sum
 from .two_body import two_body_orbit
 
@@ -18,9 +19,11 @@ __all__ = [
     "FixedPosition",
     "KeplerOrbit",
     "LagrangePointPath",
+    "NutatingRotation",
     "OsculatingElements",
     "PrecessingOrbit",
     "RotatingPosition",
+    "RotationModel",
     "ThreeBodyPath",
     "in_metres",
     "orbit_sum",

@@ -57,7 +57,9 @@ def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeri
             raise TypeError(f"orbits must be Orbits, got {described(orbit)}.")
     if len(orbits) < 2:
         raise ValueError(f"orbits must be two or more, got {len(orbits)}.")
-    frame = _common("reference frame", frames_of(orbits) or [SPACE_AXES_UNNAMED], None)
+    frame = _common(
+        "reference frame", frames_of(orbit.reference_frame for orbit in orbits) or [SPACE_AXES_UNNAMED], None
+    )
     calendar = _common("calendar", (orbit.calendar for orbit in orbits), None)
     first, last = _span(orbits, calendar, start, stop)
 

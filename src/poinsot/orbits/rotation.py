@@ -1,0 +1,219 @@
+"""Axes fixed in a planet or moon that turns: its pole, its prime meridian, and their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import KW_ONLY, InitVar, field
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.program import Graph, tangents
+from poinsot.checked import checked
+from poinsot.errors import real_array, real_numbers
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated
+from poinsot.mechanics.euler import quaternion_from_angles
+from poinsot.mechanics.frame import Frame
+from poinsot.orbits import iau_rotations
+from poinsot.orbits.angle_reduction import angle_at
+from poinsot.orbits.planets import J2000
+from poinsot.quantities import Angle, AngularVelocity, Real, Time, Times
+
+__all__ = ["NutatingRotation", "RotationModel"]
+
+QUARTER = np.pi / 2
+
+
+class RotationModel(Dated, Frame):
+    """Axes fixed in a body that turns about a pole which moves slowly: those of fields that turn with their planet.
+
+    x_space = R3(right_ascension + 90 deg) R1(90 deg - declination) R3(prime_meridian) x_planet, R active. The third
+    axis is the pole; the first one, at the prime meridian, is `prime_meridian` east of where the equator rises through
+    that of the space axes. Angles grow in proportion to time, and are reduced to a few turns with twice the digits.
+
+    Parameters
+    ----------
+    right_ascension, declination : float
+        Of the pole at the epoch, radians.
+    prime_meridian : float
+        At the epoch, radians.
+    rate : float
+        Of the prime meridian, radians per unit of time; that of the turning, where the pole rests.
+    right_ascension_rate, declination_rate : float
+    acceleration : float
+        Second derivative of the prime meridian.
+    epoch : float
+    reference_frame : str
+        The name of the space axes; orbits along axes of another name are refused.
+    calendar : Calendar, optional
+        What the times mean as dates.
+
+    Examples
+    --------
+    >>> mars = pt.orbits.RotationModel.iau("mars")
+    >>> round(float(np.degrees(mars.right_ascension)), 3), round(24 * 7.292115e-5 / float(mars.rate), 2)
+    (317.269, 24.69)
+    """
+
+    right_ascension: Angle
+    declination: Angle
+    prime_meridian: Angle
+    _: KW_ONLY
+    rate: AngularVelocity
+    right_ascension_rate: AngularVelocity = 0.0
+    declination_rate: AngularVelocity = 0.0
+    acceleration: Real = 0.0
+    epoch: Time = 0.0
+    reference_frame: str = SPACE_AXES_UNNAMED
+    calendar: InitVar[Calendar | None] = field(default=None, kw_only=True)
+
+    def __post_init__(self, calendar: Any) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "calendar", calendar)
+
+    @classmethod
+    @checked
+    def iau(cls, body: str, *, calendar: Calendar = J2000) -> RotationModel:
+        """Return the model of the IAU's working group for the Sun, a planet, or a large moon, along the ICRF.
+
+        Archinal et al. 2018, CMDA 130, 22, with their periodic terms; for the Earth `earth` is better by far.
+
+        Parameters
+        ----------
+        body : str
+            Such as "sun", "mars", "moon" or "titan".
+        calendar : Calendar, optional
+            Default: TDB from 2000-01-01T12:00:00, in seconds. Others need astropy; the 1.7 ms by which TDB swings
+            about their scales are left out.
+
+        Raises
+        ------
+        ValueError
+            If the body is not one of those.
+        """
+        name = body.lower()
+        if name not in iau_rotations.MODELS:
+            raise ValueError(f"body must be one of {', '.join(iau_rotations.MODELS)}, got {body!r}.")
+        numbers, periodic = iau_rotations.at_zero(name, calendar, J2000)
+        fields: dict[str, Any] = {**numbers, "reference_frame": "ICRF", "calendar": calendar}
+        return NutatingRotation(**fields, terms=len(periodic), periodic=periodic) if periodic else cls(**fields)
+
+    @classmethod
+    @checked
+    def earth(
+        cls, *, calendar: Calendar = J2000, ut1_minus_utc: Real = 0.0, reference_frame: str = "ICRF"
+    ) -> RotationModel:
+        """Return the Earth's by the Earth rotation angle and precession (IAU 2006), linear around the calendar's zero.
+
+        Left out are nutation (17 arcseconds), polar motion, and changes of the length of day. Needs astropy.
+
+        Parameters
+        ----------
+        calendar : Calendar, optional
+            Default: TDB from 2000-01-01T12:00:00, in seconds.
+        ut1_minus_utc : float
+            At the calendar's zero, seconds: within 0.9, 14 arcseconds.
+        reference_frame : {"ICRF", "TEME"}
+            TEME: true equator and mean equinox of date, those of two-line elements.
+
+        Raises
+        ------
+        ValueError
+            If the axes are others.
+        """
+        if reference_frame not in ("ICRF", "TEME"):
+            raise ValueError(f"reference_frame must be ICRF or TEME, got {reference_frame!r}.")
+        offset = float(real_array("ut1_minus_utc", ut1_minus_utc, ()))
+        numbers = iau_rotations.earth_at_zero(calendar, offset, reference_frame == "TEME")
+        fields: dict[str, Any] = {**numbers, "reference_frame": reference_frame, "calendar": calendar}
+        return cls(**fields)
+
+    # ------------------------------------------------------------------ formulas
+
+    def angles_at(self, time: Scalar) -> Vector:
+        """Return right ascension and declination of the pole, and the prime meridian; of floats up to two turns."""
+        since = time - self.epoch
+        ascension = angle_at(self.right_ascension, self.right_ascension_rate, time, self.epoch)
+        declination = angle_at(self.declination, self.declination_rate, time, self.epoch)
+        meridian = angle_at(self.prime_meridian, self.rate, time, self.epoch)
+        return Vector((ascension, declination, meridian + 0.5 * self.acceleration * (since * since)))
+
+    def axes_at(self, time: Scalar) -> tuple[Vector, Vector, Vector]:
+        """Return the three axes of the planet along the space axes."""
+        (ca, sa), (cd, sd), (cw, sw) = ((functions.cos(x), functions.sin(x)) for x in self.angles_at(time))
+        rising, ahead = Vector((-sa, ca, 0.0)), Vector((-sd * ca, -sd * sa, cd))
+        return rising * cw + ahead * sw, ahead * cw - rising * sw, Vector((cd * ca, cd * sa, sd))
+
+    def to_planet(self, vector: Iterable[Scalar], time: Scalar) -> Vector:
+        """Return the components along the axes of the planet of a vector given in space."""
+        x = Vector(vector)
+        return Vector(functions.dot(axis, x) for axis in self.axes_at(time))
+
+    def to_space(self, vector: Iterable[Scalar], time: Scalar) -> Vector:
+        """Return the components in space of a vector given along the axes of the planet."""
+        x, axes = Vector(vector), self.axes_at(time)
+        return Vector(functions.dot(x, row) for row in zip(*axes, strict=True))
+
+    # ------------------------------------------------------------------ the frame
+
+    @override
+    def quaternion(self, time: Times) -> NDArray[np.float64]:
+        ascension, declination, meridian = self._of_scalars.angles_at(real_numbers("time", time))
+        angles = np.broadcast_arrays(ascension + QUARTER, QUARTER - declination, meridian)
+        return np.asarray(quaternion_from_angles(np.stack(angles, axis=-1), "313"))
+
+    @override
+    def omega_space(self, time: Times) -> NDArray[np.float64]:
+        t, graph = real_numbers("time", time), Graph()
+        moving, twin = graph.variable(t), self._of_scalars
+        ascension, declination, meridian = graph.finished(tangents(list(twin.angles_at(moving)), {moving: 1.0}))
+        alpha, _, _ = twin.angles_at(t)
+        pole, rising = twin.axes_at(t)[2], Vector((-np.sin(alpha), np.cos(alpha), 0.0))
+        omega = pole * meridian - rising * declination + Vector((0.0, 0.0, ascension))
+        return np.stack(np.broadcast_arrays(*omega, t)[:3], axis=-1)
+
+    @property
+    def _of_scalars(self) -> RotationModel:
+        """The same with arrays of members in the place of each number."""
+        return self.with_numbers(self.numbers)
+
+
+class NutatingRotation(RotationModel):
+    """A rotation model whose angles have periodic terms: nutation and libration.
+
+    Right ascension and prime meridian have amplitude sin(phase + rate (time - epoch)), the declination has the cosines.
+
+    Parameters
+    ----------
+    terms : int
+    periodic : array (terms, 5)
+        Rows of the amplitudes in right ascension, declination and prime meridian, the phase at the epoch, radians, and
+        its rate.
+
+    Examples
+    --------
+    >>> moon = pt.orbits.RotationModel.iau("moon")
+    >>> moon.terms, round(float(np.degrees(moon.angles_at(0.0)[1])), 2)
+    (13, 65.65)
+    """
+
+    _: KW_ONLY
+    terms: int
+    periodic: Annotated[Any, ("terms", 5)]
+
+    @override
+    def angles_at(self, time: Scalar) -> Vector:
+        ascension, declination, meridian = super().angles_at(time)
+        for i in range(self.terms):
+            *sizes, start, rate = self.periodic[i]
+            phase = angle_at(start, rate, time, self.epoch)
+            sine, cosine = functions.sin(phase), functions.cos(phase)
+            ascension = ascension + sizes[0] * sine
+            declination = declination + sizes[1] * cosine
+            meridian = meridian + sizes[2] * sine
+        return Vector((ascension, declination, meridian))
