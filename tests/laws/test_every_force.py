@@ -47,6 +47,7 @@ FORCES = (
     pt.forces.MasconGravity(AT_REST, (0.6, 0.7), [(0.5, -0.3, 0.2), (-0.3, 0.4, -0.5)]),
     pt.forces.EllipsoidGravity(AT_REST, 1.1, (0.9, 0.6, 0.4)),
     pt.forces.LinearDamping(0.05),
+    pt.forces.TidalTorque(ELLIPSE, 0.6, 0.9, 0.5, 1.3),
 )
 POTENTIALS = tuple(force for force in FORCES if isinstance(force, pt.Potential))
 BODIES = (

@@ -26,6 +26,7 @@ OF_ONE = (
     pt.forces.MasconGravity(ELLIPSE, ROCKS[0].masses, ROCKS[0].positions),
     pt.forces.EllipsoidGravity(ELLIPSE, 1.1, (0.9, 0.6, 0.4)),
     pt.forces.LinearDamping(1 / 7),
+    pt.forces.TidalTorque(ELLIPSE, 0.6, 0.9, 0.5),
 )
 OF_TWO = (
     pt.forces.MutualGravity(),

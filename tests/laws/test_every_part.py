@@ -11,7 +11,7 @@ from poinsot import parts
 from poinsot.engine import kernels
 from poinsot.functions import Vector
 from poinsot.mechanics.part import Part
-from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
+from poinsot.parts import CreepingTide, Gyrostat, KaneDamper, ReactionWheel, SpringMass
 
 BODY = pt.Body.from_inertia([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 10.0)])
 OMEGA = np.array([0.4, -0.9, 0.3])
@@ -63,6 +63,7 @@ PARTS = (
     ReactionWheel((0.6, 0, 0.8), 0.1, 0.02, 0.01),
     KaneDamper(0.4, 0.1),
     SpringMass(1, 10, (0.3, 0.2, 1), (0.6, 0, 0.8), 2.0, 0.3),
+    CreepingTide(0.9, 1.1, 2.5, 0.6),
     Boom(0.2, 0.1),
     Gimbal(0.7, 1.5),
 )
@@ -362,7 +363,7 @@ def test_variational_equations_of_members_are_those_of_each_alone(part):
 
 @pytest.mark.parametrize(
     "part",
-    [pytest.param(p, marks=pytest.mark.slow) if isinstance(p, SpringMass) else p for p in PARTS],
+    [pytest.param(p, marks=pytest.mark.slow) if isinstance(p, SpringMass | CreepingTide) else p for p in PARTS],
     ids=lambda part: type(part).__name__,
 )
 def test_second_derivatives_leave_a_third_order_error(part):

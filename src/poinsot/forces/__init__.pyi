@@ -7,7 +7,7 @@ from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
 from .mutual_mascons import MutualMascons
 from .third_body import ThirdBody
-from .tides import LibrationDamping, TidalFriction
+from .tides import LibrationDamping, TidalFriction, TidalTorque, pseudo_synchronous_rate
 
 __all__ = [
     "EllipsoidGravity",
@@ -22,5 +22,7 @@ __all__ = [
     "Oblateness",
     "ThirdBody",
     "TidalFriction",
+    "TidalTorque",
     "UniformGravity",
+    "pseudo_synchronous_rate",
 ]

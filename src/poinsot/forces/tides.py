@@ -1,18 +1,107 @@
-"""Friction in two bodies that attract each other: tides with a time lag, and damped librations."""
+"""Tides with a constant time lag, on a given orbit and of two bodies, and damped librations."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.functions import Vector
-from poinsot.mechanics.force import Load, PairLoad
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.force import Load, PairLoad, Torque
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import NotNegative, Positive
-from poinsot.mechanics.two_bodies import BODIES, check_name_of_body
+from poinsot.mechanics.two_bodies import BODIES, GRAVITATIONAL_CONSTANT, check_name_of_body
 
-__all__ = ["LibrationDamping", "TidalFriction"]
+__all__ = ["LibrationDamping", "TidalFriction", "TidalTorque", "pseudo_synchronous_rate"]
+
+
+def _slip(r: Any, v: Any, omega: Any) -> Vector:
+    """Return the velocity of the other body as the body sees it that turns with omega."""
+    return Vector(v) - functions.cross(omega, r)
+
+
+def _across(tide: Any, strength: Scalar, inverse_square: Scalar) -> Scalar:
+    """Return the friction of a tide per slip across r, 3 k2 G m^2 R^5 dt / r^8, where the strength is G m^2."""
+    bulge = 3 * tide.love_number * strength * tide.radius**5 * tide.time_lag
+    return bulge * (inverse_square * inverse_square) * (inverse_square * inverse_square)
+
+
+class TidalTorque(Torque):
+    """The torque of the tide that a body has from the attractor of a given orbit, with a constant time lag.
+
+    tau = K / r^8 (x x v - r^2 omega + (x.omega) x), K = 3 k2 G m^2 R^5 dt, with x and v the place of the body and its
+    velocity, and m = mu / G (Mignard 1979, Moon and Planets 20, 301). The orbit stays as given: `TidalFriction` is the
+    same tide with its force on the orbit. The bulge without lag has no torque; `CreepingTide` has the lag of a Maxwell
+    body.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Of the body; `mu` is that of the attractor, which raises the tide.
+    love_number : float
+        k2 of the body.
+    radius : float
+        R of the body, in the unit of the orbit.
+    time_lag : float
+        By which the bulge is late; about 1 / (Q w) for a quality Q at the frequency w of the tide.
+    G : float
+        The constant of gravitation in the units of moments and orbit; by default that of the SI. For moments divided
+        by the mass of the body: its gravitational parameter.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    >>> tide = pt.forces.TidalTorque(orbit, love_number=0.5, radius=0.2, time_lag=0.1, G=1e-3)
+    >>> system = pt.System(pt.Body((0.4, 0.4, 0.4)), tide)
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 2))).round(6)
+    array([ 0.   ,  0.   , -0.048])
+    """
+
+    orbit: Orbit
+    love_number: NotNegative
+    radius: Positive
+    time_lag: NotNegative
+    G: Positive = GRAVITATIONAL_CONSTANT
+
+    @override
+    def torque(self, instant: Instant) -> Vector:
+        to_body, inverse = instant.attitude.to_body, instant.inverse_distance(self.orbit)
+        r, v = to_body(instant.position(self.orbit)), to_body(instant.velocity(self.orbit))
+        across = _across(self, self.orbit.mu * self.orbit.mu / self.G, inverse * inverse)
+        return Vector(functions.cross(r, _slip(r, v, instant.omega_body)) * across)
+
+
+def pseudo_synchronous_rate(eccentricity: ArrayLike) -> NDArray[np.float64]:
+    """Return the rate at which a tide with a constant time lag turns a body on an ellipse no more, in mean motions.
+
+    (1 + 15/2 e^2 + 45/8 e^4 + 5/16 e^6) / ((1 - e^2)^(3/2) (1 + 3 e^2 + 3/8 e^4)), upright and without permanent
+    figure (Hut 1981, Astron. Astrophys. 99, 126, eq. (42)): the mean of |x x v| / r^8 over that of r^-6.
+
+    Parameters
+    ----------
+    eccentricity : float or array
+        Of the ellipse, below 1.
+
+    Raises
+    ------
+    ValueError
+        If an eccentricity is not from 0 to below 1.
+
+    Examples
+    --------
+    >>> float(pt.forces.pseudo_synchronous_rate(0.2).round(4))
+    1.2419
+    """
+    e = np.asarray(eccentricity, dtype=float)
+    if not np.all((e >= 0) & (e < 1)):
+        raise ValueError(f"eccentricity must be from 0 to below 1, got {e.tolist()}. The mean is that of an ellipse.")
+    x = e * e
+    turning = 1 + x * (15 / 2 + x * (45 / 8 + x * (5 / 16)))
+    return np.asarray(turning / ((1 - x) ** 1.5 * (1 + x * (3 + x * (3 / 8)))))
 
 
 class Friction(PairLoad):
@@ -33,7 +122,7 @@ class Friction(PairLoad):
         each = getattr(instant, self.body)
         r, v = instant.separation, instant.relative_velocity
         omega = each.attitude.to_space(each.omega_body)
-        force = -across * (v - functions.cross(omega, r)) - along * functions.dot(r, v) * r
+        force = -across * _slip(r, v, omega) - along * functions.dot(r, v) * r
         torque = each.attitude.to_body(-functions.cross(r, force))
         nothing = Vector((0.0, 0.0, 0.0))
         return Load(force, (torque, nothing) if self.body == BODIES[0] else (nothing, torque))
@@ -81,8 +170,7 @@ class TidalFriction(Friction):
         masses = instant.pair.each_mass
         other = masses[1 - BODIES.index(self.body)]
         inverse = 1 / functions.dot(instant.separation, instant.separation)
-        bulge = 3 * self.love_number * instant.pair.G * (other * other) * self.radius**5 * self.time_lag
-        across = bulge * (inverse * inverse) * (inverse * inverse)
+        across = _across(self, instant.pair.G * (other * other), inverse)
         return self._load(instant, across, 2 * across * inverse)
 
 

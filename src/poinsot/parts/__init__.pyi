@@ -3,8 +3,10 @@
 from .dampers import KaneDamper
 from .rotors import Gyrostat, ReactionWheel
 from .springs import SpringMass
+from .tides import CreepingTide
 
 __all__ = [
+    "CreepingTide",
     "Gyrostat",
     "KaneDamper",
     "ReactionWheel",

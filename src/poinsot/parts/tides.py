@@ -1,0 +1,116 @@
+"""Bodies that yield: a figure that creeps towards the one of equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.functions import Scalar
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.kinetics import Matrix, outer
+from poinsot.mechanics.parameters import Positive
+from poinsot.mechanics.part import Part
+from poinsot.mechanics.two_bodies import GRAVITATIONAL_CONSTANT
+
+__all__ = ["CreepingTide"]
+
+
+class CreepingTide(Part):
+    """The figure of a Maxwell body, to second degree, which creeps towards that of equilibrium with gravity and spin.
+
+    D' = (D_e - D) / relaxation_time along the body axes, D the change of the inertia tensor, without trace, and D_e =
+    k R^5 / (3 G) [omega omega^T - 3 mu / r^3 n n^T], less its trace, of centrifugal force and an attractor along n
+    (Correia, Boue, Laskar and Rodriguez 2014, Astron. Astrophys. 571, A50). Gravity pulls at D, which is the tidal
+    torque: one force of gravity acts on the body. At the frequency w, k2 = k / (1 + i w relaxation_time).
+
+    Parameters
+    ----------
+    love_number : float
+        k: the fluid Love number of second degree less the elastic one, whose bulge follows at once and has no torque.
+    radius : float
+        R of the body, in the unit of the orbit.
+    relaxation_time : float
+        Viscosity over rigidity with the body's gravity. The steps of a run are no longer: where it is much shorter than
+        a turn, take `TidalTorque` with love_number k and time_lag relaxation_time.
+    G : float
+        The constant of gravitation in the units of moments and orbit; by default that of the SI.
+
+    Examples
+    --------
+    >>> tide = pt.parts.CreepingTide(love_number=0.9, radius=1.0, relaxation_time=3.0, G=1.0)
+    >>> system = pt.System(pt.Body((0.38, 0.4, 0.42)), tide)
+    >>> motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.2, 0, 0.1)), [0.0, 500.0])
+    >>> bool(motion.energy[1] < motion.energy[0])  # and the angular momentum stays
+    True
+    """
+
+    love_number: Positive
+    radius: Positive
+    relaxation_time: Positive
+    G: Positive = GRAVITATIONAL_CONSTANT
+    variables: ClassVar[Mapping[str, int]] = {"inertia": 5}
+    """D11, D22, D12, D13, D23."""
+
+    @property
+    def _compliance(self) -> Scalar:
+        """D over the trace-free tensor of forces: the internal energy is D:D / (2 compliance)."""
+        return self.love_number * self.radius**5 * (2 / 3) / self.G
+
+    @override
+    def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
+        return functions.Vector(_trace_free(outer(omega_body, omega_body)) * (self._compliance / 2))
+
+    @override
+    def inertia(self, own: functions.Vector, time: Scalar) -> Matrix:
+        a, b, c, d, e = own
+        rows = ((a, c, d), (c, b, e), (d, e, -a - b))
+        return functions.Vector(map(functions.Vector, rows))
+
+    @override
+    def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
+        a, b, c, d, e = own
+        return (a * a + a * b + b * b + c * c + d * d + e * e) / self._compliance
+
+    @override
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+        # The pull is by variables: as a tensor without trace it is the one with P : dD = pull . d own.
+        a, b, c, d, e = pull
+        gravity = functions.Vector(((2 * a - b) / 3, (2 * b - a) / 3, c / 2, d / 2, e / 2))
+        centrifugal = _trace_free(outer(instant.omega_body, instant.omega_body)) * 0.5
+        force = (gravity + centrifugal) * self._compliance
+        return functions.Vector((force - instant.own(self)) * (1 / self.relaxation_time))
+
+    def at_equilibrium(self, omega_body: ArrayLike, position_body: ArrayLike, mu: ArrayLike) -> NDArray[np.float64]:
+        """Return the variables, shape (..., 5), of the figure of equilibrium with spin and one attractor.
+
+        Parameters
+        ----------
+        omega_body : array (..., 3)
+            The inertial angular velocity, body axes.
+        position_body : array (..., 3), body axes
+            Of the attractor from the body, either way.
+        mu : float or array (...)
+            Of the attractor.
+        """
+        omega, r = np.asarray(omega_body, dtype=float), np.asarray(position_body, dtype=float)
+        distance = np.linalg.norm(r, axis=-1)
+        pull = 3 * np.asarray(mu) / distance**5
+        tensor = omega[..., :, None] * omega[..., None, :] - pull[..., None, None] * r[..., :, None] * r[..., None, :]
+        free = tensor - np.trace(tensor, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) / 3
+        five = np.stack([free[..., i, j] for i, j in PLACES], axis=-1)
+        return np.asarray(np.asarray(self._compliance / 2)[..., None] * five)
+
+
+PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
+"""Of the variables in the tensor."""
+
+
+def _trace_free(tensor: Matrix) -> functions.Vector:
+    """Return the five components of a symmetric tensor less its trace."""
+    third = (tensor[0][0] + tensor[1][1] + tensor[2][2]) / 3
+    return functions.Vector(tensor[i][j] - third if i == j else tensor[i][j] for i, j in PLACES)
