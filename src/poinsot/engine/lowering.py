@@ -7,9 +7,10 @@ out of products, so that 2 (3 (a x)) costs one operation; sums that are used onc
 from __future__ import annotations
 
 import functools
+import heapq
 import itertools
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
@@ -52,6 +53,10 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
 
 Monomial = tuple[int, ...]
 """A product of operations, by their numbers in order."""
+
+
+Pair = tuple[Monomial, Monomial]
+"""Two factors of a product, in order."""
 
 
 DraftSum: Any = Sum
@@ -478,33 +483,96 @@ def _monomials(draft: Any) -> list[Monomial]:
     return [x for x in operands if not isinstance(x, Coefficient)]
 
 
-def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, tuple[Monomial, Monomial]]:
+def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:
     """Return for each monomial the two that it is the product of: pairs of factors that most have in common first."""
-    ways: dict[Monomial, tuple[Monomial, Monomial]] = {}
-    left: dict[Monomial, tuple[Monomial, ...]] = {x: tuple((factor,) for factor in x) for x in monomials}
-    while left:
-        counts = Counter(pair for parts in left.values() for pair in set(itertools.combinations(parts, 2)))
-        for x in [x for x, parts in left.items() if len(parts) == 2]:
-            first, second = left.pop(x)
-            ways[x] = first, second
-        known = [pair for pair in counts if _joined(pair) in ways]
-        best = max(known or counts, key=lambda pair: counts[pair], default=None)
-        if best is None or not left:
-            continue
-        ways[_joined(best)] = best
-        left = {x: _with_pair(parts, best) for x, parts in left.items()}
-    return ways
+    factoring = _Factoring(tuple(monomials))
+    while factoring.left:
+        factoring.join()
+    return factoring.ways
 
 
-def _joined(pair: tuple[Monomial, Monomial]) -> Monomial:
+class _Factoring:
+    """Monomials as products of parts; the pair of parts that most of them have becomes one part, again and again.
+
+    Which monomials have a pair is kept: to count all pairs anew each time takes the square of their number.
+
+    Attributes
+    ----------
+    ways : dict
+        The two parts of each product so far.
+    left : dict
+        The parts of the other monomials, by their numbers.
+    """
+
+    def __init__(self, monomials: tuple[Monomial, ...]) -> None:
+        self._monomials = monomials
+        self.ways: dict[Monomial, Pair] = {}
+        self.left: dict[int, tuple[Monomial, ...]] = {}
+        self._pairs: dict[int, list[Pair]] = {}
+        self._places: defaultdict[Pair, dict[int, int]] = defaultdict(dict)
+        self._with_product: defaultdict[Monomial, set[Pair]] = defaultdict(set)
+        self._queue: list[tuple[bool, int, int, int, Pair]] = []
+        self._exchange({number: tuple((factor,) for factor in x) for number, x in enumerate(monomials)})
+
+    def join(self) -> None:
+        """Make one part of the best pair; monomials of two parts are done."""
+        done = self._done
+        for number in done:
+            self._know(self._monomials[number], self._pairs[number][0])
+        best = self._best()
+        changed = {number: _with_pair(self.left[number], best) for number in self._places[best]}
+        if len(done) < len(self.left):
+            self._know(_joined(best), best)
+        self._exchange(changed | dict.fromkeys(done, ()))
+
+    def _know(self, product: Monomial, pair: Pair) -> None:
+        self.ways[product] = pair
+        self._rank(self._with_product[product])
+
+    def _exchange(self, changed: dict[int, tuple[Monomial, ...]]) -> None:
+        """Give some monomials other parts, or none if they are done."""
+        touched: set[Pair] = set()
+        for number, parts in changed.items():
+            self.left[number] = parts
+            before, now = self._pairs.get(number, []), [*set(itertools.combinations(parts, 2))]
+            self._pairs[number] = now
+            for pair in before:
+                del self._places[pair][number]
+            for place, pair in enumerate(now):
+                self._places[pair][number] = place
+                self._with_product[_joined(pair)].add(pair)
+            touched.update(before, now)
+        self._done = [number for number, parts in changed.items() if len(parts) == 2]
+        for number in [number for number, parts in changed.items() if not parts]:
+            del self.left[number]
+        self._rank(touched)
+
+    def _rank(self, pairs: Iterable[Pair]) -> None:
+        """Put pairs where they belong now in the order in which they are taken."""
+        for pair in pairs:
+            if self._places[pair]:
+                heapq.heappush(self._queue, (*self._order(pair), pair))
+
+    def _order(self, pair: Pair) -> tuple[bool, int, int, int]:
+        """Return what is least of the best pair: its product is there anyway, most have it, it comes first."""
+        places = self._places[pair]
+        first = min(places, default=-1)
+        return _joined(pair) not in self.ways, -len(places), first, places.get(first, -1)
+
+    def _best(self) -> Pair:
+        while True:
+            *order, pair = heapq.heappop(self._queue)
+            if tuple(order) == self._order(pair):
+                return pair
+
+
+def _joined(pair: Pair) -> Monomial:
     return tuple(sorted(pair[0] + pair[1]))
 
 
-def _with_pair(parts: tuple[Monomial, ...], pair: tuple[Monomial, Monomial]) -> tuple[Monomial, ...]:
+def _with_pair(parts: tuple[Monomial, ...], pair: Pair) -> tuple[Monomial, ...]:
     rest = list(parts)
     for part in pair:
-        if part not in rest:
-            return parts
         rest.remove(part)
     return tuple(sorted([*rest, _joined(pair)]))
 

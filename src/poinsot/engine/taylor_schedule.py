@@ -6,7 +6,10 @@ all operations come first, in loops over j that share what they load; the rest o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import heapq
+import itertools
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from poinsot.engine.decomposition import (
@@ -26,6 +29,12 @@ __all__ = ["HigherOrder", "InnerSum", "Row", "Schedule", "ZerothOrder"]
 
 GROUP = 24
 """How many inner sums one loop has at most: with their operands they fill 32 registers."""
+
+_Load = tuple[int, "Row"]
+"""What a loop loads: rows as first operands (0) and as second ones (1)."""
+
+_Option = tuple[int, int, "InnerSum"]
+"""Of an inner sum its place, whether its operands change places, and what it is then."""
 
 
 class Row(NamedTuple):
@@ -293,22 +302,35 @@ def _signed(total: Any, members: Sequence[tuple[int, bool]], values: Sequence[An
 
 def _grouped(sums: Sequence[InnerSum]) -> list[list[InnerSum]]:
     """Return inner sums in groups that load few rows; either operand may be the first."""
-    left = list(sums)
+    readers: defaultdict[_Load, list[_Option]] = defaultdict(list)
+    for inner in sums:
+        for turned, option in enumerate((inner, InnerSum(inner.place, inner.second, inner.first))):
+            for load in _loads(option):
+                readers[load].append((inner.place, turned, option))
+    left = {inner.place: inner for inner in sums}
     groups: list[list[InnerSum]] = []
     count = -(-len(left) // GROUP)
     while left:
         size = -(-len(left) // (count - len(groups)))
-        firsts: set[Row] = set()
-        seconds: set[Row] = set()
-        group: list[InnerSum] = []
-        while len(group) < size:
-            best = min(
-                (option for inner in left for option in (inner, InnerSum(inner.place, inner.second, inner.first))),
-                key=lambda option: ((option.first not in firsts) + (option.second not in seconds), option.place),
-            )
-            left = [inner for inner in left if inner.place != best.place]
-            firsts.add(best.first)
-            seconds.add(best.second)
-            group.append(best)
-        groups.append(group)
+        groups.append(_group(left, readers, size))
     return groups
+
+
+def _group(left: dict[int, InnerSum], readers: Mapping[_Load, Sequence[_Option]], size: int) -> list[InnerSum]:
+    """Take so many inner sums of those that are left, each time the one that loads the fewest rows more."""
+    group, loaded, waiting = list[InnerSum](), set[_Load](), list[tuple[int, _Option]]()
+    while len(group) < size:
+        best = heapq.heappop(waiting)[1][-1] if waiting else next(iter(left.values()))
+        if best.place not in left:  # it was taken for less
+            continue
+        del left[best.place]
+        group.append(best)
+        new = {*_loads(best)} - loaded
+        loaded |= new
+        for option in itertools.chain.from_iterable(map(readers.__getitem__, new)):
+            heapq.heappush(waiting, (len({*_loads(option[-1])} - loaded), option))
+    return group
+
+
+def _loads(inner: InnerSum) -> tuple[_Load, _Load]:
+    return (0, inner.first), (1, inner.second)

@@ -1,6 +1,8 @@
 """Formulas lowered to few operations: the same numbers, and as few products of series as a person would write."""
 
+import itertools
 import re
+from collections import Counter
 
 import heyoka as hy
 import numpy as np
@@ -14,7 +16,7 @@ from poinsot.engine import kernels
 from poinsot.engine.decomposition import Function, Product, Quotient
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.heyoka_expressions import Expressions
-from poinsot.engine.lowering import lowered
+from poinsot.engine.lowering import common_factors, lowered
 from poinsot.engine.problem import Problem
 
 BODY = pt.Body((1.0, 1.2, 1.5))
@@ -171,3 +173,30 @@ def test_what_differs_in_constants_alone_is_one_product():
     pars = np.array(program.values(np.float64)([2.0, 0.7, -1.1]), dtype=float)
     got = hy.cfunc(made.rates, made.symbols)([0.3, 0.9], pars=pars)
     assert np.allclose(got, [0.3 * 0.9 * (2.0 - 0.7 - 1.1), 1.8], rtol=1e-15)
+
+
+def factors_by_counting(monomials):
+    """Count all pairs of factors anew for each product."""
+    ways, left = {}, {x: tuple((factor,) for factor in x) for x in monomials}
+    while left:
+        counts = Counter(pair for parts in left.values() for pair in set(itertools.combinations(parts, 2)))
+        for x in [x for x, parts in left.items() if len(parts) == 2]:
+            ways[x] = left.pop(x)
+        known = [pair for pair in counts if tuple(sorted(sum(pair, ()))) in ways]
+        best = max(known or counts, key=lambda pair: counts[pair])
+        if left:
+            ways[tuple(sorted(sum(best, ())))] = best
+        for x, parts in left.items():
+            if best in itertools.combinations(parts, 2):
+                rest = Counter(parts) - Counter(best)
+                left[x] = tuple(sorted([*rest.elements(), tuple(sorted(sum(best, ())))]))
+    return ways
+
+
+@pytest.mark.parametrize(("count", "factors", "length"), [(5, 3, 4), (20, 4, 6), (40, 12, 5), (60, 30, 4)])
+def test_factors_that_are_taken_out_are_those_that_most_products_have(count, factors, length):
+    for seed in range(5):
+        random = np.random.default_rng(seed)
+        lengths = random.integers(2, length + 1, count)
+        monomials = {tuple(sorted(random.integers(factors, size=n).tolist())) for n in lengths}
+        assert common_factors(monomials) == factors_by_counting(monomials)
