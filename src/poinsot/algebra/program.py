@@ -17,7 +17,7 @@ import numpy as np
 from poinsot import functions
 from poinsot.functions import Comparable, Scalar, Vector
 
-__all__ = ["Graph", "Node", "gradient", "needed", "number", "ordered", "partials", "ruled", "tangents", "without"]
+__all__ = ["Graph", "Node", "gradient", "needed", "number", "ordered", "partials", "replaced", "ruled", "tangents"]
 
 LARGEST_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -267,7 +267,9 @@ def _whole_power(x: Any, n: int) -> Any:
     return root * root * x if n % 2 else root * root
 
 
-def _chosen(_: Any, a: Any, b: Any) -> Any:
+def _chosen(condition: Any, a: Any, b: Any) -> Any:
+    if not isinstance(condition, Node):
+        return a if condition else b
     return a if a is b or a == b else None
 
 
@@ -434,9 +436,9 @@ SINGULAR = {"div": 1, "atan2": 1, "sqrt": 0, "log": 0, "pow": 0}
 """Operations that have no value, or no slope, where one of their operands is zero, and which one."""
 
 
-def without(outputs: Sequence[Any], zeros: Iterable[Node]) -> Sequence[Any]:
-    """Return outputs simplified for constants that are zero, but as they are where one is singular there."""
-    known: dict[int, Any] = {node.place: 0.0 for node in zeros}
+def replaced(outputs: Sequence[Any], values: Mapping[Node, Any]) -> Sequence[Any]:
+    """Return outputs, simplified, with others in the place of some nodes; as they are where one would be singular."""
+    known: dict[int, Any] = {node.place: value for node, value in values.items()}
     for node in ordered(outputs):
         if node.place in known or not any(x.place in known for x in node.nodes):
             continue

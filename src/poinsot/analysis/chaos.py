@@ -147,7 +147,7 @@ def chaos_indicators(
     Raises
     ------
     ValueError
-        If times lie on both sides of the state's, or the torques jump where the attitude crosses something.
+        If times lie on both sides of the state's.
     PropagationError
         If a single body stops; of an ensemble see `failures`.
     PropagationInterrupted
@@ -294,7 +294,7 @@ def lyapunov_spectrum(
     Raises
     ------
     ValueError
-        If times do not rise from the state's, or the torques jump where the attitude crosses something.
+        If times do not rise from the state's.
     PropagationError
         If a single body stops; of an ensemble see `failures`.
     PropagationInterrupted

@@ -150,8 +150,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     Raises
     ------
     ValueError
-        If the frame or the system does not repeat itself, if Newton's method does not settle, or the torques jump
-        where the attitude crosses something.
+        If the frame or the system does not repeat itself, or if Newton's method does not settle.
 
     Examples
     --------

@@ -159,10 +159,9 @@ def state_transition(
     Raises
     ------
     ValueError
-        If there is no such number, if it belongs to an orbit that is integrated or a table, or if the torques
-        jump where the attitude crosses something.
+        If there is no such number, or if it belongs to an orbit that is integrated or a table.
     PropagationError, PropagationInterrupted
-        As `propagate`.
+        As `propagate`; also if the motion only grazes where a formula jumps: it has no derivative there.
 
     Examples
     --------

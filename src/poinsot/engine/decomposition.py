@@ -125,6 +125,8 @@ class Decomposition:
     conditions : tuple of int
         The parameters that hold these conditions, 1 or 0.
     events : tuple of Crossing
+    stops : tuple of int
+        The conditions, by number, behind whose switch the motion stops, to go on with other variables.
     """
 
     operations: tuple[Operation, ...]
@@ -133,6 +135,7 @@ class Decomposition:
     watched: tuple[Coefficient | int, ...] = ()
     conditions: tuple[int, ...] = ()
     events: tuple[Crossing, ...] = ()
+    stops: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:

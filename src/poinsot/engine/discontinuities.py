@@ -109,6 +109,9 @@ class Discontinuities:
     look : callable
         Of engine and lane: lets the user's events happen that are due where something changes; whether the motion
         goes on.
+    jump : callable or None
+        Of engine, lane, the time within which all is at once, and the conditions before and behind a switch: lets
+        tangent vectors jump; whether the motion goes on. None where nothing jumps.
     scales : Scales
         Those of the momenta, the kernel's.
     spans : array (lanes,)
@@ -125,6 +128,7 @@ class Discontinuities:
         kind: Any,
     ) -> None:
         self.look: Callable[[Any, int], bool] = lambda _engine, _lane: True
+        self.jump: Callable[[Any, int, float, NDArray[Any], NDArray[Any]], bool] | None = None
         self.scales: Any = None
         self._forwards = True
         self._pieces: Any = None
@@ -175,15 +179,18 @@ class Discontinuities:
         def entered(engine: Any, _: int, lane: int = 0) -> bool:
             if self._due[lane] * self._sign < self._ends[lane] * self._sign:
                 self._come_back(engine, lane, NEVER)
-                self.settle(engine, lane)
+                goes_on = self.switch(engine, lane)
             else:
-                self._enter(engine, lane, self._piece[lane] + self._sign)
-            return self.look(engine, lane)
+                goes_on = self._enter(engine, lane, self._piece[lane] + self._sign)
+            return goes_on and self.look(engine, lane)
 
         return entered
 
     def _crossing(self, number: int) -> Callable[..., bool]:
         def crossed(engine: Any, slope: int, lane: int = 0) -> bool:
+            return self._switched(engine, lane, lambda: switched(engine, slope, lane))
+
+        def switched(engine: Any, slope: int, lane: int) -> bool:
             self.settle(engine, lane)
             before = np.array(lane_of(engine.state, lane))
             if not self.look(engine, lane):
@@ -227,8 +234,8 @@ class Discontinuities:
 
         return grown
 
-    def _enter(self, engine: Any, lane: int, piece: int) -> None:
-        """Let a lane go on in a piece; beyond the last one, in that."""
+    def _enter(self, engine: Any, lane: int, piece: int) -> bool:
+        """Let a lane go on in a piece; beyond the last one, in that. Return that the motion goes on."""
         knots = self._pieces.knots
         self._piece[lane] = inside = min(max(piece, 1), max(knots.size - 1, 1))
         constants = self.scales.parameters(np.array(self._pieces.values(inside, self._members[lane])), lane)
@@ -239,7 +246,7 @@ class Discontinuities:
             far = (knots[-1] - knots[0]) * self._sign
             self._ends[lane] = end if inside == piece else end + far
         self._come_back(engine, lane, NEVER)
-        self.settle(engine, lane)
+        return self.settle(engine, lane)
 
     def _come_back(self, engine: Any, lane: int, due: float) -> None:
         """Let a lane stop at a time, or at the end of its piece where that is earlier."""
@@ -261,8 +268,28 @@ class Discontinuities:
         near = AT_ONCE * max(abs(float(np.ravel(engine.time)[lane])), pace) * np.abs(rates)
         return bool(np.any((np.abs(values) > near) & ((values < 0) != (pars[self._places] != 0))))
 
-    def settle(self, engine: Any, lane: int) -> None:
-        """Set each condition by the sign of its function, at a zero by that of the derivative; and its scale."""
+    def switch(self, engine: Any, lane: int) -> bool:
+        """Let conditions switch that jumped over zero; return whether the motion goes on."""
+        return self._switched(engine, lane, lambda: self.settle(engine, lane))
+
+    def _switched(self, engine: Any, lane: int, act: Callable[[], bool]) -> bool:
+        """Let conditions switch, and then tangent vectors jump; return whether the motion goes on."""
+        if self.jump is None:
+            return act()
+        pars = lane_of(engine.pars, lane)
+        before = pars[self._places].copy()
+        goes_on, behind = act(), pars[self._places]
+        if not goes_on or np.array_equal(before, behind):
+            return goes_on
+        pace = self._pace(self._values_of_functions(engine, lane)[2 * len(before) :], lane)
+        near = AT_ONCE * max(abs(float(np.ravel(engine.time)[lane])), pace)
+        return self.jump(engine, lane, near, before, behind)
+
+    def settle(self, engine: Any, lane: int) -> bool:
+        """Set each condition by the sign of its function, at a zero by that of the derivative; and its scale.
+
+        Return that the motion goes on.
+        """
         pars = lane_of(engine.pars, lane)
         time, count = abs(float(np.ravel(engine.time)[lane])), len(self._places)
         for i, place in enumerate(self._places):
@@ -273,6 +300,7 @@ class Discontinuities:
             size = max(self._sizes[lane, i], abs(float(value)), abs(float(rate)) * (pace or 1.0))
             self._sizes[lane, i] = size or 1.0
             pars[self._scales[i]] = SMALL / self._sizes[lane, i]
+        return True
 
     def _values_of_functions(self, engine: Any, lane: int) -> Any:
         """Return the functions of the conditions, then their derivatives, then those of the attitude."""

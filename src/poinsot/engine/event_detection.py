@@ -98,7 +98,7 @@ class EventDetection:
         self.error: BaseException | None = None
         self.scales: Any = None
         self.rehearsing, self.certain = False, True
-        self.settle: Callable[[Any, int], None] = lambda _engine, _lane: None
+        self.settle: Callable[[Any, int], object] = lambda _engine, _lane: None
         self._events, self._lanes, self._look = events, lanes, look
         self._scales = first + np.arange(len(events))
         self._sizes, self._last = np.zeros((2, lanes, len(events)))

@@ -230,6 +230,7 @@ class KernelProgram:
                 ("parameters", "f8", (self.parameters,)),
                 ("time", "f8", (2,)),
                 ("sides", "f8", (self.watch.events,)),
+                ("branches", "f8", (2, len(self.watch.conditions))),
                 *((name, "f8") for name in doubles),
                 *((name, "i8") for name in integers),
             ]
@@ -469,6 +470,7 @@ class KernelProgram:
                 (self.parameters, "parameters", work.array("parameters")),
                 (2, "time", work.array("time")),
                 (self.watch.events, "sides", work.array("sides")),
+                (len(self.watch.conditions), "branches", work.array("branches")),
             ):
                 self._spread(lines, count, task.array(name), lane, out)
             for name in DOUBLES:
@@ -494,6 +496,10 @@ class KernelProgram:
             self._copy(lines, self.variables, work.array("below"), lane, task.array("below"))
             self._copy(lines, 2, work.array("time"), lane, task.array("time"))
             self._copy(lines, self.watch.events, work.array("sides"), lane, task.array("sides"))
+            self._copy(lines, len(self.watch.conditions), work.array("branches"), lane, task.array("branches"))
+            for i, place in enumerate(self.watch.conditions):
+                held = work.array("parameters")[lane + place * self.lanes]
+                task.array("branches")[len(self.watch.conditions) + i] = held
             for name in ("shortest", "longest", "near"):
                 task.array(name)[0] = work.array(name)[lane]
             for name in ("status", "steps", "index", "bits", "which", "rising"):

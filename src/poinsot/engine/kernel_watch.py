@@ -49,6 +49,8 @@ class Watch:
     ----------
     count, events : int
         How many functions are watched, and how many of them are values of events.
+    conditions : tuple of int
+        The parameters that hold the conditions whose switches may stop a lane; empty if none does.
     note : structured type
         What is noted of events: task, which (bits), which of them rise, time, the time within which others are at
         once, and variables.
@@ -58,7 +60,12 @@ class Watch:
         self._kernel, self._lanes, self._orders = kernel, kernel.lanes, kernel.order + 1
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
         self._conditions, self._crossings = decomposition.conditions, decomposition.events
-        self.fields = {"watched": (self.count, self._orders, self._lanes), "sides": (self.events, self._lanes)}
+        self.conditions, self._stops = decomposition.conditions if decomposition.stops else (), decomposition.stops
+        self.fields = {
+            "watched": (self.count, self._orders, self._lanes),
+            "sides": (self.events, self._lanes),
+            "branches": (len(self.conditions), self._lanes),
+        }
         numbers = [(name, "i8") for name in ("task", "which", "rising")] + [(name, "f8") for name in ("time", "near")]
         self.note = np.dtype([*numbers, ("state", "f8", (kernel.variables,))])
 
@@ -102,8 +109,11 @@ class Watch:
             ahead = (work.array(target, kind)[0] - work.array("time", kind)[0]) - work.array("time", kind)[1]
             there = chosen.is_("ge", len(self._conditions)) & abs(ahead - h).is_("le", 0.125 * near)
             h = there.choose(ahead, h)
-        stops = self._note_all(lines, work, sides, shifts, wrong, active)
+        stops = self._note_all(lines, work, sides, shifts, wrong, active) | (self._switched(lines, work) & ~waits)
         waits = waits | stops
+        for i, place in enumerate(self.conditions):
+            branches = work.array("branches", kind)
+            branches[i] = waits.choose(branches[i], work.array("parameters", kind)[place])
         here = [wrong[i] | (~waits & chosen.is_("eq", i)) for i in range(self.count)]
         self._turn(work, sides, here, ~waits)
         kept[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
@@ -122,6 +132,14 @@ class Watch:
         switched = work.array("switched", self._kernel.whole)
         switched[0] = waits.choose(switched[0] + 1, 0)
         return switched[0].is_("gt", 2 * self.count)
+
+    def _switched(self, lines: Lines, work: Record) -> Value:
+        """Return where a condition that stops a lane has switched since its last step, if it has taken one."""
+        kind, switched = self._kernel.kind, lines.constant(vector(BOOL, self._lanes), 0)
+        for i in self._stops:
+            change = work.array("parameters", kind)[self.conditions[i]] - work.array("branches", kind)[i]
+            switched = switched | abs(change).is_("gt", 0.5)
+        return switched
 
     def _sides(self, work: Record) -> list[Value]:
         """Return the signs that the functions have; of an event that is new the present one."""

@@ -10,9 +10,9 @@ import functools
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import heyoka as hy
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.algebra.program import Graph, Node, ordered, tangents
+from poinsot.algebra.program import Graph, Node, tangents
 from poinsot.algebra.replay import Replay
 from poinsot.engine.decomposition import Crossing
 from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
@@ -31,6 +31,7 @@ from poinsot.engine.lowering import TIME, Constants, Events, Program, conditions
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
+from poinsot.engine.saltation import Jump, NoDerivative, Saltation
 from poinsot.engine.scales import Scales
 from poinsot.engine.state_vector import SMALL, StateVector, factors_of_parts
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
@@ -200,6 +201,9 @@ class Kernel:
         self._monitors = [part for part in (self.detection, self._discontinuities) if part is not None]
         for part in self._monitors:
             part.scales = self.scales
+        self._refused, saltation = dict[int, str](), saltation_of(problem, variables)
+        if self._discontinuities is not None:
+            self._discontinuities.jump = functools.partial(self._jump, saltation) if saltation else None
         self.limits: dict[str, Any] = {}
         self.watches, self._kind = bool(self._monitors), PRECISIONS[precision]
         self._limited = precision == "double" or self.watches
@@ -211,6 +215,7 @@ class Kernel:
         The state is in the scale of the variables.
         """
         pars, self._members = self.engine.pars, np.array(members)  # the only record of who is in which lane
+        self._refused.clear()
         self.scales.begin(self.engine.state, self._members)
         if self._discontinuities is not None:
             self._discontinuities.begin(self.engine, self._pieces, forwards, self._members)
@@ -258,10 +263,34 @@ class Kernel:
     def settle(self, lane: int = 0) -> None:
         """Set the conditions as their functions say: one of them jumped over zero."""
         if self._discontinuities is not None:
-            self._discontinuities.settle(self.engine, lane)
+            self._discontinuities.switch(self.engine, lane)
+
+    def _jump(
+        self, saltation: Saltation, engine: Any, lane: int, near: float, before: NDArray[Any], behind: NDArray[Any]
+    ) -> bool:
+        """Let tangent vectors jump where conditions have switched, and return whether the motion goes on."""
+        if not np.any((before != behind)[saltation.stops]):
+            return True
+        time, scales = np.ravel(engine.time)[lane : lane + 1], self.scales
+        inputs = numbers_around(self._problem, self.variables, self._numbers, time, self._members[lane : lane + 1])
+        row = scales.outward(np.array(lane_of(engine.state, lane)), lane)
+        numbers = [float(np.ravel(number)[0]) for number in inputs]
+        try:
+            row[self._first :] = Jump(saltation, row, time[0], numbers, near).across(before, behind)
+        except NoDerivative as error:
+            self._refused[lane] = str(error)
+            return False
+        lane_of(engine.state, lane)[:] = scales.inward(row, lane)
+        return True
+
+    @functools.cached_property
+    def _numbers(self) -> tuple[Any, ...]:
+        return numbers_of(self._problem.between_knots(), self.variables)
 
     def outcome(self, engines: Any, lane: int = 0) -> str:
         """Return how steps ended: the engine's name for it, what the detection says, "switch" or "angles"."""
+        if lane in self._refused:
+            return self._refused[lane]
         name = OUTCOMES.get(int(engines), "")
         if name == "step_limit" and self.detection is not None and self.detection.stopped[lane]:
             return self.detection.stopped[lane]  # in the last step the engine says nothing of an event
@@ -385,7 +414,33 @@ def _events(problem: Problem, field: _Field) -> Events:
 def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
     """Return the program for runs in which some of the constants are zero."""
     field = _traced(problem, variables)
-    return simplified(field.graph, field.rates, zeros, _events(problem, field))
+    program = simplified(field.graph, field.rates, zeros, _events(problem, field))
+    stops = field.saltation.stops if field.saltation else ()
+    return replace(program, decomposition=replace(program.decomposition, stops=tuple(stops)))
+
+
+def saltation_of(problem: Problem, variables: StateVector) -> Saltation | None:
+    """Return how tangent vectors jump where formulas switch; None if they do not."""
+    if variables.variations is None:
+        return None
+    smooth = problem.between_knots()
+    found: Saltation | None = known(
+        ("saltation", smooth.structure, variables.structure), lambda: _traced(smooth, variables).saltation
+    )
+    return found
+
+
+def numbers_of(problem: Problem, variables: StateVector) -> tuple[Any, ...]:
+    """Return the inputs of a run."""
+    return variables.scale, *variables.factors, *problem.numbers
+
+
+def numbers_around(
+    problem: Problem, variables: StateVector, numbers: Sequence[Any], times: Any, members: NDArray[np.int_]
+) -> list[Any]:
+    """Return the inputs of members between the knots around times; `numbers` are those around the first of all."""
+    around = numbers_of(problem.between_knots(times), variables)
+    return [x[members] if np.ndim(y) else x for x, y in zip(around, numbers, strict=True)]
 
 
 def counting(problem: Problem, variables: StateVector) -> Replay:
@@ -429,6 +484,8 @@ class _Field:
         The time derivatives of the variables.
     events, counting : lists of scalars
         The values of the events, and what is positive where their zeros count.
+    saltation : Saltation or None
+        What becomes of tangent vectors where formulas switch.
     """
 
     graph: Graph
@@ -436,6 +493,7 @@ class _Field:
     rates: list[Any]
     events: list[Any]
     counting: list[Any]
+    saltation: Saltation | None = None
 
     @property
     def conditions(self) -> dict[Node, Any]:
@@ -489,9 +547,12 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
             of_blocks[: len(parts)],
             graph.input,
         )
-        _refuse_discontinuities(field, variables)
+        motion, velocity = [*own[: variables.tangent_vectors.start], time], [*rates, 1.0]
         rates += linear.of(variations, own[variables.tangent_vectors])
-        return field
+        saltation = (
+            Saltation(graph, motion, velocity, field.conditions, linear, variations) if field.conditions else None
+        )
+        return replace(field, saltation=saltation if saltation and saltation.stops else None)
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
 
@@ -502,17 +563,6 @@ def _environment(twin: Problem, variables: StateVector, own: list[Any], time: An
     values = [Vector(own[variables.slots[f"orbits[{i}]"].place]) for i in range(len(variables.orbits))]
     blocks = list(zip(viewed(twin.orbits, variables.views), values, strict=True))
     return Environment(time, blocks, numbers, variables.comoving)
-
-
-def _refuse_discontinuities(field: _Field, variables: StateVector) -> None:
-    """Refuse conditions that switch at another time when the start or a parameter varies."""
-    motion = set(field.own[: variables.along_orbits.start])
-    for function in field.conditions.values():
-        if (variables.variations and variables.variations.inputs) or motion & set(ordered([function])):
-            raise ValueError(
-                "system must have no `where` on the attitude or the rates for variational equations, nor any for "
-                "derivatives by parameters, but it has one. Write a smooth formula."
-            )
 
 
 def _stops(outcome: Any) -> bool:

@@ -75,7 +75,7 @@ class Legs:
             parameters = self._computed(pieces, self._members[chosen])
         if self._held:
             parameters[:, self._held] = self._values[chosen]
-        self._tasks["parameters"][chosen] = parameters
+        self._tasks["parameters"][chosen], self._tasks["branches"][chosen] = parameters, np.nan
         later = np.minimum(ends, np.where(pieces < knots.size - 1, knots[pieces], np.inf))
         earlier = np.maximum(ends, np.where(pieces > 1, knots[pieces - 1], -np.inf))
         self._tasks["end"][chosen] = np.where(self._steps[chosen] > 0, later, earlier)

@@ -61,6 +61,8 @@ class Code:
     order, lanes : int
     variables, parameters : int
         How many a member has.
+    conditions : tuple of int
+        The parameters that hold the conditions behind which it stops, and the others beside them.
     blank : structured array (1,)
         A task without numbers of its own.
     """
@@ -69,9 +71,10 @@ class Code:
         self.order, self.lanes = kernel.order, kernel.lanes
         self.variables, self.parameters = kernel.variables, kernel.parameters
         self.work, self.task, self.step, self.note = kernel.work, kernel.task, kernel.step, kernel.watch.note
-        self.events = kernel.watch.events
+        self.events, self.conditions = kernel.watch.events, kernel.watch.conditions
         self.blank = np.zeros(1, self.task)
         self.blank["limit"], self.blank["shortest"], self.blank["pause"] = LONGEST, np.inf, FOREVER
+        self.blank["branches"] = np.nan
         self.idle: list[Run] = []
         exact = [Fraction(1, n) for n in range(1, kernel.order + 1)]
         self.reciprocals_of_orders = np.array([0.0, *map(float, exact)])

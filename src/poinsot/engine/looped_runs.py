@@ -25,6 +25,7 @@ from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.roots import StartRoots
 from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
+from poinsot.engine.saltation import Jump, NoDerivative
 from poinsot.engine.scales import BITS, LEAST, MOST
 from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
@@ -65,20 +66,17 @@ def constants_of(job: Job) -> Constants | None:
         return None
     if constants.size > LARGEST:
         with np.errstate(all="ignore"):
-            zeros = _zeros(job, constants, constants.values(_numbers_of(job, smooth)))
+            zeros = _zeros(job, constants, constants.values(kernels.numbers_of(smooth, job.variables)))
         key = smooth.structure, job.variables.structure, zeros
         size = kernels.known(key, lambda: kernels.looped_program(smooth, job.variables, zeros).decomposition.size)
         return constants if size <= LARGEST else None
     return constants
 
 
-def _numbers_of(job: Job, problem: Problem) -> tuple[Any, ...]:
-    return job.variables.scale, *job.variables.factors, *problem.numbers
-
-
 def _zeros(job: Job, constants: Constants, values: Sequence[Any]) -> tuple[int, ...]:
-    """Return which constants are zero throughout: none that may change at knots."""
-    return () if job.problem.knots.size else constants.zeros(values)
+    """Return which constants are zero throughout: none that may change at knots, or where tangent vectors may jump."""
+    kept = job.problem.knots.size or kernels.saltation_of(job.problem, job.variables)
+    return () if kept else constants.zeros(values)
 
 
 class Ready(NamedTuple):
@@ -111,7 +109,7 @@ class LoopedRun(Run):
         layout: Layout = "single" if self.one else "batch"
         lanes = 1 if self.one else kernels.LANES
         smooth = job.problem.between_knots()
-        self._numbers, self._constants = _numbers_of(job, smooth), constants
+        self._numbers, self._constants = kernels.numbers_of(smooth, job.variables), constants
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
             values = constants.values(self._numbers)
             zeros = _zeros(job, constants, values)
@@ -152,8 +150,7 @@ class LoopedRun(Run):
 
     def numbers_around(self, times: Array, members: NDArray[np.int_]) -> list[Any]:
         """Return the numbers of members, between the knots around times."""
-        around = _numbers_of(self.job, self.job.problem.between_knots(times))
-        return [x[members] if np.ndim(y) else x for x, y in zip(around, self._numbers, strict=True)]
+        return kernels.numbers_around(self.job.problem, self.job.variables, self._numbers, times, members)
 
     @property
     def counting(self) -> Replay:
@@ -296,6 +293,7 @@ class _Tasks:
         self._ends = self.queue.tasks["end"].copy()
         self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
         self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
+        self._saltation = kernels.saltation_of(run.job.problem, run.job.variables)
 
     def _noted_of(self, members: NDArray[np.int_]) -> NotedEvents:
         run, job = self._run, self._run.job
@@ -343,7 +341,7 @@ class _Tasks:
                 if self._run.stop:
                     break
             kernel.finish()
-            stopped = NONE if self._noted is None else self._happen(kernel, self._noted)
+            stopped = self._jump() if self._noted is None else self._happen(kernel, self._noted)
             if self._hopeless:
                 tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
             waiting = [stopped, self._between_legs(), self._rescaled()]
@@ -357,6 +355,26 @@ class _Tasks:
         stopped = noted.take(kernel.happened())
         self._hopeless |= noted.failed
         return np.setdiff1d(stopped, list(noted.failed)) if noted.failed else stopped
+
+    def _jump(self) -> NDArray[np.int_]:
+        """Let tangent vectors jump where formulas have switched, and return the tasks that go on behind that."""
+        if self._saltation is None:
+            return NONE
+        tasks, places = self.queue.tasks, list(self._run.code.conditions)
+        stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
+        for k in stopped.tolist():
+            task, time = tasks[k], tasks["time"][k, :1]
+            inputs = self._run.numbers_around(time, self._members[self.own[[k]]])
+            numbers = [float(np.ravel(number)[0]) for number in inputs]
+            jump = Jump(self._saltation, task["state"], time[0], numbers, float(task["near"]))
+            before, behind = task["branches"].copy()
+            task["branches"][0], task["parameters"][places] = behind, behind
+            task["below"][self._run.job.variables.tangent_vectors] = 0.0
+            try:
+                task["state"][self._run.job.variables.tangent_vectors] = jump.across(before, behind)
+            except NoDerivative as error:
+                self._hopeless[k] = str(error)
+        return np.setdiff1d(stopped, list(self._hopeless))
 
     def _between_legs(self) -> NDArray[np.int_]:
         """Return the tasks that have come to a knot, with the parameters behind it."""

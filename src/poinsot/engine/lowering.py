@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.program import Graph, Node, ordered, partials, without
+from poinsot.algebra.program import Graph, Node, ordered, partials, replaced
 from poinsot.algebra.replay import HELD, Replay
 from poinsot.engine.decomposition import (
     Coefficient,
@@ -192,7 +192,7 @@ def simplified(graph: Graph, rates: Sequence[Any], zeros: Iterable[int], events:
     """Return the program for runs in which some of the `Constants` are zero; the values of all of these are given."""
     formulas, count = [*rates, *events.values], len(rates)
     constants = _constants_met(formulas)
-    left = without(formulas, [constants[number] for number in zeros])
+    left = replaced(formulas, {constants[number]: 0.0 for number in zeros})
     program = lowered(graph, left[:count], events=events._replace(values=left[count:]))
     return replace(program, given=constants)
 

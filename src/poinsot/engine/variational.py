@@ -26,7 +26,7 @@ from poinsot.algebra.program import Node, tangents
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.functions import Vector, cross
 
-__all__ = ["TurningBody", "VariationalEquations"]
+__all__ = ["TangentVector", "TurningBody", "VariationalEquations"]
 
 
 class TurningBody(NamedTuple):
@@ -51,6 +51,11 @@ class VariationalEquations:
         The variables of parts, and their time derivatives.
     inputs : callable
         The number of an input of the run to its node.
+
+    Attributes
+    ----------
+    velocity : list of scalars
+        The motion as a tangent vector per time, all coordinates.
     """
 
     def __init__(
@@ -65,7 +70,7 @@ class VariationalEquations:
         self._rows = [[Vector(row) for row in body.matrix] for body in bodies]
         self._quaternions = [Vector(body.quaternion) for body in bodies]
         self._momenta = [x for body in bodies for x in body.momentum] + list(variables)
-        self._rates = [x for body in bodies for x in (*body.omega, *body.momentum_rate)] + list(rates)
+        self.velocity = [x for body in bodies for x in (*body.omega, *body.momentum_rate)] + list(rates)
 
     def of(self, variations: Variations, symbols: Sequence[Any]) -> list[Any]:
         """Return the time derivatives of the variables of tangent vectors."""
@@ -74,36 +79,32 @@ class VariationalEquations:
             {self._inputs(number): unit for number in numbers}
             for numbers, unit in zip(variations.inputs, units, strict=True)
         ]
-        bodies = len(self._bodies)
-        vectors = [_TangentVector(self._full(x), bodies, given) for x, given in zip(u, own, strict=True)]
-        out = [rate for vector in vectors for rate in self._first(vector)]
+        vectors = [self.vector(x, given) for x, given in zip(u, own, strict=True)]
+        changes = [tangents(self.velocity, vector.seeds) for vector in vectors]
+        out = [rate for vector, each in zip(vectors, changes, strict=True) for rate in self._first(vector, each)]
         for (a, b), x in zip(variations.pairs, pairs, strict=True):
-            out += self._second(_TangentVector(self._full(x), bodies, {}), vectors[a], vectors[b])
+            out += self._second(x, (vectors[a], vectors[b]), (changes[a], changes[b]))
         return out + [0.0] * (variations.size - len(out))
 
-    def _full(self, xi: Sequence[Any]) -> list[Any]:
-        full = [0.0] * len(self._rates)
+    def vector(self, xi: Sequence[Any], inputs: Mapping[Node, Any]) -> TangentVector:
+        """Return a tangent vector, of the chosen coordinates and of changes of inputs."""
+        bodies, full = len(self._bodies), [0.0] * len(self.velocity)
         for place, x in zip(self._chosen, xi, strict=True):
             full[place] = x
-        return full
+        thetas = [Vector(full[6 * i : 6 * i + 3]) for i in range(bodies)]
+        gamma = [x for i in range(bodies) for x in full[6 * i + 3 : 6 * i + 6]] + full[6 * bodies :]
+        row_changes = [[cross(row, theta) for row in rows] for rows, theta in zip(self._rows, thetas, strict=True)]
+        turns = self._turns(thetas)
+        seeds = _seeds([*_flat(self._rows), *self._quaternions], [*_flat(row_changes), *turns])
+        seeds |= _seeds([self._momenta], [gamma]) | dict(inputs)
+        return TangentVector(thetas, gamma, row_changes, turns, seeds)
 
-    def _first(self, vector: _TangentVector) -> list[Any]:
-        vector.row_changes = [
-            [cross(row, theta) for row in rows] for rows, theta in zip(self._rows, vector.thetas, strict=True)
-        ]
-        vector.turns = self._turns(vector.thetas)
-        seeds = _seeds([*_flat(self._rows), *self._quaternions], [*_flat(vector.row_changes), *vector.turns])
-        seeds |= _seeds([self._momenta], [vector.gamma]) | vector.inputs
-        vector.seeds = seeds
-        vector.changes = tangents(self._rates, seeds)
-        rates = list(vector.changes)
-        for i, (body, theta) in enumerate(zip(self._bodies, vector.thetas, strict=True)):
-            own = slice(6 * i, 6 * i + 3)
-            rates[own] = Vector(vector.changes[own]) - cross(body.omega, theta)
-        return [rates[place] for place in self._chosen]
+    def second(self, changes: Sequence[Any], pair: TangentVector, a: TangentVector, b: TangentVector) -> list[Any]:
+        """Return second differentials in two tangent vectors, of which the pair is that of the coordinates.
 
-    def _second(self, pair: _TangentVector, a: _TangentVector, b: _TangentVector) -> list[Any]:
-        rows, turns = [], self._turns(pair.thetas)
+        `changes` are the differentials along the first one.
+        """
+        rows, turns = [], list(pair.turns)
         for i, theta in enumerate(pair.thetas):
             rows += [
                 cross(row, theta) + 0.5 * (cross(row_a, b.thetas[i]) + cross(row_b, a.thetas[i]))
@@ -111,30 +112,42 @@ class VariationalEquations:
             ]
             turns[i] += 0.5 * (_half_product(a.turns[i], b.thetas[i]) + _half_product(b.turns[i], a.thetas[i]))
         seeds = b.seeds | _seeds([*_flat(a.row_changes), *a.turns, a.gamma], [*rows, *turns, pair.gamma])
-        changes = tangents(a.changes, seeds)
+        return tangents(changes, seeds)
+
+    def chosen(self, coordinates: Sequence[Any]) -> list[Any]:
+        """Return of all tangent coordinates those that there are."""
+        return [coordinates[place] for place in self._chosen]
+
+    def _first(self, vector: TangentVector, changes: Sequence[Any]) -> list[Any]:
+        rates = list(changes)
+        for i, (body, theta) in enumerate(zip(self._bodies, vector.thetas, strict=True)):
+            own = slice(6 * i, 6 * i + 3)
+            rates[own] = Vector(changes[own]) - cross(body.omega, theta)
+        return self.chosen(rates)
+
+    def _second(
+        self, xi: Sequence[Any], vectors: tuple[TangentVector, TangentVector], changes: tuple[list[Any], list[Any]]
+    ) -> list[Any]:
+        pair, (a, b) = self.vector(xi, {}), vectors
+        rates = self.second(changes[0], pair, a, b)
         for i, (body, theta) in enumerate(zip(self._bodies, pair.thetas, strict=True)):
             own = slice(6 * i, 6 * i + 3)
-            mixed = cross(a.thetas[i], b.changes[own]) + cross(b.thetas[i], a.changes[own])
-            changes[own] = Vector(changes[own]) - cross(body.omega, theta) + 0.5 * mixed
-        return [changes[place] for place in self._chosen]
+            mixed = cross(a.thetas[i], changes[1][own]) + cross(b.thetas[i], changes[0][own])
+            rates[own] = Vector(rates[own]) - cross(body.omega, theta) + 0.5 * mixed
+        return self.chosen(rates)
 
     def _turns(self, thetas: Sequence[Vector]) -> list[Any]:
         return [_half_product(q, theta) for q, theta in zip(self._quaternions, thetas, strict=True)]
 
 
-class _TangentVector:
-    """A tangent vector and what is known of the differentials along it."""
+class TangentVector(NamedTuple):
+    """A tangent vector: the changes of attitudes, momenta and variables of parts, and `seeds`, those of all nodes."""
 
+    thetas: list[Vector]
+    gamma: list[Any]
     row_changes: list[list[Any]]
     turns: list[Any]
     seeds: dict[Node, Any]
-    changes: list[Any]
-
-    def __init__(self, xi: Sequence[Any], bodies: int, inputs: Mapping[Node, Any]) -> None:
-        each = [6 * i for i in range(bodies)]
-        self.thetas = [Vector(xi[i : i + 3]) for i in each]
-        self.gamma = [x for i in each for x in xi[i + 3 : i + 6]] + list(xi[6 * bodies :])
-        self.inputs = dict(inputs)
 
 
 def _flat(lists: Iterable[Iterable[Any]]) -> list[Any]:

@@ -67,16 +67,6 @@ def test_covariance_of_known_parameters_is_that_of_the_state():
     assert_allclose(found.covariance(np.eye(6))[0], phi @ phi.T, rtol=1e-14)
 
 
-class Kick(pt.Torque):
-    """A torque that jumps where the body turns faster than a limit."""
-
-    limit: float
-
-    def torque(self, instant):
-        """Return the torque."""
-        return functions.Vector((functions.where(instant.omega_body[0] > self.limit, -0.1, 0.0), 0.0, 0.0))
-
-
 class Timed(pt.Torque):
     """A torque that ends at a time."""
 
@@ -109,13 +99,6 @@ def test_refusals(arguments, sentence):
     with pytest.raises((ValueError, TypeError), match=r"^[a-z ']+must") as raised:
         pt.analysis.state_transition(SYSTEM, START, [1.0], **arguments)
     assert sentence in str(raised.value)
-
-
-def test_torques_that_jump_with_the_motion_are_refused():
-    with pytest.raises(ValueError, match="system must have no `where` on the attitude"):
-        pt.analysis.state_transition(pt.System(BODY, Kick(0.2)), START, [1.0])
-    with pytest.raises(ValueError, match="nor any for derivatives by parameters"):
-        pt.analysis.state_transition(pt.System(BODY, Timed(0.5)), START, [1.0], ["end"])
 
 
 def test_orbits_that_are_integrated_along():
