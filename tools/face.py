@@ -23,6 +23,7 @@ SOURCE = ROOT / "src" / "poinsot"
 SHARED = {
     "analysis": "family.* multipliers.* pair_period_map.* pair_point.* period_map.* polhodes.* polynomial_search.* "
     "*.LOOSE *.bifurcations *.grows_with_time *.recognised *.refuse_open",
+    "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "

@@ -1,6 +1,6 @@
 """The public names, by the module of each; imported when they are used first."""
 
-from . import analysis, events, files, forces, functions, orbits, parts, plot, shapes
+from . import analysis, control, events, files, forces, functions, orbits, parts, plot, shapes
 from .errors import PropagationError, PropagationInterrupted
 from .files.netcdf import load, save
 from .forces.gravity import GravityGradient, UniformGravity
@@ -61,6 +61,7 @@ __all__ = [
     "UniformGravity",
     "Vector",
     "analysis",
+    "control",
     "events",
     "files",
     "forces",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,10 @@ from poinsot.engine.llvm_ir import Array as Memory
 from poinsot.engine.state_vector import BLOCK, StateVector
 from poinsot.mechanics.state import Phase
 
-__all__ = ["DenseOutput", "KeptSteps"]
+__all__ = ["DenseOutput", "KeptSteps", "Side"]
 
 Array = NDArray[Any]
+Side = Literal["left", "right"]
 
 AT_ONCE = 8
 """Polynomials that are evaluated side by side: their sums stay in registers."""
@@ -31,8 +32,8 @@ class Steps(Protocol):
     def empty(self) -> bool:
         """Whether there are none."""
 
-    def at(self, times: Array) -> Array:
-        """Return the variables at times; shape (n, size)."""
+    def at(self, times: Array, side: Side = "left") -> Array:
+        """Return the variables at times, at ends of steps those of the step on a side; shape (n, size)."""
 
 
 class KeptSteps:
@@ -55,10 +56,10 @@ class KeptSteps:
         """Whether there are none."""
         return not self._starts.size
 
-    def at(self, times: Array) -> Array:
-        """Return the variables at times; shape (n, size)."""
+    def at(self, times: Array, side: Side = "left") -> Array:
+        """Return the variables at times, at ends of steps those of the step on a side; shape (n, size)."""
         sign = np.sign(self._starts[-1] - self._starts[0])
-        which = np.searchsorted(sign * self._starts[1:], sign * times)
+        which = np.searchsorted(sign * self._starts[1:], sign * times, side)
         ahead = (times - self._starts[which]) - self._low[which]
         _, orders, size = self._coefficients[0].shape
         evaluate = _compiled(orders, size) if looped_kernel.available() else _evaluated
@@ -127,7 +128,7 @@ def _horner(step: Value, h: Value, shape: tuple[int, int], group: range) -> list
 
 
 class DenseOutput:
-    """A motion at any time between the two that it has reached.
+    """A motion at any time between the two that it has reached; what jumps is right-continuous.
 
     Parameters
     ----------
@@ -135,10 +136,16 @@ class DenseOutput:
     origin : float
         The time of the start.
     start : array (size,)
+
+    Attributes
+    ----------
+    last : array (size,) or None
+        The variables at the latest time, of a motion that may jump there.
     """
 
     def __init__(self, variables: StateVector, origin: float, start: Array) -> None:
         self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
+        self.last: Array | None = None
         self.parts: Mapping[bool, Steps] = {}
         self.reached: dict[bool, float] = {}
 
@@ -157,6 +164,9 @@ class DenseOutput:
     def _at(self, times: Array) -> Array:
         """Return the variables."""
         later, earlier = self.parts[True], self.parts[False]
+        if self.last is not None:
+            there = (times == self.reached[True])[:, None]
+            return np.where(there, self.last, self._start if later.empty else later.at(times, "right"))
         if earlier.empty and not later.empty:
             return later.at(times)
         out = np.empty((times.size, self._variables.size))

@@ -16,9 +16,11 @@ from poinsot.engine import kernels
 from poinsot.engine.cuda_runs import CudaRun, check_device
 from poinsot.engine.dense_output import DenseOutput
 from poinsot.engine.integration import BatchStepper, DenseStepper, Integration, Polynomials, ScalarStepper, Stepper
+from poinsot.engine.jumps import Clock, Updates
 from poinsot.engine.looped_runs import LoopedRun, constants_of
 from poinsot.engine.progress import bar
 from poinsot.engine.runs import BOTH_WAYS, Job, Report, Rows, Run, Sink, Stop
+from poinsot.engine.sampled_integration import SampledIntegration
 from poinsot.engine.termination import INTERRUPTED, HeldInterrupts
 from poinsot.mechanics.state import State
 
@@ -68,7 +70,24 @@ class _EngineRun(Run):
         for forwards in self.ways:
             if min(each) < self.rising.size if forwards else max(each) > 0:
                 grids = [self.rising[place:] if forwards else self.rising[:place][::-1] for place in each]
-                yield Integration(stepper(forwards), members, starts, origins, grids, forwards), places
+                given = stepper(forwards), members, starts, origins, grids
+                if self.clock is None:
+                    yield Integration(*given, forwards), places
+                else:
+                    yield SampledIntegration(*given, self.clock, self._updates(self.clock)), places
+
+    def _updates(self, clock: Clock) -> Updates:
+        """Return what is done at samples."""
+        smooth, variables = self.job.problem.between_knots(), self.job.variables
+        key = "updates", smooth.structure, variables.structure
+        jumps = kernels.known(key, lambda: kernels.updates(smooth, variables))
+
+        def inputs(time: float, member: int) -> list[Any]:
+            around = self.job.problem.between_knots(time)
+            numbers = variables.scale, *variables.factors, *around.numbers
+            return [x[member] if np.ndim(x) else x for x in numbers]
+
+        return Updates(jumps, inputs, clock)
 
     def book(self, integrations: list[Integration]) -> None:
         """Note what happened to members."""
@@ -111,6 +130,7 @@ class _OneBody(_EngineRun):
         if dense:
             dense.parts = polynomials
             dense.reached = {part.forwards: float(part.reached[0]) for part in parts}
+            dense.last = next((part.states[0] for part in parts if isinstance(part, SampledIntegration)), None)
         self._hand_over({part.forwards: part.rows(0) for part in parts})
 
     def _integrate(self, part: Integration, told: Callable[[float], None]) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.engine import kernels
+from poinsot.engine.dense_output import Side
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
@@ -517,12 +518,12 @@ class Polynomials:
         self.pieces.append(piece)
         self._bits.append(bits)
 
-    def at(self, times: Array) -> Array:
-        """Return the variables at times, until the next call."""
+    def at(self, times: Array, side: Side = "left") -> Array:
+        """Return the variables at times, at ends of pieces those of the piece on a side, until the next call."""
         if len(self.pieces) == 1:
             return self._at(0, times)
         ends = np.array([float(piece.bounds[1]) for piece in self.pieces])
-        which = np.minimum(np.searchsorted(self._sign * ends, self._sign * times), len(ends) - 1)
+        which = np.minimum(np.searchsorted(self._sign * ends, self._sign * times, side), len(ends) - 1)
         out = np.empty((times.size, self._variables.size))
         for i in np.unique(which):
             chosen = which == i

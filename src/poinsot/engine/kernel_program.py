@@ -14,6 +14,8 @@ from typing_extensions import override
 
 from poinsot.engine import llvm_functions
 from poinsot.engine.decomposition import Coefficient, Decomposition, Function
+from poinsot.engine.jumps import Jumps
+from poinsot.engine.kernel_jumps import Sampling
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
 from poinsot.engine.kernel_watch import Watch
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
@@ -142,7 +144,13 @@ class KernelProgram:
     """The text of a kernel and the types of its memory."""
 
     def __init__(
-        self, decomposition: Decomposition, order: int, lanes: int | None, layout: Layout, momenta: Momenta
+        self,
+        decomposition: Decomposition,
+        order: int,
+        lanes: int | None,
+        layout: Layout,
+        momenta: Momenta,
+        jumps: Jumps | None = None,
     ) -> None:
         self.schedule, self.order, self.momenta = Schedule(decomposition), order, momenta
         self.variables, self.parameters = len(decomposition.rates), decomposition.parameters
@@ -155,7 +163,9 @@ class KernelProgram:
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
         self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
         self.multiples = self.schedule.multiples
-        self.watch = Watch(self, decomposition)
+        self.watch, self.sampling = Watch(self, decomposition), Sampling(self, jumps)
+        # What happens at the end is seen in one step more.
+        self._arrives = bool(self.watch.events or self.sampling.count)
         self.work, self.task, self.step = self._work_type(), self._task_type(), self._step_type()
         self.module = Module()
         for name, body in (("take", self._take), ("leave", self._leave), ("write_row", self._write_row)):
@@ -163,6 +173,7 @@ class KernelProgram:
         if momenta.places:
             self.module.function("fit", "void", [POINTER, INTEGER], self._fit)
         self.watch.define(self.module)
+        self.sampling.define(self.module)
         self.module.function("evaluate", "void", [POINTER, POINTER, self.kind], self._evaluate)
         if lanes == 1:
             self.module.function("keep_step", "void", [POINTER, DOUBLE], self._keep_step)
@@ -182,6 +193,7 @@ class KernelProgram:
             "reciprocals": (len(self.reciprocals), lanes),
             "time": (2, lanes),
             **self.watch.fields,
+            **self.sampling.fields,
         }
         doubles = (
             "end",
@@ -231,6 +243,7 @@ class KernelProgram:
                 ("time", "f8", (2,)),
                 ("sides", "f8", (self.watch.events,)),
                 ("branches", "f8", (2, len(self.watch.conditions))),
+                *self.sampling.of_tasks,
                 *((name, "f8") for name in doubles),
                 *((name, "i8") for name in integers),
             ]
@@ -305,9 +318,11 @@ class KernelProgram:
 
     def _step(self, lines: Lines, work: Record) -> None:
         """Write a step of all lanes."""
+        self.sampling.step(lines, work)
         self._coefficients(lines, work)
         time, active = work.array("time", self.kind), work.array("active", self.whole)[0].is_("ne", 0)
-        left = (work.array("end", self.kind)[0] - time[0]) - time[1]
+        target = self.sampling.target(work)
+        left = (target - time[0]) - time[1]
         length = self._length(work)
         last = length.is_("ge", abs(left))
         h, cut, waits, stops = self.watch.look(
@@ -320,18 +335,19 @@ class KernelProgram:
         finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0)
         finite = (finite & self.watch.defined(work)) | waits if self.watch.events else finite | waits
         goes = active & finite & ~waits & ~arrived
+        seen = active & finite if self.sampling.count else goes
         if self.lanes == 1:
             with lines.when(work.array("kept", INTEGER)[0].is_("ne", 0) & goes):
                 lines.run("keep_step", work.address, h)
-        self._rows(lines, work, goes, h)
+        self._rows(lines, work, seen, h, last & goes)
         below = work.array("below", self.kind)
         for k, value in enumerate(moved):
             states[k] = goes.choose(value, states[k])
             below[k] = goes.choose(following[self.variables + k], below[k])
-        stalled = self._move(work, goes, last, h)
+        stalled = self._move(work, goes, last, h, target)
         paused = self._count(work, goes, ~last & ~cut, abs(h))
         held = self.watch.held(work, waits)
-        done = arrived if self.watch.events else last  # what happens at the end is seen in one step more
+        done = arrived if self._arrives else last
         going = finite & ~done & ~stalled & ~paused & ~held & ~stops
         status = work.array("status", self.whole)
         status[0] = _chosen(
@@ -345,15 +361,15 @@ class KernelProgram:
         )
         self.for_each(lines, work, active & (~going | self._misfit(work, moved)), "leave")
 
-    def _move(self, work: Record, goes: Value, last: Value, h: Value) -> Value:
+    def _move(self, work: Record, goes: Value, last: Value, h: Value, target: Value) -> Value:
         """Write the time after a step, in two parts; return where it did not move."""
         time = work.array("time", self.kind)
-        high, low, end = time[0], time[1], work.array("end", self.kind)[0]
+        high, low = time[0], time[1]
         total = high + h
         part = total - high
         rest = ((high - (total - part)) + (h - part)) + low
         later = total + rest
-        time[0] = goes.choose(last.choose(end, later), high)
+        time[0] = goes.choose(last.choose(target, later), high)
         time[1] = goes.choose(last.choose(low * 0.0, rest - (later - total)), low)
         return goes & ~last & total.is_("eq", high)
 
@@ -379,13 +395,16 @@ class KernelProgram:
         """Return the square of a norm."""
         return functools.reduce(lambda total, m: m.fma(m, total), momenta[1:], momenta[0] * momenta[0])
 
-    def _rows(self, lines: Lines, work: Record, goes: Value, h: Value) -> None:
-        """Write the rows of the output times within a step."""
+    def _rows(self, lines: Lines, work: Record, goes: Value, h: Value, last: Value) -> None:
+        """Write the rows of the output times within a step; of one up to a sample the next step writes the last."""
         time, row = work.array("time", self.kind), work.array("row", self.kind)
 
         def due() -> list[Value]:
             ahead = (work.array("output_time", self.kind)[0] - time[0]) - time[1]
-            return [ahead, goes & abs(ahead).is_("le", abs(h))]
+            within = abs(ahead).is_("le", abs(h))
+            if self.sampling.count:
+                within = within & ~(last & ahead.is_("eq", h))
+            return [ahead, goes & within]
 
         def write(ahead: Value, which: Value) -> list[Value]:
             lines.run("evaluate", work.address, row.address, which.choose(ahead, 0.0))
@@ -478,6 +497,7 @@ class KernelProgram:
             for name in INTEGERS:
                 work.array(name, INTEGER)[lane] = task.array(name, INTEGER)[0]
             self._look_ahead(work, task, lane)
+            self.sampling.take(work, task, lane)
             if self.momenta.places:
                 self._scale_states(work, lane, work.array("bits", INTEGER)[lane])
                 self._scale_parameters(work, task, lane)
@@ -500,6 +520,7 @@ class KernelProgram:
             for i, place in enumerate(self.watch.conditions):
                 held = work.array("parameters")[lane + place * self.lanes]
                 task.array("branches")[len(self.watch.conditions) + i] = held
+            self.sampling.leave(work, task, lane)
             for name in ("shortest", "longest", "near"):
                 task.array(name)[0] = work.array(name)[lane]
             for name in ("status", "steps", "index", "bits", "which", "rising"):

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
+from poinsot.algebra.draws import normals
 from poinsot.algebra.program import Graph, Node, tangents
 from poinsot.algebra.replay import Replay
 from poinsot.engine.decomposition import Crossing
@@ -27,6 +28,7 @@ from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class,
 from poinsot.engine.event_detection import EventDetection, refuse_constant_events
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.heyoka_expressions import Expressions
+from poinsot.engine.jumps import Update
 from poinsot.engine.lowering import TIME, Constants, Events, Program, conditions_of, lowered, simplified
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
@@ -40,6 +42,7 @@ from poinsot.engine.variational import TurningBody, VariationalEquations
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.formula_errors import use_functions
+from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import State
 
 PRECISIONS: dict[str, Any] = {
@@ -416,7 +419,8 @@ def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int
     field = _traced(problem, variables)
     program = simplified(field.graph, field.rates, zeros, _events(problem, field))
     stops = field.saltation.stops if field.saltation else ()
-    return replace(program, decomposition=replace(program.decomposition, stops=tuple(stops)))
+    stopping = replace(program, decomposition=replace(program.decomposition, stops=tuple(stops)))
+    return stopping.with_jumps(field.graph, field.own, field.updates)
 
 
 def saltation_of(problem: Problem, variables: StateVector) -> Saltation | None:
@@ -447,6 +451,15 @@ def counting(problem: Problem, variables: StateVector) -> Replay:
     """Return what gives, of variables, time and numbers, what is positive where zeros of events count."""
     field = _traced(problem, variables)
     return Replay(field.counting, np.longdouble, field.own)
+
+
+def updates(problem: Problem, variables: StateVector) -> list[tuple[slice, Replay, int]]:
+    """Return where variables jump, and what gives their new values of variables, time, uniform numbers and inputs."""
+    field = _traced(problem, variables)
+    return [
+        (each.place, Replay(each.values, np.longdouble, [*field.own, *each.draws]), len(each.draws))
+        for each in field.updates
+    ]
 
 
 @contextmanager
@@ -486,6 +499,8 @@ class _Field:
         The values of the events, and what is positive where their zeros count.
     saltation : Saltation or None
         What becomes of tangent vectors where formulas switch.
+    updates : list of Update
+        What is done at samples.
     """
 
     graph: Graph
@@ -493,6 +508,7 @@ class _Field:
     rates: list[Any]
     events: list[Any]
     counting: list[Any]
+    updates: list[Update]
     saltation: Saltation | None = None
 
     @property
@@ -533,7 +549,9 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
         ]
         rates = [*of_charts, *of_blocks]
         events = [event.value(instant) for event in twin.events]
-        field = _Field(graph, [*own, time], rates, events, [event.condition(instant) for event in twin.events])
+        updates = [_update(graph, part, instant, variables, scale) for part in system.jumping]
+        counting = [event.condition(instant) for event in twin.events]
+        field = _Field(graph, [*own, time], rates, events, counting, updates)
         if variations is None:
             return field
         parts = own[variables.charts[-1].stop : variables.along_orbits.start]
@@ -555,6 +573,14 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
         return replace(field, saltation=saltation if saltation and saltation.stops else None)
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
+
+
+def _update(graph: Graph, part: Part, instant: Any, variables: StateVector, scale: Any) -> Update:
+    """Return the formulas of the new values that a part gets at a sample."""
+    count = part.jump.draws if part.jump else 0
+    draws = [graph.symbol((part.name, i)) for i in range(count + count % 2)]
+    slot, values = variables.slots[part.name], part.update(instant, Vector(normals(draws)[:count]))
+    return Update(slot.place, slot.scaled(values, scale), draws)
 
 
 def _environment(twin: Problem, variables: StateVector, own: list[Any], time: Any) -> Environment:

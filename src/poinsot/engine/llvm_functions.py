@@ -55,9 +55,9 @@ def elementary(function: Function, arguments: Sequence[Value], lanes: int) -> Va
         case "sin" | "cos":
             return _sine_and_cosine(arguments[0], lanes).part(int(name == "cos"))
         case "eccentric_anomaly":
-            kind = vector(DOUBLE, lanes)
-            lines.module.function(name, kind, [kind, kind], lambda e, m: _eccentric_anomaly(e, m, lanes))
-            return lines.call(kind, name, *arguments)
+            kind, own = vector(DOUBLE, lanes), f"{name}_{lanes}"
+            lines.module.function(own, kind, [kind, kind], lambda e, m: _eccentric_anomaly(e, m, lanes))
+            return lines.call(kind, own, *arguments)
         case "sine_defect" | "asinh_defect":
             return _defect(name, arguments[0], lanes)
         case "pow":
@@ -116,9 +116,9 @@ def _reduced(x: Value, parts: Sequence[float]) -> tuple[Value, Value]:
 
 def _sine_and_cosine(x: Value, lanes: int) -> Value:
     kind, lines = vector(DOUBLE, lanes), x.function
-    both = f"{{{kind}, {kind}}}"
-    lines.module.function("sine_and_cosine", both, [kind], lambda x: _written_sine_and_cosine(x, lanes))
-    return lines.call(both, "sine_and_cosine", x)
+    both, name = f"{{{kind}, {kind}}}", f"sine_and_cosine_{lanes}"
+    lines.module.function(name, both, [kind], lambda x: _written_sine_and_cosine(x, lanes))
+    return lines.call(both, name, x)
 
 
 def _written_sine_and_cosine(x: Value, lanes: int) -> Value:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine.decomposition import Decomposition
+from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.kernel_program import KernelProgram, Momenta, Status
 from poinsot.engine.llvm_functions import LIBRARY
@@ -311,6 +312,7 @@ def compiled(
     lanes: int | None = None,
     layout: Layout = "batch",
     momenta: Momenta = NO_MOMENTA,
+    jumps: Jumps | None = None,
 ) -> Code:
     """Return the kernel of a decomposition.
 
@@ -324,7 +326,11 @@ def compiled(
     layout : {"batch", "single"}
     momenta : Momenta, optional
         What is rescaled on the way.
+    jumps : Jumps, optional
+        What is done at samples; such kernels are not kept here.
     """
+    if jumps is not None:
+        return Code(KernelProgram(decomposition, order, lanes, layout, momenta, jumps))
     return _compiled(decomposition, order, lanes, layout, momenta)
 
 

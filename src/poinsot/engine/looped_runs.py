@@ -128,7 +128,7 @@ class LoopedRun(Run):
 
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
         """Return the kernel of a program."""
-        return looped_kernel.compiled(program.decomposition, order, lanes, layout, self.momenta(program))
+        return looped_kernel.compiled(program.decomposition, order, lanes, layout, self.momenta(program), program.jumps)
 
     def momenta(self, program: Program) -> Momenta:
         """Return which variables are rescaled on the way."""
@@ -198,6 +198,8 @@ class LoopedRun(Run):
                     own = block["task"] == k
                     parts[way].append(block if own.all() else block[own])
             dense.parts = {way: KeptSteps(blocks) for way, blocks in parts.items()}
+            if self.clock is not None and tasks.queue.tasks.size:
+                dense.last = tasks.queue.tasks["state"][0].copy()
             dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
 
     def _memory(self) -> AbstractContextManager[looped_kernel.Run]:
@@ -290,6 +292,8 @@ class _Tasks:
         chosen = slice(None) if run.one else members[self.own]
         self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
+        if run.clock is not None:
+            run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
         self._ends = self.queue.tasks["end"].copy()
         self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
         self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
@@ -310,7 +314,7 @@ class _Tasks:
         run, members, ways = self._run, self._members, self._run.ways
         origins = run.origins[members]
         places = run.rising.searchsorted(origins)
-        there = (run.rising.take(places, mode="clip") == origins) & (True in ways)
+        there = (run.rising.take(places, mode="clip") == origins) & (True in ways) & (run.clock is None)
         self._rows[there, places[there]] = run.starts[members[there]]
         first, table = places + there, np.empty((members.size, 2, 4), np.int64)
         table[:, :, 0], table[:, :, 3] = np.arange(members.size)[:, None], (1, -1)
@@ -323,7 +327,7 @@ class _Tasks:
         """Return the same for one body, where lists are faster."""
         run, rising, ways = self._run, self._run.rising, self._run.ways
         place = first = int(rising.searchsorted(run.origins[0]))
-        if True in ways and place < rising.size and rising[place] == run.origins[0]:
+        if True in ways and run.clock is None and place < rising.size and rising[place] == run.origins[0]:
             self._rows[0, place], first = run.starts[0], place + 1
         self._place, self._first = place, first
         tasks = [(0, first, rising.size - first, 1)] * (True in ways) + [(0, place - 1, place, -1)] * (False in ways)

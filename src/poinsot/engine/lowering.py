@@ -34,6 +34,7 @@ from poinsot.engine.decomposition import (
     Sum,
     Time,
 )
+from poinsot.engine.jumps import Jumps, Update
 
 __all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "lowered", "simplified"]
 
@@ -104,6 +105,8 @@ class Program:
     roots : list of Root
     given : sequence of Node
         What is computed before the parameters; the values of these nodes lead the inputs of a run.
+    jumps : Jumps, optional
+        What is done at samples.
     """
 
     decomposition: Decomposition
@@ -112,6 +115,16 @@ class Program:
     conditions: dict[int, int]
     roots: list[Root]
     given: Sequence[Node] = ()
+    jumps: Jumps | None = None
+
+    def with_jumps(self, graph: Graph, own: list[Node], updates: list[Update]) -> Program:
+        """Return the program with the formulas of updates, whose constants are parameters behind the others."""
+        if not updates:
+            return self
+        first, constants = len(self.parameters), _constants_met([x for update in updates for x in update.values])
+        jumps = Jumps(graph, own, updates, constants, first)
+        decomposition = replace(self.decomposition, parameters=first + len(constants))
+        return replace(self, decomposition=decomposition, parameters=[*self.parameters, *constants], jumps=jumps)
 
     def values(self, typed: Callable[[Any], Any]) -> Replay:
         """Return what gives the values of the parameters for the inputs of a run; 0 for those that are held."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from poinsot.engine import kernels
 from poinsot.engine.event_detection import Recorded
+from poinsot.engine.jumps import Clock
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
@@ -226,6 +227,13 @@ class Run(ABC):
         self.report, self.stop = Report(np.zeros(self.origins.size, dtype=int)), False
         start = job.variables.from_state(_in_precision(state, job.precision))
         self.starts = start.reshape(-1, start.shape[-1])
+        jumping = job.problem.system.jumping
+        self.clock = Clock(jumping, self.origins.size) if jumping else None
+        if jumping and self.rising[0] < self.origins.max() and False in ways:
+            raise ValueError(
+                f"times must not be before the state's where {jumping[0].name!r} is sampled, got {self.rising[0]} "
+                f"before {self.origins.max()}. Such motions run forwards only."
+            )
 
     def interrupt(self) -> None:
         """Let the run stop after the chunks of steps that are under way, and keep what it has."""

@@ -66,7 +66,7 @@ class MutualSeries(Potential):
         }
 
     @override
-    def errors(self, instant: Any) -> Mapping[str, Scalar]:
+    def relative_errors(self, instant: Any) -> Mapping[str, Scalar]:
         return {"coarse_series": self.truncation(instant)}
 
     @abstractmethod

@@ -23,7 +23,7 @@ from poinsot.mechanics.environment import Environment, shared_blocks
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.part import CompositeBody, Part
+from poinsot.mechanics.part import CompositeBody, Part, parts_of
 from poinsot.mechanics.state import State
 
 __all__ = ["Dynamics", "Turning", "scalars"]
@@ -69,8 +69,13 @@ class Dynamics(Collection):
 
     @functools.cached_property
     def parts(self) -> tuple[Part, ...]:
-        """What moves inside the body or on it, among the forces."""
-        return tuple(force for force in self.forces if isinstance(force, Part))
+        """What moves inside the body or on it, among the forces and within them."""
+        return tuple(part for force in self.forces for part in parts_of(force))
+
+    @property
+    def jumping(self) -> tuple[Part, ...]:
+        """The parts whose variables get new values at samples, in the order in which they do at one time."""
+        return tuple(part for part in self.parts if part.jump is not None)
 
     # ------------------------------------------------------------------ energy
 
@@ -91,9 +96,9 @@ class Dynamics(Collection):
         """Return, by name, whether a formula is used at a state where it need not hold; each of shape (...)."""
         return self._of_forces(lambda force: force.validity, np.logical_or, state, environment)
 
-    def errors(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.float64]]:
+    def relative_errors(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.float64]]:
         """Return estimates of the relative errors of formulas, by their names in `validity`; each of shape (...)."""
-        return self._of_forces(lambda force: force.errors, np.maximum, state, environment)
+        return self._of_forces(lambda force: force.relative_errors, np.maximum, state, environment)
 
     def _of_forces(
         self, formula: Callable[[Force], Any], both: Any, state: State, environment: Environment | None

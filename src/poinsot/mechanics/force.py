@@ -36,7 +36,7 @@ class Force(Parametric, ABC):
         """Return, by name, whether the formula is used where it need not hold: a result counts these times."""
         return {}
 
-    def errors(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
+    def relative_errors(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return estimates of the relative error of the formula, by the names in `validity` that they cause."""
         return {}
 
@@ -179,8 +179,8 @@ class _On(Force):
         return self.force.validity(getattr(instant, self.body))
 
     @override
-    def errors(self, instant: Any) -> Mapping[str, Scalar]:
-        return self.force.errors(getattr(instant, self.body))
+    def relative_errors(self, instant: Any) -> Mapping[str, Scalar]:
+        return self.force.relative_errors(getattr(instant, self.body))
 
 
 class PotentialOn(_On, Potential):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,25 @@ from poinsot.mechanics.force import Force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
 
-__all__ = ["CompositeBody", "Part"]
+__all__ = ["CompositeBody", "Jump", "Part", "parts_of"]
+
+
+class Jump(NamedTuple):
+    """When variables of a part get new values: at k period + phase, k whole; what is held between is right-continuous.
+
+    Attributes
+    ----------
+    period, phase : scalar
+    draws : int
+        How many independent numbers of the standard normal distribution each jump is given.
+    seed : scalar
+        Of these numbers, which member and k choose beside it.
+    """
+
+    period: Scalar
+    phase: Scalar
+    draws: int = 0
+    seed: Scalar = 0.0
 
 
 class Part(Block, Force):
@@ -51,6 +69,15 @@ class Part(Block, Force):
 
     moves_center_of_mass: ClassVar[bool] = False
     """Whether the centre of mass moves in the body; at most one part of a system does."""
+
+    @property
+    def jump(self) -> Jump | None:
+        """When the variables become those of `update`; None: never. Such a motion runs forwards only."""
+        return None
+
+    def update(self, instant: Instant, draws: Vector) -> Vector:  # noqa: ARG002
+        """Return the variables behind a jump, from the instant before it and numbers drawn at random."""
+        return instant.own(self)
 
     def start(self, time: Scalar, omega_body: Vector) -> Vector:  # noqa: ARG002
         """Return the values at the start of a motion that names none; by default zeros."""
@@ -86,6 +113,14 @@ class Part(Block, Force):
 
 
 NOTHING = Vector((Vector((0.0, 0.0, 0.0)),) * 3)
+
+
+def parts_of(record: Any) -> Iterator[Part]:
+    """Yield the parts in a record, itself included, in the order of its fields."""
+    if isinstance(record, Part):
+        yield record
+    for inner in record.records:
+        yield from parts_of(inner)
 
 
 class CompositeBody(Body):

@@ -460,7 +460,7 @@ class Trajectory(Summarized):
         """At how many times a formula is used where it need not hold, by name, with the estimate of its error."""
         known, told = (self._state, self.environment), dict[str, str]()
         misused = {name: at for name, at in self.system.validity(*known).items() if np.any(at)}
-        errors = self.system.errors(*known) if misused else {}
+        errors = self.system.relative_errors(*known) if misused else {}
         for name, at in misused.items():
             error = f", error about {100 * np.nanmax(errors[name]):.2g}%" if name in errors else ""
             told[name] = f"{np.count_nonzero(at)} of {at.size} times{error}"

@@ -251,7 +251,7 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
     groups = (_group_of(way) for way in classes)
-    group = "" if found else next(filter(None, groups), "")
+    group = "" if found else next((each for each in groups if each), "")
     return found or ("record" if group else ""), 0, group
 
 

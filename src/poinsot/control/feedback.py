@@ -1,0 +1,200 @@
+"""Feedback of attitude and rate: torques of an ideal actuator on the body."""
+
+from __future__ import annotations
+
+import warnings
+from abc import abstractmethod
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+import numpy as np
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra import quaternion as quat
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import unit_quaternion
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.force import Torque
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import Positive
+from poinsot.quantities import Real, Rule
+
+__all__ = ["OrbitPointing", "QuaternionFeedback", "RateDamping"]
+
+NEAR_HALF_A_TURN = 0.2
+"""Four times the square of the scalar part below which a quaternion is taken from its largest other component."""
+
+
+def _refuse_other_norm(name: str, value: Any, _: str) -> None:
+    unit_quaternion(value, name)
+
+
+UnitQuaternion = Annotated[Any, (4,), Rule(_refuse_other_norm)]
+
+
+def _within(torque: Iterable[Scalar], limit: Scalar) -> Vector:
+    """Return a torque with each component within limits."""
+    return Vector(functions.clip(component, -limit, limit) for component in torque)
+
+
+def _warn_of_signs(law: Torque, **gains: Any) -> None:
+    wrong = {name: float(np.min(gain)) for name, gain in gains.items() if np.any(np.asarray(gain) < 0)}
+    for name, least in wrong.items():
+        warnings.warn(
+            f"{name} of {type(law).__name__} should not be negative, got {least}. Such a torque drives the body away.",
+            stacklevel=2,
+        )
+
+
+class _Feedback(Torque):
+    """A torque against errors of attitude and rate: u_i = clip(-kp q_i - kd w_i, -limit, limit)."""
+
+    kp: Real
+    kd: Real
+    limit: Positive
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _warn_of_signs(self, kp=self.kp, kd=self.kd)
+
+    @abstractmethod
+    def errors(self, instant: Instant) -> tuple[Vector, Vector]:
+        """Return the vector part of the quaternion target -> body with a positive scalar part, and the rate's error."""
+
+    @override
+    def torque(self, instant: Instant) -> Vector:
+        turn, rate = self.errors(instant)
+        wanted = (-self.kp * x - self.kd * y for x, y in zip(turn, rate, strict=True))
+        return _within(wanted, self.limit)
+
+
+class QuaternionFeedback(_Feedback):
+    """Proportional and derivative feedback to an attitude fixed in space.
+
+    u_i = clip(-kp q_i - kd w_i, -limit, limit) along the body axes, q the quaternion target -> body with the sign of
+    positive q0, so that the body takes the shorter way; at half a turn exactly, that of q as it is. kp acts on half the
+    angle: for small errors I s^2 + kd s + kp/2 = 0 (Wie 1998, Space Vehicle Dynamics and Control, Sec. 7.3). The torque
+    is that of an ideal actuator. Gyroscopic torques are not compensated.
+
+    Parameters
+    ----------
+    kp : float
+        Torque per vector part of the quaternion; a warning is given where it is negative, and for kd.
+    kd : float
+        Torque per rate.
+    limit : float
+        The largest torque about each axis, positive.
+    target : array (4,)
+        The attitude, a unit quaternion body -> space. Default: the space axes.
+
+    Examples
+    --------
+    >>> law = pt.control.QuaternionFeedback(kp=0.6, kd=4.0, limit=0.05)
+    >>> system = pt.System(pt.Body((10, 12, 8)), law)
+    >>> system.torque_body(system.state((0.8, 0.6, 0, 0), omega_body=(0, 0, 0.01)))
+    array([-0.05,  0.  , -0.04])
+    """
+
+    target: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
+
+    @override
+    def errors(self, instant: Instant) -> tuple[Vector, Vector]:
+        q = quat.product(quat.conjugate(Vector(self.target)), Vector(instant.attitude.quaternion))
+        return _shorter(q), instant.omega_body
+
+
+class OrbitPointing(_Feedback):
+    """Proportional and derivative feedback to an attitude in the axes of an orbit, with their rate fed forward.
+
+    As `QuaternionFeedback` with the quaternion relative to the axes radial, transverse, normal, and with the rate
+    relative to these, which turn at h/r^2 about the normal. What turns the plane of the orbit is left out.
+
+    Parameters
+    ----------
+    kp, kd, limit : float
+        As those of `QuaternionFeedback`.
+    orbit : Orbit
+    target : array (4,)
+        The attitude, a unit quaternion body -> radial, transverse, normal. Default: along these.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    >>> law = pt.control.OrbitPointing(kp=2.0, kd=5.0, limit=1.0, orbit=orbit)
+    >>> system = pt.System(pt.Body((1, 2, 2.5)), law)
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0.9))).round(12)
+    array([-0. , -0. ,  0.5])
+    """
+
+    orbit: Orbit
+    target: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
+
+    @override
+    def errors(self, instant: Instant) -> tuple[Vector, Vector]:
+        position, velocity = instant.position(self.orbit), instant.velocity(self.orbit)
+        radial, across = instant.direction(self.orbit), functions.cross(position, velocity)
+        normal = across * (1 / functions.norm(across))
+        axes = (radial, functions.cross(normal, radial), normal)
+        inverse = instant.inverse_distance(self.orbit)
+        rate = instant.attitude.to_body(across * (inverse * inverse))
+        q = _quaternion_of([instant.attitude.to_body(axis) for axis in axes])  # body -> frame
+        return _shorter(quat.product(quat.conjugate(Vector(self.target)), q)), instant.omega_body - rate
+
+
+class RateDamping(Torque):
+    """A torque against the inertial rate within limits: u_i = clip(-gain w_i, -limit, limit) along the body axes.
+
+    Parameters
+    ----------
+    gain : float
+        Torque per rate; a warning is given where it is negative.
+    limit : float
+        The largest torque about each axis, positive.
+
+    Examples
+    --------
+    >>> system = pt.System(pt.Body((10, 12, 8)), pt.control.RateDamping(2.0, limit=0.05))
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0.01, 0, -0.3)))
+    array([-0.02, -0.  ,  0.05])
+    """
+
+    gain: Real
+    limit: Positive
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _warn_of_signs(self, gain=self.gain)
+
+    @override
+    def torque(self, instant: Instant) -> Vector:
+        return _within((-self.gain * component for component in instant.omega_body), self.limit)
+
+
+def _quaternion_of(matrix: Any) -> Vector:
+    """Return the quaternion of rows of a matrix, scalars of any kind, at every angle (Shepperd's way)."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    # Row k is 4 q_k (q0, q1, q2, q3).
+    ways = (
+        (1 + a + e + i, h - f, c - g, d - b),
+        (h - f, 1 + a - e - i, b + d, c + g),
+        (c - g, b + d, 1 - a + e - i, f + h),
+        (d - b, c + g, f + h, 1 - a - e + i),
+    )
+    best, largest = Vector(ways[1]), ways[1][1]
+    for k in (2, 3):
+        better = functions.less(largest, ways[k][k])
+        best, largest = _chosen(better, ways[k], best), functions.where(better, ways[k][k], largest)
+    best = _chosen(functions.less(NEAR_HALF_A_TURN, ways[0][0]), ways[0], best)
+    size = functions.norm(best)
+    return Vector(x / size for x in best)
+
+
+def _chosen(condition: Scalar, vector: Any, other: Any) -> Vector:
+    return Vector(functions.where(condition, x, y) for x, y in zip(vector, other, strict=True))
+
+
+def _shorter(quaternion: Any) -> Vector:
+    """Return the vector part of a quaternion or of its opposite, that of positive scalar part."""
+    sign = functions.where(functions.less(quaternion[0], 0.0), -1.0, 1.0)
+    return Vector(sign * component for component in quaternion[1:])

@@ -1,0 +1,67 @@
+"""Digital controllers: laws computed at samples, their torques held between them, sensors with noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from typing_extensions import override
+
+from poinsot.functions import Vector
+from poinsot.mechanics.force import Torque
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import Positive
+from poinsot.mechanics.part import Jump, Part
+from poinsot.quantities import Time
+
+__all__ = ["Sampled"]
+
+
+class Sampled(Part, Torque):
+    """A digital controller: a law computed at the times k period + phase, its torque held between them.
+
+    A motion that starts at a sample begins with it; before the first one the torque is that of the state at the start,
+    zero unless one is given. At a sample the new torque is in the results (right-continuous); motions run forwards
+    only. The law may be that of any torque. Within another force, such as wheels that a law drives, it is a law as any
+    other.
+
+    Parameters
+    ----------
+    law : Torque
+    period : float
+        Between samples, positive.
+    phase : float
+        The time of one of the samples.
+    name : str
+        Of the torque among the variables of the motion. Default: "sampled".
+
+    Examples
+    --------
+    >>> law = pt.control.Sampled(pt.control.RateDamping(2.0, limit=1.0), period=1.0)
+    >>> system = pt.System(pt.Body((10, 12, 8)), law)
+    >>> start = system.state((1, 0, 0, 0), omega_body=(0.1, 0, 0))
+    >>> pt.propagate(system, start, [0.0, 0.5, 1.0, 1.5]).own["sampled"][:, 0].round(4)
+    array([-0.2 , -0.2 , -0.16, -0.16])
+    """
+
+    law: Torque
+    period: Positive
+    phase: Time = 0.0
+    variables: ClassVar[Mapping[str, int]] = {"torque": 3}
+
+    @property
+    @override
+    def jump(self) -> Jump:
+        return Jump(self.period, self.phase)
+
+    @override
+    def update(self, instant: Instant, draws: Vector) -> Vector:
+        return Vector(self.law.torque(instant))
+
+    @override
+    def rates(self, instant: Instant, pull: Vector) -> Vector:
+        return Vector((0.0, 0.0, 0.0))
+
+    @override
+    def torque(self, instant: Instant) -> Vector:
+        return instant.own(self)

@@ -1,0 +1,127 @@
+"""Variables that get new values at samples: the formulas of these, and the times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra.draws import key_of, uniforms
+from poinsot.algebra.program import Graph, Node
+from poinsot.algebra.replay import Replay
+from poinsot.mechanics.part import Part
+
+__all__ = ["Clock", "Jumps", "Update", "Updates"]
+
+Array = NDArray[Any]
+
+MOST = 2.0**52
+"""Samples beyond which their numbers are not exact."""
+
+
+class Update(NamedTuple):
+    """The new values of some variables, at their places, and the symbols of the uniform numbers drawn for them."""
+
+    place: slice
+    values: list[Any]
+    draws: list[Node]
+
+
+@dataclass(frozen=True, eq=False)
+class Jumps:
+    """The formulas of all updates, in the order in which they are done at one time.
+
+    Parameters
+    ----------
+    graph : Graph
+    own : list of Node
+        The variables and, behind them, the time.
+    updates : list of Update
+    constants : list of Node
+        What they need that is the same all the way: parameters of a kernel, the first of them number `first`.
+    first : int
+    """
+
+    graph: Graph
+    own: list[Node]
+    updates: list[Update]
+    constants: list[Node] = field(default_factory=list)
+    first: int = 0
+
+
+class Clock:
+    """The samples of members, at the times number * period + phase, rounded twice.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        Those that jump.
+    members : int
+    """
+
+    def __init__(self, parts: Sequence[Part], members: int) -> None:
+        jumps = [part.jump for part in parts if part.jump is not None]
+        self.periods, self.phases = (
+            np.array([np.broadcast_to(x, (members,)) for x in each], dtype=float).T
+            for each in ([jump.period for jump in jumps], [jump.phase for jump in jumps])
+        )
+        seeds = np.array([np.broadcast_to(jump.seed, (members,)) for jump in jumps], dtype=float).T
+        self.keys = key_of(seeds, np.arange(members)[:, None])
+
+    def first(self, times: Array, members: Array) -> Array:
+        """Return the numbers of the first samples of members that are not before times, shape (n, jumps).
+
+        Raises
+        ------
+        ValueError
+            If there are more samples since time zero than numbers.
+        """
+        periods, phases = self.periods[members], self.phases[members]
+        numbers = np.ceil((times[:, None] - phases) / periods) - 1
+        if np.any(np.abs(numbers) > MOST):
+            least = float(np.min(periods))
+            raise ValueError(f"period must be longer than the rounding of the time, got {least} at t = {times[0]}.")
+        while (before := numbers * periods + phases < times[:, None]).any():
+            numbers += before
+        found: Array = numbers
+        return found
+
+    def times(self, numbers: Array, members: Array) -> Array:
+        """Return the times of samples of members, shape (..., jumps)."""
+        times: Array = numbers * self.periods[members] + self.phases[members]
+        return times
+
+    def set(self, tasks: Array, times: Array, members: Array) -> None:
+        """Let tasks of members that start at times begin with their first samples."""
+        tasks["numbers"], tasks["keys"] = self.first(times, members), self.keys[members].view(np.int64)
+        tasks["periods"], tasks["phases"] = self.periods[members], self.phases[members]
+
+
+class Updates:
+    """The new values of variables, computed on numbers.
+
+    Parameters
+    ----------
+    jumps : list of (slice, Replay, int)
+        For each part that jumps, where its variables are, what gives their new values from variables, time, uniform
+        numbers and the inputs of the formulas, and how many uniform numbers.
+    inputs : callable
+        A time and a member to the values of the inputs.
+    clock : Clock
+    """
+
+    def __init__(
+        self, jumps: list[tuple[slice, Replay, int]], inputs: Callable[[float, int], list[Any]], clock: Clock
+    ) -> None:
+        self._jumps, self._inputs, self._clock = jumps, inputs, clock
+
+    def __call__(self, j: int, row: Array, time: float, number: float, member: int) -> Array:
+        """Return variables with those of a part that jumps, at one of its samples."""
+        place, replay, count = self._jumps[j]
+        drawn = [x.item() for x in uniforms(self._clock.keys[member, j : j + 1], number, count)]
+        values, row = replay([*row, time, *drawn, *self._inputs(time, member)]), row.copy()
+        row[place] = [float(value) for value in values]
+        return row

@@ -1,0 +1,156 @@
+"""What a kernel does at samples: steps end at the next one, where variables get new values, and the loop goes on."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from poinsot.algebra.draws import UNUSED, uniform, words
+from poinsot.algebra.program import OPERATORS, Graph, Node, needed
+from poinsot.engine import llvm_functions
+from poinsot.engine.decomposition import Coefficient, Function
+from poinsot.engine.jumps import Jumps, Update
+from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Module, Record, Value
+from poinsot.engine.llvm_ir import Function as Lines
+
+__all__ = ["Sampling"]
+
+NO_JUMPS = Jumps(Graph(), [], [])
+
+OF_TASKS = ("numbers", "periods", "phases")
+
+
+class Sampling:
+    """The part of a kernel that jumps.
+
+    Parameters
+    ----------
+    kernel : KernelProgram
+    jumps : Jumps or None
+
+    Attributes
+    ----------
+    count : int
+        How many parts jump.
+    fields, of_tasks : dict and list
+        The fields that the memory of a run and that of a task have for it: of each sample its number, the time between
+        two and that of number 0, and the key of the numbers drawn; the times of the next ones and of the soonest.
+    """
+
+    def __init__(self, kernel: Any, jumps: Jumps | None) -> None:
+        self._kernel, self._jumps, self._lanes = kernel, jumps or NO_JUMPS, kernel.lanes
+        self.count = count = len(self._jumps.updates)
+        self.fields = dict.fromkeys((*OF_TASKS, "samples", "keys"), (count, self._lanes))
+        self.fields["sample"] = (min(count, 1), self._lanes)
+        self.of_tasks = [*((name, "f8", (count,)) for name in OF_TASKS), ("keys", "i8", (count,))]
+
+    def define(self, module: Module) -> None:
+        """Write the functions that it needs."""
+        if self.count:
+            module.function("next_sample", "void", [POINTER, INTEGER], self._next_sample)
+            module.function("jump", "void", [POINTER, INTEGER], self._jump)
+
+    def take(self, work: Record, task: Record, lane: Value) -> None:
+        """Give a lane the samples of a task."""
+        if self.count:
+            for name in (*OF_TASKS, "keys"):
+                for j in range(self.count):
+                    work.array(name, INTEGER)[lane + j * self._lanes] = task.array(name, INTEGER)[j]
+            lane.function.run("next_sample", work.address, lane)
+
+    def leave(self, work: Record, task: Record, lane: Value) -> None:
+        """Note in a task which samples come next."""
+        for j in range(self.count):
+            task.array("numbers")[j] = work.array("numbers")[lane + j * self._lanes]
+
+    def target(self, work: Record) -> Value:
+        """Return the time at which a step ends at the latest: the end of the task, or a sample before it."""
+        end = work.array("end", self._kernel.kind)[0]
+        return end.smaller(work.array("sample", self._kernel.kind)[0]) if self.count else end
+
+    def step(self, lines: Lines, work: Record) -> None:
+        """Let the lanes jump that have come to a sample."""
+        if self.count:
+            kind = self._kernel.kind
+            time, active = work.array("time", kind), work.array("active", self._kernel.whole)[0].is_("ne", 0)
+            due = active & time[0].is_("eq", work.array("sample", kind)[0]) & time[1].is_("eq", 0.0)
+            self._kernel.for_each(lines, work, due, "jump")
+
+    def _next_sample(self, address: Value, lane: Value) -> None:
+        """Set the times of the next samples of a lane."""
+        work = Record(address, self._kernel.work)
+        times = []
+        for j in range(self.count):
+            place = lane + j * self._lanes
+            number, period, phase = (work.array(name)[place] for name in OF_TASKS)
+            times.append(number * period + phase)
+            work.array("samples")[place] = times[-1]
+        work.array("sample")[lane] = functools.reduce(Value.smaller, times)
+
+    def _jump(self, address: Value, lane: Value) -> None:
+        """Give the variables of a lane their new values, one part after another."""
+        work, lines = Record(address, self._kernel.work), address.function
+        time = work.array("time")[lane]
+        for j, update in enumerate(self._jumps.updates):
+            place = lane + j * self._lanes
+            with lines.when(work.array("samples")[place].is_("eq", time)):
+                self._update(work, lane, update, place)
+                number = work.array("numbers")
+                number[place] = number[place] + 1.0
+        lines.run("next_sample", address, lane)
+
+    def _update(self, work: Record, lane: Value, update: Update, place: Value) -> None:
+        """Give some variables of a lane their new values."""
+        jumps, size = self._jumps, self._kernel.variables
+        states, below = self._kernel.layout.states(work.address, 0).of(DOUBLE), work.array("below")
+        parameters = work.array("parameters")
+        known = {
+            node.place: parameters[lane + (jumps.first + i) * self._lanes] for i, node in enumerate(jumps.constants)
+        }
+        known |= {node.place: states[lane + k * self._lanes] for k, node in enumerate(jumps.own[:size])}
+        known[jumps.own[size].place] = work.array("time")[lane]
+        drawn = self._drawn(work, place, len(update.draws))
+        known |= {node.place: number for node, number in zip(update.draws, drawn, strict=True)}
+        for k, value in zip(range(size)[update.place], written(lane.function, known, update.values), strict=True):
+            states[lane + k * self._lanes] = value
+            below[lane + k * self._lanes] = 0.0
+
+    @staticmethod
+    def _drawn(work: Record, place: Value, count: int) -> list[Value]:
+        """Return uniform numbers for the next sample of a lane."""
+        key, number = work.array("keys", INTEGER)[place], work.array("numbers")[place].to_integer()
+        found = words(key, number, count) if count else []
+        return [uniform((word >> UNUSED).to_double()) for word in found]
+
+
+def written(lines: Lines, known: Mapping[int, Value], outputs: Sequence[Any]) -> list[Value]:
+    """Write formulas of values that are known by the places of their nodes."""
+    values = dict(known)
+
+    def value(operand: Any) -> Value:
+        return values[operand.place] if isinstance(operand, Node) else lines.constant(DOUBLE, operand)
+
+    for node in needed([x for x in outputs if isinstance(x, Node)], known):
+        values[node.place] = _result(node, [value(x) for x in node.operands])
+    return [value(output) for output in outputs]
+
+
+def _result(node: Node, operands: list[Value]) -> Value:
+    """Write an operation of scalars; conditions are masks, those that are parameters 0 or 1."""
+    match node.name:
+        case "less":
+            return operands[0].is_("lt", operands[1])
+        case "where":
+            condition, first, second = operands
+            return (condition if condition.type == BOOL else condition.is_("ne", 0.0)).choose(first, second)
+        case "ruled":
+            return operands[0]
+        case "rint":
+            return operands[0].intrinsic("rint")
+        case name if name in OPERATORS and name != "pow":
+            result: Value = OPERATORS[name](*operands)
+            return result
+        case name:
+            given = tuple(0 if isinstance(x, Node) else Coefficient(float(x)) for x in node.operands)
+            return llvm_functions.elementary(Function(name, given, ()), operands, 1)
