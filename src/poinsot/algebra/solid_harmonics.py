@@ -6,12 +6,12 @@ degree n is a sum of degree n - 1, which is what makes a torque as cheap as an e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from poinsot.algebra.program import number, ruled
 from poinsot.functions import Scalar
 
-__all__ = ["SolidHarmonics"]
+__all__ = ["SolidHarmonics", "exterior_field"]
 
 Coefficients = Sequence[tuple[Scalar, Scalar]]
 """(C_n0, S_n0), ..., (C_nn, S_nn) of one degree n, scalars of any kind."""
@@ -32,7 +32,7 @@ class SolidHarmonics:
     def __init__(self, vector: Sequence[Scalar], squared: Scalar | None = None) -> None:
         self.vector = tuple(vector)
         self._x, self._y, self._z = x, y, z = tuple(map(number, self.vector))
-        self._squared = x * x + y * y + z * z if squared is None else number(squared)
+        self.squared = x * x + y * y + z * z if squared is None else number(squared)
         self._known: dict[tuple[int, int], tuple[Scalar, Scalar]] = {(0, 0): (1.0, 0.0)}
 
     def pair(self, n: int, m: int) -> tuple[Scalar, Scalar]:
@@ -52,7 +52,7 @@ class SolidHarmonics:
         before = [rise * (self._z * part) for part in self.pair(n - 1, m)]
         if n - 2 < m:
             return before[0], before[1]
-        further = [fall * (self._squared * part) for part in self.pair(n - 2, m)]
+        further = [fall * (self.squared * part) for part in self.pair(n - 2, m)]
         return before[0] - further[0], before[1] - further[1]
 
     def sum(self, coefficients: Coefficients) -> Scalar:
@@ -83,14 +83,43 @@ def derivative(coefficients: Coefficients, component: int) -> Coefficients:
     With D = d/dx + i d/dy: D Z_nm = -Z_(n-1)(m+1), D* Z_nm = (n + m)(n + m - 1) Z_(n-1)(m-1) and
     d/dz Z_nm = (n + m) Z_(n-1)m, where Z_(n-1)(-1) = -Z*_(n-1)1 / (n (n - 1)).
     """
+    return _gathered(coefficients, component, _parts, len(coefficients) - 1)
+
+
+def exterior_field(coefficients: Coefficients, component: int) -> Coefficients:
+    """Return the coefficients, of degree n + 1, of minus the derivative of an exterior sum along x, y or z.
+
+    Exterior harmonics are E_nm = Z_nm / r^(2n + 1). With D = d/dx + i d/dy: D E_nm = -E_(n+1)(m+1),
+    D* E_nm = (n - m + 1)(n - m + 2) E_(n+1)(m-1) and d/dz E_nm = -(n - m + 1) E_(n+1)m, where
+    E_n(-1) = -E*_n1 / (n (n + 1)) (Cunningham 1970).
+    """
+    return _gathered(coefficients, component, _exterior_parts, len(coefficients) + 1)
+
+
+Parts = Callable[[int, int, Scalar, Scalar, int], Sequence[tuple[int, Scalar, Scalar]]]
+
+
+def _gathered(coefficients: Coefficients, component: int, parts: Parts, count: int) -> Coefficients:
+    """Return the coefficients of as many orders of the parts that a derivative of each term has."""
     n = len(coefficients) - 1
-    found: list[tuple[Scalar, Scalar]] = [(0.0, 0.0)] * n
+    found: list[tuple[Scalar, Scalar]] = [(0.0, 0.0)] * count
     for m, (c, s) in enumerate(coefficients):
-        for order, more_c, more_s in _parts(n, m, c, s if m else 0.0, component):
-            if 0 <= order < n:
+        for order, more_c, more_s in parts(n, m, c, s if m else 0.0, component):
+            if 0 <= order < count:
                 here_c, here_s = found[order]
                 found[order] = here_c + more_c, here_s + more_s if order else 0.0
     return found
+
+
+def _exterior_parts(n: int, m: int, c: Scalar, s: Scalar, component: int) -> Sequence[tuple[int, Scalar, Scalar]]:
+    """Return what minus the derivative of c Re E_nm + s Im E_nm is made of: orders and their coefficients."""
+    fall = n - m + 1
+    if component == 2:
+        return [(m, fall * c, fall * s)]
+    down, up = -0.5 * fall * (fall + 1), 0.5 if m else 1.0
+    if component == 0:
+        return [(m + 1, up * c, up * s), (m - 1, down * c, down * s)]
+    return [(m + 1, -up * s, up * c), (m - 1, down * s, -down * c)]
 
 
 def _parts(n: int, m: int, c: Scalar, s: Scalar, component: int) -> Sequence[tuple[int, Scalar, Scalar]]:

@@ -3,6 +3,8 @@
 from .damping import LinearDamping
 from .ellipsoid import EllipsoidGravity
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
+from .magnetic_fields import IGRF, MagneticField, MagneticHarmonics, SecularHarmonics, TiltedDipole
+from .magnetic_torques import BDot, EddyCurrents, MagneticMoment
 from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
 from .mutual_mascons import MutualMascons
@@ -10,19 +12,27 @@ from .third_body import ThirdBody
 from .tides import LibrationDamping, TidalFriction, TidalTorque, pseudo_synchronous_rate
 
 __all__ = [
+    "IGRF",
+    "BDot",
+    "EddyCurrents",
     "EllipsoidGravity",
     "GravityGradient",
     "HarmonicGravity",
     "LibrationDamping",
     "LinearDamping",
+    "MagneticField",
+    "MagneticHarmonics",
+    "MagneticMoment",
     "MasconGravity",
     "MutualGravity",
     "MutualHarmonics",
     "MutualMascons",
     "Oblateness",
+    "SecularHarmonics",
     "ThirdBody",
     "TidalFriction",
     "TidalTorque",
+    "TiltedDipole",
     "UniformGravity",
     "pseudo_synchronous_rate",
 ]

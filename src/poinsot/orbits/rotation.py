@@ -145,19 +145,29 @@ class RotationModel(Dated, Frame):
 
     def axes_at(self, time: Scalar) -> tuple[Vector, Vector, Vector]:
         """Return the three axes of the planet along the space axes."""
-        (ca, sa), (cd, sd), (cw, sw) = ((functions.cos(x), functions.sin(x)) for x in self.angles_at(time))
-        rising, ahead = Vector((-sa, ca, 0.0)), Vector((-sd * ca, -sd * sa, cd))
-        return rising * cw + ahead * sw, ahead * cw - rising * sw, Vector((cd * ca, cd * sa, sd))
+        (rising, ahead, pole), (c, s) = self._turn(time)
+        return rising * c + ahead * s, ahead * c - rising * s, pole
 
     def to_planet(self, vector: Iterable[Scalar], time: Scalar) -> Vector:
         """Return the components along the axes of the planet of a vector given in space."""
-        x = Vector(vector)
-        return Vector(functions.dot(axis, x) for axis in self.axes_at(time))
+        (rising, ahead, pole), (c, s) = self._turn(time)
+        x, y, z = (functions.dot(axis, vector) for axis in (rising, ahead, pole))
+        return Vector((c * x + s * y, c * y - s * x, z))
 
     def to_space(self, vector: Iterable[Scalar], time: Scalar) -> Vector:
         """Return the components in space of a vector given along the axes of the planet."""
-        x, axes = Vector(vector), self.axes_at(time)
-        return Vector(functions.dot(x, row) for row in zip(*axes, strict=True))
+        (rising, ahead, pole), (c, s) = self._turn(time)
+        x, y, z = vector
+        return rising * (c * x - s * y) + ahead * (s * x + c * y) + pole * z
+
+    def _turn(self, time: Scalar) -> tuple[tuple[Vector, Vector, Vector], tuple[Scalar, Scalar]]:
+        """Return axes that do not turn with the planet, and cosine and sine of its angle about the third.
+
+        The first one is where the equator rises through that of space.
+        """
+        (ca, sa), (cd, sd), turned = ((functions.cos(x), functions.sin(x)) for x in self.angles_at(time))
+        still = Vector((-sa, ca, 0.0)), Vector((-sd * ca, -sd * sa, cd)), Vector((cd * ca, cd * sa, sd))
+        return still, turned
 
     # ------------------------------------------------------------------ the frame
 

@@ -1,0 +1,397 @@
+"""Magnetic fields that turn with their planet."""
+
+from __future__ import annotations
+
+import functools
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.program import Graph, number, tangents
+from poinsot.algebra.solid_harmonics import SolidHarmonics, exterior_field
+from poinsot.errors import optional
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.environment import Dated, Orbit
+from poinsot.mechanics.gravity_field import norms
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import Positive, Table
+from poinsot.mechanics.periapsis_warning import warn_below
+from poinsot.orbits.rotation import RotationModel
+from poinsot.quantities import Real
+
+__all__ = ["IGRF", "MagneticField", "MagneticHarmonics", "SecularHarmonics", "TiltedDipole"]
+
+Array = NDArray[np.float64]
+
+
+class MagneticField(Dated, ABC):
+    """The magnetic field of a planet along the orbit of the body.
+
+    Subclasses have `at`, the field along the axes of the planet.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Where the body is.
+    rotation : RotationModel
+        The axes of the planet.
+
+    Examples
+    --------
+    >>> class Uniform(pt.forces.MagneticField):
+    ...     size: float
+    ...     def at(self, position, time):
+    ...         return pt.functions.Vector((self.size, 0.0, 0.0))
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(2, 0, 0))
+    >>> field = Uniform(orbit, pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.1), 3e-5)
+    >>> [round(1e9 * float(x)) for x in field.in_space(orbit.position_at(0.0), 0.0)]  # nT
+    [0, 30000, 0]
+    """
+
+    orbit: Orbit
+    rotation: RotationModel
+
+    @abstractmethod
+    def at(self, position: Vector, time: Scalar) -> Vector:
+        """Return the field, tesla, at a position from the planet's centre, both along the axes of the planet."""
+
+    def in_space(self, position: Vector, time: Scalar) -> Vector:
+        """Return the field at a position, both along the space axes."""
+        return self.rotation.to_space(self.at(self.rotation.to_planet(position, time), time), time)
+
+    def in_body(self, instant: Instant) -> Vector:
+        """Return the field where the body is, along the body axes."""
+        return instant.attitude.to_body(self.in_space(instant.position(self.orbit), instant.time))
+
+    def rate_in_body(self, instant: Instant) -> Vector:
+        """Return the time derivative of the components along the body axes, which a magnetometer on the body sees.
+
+        It is that along the orbit, in space, less omega x B.
+        """
+        graph, velocity = Graph(), instant.velocity(self.orbit)
+        time = graph.variable(instant.time)
+        position = Vector(map(graph.variable, instant.position(self.orbit)))
+        seeds = {time: 1.0, **dict(zip(position, velocity, strict=True))}
+        along_orbit = graph.finished(tangents(list(self.in_space(position, time)), seeds))
+        turning = functions.cross(instant.omega_body, self.in_body(instant))
+        return Vector(instant.attitude.to_body(along_orbit) - turning)
+
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
+        """Return, by name, whether the field is used where it need not hold."""
+        return {}
+
+    @property
+    @override
+    def reference_frame(self) -> str:
+        return self.rotation.reference_frame
+
+
+class _OfSources(MagneticField):
+    """A field whose sources are inside a sphere: one that declares its `radius`."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def radius(self) -> Any:
+            """That of a sphere which holds the sources, in the unit of the orbit."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        consequence = "the field outside the planet is continued inwards"
+        warn_below(self, self.orbit, self.radius, "the reference radius", consequence)
+
+    @override
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        return {"below_reference_radius": functions.less(1, self.radius * instant.inverse_distance(self.orbit))}
+
+
+class TiltedDipole(_OfSources):
+    """The field of a dipole in the centre of a planet: harmonics of degree 1.
+
+    B = (R/r)^3 (3 u (u.d) - d) with d = (g11, h11, g10) along the axes of the planet and u the unit vector to the body.
+
+    Parameters
+    ----------
+    orbit : Orbit
+    rotation : RotationModel
+    g10, g11, h11 : float
+        Tesla: -29350e-9, -1410.3e-9 and 4545.5e-9 for the Earth in 2025 (IGRF-14).
+    radius : float
+        R, to which the coefficients refer, in the unit of the orbit: 6371.2 km for the Earth.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=6871.2, eccentricity=0.0)  # km, s
+    >>> earth = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=7.292115e-5)
+    >>> field = pt.forces.TiltedDipole(orbit, earth, -29350e-9, -1410.3e-9, 4545.5e-9, 6371.2)
+    >>> [round(1e9 * float(x)) for x in field.in_space(orbit.position_at(0.0), 0.0)]  # nT
+    [-2249, -3624, 23398]
+    """
+
+    g10: Real
+    g11: Real
+    h11: Real
+    radius: Positive
+
+    @override
+    def at(self, position: Vector, time: Scalar) -> Vector:
+        return self._around(Vector((self.g11, self.h11, self.g10)), position)
+
+    @override
+    def in_space(self, position: Vector, time: Scalar) -> Vector:
+        return self._around(self.rotation.to_space((self.g11, self.h11, self.g10), time), position)
+
+    def _around(self, dipole: Vector, position: Vector) -> Vector:
+        """Return the field at a position, along whatever axes both are."""
+        inverse = 1 / functions.norm(position)
+        size, direction = self.radius * inverse, Vector(position) * inverse
+        return Vector((direction * (3 * functions.dot(direction, dipole)) - dipole) * (size * size * size))
+
+
+class MagneticHarmonics(_OfSources):
+    """A field in spherical harmonics, of Schmidt's semi-normalised Legendre functions.
+
+    B = -grad V, V = R sum_n (R/r)^(n+1) sum_m P_nm(sin latitude) (g_nm cos(m longitude) + h_nm sin(m longitude)),
+    without the phase (-1)^m: the convention of the IGRF and of the models of other planets.
+
+    Parameters
+    ----------
+    orbit : Orbit
+    rotation : RotationModel
+    degree : int
+        At least 1.
+    radius : float
+        R, to which the coefficients refer, in the unit of the orbit.
+    g, h : array (degree + 1, degree + 1)
+        Tesla. Rows are degrees n, columns orders m; row 0, h_n0, and what is right of the diagonal do not count.
+
+    Raises
+    ------
+    ValueError
+        If the degree is below 1 or the radius is not positive.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(2, 0, 0))
+    >>> axes = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.1)
+    >>> field = pt.forces.MagneticHarmonics(orbit, axes, 1, 1.0, [(0, 0), (3e-5, 1e-5)], np.zeros((2, 2)))
+    >>> [round(1e9 * float(x)) for x in field.at((2.0, 0.0, 0.0), 0.0)]  # nT
+    [2500, 0, -3750]
+    """
+
+    degree: int
+    radius: Positive
+    g: Annotated[Any, ("orders", "orders")]
+    h: Annotated[Any, ("orders", "orders")]
+
+    def __post_init__(self) -> None:
+        _check_degree(self.degree)
+        super().__post_init__()
+
+    @property
+    def orders(self) -> int:
+        """The number of orders, degree + 1."""
+        return self.degree + 1
+
+    @override
+    def at(self, position: Vector, time: Scalar) -> Vector:
+        return self._sums(self._inverted(position), self.g, self.h)
+
+    def _inverted(self, position: Vector) -> SolidHarmonics:
+        """Return solid harmonics of R x / r^2: exterior ones are these times R / r."""
+        inverse = self.radius / functions.dot(position, position)
+        return SolidHarmonics(Vector(position) * inverse, squared=self.radius * inverse)
+
+    def _sums(self, harmonics: SolidHarmonics, g: Any, h: Any) -> Vector:
+        factors, total = _schmidt(self.degree), Vector((0.0, 0.0, 0.0))
+        for n in range(1, self.degree + 1):
+            row = [(factors[n, m] * g[n, m], factors[n, m] * h[n, m] if m else 0.0) for m in range(n + 1)]
+            total = total + Vector(harmonics.sum(exterior_field(row, k)) for k in range(3))
+        return Vector(total * functions.sqrt(harmonics.squared))
+
+
+class SecularHarmonics(MagneticHarmonics):
+    """A field in spherical harmonics whose coefficients change in proportion to time: secular variation.
+
+    Parameters
+    ----------
+    orbit, rotation, degree, radius, g, h
+        As those of `MagneticHarmonics`, at the epoch.
+    g_rate, h_rate : array (degree + 1, degree + 1)
+        Tesla per unit of time.
+    epoch : float
+
+    Raises
+    ------
+    ValueError
+        If the degree is below 1 or the radius is not positive.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(2, 0, 0))
+    >>> axes, none = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.1), np.zeros((2, 2))
+    >>> g, g_rate = [(0, 0), (3e-5, 0)], [(0, 0), (1e-6, 0)]
+    >>> field = pt.forces.SecularHarmonics(orbit, axes, 1, 1.0, g, none, g_rate, none, epoch=0.0)
+    >>> float(field.at((2.0, 0.0, 0.0), 10.0)[2])
+    -5e-06
+    """
+
+    g_rate: Annotated[Any, ("orders", "orders")]
+    h_rate: Annotated[Any, ("orders", "orders")]
+    epoch: Real
+
+    @override
+    def at(self, position: Vector, time: Scalar) -> Vector:
+        harmonics = self._inverted(position)
+        change = self._sums(harmonics, self.g_rate, self.h_rate) * (time - self.epoch)
+        return Vector(self._sums(harmonics, self.g, self.h) + change)
+
+
+class _Epochs(Table):
+    """The coefficients of the IGRF, tesla, at its epochs, which are times of a calendar."""
+
+    def __init__(self, calendar: Calendar) -> None:
+        years, g, h = _coefficients()
+        self.knots = np.array([calendar.time(f"{year}-01-01T00:00:00 TT") for year in years.tolist()])
+        self.calendar, self.values = calendar, np.stack([g, h])
+        self.rates = np.diff(self.values, axis=1) / np.diff(self.knots)[:, None, None]
+
+    def piece(self, time: Array) -> NDArray[np.int_]:
+        """Return the numbers of the pieces in which times are."""
+        return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
+
+
+@functools.lru_cache(16)
+def _epochs(calendar: Calendar) -> _Epochs:
+    return _Epochs(calendar)
+
+
+@functools.cache
+def _coefficients() -> tuple[NDArray[np.int_], Array, Array]:
+    """Return the years and the coefficients, shape (years, 14, 14), that the package ppigrf has."""
+    frames = optional("ppigrf.ppigrf", "the coefficients of the IGRF").read_shc()
+    years = np.array([date.year for date in frames[0].index])
+    out = np.zeros((2, years.size, HIGHEST + 1, HIGHEST + 1))
+    for array, frame in zip(out, frames, strict=True):
+        for n, m in frame.columns:
+            array[:, n, m] = 1e-9 * frame[n, m].to_numpy(dtype=float)
+    return years, *out
+
+
+HIGHEST = 13
+"""The degree of the IGRF."""
+
+FAR = 50
+"""Radii at which the magnetosphere has long ended: whoever is there has mixed units."""
+
+
+class IGRF(_OfSources):
+    """The International Geomagnetic Reference Field, 14th generation: 1900 to 2030, coefficients linear between epochs.
+
+    The coefficients are those of the package ppigrf (`pip install 'poinsot[sky]'`), the field is that of
+    `MagneticHarmonics` (Alken et al. 2021, Earth, Planets and Space 73, 49). The integration stops at each epoch, every
+    five years.
+
+    Parameters
+    ----------
+    orbit : Orbit
+    rotation : RotationModel
+        With a calendar, or the orbit has one: the dates of times.
+    degree : int
+        To which the field is taken, from 1 to 13.
+    radius : float
+        6371.2 km, in the unit of the orbit.
+
+    Raises
+    ------
+    ValueError
+        If the degree is another, the orbit is beyond 50 radii, or neither rotation nor orbit has a calendar; by
+        `propagate`, for times before 1900 or after 2030.
+    ImportError
+        If ppigrf is missing.
+    """
+
+    degree: int
+    epochs: _Epochs = field(init=False)
+    radius: Positive = 6371.2
+
+    def __post_init__(self) -> None:
+        _check_degree(self.degree, HIGHEST)
+        found = [each.calendar for each in (self.rotation, self.orbit) if getattr(each, "calendar", None) is not None]
+        if not found:
+            raise ValueError("rotation must have a calendar for a field of dates, got none. RotationModel.earth has.")
+        object.__setattr__(self, "epochs", _epochs(found[0]))
+        super().__post_init__()
+        farthest = np.max(getattr(self.orbit, "periapsis_distance", 0.0) / np.asarray(self.radius))
+        if farthest > FAR:
+            hint = "The radius is 6371.2 km in the unit of the orbit."
+            raise ValueError(f"orbit must be within {FAR} radii of the Earth, got {farthest:.6g}. {hint}")
+
+    @property
+    @override
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        name, fields = super().definition
+        return name, {key: value for key, value in fields.items() if key != "epochs"}
+
+    @property
+    @override
+    def span(self) -> tuple[float, float]:
+        return float(self.knots[0]), float(self.knots[-1])
+
+    @property
+    @override
+    def calendar(self) -> Any:
+        return self.epochs.calendar
+
+    @property
+    def knots(self) -> Array:
+        """The times of the epochs."""
+        return self.epochs.knots
+
+    @override
+    def between_knots(self, time: ArrayLike) -> SecularHarmonics:  # type: ignore[override]
+        table, kept = self.epochs, slice(self.degree + 1)
+        piece = table.piece(np.asarray(time))
+        (g, h), (g_rate, h_rate) = (array[:, piece, kept, kept] for array in (table.values, table.rates))
+        return SecularHarmonics.unchecked(
+            orbit=self.orbit.between_knots(time),
+            rotation=self.rotation,
+            radius=self.radius,
+            degree=self.degree,
+            g=g,
+            h=h,
+            g_rate=g_rate,
+            h_rate=h_rate,
+            epoch=table.knots[piece],
+        )
+
+    @override
+    def at(self, position: Vector, time: Scalar) -> Vector:
+        here = self.between_knots(number(time))
+        return here.with_numbers(here.numbers).at(position, time)
+
+
+def _check_degree(degree: Any, highest: int | None = None) -> None:
+    """Raise a ValueError for a degree out of range."""
+    if isinstance(degree, int) and (degree < 1 or (highest and degree > highest)):
+        words = f"from 1 to {highest}" if highest else "at least 1"
+        raise ValueError(f"degree must be {words}, got {degree}.")
+
+
+@functools.cache
+def _schmidt(degree: int) -> Array:
+    """Return the factors by which Schmidt's coefficients become plain ones."""
+    plain: Array = norms(degree) / np.sqrt(2 * np.arange(degree + 1) + 1)[:, None]
+    return plain

@@ -1,0 +1,163 @@
+"""Torques of a magnetic field on a body: of its dipole moment, of eddy currents, and of a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.forces.magnetic_fields import MagneticField
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.force import Potential, Torque
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import NotNegative, Positive
+from poinsot.quantities import BodyVector, Rule
+
+__all__ = ["BDot", "EddyCurrents", "MagneticMoment"]
+
+
+class MagneticMoment(Potential):
+    """A magnetic dipole moment fixed in the body: a magnet, or what is left of currents.
+
+    V = -m . B, so that the torque is m x B. The force on the orbit is left out.
+
+    Parameters
+    ----------
+    moment : array (3,), body axes
+        m, A m2.
+    field : MagneticField
+        B, tesla.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=6871.2, eccentricity=0.0)  # km, s
+    >>> earth = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=7.292115e-5)
+    >>> field = pt.forces.TiltedDipole(orbit, earth, -29350e-9, -1410.3e-9, 4545.5e-9, 6371.2)
+    >>> system = pt.System(pt.Body((0.02, 0.025, 0.012)), pt.forces.MagneticMoment((0, 0, 0.05), field))
+    >>> (1e9 * system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0)))).round()  # nN m
+    array([ -56., -362.,    0.])
+    """
+
+    moment: BodyVector
+    field: MagneticField
+
+    @override
+    def energy(self, instant: Instant) -> Scalar:
+        return -functions.dot(self.moment, self.field.in_body(instant))
+
+    @override
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        return self.field.validity(instant)
+
+
+def _refuse_indefinite(name: str, tensor: Any, hint: str) -> None:
+    """Raise a ValueError for a tensor by which a torque could do work."""
+    size = np.max(np.abs(tensor), axis=(-1, -2), keepdims=True)
+    skew = np.max(np.abs(tensor - np.swapaxes(tensor, -1, -2)) - 1e-12 * size)
+    least = np.min(np.linalg.eigvalsh(tensor) + 1e-12 * size[..., 0])
+    if skew > 0 or least < 0:
+        what = "one that is not symmetric" if skew > 0 else f"the eigenvalue {least:.6g}"
+        raise ValueError(f"{name} must be symmetric and not negative, got {what}. {hint}")
+
+
+class EddyCurrents(Torque):
+    """The torque of the currents that a magnetic field induces in a conducting body which turns in it.
+
+    tau = (M (omega x B)) x B (Ortiz Gomez and Walker 2015, Adv. Space Res. 56, 494). It takes energy wherever the body
+    turns across the field, and none where it turns along. The change of the field along the orbit is left out: it
+    matters for a body that turns about as slowly as once an orbit.
+
+    Parameters
+    ----------
+    tensor : array (3, 3), or float
+        M, S m4, along the body axes; of a number k it is k times the unit tensor. A thin spherical
+        shell of conductivity s, radius R and thickness e has 2 pi/3 s e R^4.
+    field : MagneticField
+
+    Raises
+    ------
+    ValueError
+        If the tensor is not symmetric or has a negative eigenvalue.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(6871.2, 0, 0))
+    >>> axes = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.0)
+    >>> field = pt.forces.TiltedDipole(orbit, axes, -3e-5, 0.0, 0.0, 6371.2)
+    >>> system = pt.System(pt.Body((1, 2, 2.5)), pt.forces.EddyCurrents(1e6, field))
+    >>> round(1e6 * float(system.torque_body(system.state((1, 0, 0, 0), omega_body=(0.1, 0, 0)))[0]), 1)
+    -57.2
+    """
+
+    tensor: Annotated[Any, (3, 3), Rule(_refuse_indefinite, "It must take energy.")]
+    field: MagneticField
+
+    def __post_init__(self) -> None:
+        coefficient = np.asarray(self.tensor)
+        if coefficient.ndim < 2 and coefficient.dtype.kind in "iuf":
+            object.__setattr__(self, "tensor", coefficient[..., None, None] * np.eye(3))
+        super().__post_init__()
+
+    @override
+    def torque(self, instant: Instant) -> Vector:
+        field = self.field.in_body(instant)
+        across = functions.cross(instant.omega_body, field)
+        currents = Vector(functions.dot(self.tensor[i], across) for i in range(3))
+        return functions.cross(currents, field)
+
+    @override
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        return self.field.validity(instant)
+
+
+class BDot(Torque):
+    """Detumbling by magnetorquers: a moment against the change of the field that the body sees.
+
+    m = -gain dB/dt, each component at most the limit, tau = m x B (Stickler and Alfriend 1976, J. Spacecraft 13, 282).
+    An ideal actuator and magnetometer: no delay, no noise. The body ends at about twice the orbital rate, at which the
+    field turns.
+
+    Parameters
+    ----------
+    gain : float
+        A m2 s/T, not negative; a good one is 2 n (1 + sin i) I / B^2, of the smallest moment of inertia I, the mean
+        motion n and the inclination i to the magnetic equator (Avanzini and Giulietti 2012, J. Guid. Control Dyn. 35,
+        1326, whose gain has the factor B^2 in it).
+    field : MagneticField
+    limit : float
+        The largest moment about each body axis, A m2, positive.
+
+    Raises
+    ------
+    ValueError
+        If the gain is negative or the limit is not positive.
+
+    Examples
+    --------
+    >>> orbit = pt.orbits.FixedPosition(1.0, position=(6871.2, 0, 0))
+    >>> axes = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.0)
+    >>> field = pt.forces.TiltedDipole(orbit, axes, -3e-5, 0.0, 0.0, 6371.2)
+    >>> system = pt.System(pt.Body((1, 2, 2.5)), pt.forces.BDot(1e5, field, 0.2))
+    >>> round(1e6 * float(system.torque_body(system.state((1, 0, 0, 0), omega_body=(0.1, 0, 0)))[0]), 1)
+    -4.8
+    """
+
+    gain: NotNegative
+    field: MagneticField
+    limit: Positive
+
+    def moment(self, instant: Instant) -> Vector:
+        """Return the magnetic moment of the torquers, A m2, along the body axes."""
+        rate = self.field.rate_in_body(instant)
+        return Vector(functions.clip(-self.gain * x, -self.limit, self.limit) for x in rate)
+
+    @override
+    def torque(self, instant: Instant) -> Vector:
+        return functions.cross(self.moment(instant), self.field.in_body(instant))
+
+    @override
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        return self.field.validity(instant)
