@@ -23,7 +23,7 @@ from poinsot.mechanics.force import Force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
 
-__all__ = ["CompositeBody", "Jump", "Part", "parts_of"]
+__all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "parts_of", "tensor_array"]
 
 
 class Jump(NamedTuple):
@@ -111,6 +111,9 @@ class Part(Block, Force):
         """
         return Vector(())
 
+    def check_start(self, instant: Instant) -> None:
+        """Raise a ValueError for a start at which the part cannot be; by default none."""
+
 
 NOTHING = Vector((Vector((0.0, 0.0, 0.0)),) * 3)
 
@@ -171,7 +174,7 @@ class CompositeBody(Body):
     @property
     @override
     def inertia(self) -> NDArray[np.float64]:
-        return _array(self.tensor())
+        return tensor_array(self.tensor())
 
     @override
     def own(self, block: Block) -> Vector:
@@ -209,7 +212,7 @@ def _sum(matrices: Iterable[Matrix]) -> Matrix:
     return sum((Vector(map(Vector, matrix)) for matrix in matrices), start=NOTHING)
 
 
-def _array(matrix: Matrix) -> NDArray[np.float64]:
+def tensor_array(matrix: Matrix) -> NDArray[np.float64]:
     """Return rows of numbers or arrays as an array (..., 3, 3)."""
     scalars = np.broadcast_arrays(*(x for row in matrix for x in row))
     return np.stack(scalars, axis=-1).reshape(*scalars[0].shape, 3, 3)
@@ -233,6 +236,7 @@ def check_parts(body: Body, parts: Sequence[Part]) -> None:
 
 
 def _check_shapes(part: Part) -> None:
+    part = part.with_numbers(part.numbers)
     own, name = part.start(0.0, NOTHING[0]), type(part).__name__
     vectors: dict[str, tuple[Sequence[Scalar], int]] = {
         "start": (own, part.size),
@@ -249,7 +253,7 @@ def _check_inertia(body: Body, parts: Sequence[Part]) -> None:
     """Refuse parts that spin more inertia than the body has."""
     body, parts = (body.with_numbers(body.numbers), [part.with_numbers(part.numbers) for part in parts])
     own = {part.name: part.start(0.0, NOTHING[0]) for part in parts}
-    least = float(np.min(np.linalg.eigvalsh(_array(CompositeBody.of(body, parts, own, 0.0).inverse))))
+    least = float(np.min(np.linalg.eigvalsh(tensor_array(CompositeBody.of(body, parts, own, 0.0).inverse))))
     if least <= 0:
         raise ValueError(
             f"parts must have less inertia than the body with its parts locked, but {least:.3g} is left about an axis. "

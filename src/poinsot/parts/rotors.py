@@ -1,7 +1,8 @@
-"""Rotors: at a constant speed, or driven and braked by a motor."""
+"""Rotors: at a constant speed, driven by a motor, or brought to a speed by one."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -17,7 +18,7 @@ from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import BodyVector, Real
 
-__all__ = ["Gyrostat", "ReactionWheel"]
+__all__ = ["Gyrostat", "MomentumWheel", "ReactionWheel"]
 
 
 class Gyrostat(Part):
@@ -45,10 +46,55 @@ class Gyrostat(Part):
         return functions.Vector(self.rotor_momentum)
 
 
-class ReactionWheel(Part):
+class Wheel(Part):
+    """A balanced wheel on an axis fixed in the body."""
+
+    axis: BodyUnitVector
+    moment: Positive
+    variables: ClassVar[Mapping[str, int]] = {"momentum": 1}
+    momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
+
+    @override
+    def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
+        return functions.Vector((self.moment * functions.dot(self.axis, omega_body),))
+
+    @override
+    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
+        return functions.Vector(own[0] * component for component in self.axis)
+
+    @override
+    def spinning_inertia(self, own: functions.Vector) -> Matrix:
+        return outer(self.axis, self.axis) * self.moment
+
+    @override
+    def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
+        return own[0] * own[0] / (2 * self.moment)
+
+    @override
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+        (p,) = instant.own(self)
+        return functions.Vector((self.torque_at(p * (1 / self.moment) - functions.dot(self.axis, instant.omega_body)),))
+
+    @abstractmethod
+    def torque_at(self, speed: Scalar) -> Scalar:
+        """Return the torque of motor and friction on the wheel at a speed relative to the body."""
+
+    def at_speed(self, speed: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the variables, shape (..., 1), for a speed relative to the body and the body's angular velocity."""
+        along = np.sum(self.axis * np.asarray(omega_body, dtype=float), axis=-1)
+        return np.asarray(self.moment * (np.asarray(speed, dtype=float) + along))[..., None]
+
+    def speed(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the speed relative to the body, shape (...), from the variables and the body's angular velocity."""
+        along = np.sum(self.axis * np.asarray(omega_body), axis=-1)
+        return np.asarray(np.asarray(own)[..., 0] / self.moment - along)
+
+
+class ReactionWheel(Wheel):
     """A balanced wheel on an axis fixed in the body, turned by a motor and braked by viscous friction.
 
     p' = torque - friction (p / moment - axis . omega), p the wheel's inertial angular momentum along its axis.
+    `ReactionWheels` has limits, dry friction, and the torques that a control law wants.
 
     Parameters
     ----------
@@ -77,41 +123,56 @@ class ReactionWheel(Part):
     array([[ 0.    ,  0.    , -0.3077]])
     """
 
-    axis: BodyUnitVector
-    moment: Positive
     friction: NotNegative = 0.0
     torque: Real = 0.0
-    variables: ClassVar[Mapping[str, int]] = {"momentum": 1}
-    momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
 
     @override
-    def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
-        return functions.Vector((self.moment * functions.dot(self.axis, omega_body),))
+    def torque_at(self, speed: Scalar) -> Scalar:
+        return self.torque - self.friction * speed
+
+
+class MomentumWheel(Wheel):
+    """A balanced wheel that a servo brings to a commanded speed and holds there, with a largest torque of its motor.
+
+    p' = T - friction s, T = gain (commanded_speed - s) within -largest_torque and largest_torque, where p is the
+    wheel's inertial angular momentum along its axis and s = p / moment - axis . omega its speed relative to the body.
+    Friction leaves s below the command by friction / (gain + friction) of it. A `Gyrostat` holds its speed exactly.
+
+    Parameters
+    ----------
+    axis : array (3,), body axes
+        Unit vector along the wheel's axis.
+    moment : float
+        Moment of inertia about the axis, positive. The body's inertia tensor is that with the wheel locked.
+    commanded_speed : float
+        Relative to the body.
+    gain : float
+        Torque of the motor per difference of speeds, positive.
+    largest_torque : float
+        Of the motor, positive.
+    friction : float
+        Torque per speed relative to the body, not negative.
+
+    Raises
+    ------
+    ValueError
+        If the axis is no unit vector, moment, gain or largest torque is not positive, or the friction is negative.
+
+    Examples
+    --------
+    >>> wheel = pt.parts.MomentumWheel((0, 0, 1), moment=0.1, commanded_speed=50.0, gain=0.2, largest_torque=0.5)
+    >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), wheel)
+    >>> motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [30.0])
+    >>> wheel.speed(motion.own["momentum_wheel"], motion.omega_body).round(6)
+    array([50.])
+    """
+
+    commanded_speed: Real
+    gain: Positive
+    largest_torque: Positive
+    friction: NotNegative = 0.0
 
     @override
-    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
-        return functions.Vector(own[0] * component for component in self.axis)
-
-    @override
-    def spinning_inertia(self, own: functions.Vector) -> Matrix:
-        return outer(self.axis, self.axis) * self.moment
-
-    @override
-    def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
-        return own[0] * own[0] / (2 * self.moment)
-
-    @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
-        (p,) = instant.own(self)
-        slip = p * (1 / self.moment) - functions.dot(self.axis, instant.omega_body)
-        return functions.Vector((self.torque - self.friction * slip,))
-
-    def at_speed(self, speed: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
-        """Return the variables, shape (..., 1), for a speed relative to the body and the body's angular velocity."""
-        along = np.sum(self.axis * np.asarray(omega_body, dtype=float), axis=-1)
-        return np.asarray(self.moment * (np.asarray(speed, dtype=float) + along))[..., None]
-
-    def speed(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
-        """Return the speed relative to the body, shape (...), from the variables and the body's angular velocity."""
-        along = np.sum(self.axis * np.asarray(omega_body), axis=-1)
-        return np.asarray(np.asarray(own)[..., 0] / self.moment - along)
+    def torque_at(self, speed: Scalar) -> Scalar:
+        motor = functions.clip(self.gain * (self.commanded_speed - speed), -self.largest_torque, self.largest_torque)
+        return motor - self.friction * speed

@@ -74,10 +74,12 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
 
 
 def check_starts(problem: Problem, state: State) -> None:
-    """Let each event refuse a start."""
-    if problem.events:
+    """Let each part and each event refuse a start."""
+    if problem.events or problem.system.parts:
         twin = problem.beside(state.shape)
         instant = twin.system.at(state)
+        for part in twin.system.parts:
+            part.check_start(instant)
         for event in twin.events:
             event.check_start(instant)
 

@@ -1,0 +1,181 @@
+"""Rotors in gimbals: control-moment gyroscopes, and gyroscopes that a spring and a damper hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.functions import Scalar
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.kinetics import Matrix, outer
+from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
+from poinsot.mechanics.part import Part
+from poinsot.quantities import AngularVelocity, Real
+
+__all__ = ["ControlMomentGyro", "GimballedRotor"]
+
+RIGHT_ANGLE = 1e-9
+"""The cosine of the angle of two axes that are said to be perpendicular."""
+
+
+class Gimbal(Part):
+    """A rotor at a constant speed relative to a gimbal, which turns about an axis fixed in the body."""
+
+    gimbal_axis: BodyUnitVector
+    spin_axis: BodyUnitVector
+    rotor_momentum: Real
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        cosine = np.max(np.abs(np.sum(self.gimbal_axis * self.spin_axis, axis=-1)))
+        if cosine > RIGHT_ANGLE:
+            raise ValueError(f"spin_axis must be perpendicular to gimbal_axis, got a cosine of {cosine:.3g}.")
+
+    def spin(self, angle: Scalar) -> functions.Vector:
+        """Return the momentum of the rotor along its axis at an angle of the gimbal, body axes."""
+        c, s = functions.cos(angle), functions.sin(angle)
+        first = functions.Vector(self.spin_axis)
+        axis: functions.Vector = first * c + functions.cross(self.gimbal_axis, first) * s
+        return functions.Vector(self.rotor_momentum * x for x in axis)
+
+    def torque_of_turning(self, angle: Scalar, omega: functions.Vector) -> Scalar:
+        """Return the torque about the gimbal axis by which a turning body drives the rotor's axis to its own."""
+        return functions.dot(omega, functions.cross(self.gimbal_axis, self.spin(angle)))
+
+
+class ControlMomentGyro(Gimbal):
+    """A control-moment gyroscope with one gimbal, which turns at a given rate.
+
+    h = H (cos(angle) s + sin(angle) m x s), angle' = gimbal_rate, with the unit vectors m along the gimbal axis and s
+    along the rotor's at angle 0. The torque on the body is H gimbal_rate across both axes, and the turning of h with
+    the body. Left out are the momentum of the turning gimbal and the change of the inertia with its angle, both small
+    beside H; the energy is that without the motors' part, (g - h) . omega / 2 and what has potentials.
+
+    Parameters
+    ----------
+    gimbal_axis, spin_axis : array (3,), body axes
+        m and s, perpendicular unit vectors.
+    rotor_momentum : float
+        H, axial moment times speed relative to the gimbal. The body's inertia tensor is that with the rotor locked.
+    gimbal_rate : float
+        Relative to the body.
+
+    Raises
+    ------
+    ValueError
+        If an axis is no unit vector, or the two are not perpendicular.
+
+    Examples
+    --------
+    >>> gyro = pt.parts.ControlMomentGyro((0, 0, 1), (1, 0, 0), rotor_momentum=2.0, gimbal_rate=0.1)
+    >>> system = pt.System(pt.Body((125.0, 100.0, 75.0)), gyro)
+    >>> motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [1.0])
+    >>> motion.omega_body.round(4)  # about -H gimbal_rate / I along the second axis
+    array([[ 0.0001, -0.002 , -0.    ]])
+    """
+
+    gimbal_rate: AngularVelocity
+    variables: ClassVar[Mapping[str, int]] = {"angle": 1}
+
+    @override
+    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
+        return self.spin(own[0])
+
+    @override
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+        return functions.Vector((self.gimbal_rate,))
+
+    def gimbal_torque(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the torque that the gimbal's motor gives against the turning body, shape (...).
+
+        Its power is this times the gimbal rate.
+        """
+        omega = functions.Vector(np.moveaxis(np.asarray(omega_body, dtype=float), -1, 0))
+        return np.asarray(-self.torque_of_turning(np.asarray(own, dtype=float)[..., 0], omega))
+
+
+class GimballedRotor(Gimbal):
+    """A rotor in a gimbal that a motor turns, and a spring and a damper hold: a gyroscopic damper, or a rate gyroscope.
+
+    h = H e(angle) + p m, angle' = p / J - omega . m and p' = omega . (m x H e) + torque - stiffness angle - damping
+    angle', with p the inertial angular momentum of gimbal and rotor along the gimbal axis m, and e the axis of the
+    rotor. The inertia of both is taken to be the same at any angle; the energy is that without the rotor's motor.
+
+    Parameters
+    ----------
+    gimbal_axis, spin_axis : array (3,), body axes
+        Perpendicular unit vectors, the second along the rotor's axis at angle 0.
+    rotor_momentum : float
+        H, axial moment times speed relative to the gimbal.
+    moment : float
+        J, of gimbal and rotor about the gimbal axis, positive. The body's inertia tensor is that with both locked.
+    torque : float
+        Of the motor on the gimbal, constant.
+    stiffness, damping : float
+        Torque per angle and per rate of the gimbal relative to the body, not negative.
+
+    Raises
+    ------
+    ValueError
+        If an axis is no unit vector, the two are not perpendicular, or a number is outside its range.
+
+    Examples
+    --------
+    >>> gyro = pt.parts.GimballedRotor((0, 0, 1), (1, 0, 0), rotor_momentum=2.0, moment=0.1, stiffness=5.0, damping=1.0)
+    >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), gyro)
+    >>> start = system.state((1, 0, 0, 0), omega_body=(0, 1, 0))
+    >>> motion = pt.propagate(system, start, [0.0, 50.0])
+    >>> bool(motion.energy[1] < motion.energy[0])
+    True
+    """
+
+    moment: Positive
+    torque: Real = 0.0
+    stiffness: NotNegative = 0.0
+    damping: NotNegative = 0.0
+    variables: ClassVar[Mapping[str, int]] = {"angle": 1, "momentum": 1}
+    momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
+
+    @override
+    def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
+        return functions.Vector((0.0, self.moment * functions.dot(self.gimbal_axis, omega_body)))
+
+    @override
+    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
+        angle, p = own
+        return functions.Vector(x + p * y for x, y in zip(self.spin(angle), self.gimbal_axis, strict=True))
+
+    @override
+    def spinning_inertia(self, own: functions.Vector) -> Matrix:
+        return outer(self.gimbal_axis, self.gimbal_axis) * self.moment
+
+    @override
+    def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
+        angle, p = own
+        return p * p / (2 * self.moment) + self.stiffness / 2 * (angle * angle)
+
+    @override
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+        angle, p = instant.own(self)
+        omega = instant.omega_body
+        rate = p * (1 / self.moment) - functions.dot(self.gimbal_axis, omega)
+        held = self.torque - self.stiffness * angle - self.damping * rate
+        return functions.Vector((rate, self.torque_of_turning(angle, omega) + held))
+
+    def at_angle(self, angle: ArrayLike, rate: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the variables, shape (..., 2), for an angle, its rate and the body's angular velocity."""
+        p = self.moment * (np.asarray(rate, dtype=float) + self._turning(omega_body))
+        return np.stack(np.broadcast_arrays(np.asarray(angle, dtype=float), p), axis=-1)
+
+    def rate(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the rate of the gimbal relative to the body, shape (...)."""
+        return np.asarray(np.asarray(own)[..., 1] / self.moment - self._turning(omega_body))
+
+    def _turning(self, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the body's angular velocity about the gimbal axis."""
+        return np.asarray(np.sum(self.gimbal_axis * np.asarray(omega_body, dtype=float), axis=-1))

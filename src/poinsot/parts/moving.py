@@ -1,0 +1,214 @@
+"""Given motions inside a body: masses that move, and an inertia that changes."""
+
+from __future__ import annotations
+
+import functools
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.program import Graph, tangents
+from poinsot.errors import real_numbers, refuse_nonpositive
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.parameters import Positive
+from poinsot.mechanics.part import NOTHING, Part, tensor_array
+from poinsot.quantities import Along, Duration, Rule, Time
+
+__all__ = ["MovingMasses", "VaryingInertia"]
+
+PositiveDuration = Annotated[Duration, Rule(refuse_nonpositive)]
+
+SYMMETRY = 1e-12
+"""Of a tensor, relative to its largest component; and of the triangle inequality of moments."""
+
+
+class Transition(Part):
+    """A part that goes from one place to another as a function of the time, smoothly at both ends."""
+
+    if TYPE_CHECKING:
+        begin: Any
+        duration: Any
+
+    def progress(self, time: Scalar) -> Scalar:
+        """Return 0 before the transition, 1 after it, and 10 x^3 - 15 x^4 + 6 x^5 at a part x of its duration.
+
+        A subclass may have any other smooth function of the time.
+        """
+        x = functions.clip((time - self.begin) / self.duration, 0.0, 1.0)
+        return x * x * x * (10 - x * (15 - 6 * x))
+
+    def pace(self, time: Scalar) -> Scalar:
+        """Return the rate of the progress, its derivative."""
+        graph = Graph()
+        now = graph.variable(time)
+        return graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
+
+    @abstractmethod
+    def changes(self) -> tuple[Matrix, Matrix]:
+        """Return what the inertia changes by, times the progress and times its square."""
+
+    @override
+    def inertia(self, own: Vector, time: Scalar) -> Matrix:
+        progress, (linear, square) = self.progress(time), self.changes()
+        return linear * progress + square * (progress * progress)
+
+    @override
+    def check(self, body: Any) -> None:
+        self.refuse_inertia(body.locked.inertia + self.inertia_change, "at the end of the transition")
+
+    @property
+    def inertia_change(self) -> NDArray[np.float64]:
+        """The change of the inertia from before to after, body axes; shape (3, 3) or (members, 3, 3)."""
+        linear, square = self.with_numbers(self.numbers).changes()
+        return tensor_array(linear + square)
+
+    def refuse_inertia(self, inertia: NDArray[Any], when: str) -> None:
+        """Raise a ValueError for a tensor that no mass has."""
+        masses = np.linalg.eigvalsh(np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2 * np.eye(3) - inertia)
+        if np.any(masses[..., 0] < -SYMMETRY * masses[..., 2]):
+            found = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(inertia).reshape(-1, 3)[0])
+            raise ValueError(
+                f"the inertia {when} must be that of a body, got principal moments {found}. "
+                "The body's tensor has all parts before the transition."
+            )
+
+
+class VaryingInertia(Transition):
+    """An inertia that changes by a given tensor: propellant that is used up, booms that run out in opposite pairs.
+
+    I = I0 + x change, where x goes from 0 at `begin` to 1 at the end as 10 u^3 - 15 u^4 + 6 u^5 of the part u of the
+    duration; the principal axes may turn. The angular momentum of the body is I omega and g' = g x omega + torque: I'
+    does not appear. Left out are the momentum of the moving masses relative to the body (`MovingMasses` has it), and
+    that of exhausted propellant (jet damping). The energy is omega . I omega / 2 and what has potentials.
+
+    Parameters
+    ----------
+    change : array (3, 3), body axes
+        Symmetric: of the inertia about the centre of mass. The body's tensor is that before.
+    begin : float
+        The time at which the transition begins.
+    duration : float
+        Positive.
+
+    Raises
+    ------
+    ValueError
+        If the change is not symmetric or the duration not positive; by `System`, if no body has the tensor at the end.
+
+    Examples
+    --------
+    >>> booms = pt.parts.VaryingInertia(np.diag([0.0, 2.0, 2.0]), begin=10.0, duration=30.0)
+    >>> system = pt.System(pt.Body((1.0, 2.0, 2.0)), booms)
+    >>> motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0.5)), [0.0, 60.0])
+    >>> motion.omega_body[:, 2]
+    array([0.5 , 0.25])
+    """
+
+    change: Annotated[Any, (3, 3), Along("body axes")]
+    begin: Time
+    duration: PositiveDuration
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        off = np.abs(self.change - np.swapaxes(self.change, -1, -2))
+        if np.any(off > SYMMETRY * np.max(np.abs(self.change))):
+            raise ValueError(f"change must be a symmetric tensor, got components that differ by {np.max(off):.3g}.")
+
+    @override
+    def changes(self) -> tuple[Matrix, Matrix]:
+        return Vector(map(Vector, self.change)), NOTHING
+
+
+class MovingMasses(Transition):
+    """Point masses that move along straight lines in the body as functions of the time, from one place to another.
+
+    Masses m_i are at y_i = a_i + x d_i from the centre of mass of the rest, where x goes from 0 at `begin` to 1 at the
+    end as 10 u^3 - 15 u^4 + 6 u^5 of the part u of the duration. With M the total mass, the inertia about the common
+    centre of mass is that of the rest and of m_i at y_i, less that of M at sum m_i y_i / M; the momentum relative to
+    the body is x' (sum m_i a_i x d_i - (sum m_i a_i) x (sum m_i d_i) / M). The energy is omega . I omega / 2 and what
+    has potentials, without the masses' motion in the body.
+
+    Parameters
+    ----------
+    masses : array (n,)
+        m, positive.
+    total_mass : float
+        M, of body and masses.
+    positions : array (n, 3), body axes
+        Before, from the centre of mass of body and masses then. The body's inertia tensor is that of body and masses
+        with these places, about this centre.
+    destinations : array (n, 3), body axes
+        After, from the same point of the body.
+    begin, duration : float
+        Of the transition; the duration is positive.
+
+    Examples
+    --------
+    >>> tip = pt.parts.MovingMasses([2.0], 60.0, [(0, 0, 0.3)], [(0, 0, 6.0)], begin=0.0, duration=120.0)
+    >>> np.round(tip.inertia_change, 3).diagonal()  # of the reduced mass 2 (60 - 2) / 60
+    array([74.26, 74.26,  0.  ])
+    """
+
+    masses: Annotated[Any, ("count",), Rule(refuse_nonpositive)]
+    total_mass: Positive
+    positions: Annotated[Any, ("count", 3), Along("body axes")]
+    destinations: Annotated[Any, ("count", 3), Along("body axes")]
+    begin: Time
+    duration: PositiveDuration
+    moves_center_of_mass: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        shape = real_numbers("positions", self.positions).shape
+        if len(shape) < 2:
+            raise ValueError(f"positions must have shape (n, 3) or (members, n, 3), got shape {shape}.")
+        super().__post_init__()
+        if np.any(np.sum(self.masses, axis=-1) >= self.total_mass):
+            raise ValueError(
+                f"total_mass must be more than the sum of the masses, got {self.total_mass} and "
+                f"{np.max(np.sum(self.masses, axis=-1))}. It is that of body and masses."
+            )
+
+    @property
+    def count(self) -> int:
+        """The number of masses."""
+        return int(np.shape(self.positions)[-2])
+
+    @functools.cached_property
+    @override
+    def structure(self) -> tuple[Any, ...]:
+        return (*super().structure, self.count)
+
+    def _arms(self) -> list[tuple[Scalar, Vector, Vector]]:
+        """Return each mass with a and d; and then, as those of a mass -1 / M, the sums of m a and m d."""
+        each = list(zip(self.masses, map(Vector, self.positions), map(Vector, self.destinations), strict=True))
+        rest = self.total_mass - sum(self.masses)
+        center = sum((x * m for m, x, _ in each), start=NOTHING[0]) / -rest
+        arms = [(m, x - center, there - x) for m, x, there in each]
+        sums = (sum((arm[k] * arm[0] for arm in arms), start=NOTHING[0]) for k in (1, 2))
+        return [*arms, (-1 / self.total_mass, *sums)]
+
+    @override
+    def changes(self) -> tuple[Matrix, Matrix]:
+        linear = square = NOTHING
+        for mass, arm, step in self._arms():
+            between = outer(arm, step) + outer(step, arm)
+            along = 2 * functions.dot(arm, step)
+            twice = Vector(Vector((along if i == j else 0.0) - between[i][j] for j in range(3)) for i in range(3))
+            linear, square = linear + twice * mass, square + spread(step) * mass
+        return linear, square
+
+    @override
+    def momentum(self, own: Vector, time: Scalar) -> Vector:
+        swing = sum((functions.cross(arm, step) * mass for mass, arm, step in self._arms()), start=NOTHING[0])
+        return Vector(self.pace(time) * x for x in swing)
+
+    @override
+    def check(self, body: Any) -> None:
+        arms = self.with_numbers(self.numbers)._arms()
+        masses = tensor_array(sum((spread(arm) * mass for mass, arm, _ in arms), start=NOTHING))
+        self.refuse_inertia(body.locked.inertia - masses, "of the rest, without the masses,")

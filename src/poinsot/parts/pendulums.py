@@ -1,0 +1,215 @@
+"""Pendulums in a body: what sloshes in a tank."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.quaternion import components
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
+from poinsot.mechanics.part import NOTHING, Part
+from poinsot.quantities import BodyVector, Real
+
+__all__ = ["SloshPendulum"]
+
+RIGHT_ANGLE = 1e-9
+"""The cosine of the angle of two axes that are said to be perpendicular."""
+
+
+class SloshPendulum(Part):
+    """A point mass on a massless rod from a pivot in a free body: liquid in a tank.
+
+    With the angles a and b the rod is along e = cos a cos b d + sin a cos b c + sin b d x c, the mass at y = r + l e
+    from the centre of mass of the rest, and mu = mass (total_mass - mass) / total_mass. Lagrange's equations of T = mu
+    |v|^2 / 2, v = y' + omega x y: with e_i = de / d angle_i, the momenta are p_i = mu l^2 |e_i|^2 angle_i' + mu omega .
+    (y x l e_i), and p_i' = mu l v . (e_i' + omega x e_i) + stiffness d . e_i - damping |e_i|^2 angle_i'. A thrust that
+    accelerates the body by A along -d is stiffness = mass A l, and the torque mass A l (e x d) on the body, see
+    `displacement`. The angles are singular at b = 90 degrees.
+
+    Parameters
+    ----------
+    mass, total_mass : float
+        Of the pendulum, positive, and of body and pendulum, more.
+    pivot : array (3,), body axes
+        From the centre of mass of body and pendulum at rest. The inertia tensor is that with the pendulum at rest.
+    direction, across : array (3,), body axes
+        d, along the rod at rest, and c, perpendicular to it: unit vectors.
+    length : float
+        l, positive.
+    stiffness, damping : float
+        Torque per angle at small angles, and per rate; not negative.
+    planar : bool
+        Whether the pendulum swings in the plane of direction and across alone, with b = 0.
+
+    Examples
+    --------
+    >>> tank = pt.parts.SloshPendulum(20.0, 500.0, (0, 0, 0.5), (0, 0, -1), (1, 0, 0), length=0.4)
+    >>> tank.at_angles((0.1, 0.0), (0.0, 0.0), omega_body=(0, 0, 0))
+    array([0.1, 0. , 0. , 0. ])
+    """
+
+    mass: Positive
+    total_mass: Real
+    pivot: BodyVector
+    direction: BodyUnitVector
+    across: BodyUnitVector
+    length: Positive
+    stiffness: NotNegative = 0.0
+    damping: NotNegative = 0.0
+    planar: bool = False
+    momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
+    moves_center_of_mass: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.any(np.asarray(self.mass) >= np.asarray(self.total_mass)):
+            raise ValueError(f"mass must be less than total_mass, got {self.mass} and {self.total_mass}.")
+        cosine = np.max(np.abs(np.sum(self.direction * self.across, axis=-1)))
+        if cosine > RIGHT_ANGLE:
+            raise ValueError(f"across must be perpendicular to direction, got a cosine of {cosine:.3g}.")
+
+    @property
+    def variables(self) -> Mapping[str, int]:  # type: ignore[override]
+        """The angles and their momenta."""
+        count = 1 if self.planar else 2
+        return {"angle": count, "momentum": count}
+
+    @property
+    def reduced_mass(self) -> Scalar:
+        """The reduced mass of the pendulum and the rest."""
+        return self.mass * (self.total_mass - self.mass) / self.total_mass
+
+    @property
+    def _axes(self) -> tuple[Vector, Vector, Vector]:
+        """The axes of the angles: along the rod at rest, and those to which it swings."""
+        down, across = Vector(components(self.direction)), Vector(components(self.across))
+        return down, across, functions.cross(down, across)
+
+    @property
+    def _pivot(self) -> Vector:
+        """The pivot from the centre of mass of the rest."""
+        pivot = Vector(components(self.pivot))
+        hanging = pivot + self._axes[0] * self.length
+        return pivot + hanging * (self.mass / (self.total_mass - self.mass))
+
+    def _halves(self, own: Any) -> tuple[Any, Any]:
+        count = self.size // 2
+        return own[:count], own[count:]
+
+    def _placed(self, angles: Any) -> tuple[Vector, list[tuple[Vector, Scalar]]]:
+        """Return the place of the mass, and the unit vector and the length of the derivative of e by each angle."""
+        down, across, beside = self._axes
+        c, s = functions.cos(angles[0]), functions.sin(angles[0])
+        outwards, tangent = down * c + across * s, across * c - down * s
+        if self.planar:
+            return self._pivot + outwards * self.length, [(tangent, 1.0)]
+        rise, reach = functions.sin(angles[1]), functions.cos(angles[1])
+        rod = outwards * reach + beside * rise
+        return self._pivot + rod * self.length, [(tangent, reach), (beside * reach - outwards * rise, 1.0)]
+
+    def _turned(self, angles: Any, rates: Any) -> list[Vector]:
+        """Return the rates of the derivatives of e by each angle."""
+        down, across, beside = self._axes
+        c, s = functions.cos(angles[0]), functions.sin(angles[0])
+        outwards, tangent = down * c + across * s, across * c - down * s
+        if self.planar:
+            return [outwards * -rates[0]]
+        rise, reach = functions.sin(angles[1]), functions.cos(angles[1])
+        rod = outwards * reach + beside * rise
+        first = outwards * (-reach * rates[0]) - tangent * (rise * rates[1])
+        return [first, tangent * (-rise * rates[0]) - rod * rates[1]]
+
+    @property
+    def _hanging(self) -> Vector:
+        """The place of the mass at rest, from the centre of mass of the rest of the body."""
+        return self._pivot + self._axes[0] * self.length
+
+    def displacement(self, own: Any) -> Vector:
+        """Return where the mass is from its place at rest, body axes; scalars of any kind."""
+        return self._placed(self._halves(own)[0])[0] - self._hanging
+
+    def angle_rates(self, own: Any, omega_body: Any) -> Vector:
+        """Return the rates of the angles; scalars of any kind, or arrays with the components first."""
+        angles, momenta = self._halves(own)
+        y, slopes = self._placed(angles)
+        return Vector(
+            (p / (self.reduced_mass * self.length * reach) - functions.dot(omega_body, functions.cross(y, tangent)))
+            / (self.length * reach)
+            for p, (tangent, reach) in zip(momenta, slopes, strict=True)
+        )
+
+    @override
+    def momentum(self, own: Vector, time: Scalar) -> Vector:
+        angles, momenta = self._halves(own)
+        y, slopes = self._placed(angles)
+        each = zip(momenta, slopes, strict=True)
+        terms = (functions.cross(y, tangent) * (p / (self.length * reach)) for p, (tangent, reach) in each)
+        return sum(terms, start=Vector(NOTHING[0]))
+
+    @override
+    def inertia(self, own: Vector, time: Scalar) -> Matrix:
+        y, _ = self._placed(self._halves(own)[0])
+        return (spread(y) - spread(self._hanging)) * self.reduced_mass
+
+    @override
+    def spinning_inertia(self, own: Vector) -> Matrix:
+        y, slopes = self._placed(self._halves(own)[0])
+        levers = (functions.cross(y, tangent) for tangent, _ in slopes)
+        return sum((outer(lever, lever) for lever in levers), start=NOTHING) * self.reduced_mass
+
+    @override
+    def internal_energy(self, own: Vector, time: Scalar) -> Scalar:
+        angles, momenta = self._halves(own)
+        y, slopes = self._placed(angles)
+        each = zip(momenta, slopes, strict=True)
+        kinetic = sum((p / (self.length * reach)) ** 2 for p, (_, reach) in each) / (2 * self.reduced_mass)
+        lift = functions.dot(self._hanging - y, self._axes[0]) / self.length
+        return kinetic + self.stiffness * lift
+
+    @override
+    def rates(self, instant: Instant, pull: Vector) -> Vector:
+        own, omega = instant.own(self), instant.omega_body
+        angles, _ = self._halves(own)
+        y, slopes = self._placed(angles)
+        turning = self.angle_rates(own, omega)
+        slope = [tangent * reach for tangent, reach in slopes]
+        moved = (along * rate for along, rate in zip(slope, turning, strict=True))
+        speed = sum(moved, start=Vector(NOTHING[0])) * self.length
+        push = (speed + functions.cross(omega, y)) * (self.reduced_mass * self.length)
+        forces = [
+            functions.dot(push, turned + functions.cross(omega, along))
+            + self.stiffness * functions.dot(self._axes[0], along)
+            - self.damping * (reach * reach) * rate
+            for turned, along, (_, reach), rate in zip(
+                self._turned(angles, turning), slope, slopes, turning, strict=True
+            )
+        ]
+        return Vector((*turning, *(force + pull[i] for i, force in enumerate(forces))))
+
+    @override
+    def start(self, time: Scalar, omega_body: Vector) -> Vector:
+        angles = (0.0,) * (self.size // 2)
+        return Vector((*angles, *self._momenta(angles, angles, omega_body)))
+
+    def _momenta(self, angles: Any, rates: Any, omega_body: Any) -> Vector:
+        """Return the momenta of angles and their rates."""
+        y, slopes = self._placed(angles)
+        return Vector(
+            (self.length * reach * rate + functions.dot(omega_body, functions.cross(y, tangent)))
+            * (self.reduced_mass * self.length * reach)
+            for rate, (tangent, reach) in zip(rates, slopes, strict=True)
+        )
+
+    def at_angles(self, angles: ArrayLike, rates: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the variables, shape (..., 4), or (..., 2) if planar, for angles, rates and angular velocity."""
+        first = [np.moveaxis(np.atleast_1d(np.asarray(x, dtype=float)), -1, 0) for x in (angles, rates, omega_body)]
+        values = (*first[0], *self._momenta(*first))
+        return np.stack(np.broadcast_arrays(*values), axis=-1)

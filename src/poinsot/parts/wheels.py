@@ -1,0 +1,187 @@
+"""Several reaction wheels that together give the torque that a control law wants."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.errors import array_of, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
+from poinsot.functions import Scalar
+from poinsot.mechanics.force import Torque
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.kinetics import Matrix, outer
+from poinsot.mechanics.part import NOTHING, Part
+from poinsot.quantities import Along, Rule
+
+__all__ = ["ReactionWheels"]
+
+STEEPNESS = 20.0
+"""The torque of a motor falls linearly to zero over the last twentieth of the largest speed."""
+
+DRY = 1e-3
+"""Dry friction is smooth over this part of the largest speed about rest."""
+
+EachPositive = Annotated[Any, ("count",), Rule(refuse_nonpositive)]
+EachNotNegative = Annotated[Any, ("count",), Rule(refuse_negative)]
+UnitVectors = Annotated[Any, ("count", 3), Along("body axes"), Rule(refuse_other_length, "Divide by the length.")]
+
+
+class ReactionWheels(Part):
+    """Balanced wheels whose motors give the torque on the body that a control law wants, as far as they can.
+
+    p_i' = T_i - friction_i s_i - dry_friction_i tanh(1000 s_i / S_i), with the inertial angular momentum p_i of a wheel
+    along its axis a_i, its speed s_i = p_i / J_i - a_i . omega relative to the body, and its largest speed S_i. The
+    torques T wanted of the motors are the least, by the pseudo-inverse, for which -sum T_i a_i is the torque of the
+    law; each is limited to the largest torque times min(1, 20 (1 -+ s_i / S_i)), so that a wheel at its largest speed
+    can only brake. Friction is not compensated, nor is the turning of the wheels' momenta with the body.
+
+    Parameters
+    ----------
+    axes : array (n, 3), body axes
+        Unit vectors along the wheels' axes: one, two that differ, or more that are not all in one plane.
+    moments : array (n,) or float
+        J, positive. The body's inertia tensor is that with the wheels locked.
+    law : Torque
+        The torque wanted on the body. It acts through the wheels alone; do not give it to the system, too.
+    largest_torques, largest_speeds : array (n,) or float
+        Of each motor and wheel, positive; speeds relative to the body.
+    friction, dry_friction : array (n,) or float
+        Viscous, torque per speed, and dry, a torque; not negative.
+
+    Examples
+    --------
+    >>> wheels = pt.parts.ReactionWheels(np.eye(3), 1e-3, pt.forces.LinearDamping(0.2), 5e-3, 600.0)
+    >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), wheels)
+    >>> motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.1, -0.2, 0.1)), [100.0])
+    >>> bool(np.max(abs(motion.omega_body)) < 1e-6)
+    True
+    """
+
+    axes: UnitVectors
+    moments: EachPositive
+    law: Torque
+    largest_torques: EachPositive
+    largest_speeds: EachPositive
+    friction: EachNotNegative = 0.0
+    dry_friction: EachNotNegative = 0.0
+    momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
+
+    def __post_init__(self) -> None:
+        shape = real_numbers("axes", self.axes).shape
+        if len(shape) < 2:
+            raise ValueError(f"axes must have shape (n, 3) or (members, n, 3), got shape {shape}.")
+        for name in ("moments", "largest_torques", "largest_speeds", "friction", "dry_friction"):
+            value = array_of(name, getattr(self, name))
+            if value.ndim == 0:
+                object.__setattr__(self, name, np.broadcast_to(value, self.count))
+        super().__post_init__()
+        rank, most = np.min(np.linalg.matrix_rank(self.axes, tol=1e-6)), min(self.count, 3)
+        if rank < most:
+            raise ValueError(
+                f"axes must span {most} dimensions, got {self.count} in {rank}. One wheel more there gives no torque "
+                "along another axis."
+            )
+
+    @property
+    def count(self) -> int:
+        """The number of wheels."""
+        return int(np.shape(self.axes)[-2])
+
+    @functools.cached_property
+    @override
+    def structure(self) -> tuple[Any, ...]:
+        return (*super().structure, self.count)
+
+    @property
+    def variables(self) -> Mapping[str, int]:  # type: ignore[override]
+        """The momenta of the wheels."""
+        return {"momentum": self.count}
+
+    @override
+    def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
+        each = zip(self.moments, self.axes, strict=True)
+        return functions.Vector(moment * functions.dot(axis, omega_body) for moment, axis in each)
+
+    @override
+    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector:
+        each = zip(own, self.axes, strict=True)
+        return sum((functions.Vector(axis) * p for p, axis in each), start=functions.Vector(NOTHING[0]))
+
+    @override
+    def spinning_inertia(self, own: functions.Vector) -> Matrix:
+        each = zip(self.moments, self.axes, strict=True)
+        return sum((outer(axis, axis) * moment for moment, axis in each), start=NOTHING)
+
+    @override
+    def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
+        return sum(p * p / (2 * moment) for p, moment in zip(own, self.moments, strict=True))
+
+    @override
+    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+        p, omega = instant.own(self), instant.omega_body
+        each = zip(p, self.moments, self.axes, strict=True)
+        slips = [x * (1 / moment) - functions.dot(axis, omega) for x, moment, axis in each]
+        wanted = self.distributed(-functions.Vector(self.law.torque(instant)))
+        return functions.Vector(map(self._torque, range(self.count), wanted, slips))
+
+    def _torque(self, i: int, wanted: Scalar, speed: Scalar) -> Scalar:
+        """Return the torque of motor and friction on a wheel."""
+        most, part = self.largest_torques[i], speed * (1 / self.largest_speeds[i])
+        upwards = most * functions.minimum(1.0, STEEPNESS * (1 - part))
+        downwards = most * functions.minimum(1.0, STEEPNESS * (1 + part))
+        rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.tanh(part * (1 / DRY))
+        return functions.clip(wanted, -downwards, upwards) - rubbing
+
+    def distributed(self, torque: functions.Vector) -> functions.Vector:
+        """Return the least torques about the axes that add up to a torque, or to what the axes can give of it."""
+        axes = [functions.Vector(axis) for axis in self.axes]
+        columns = [functions.Vector(column) for column in zip(*axes, strict=True)]
+        if self.count < 3:
+            gram = [[functions.dot(a, b) for b in axes] for a in axes]
+            return _solved(gram, [functions.dot(axis, torque) for axis in axes])
+        along = _solved([[functions.dot(a, b) for b in columns] for a in columns], torque)
+        return functions.Vector(functions.dot(axis, along) for axis in axes)
+
+    @override
+    def check_start(self, instant: Instant) -> None:
+        """Raise a ValueError for a wheel that is faster than its largest speed at the start."""
+        own = zip(instant.own(self), self.moments, self.axes, self.largest_speeds, strict=True)
+        for i, (p, moment, axis, largest) in enumerate(own):
+            speed = np.abs(p / moment - functions.dot(axis, instant.omega_body))
+            if np.any(speed > largest):
+                place = np.unravel_index(np.argmax(speed - largest), np.shape(speed))
+                most = np.broadcast_to(largest, np.shape(speed))[place]
+                raise ValueError(
+                    f"the speed of wheel {i} must be at most its largest at the start, {most:.6g}, got "
+                    f"{speed[place]:.6g}. It is saturated."
+                )
+
+    def at_speeds(self, speeds: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the variables, shape (..., n), for speeds relative to the body and the body's angular velocity."""
+        return np.asarray(self.moments * (np.asarray(speeds, dtype=float) + self._along(omega_body)))
+
+    def speeds(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the speeds relative to the body, shape (..., n), from variables and the body's angular velocity."""
+        return np.asarray(np.asarray(own) / self.moments - self._along(omega_body))
+
+    def _along(self, omega_body: ArrayLike) -> NDArray[np.float64]:
+        """Return the body's angular velocity about the axes."""
+        return np.asarray(np.einsum("...ij,...j->...i", self.axes, np.asarray(omega_body, dtype=float)))
+
+
+def _solved(matrix: list[list[Scalar]], right: Sequence[Scalar]) -> functions.Vector:
+    """Return x of A x = b for a positive definite matrix of scalars, by elimination."""
+    (pivot, *row), *others = matrix
+    inverse = 1 / pivot
+    if not others:
+        return functions.Vector((inverse * right[0],))
+    factors = [other[0] * inverse for other in others]
+    rest = [[x - f * y for x, y in zip(o[1:], row, strict=True)] for f, o in zip(factors, others, strict=True)]
+    behind = _solved(rest, [b - f * right[0] for f, b in zip(factors, right[1:], strict=True)])
+    return functions.Vector((inverse * (right[0] - functions.dot(row, behind)), *behind))
