@@ -7,6 +7,7 @@ import pytest
 
 import poinsot as pt
 from kinds import concrete_subclasses
+from laws.test_every_force import MAGNETIC_FIELDS
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.scenarios.writer import text_of
 
@@ -27,6 +28,9 @@ OF_ONE = (
     pt.forces.EllipsoidGravity(ELLIPSE, 1.1, (0.9, 0.6, 0.4)),
     pt.forces.LinearDamping(1 / 7),
     pt.forces.TidalTorque(ELLIPSE, 0.6, 0.9, 0.5),
+    *(pt.forces.MagneticMoment((0.5, -0.3, 0.7), field) for field in MAGNETIC_FIELDS),
+    pt.forces.EddyCurrents(0.4, MAGNETIC_FIELDS[0]),
+    pt.forces.BDot(0.3, MAGNETIC_FIELDS[0], 0.2),
 )
 OF_TWO = (
     pt.forces.MutualGravity(),

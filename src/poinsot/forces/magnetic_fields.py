@@ -244,8 +244,8 @@ class SecularHarmonics(MagneticHarmonics):
     >>> axes, none = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.1), np.zeros((2, 2))
     >>> g, g_rate = [(0, 0), (3e-5, 0)], [(0, 0), (1e-6, 0)]
     >>> field = pt.forces.SecularHarmonics(orbit, axes, 1, 1.0, g, none, g_rate, none, epoch=0.0)
-    >>> float(field.at((2.0, 0.0, 0.0), 10.0)[2])
-    -5e-06
+    >>> round(1e9 * float(field.at((2.0, 0.0, 0.0), 10.0)[2]))  # nT
+    -5000
     """
 
     g_rate: Annotated[Any, ("orders", "orders")]
@@ -298,17 +298,15 @@ FAR = 50
 
 
 class IGRF(_OfSources):
-    """The International Geomagnetic Reference Field, 14th generation: 1900 to 2030, coefficients linear between epochs.
+    """The International Geomagnetic Reference Field (IGRF-14): 1900 to 2030, coefficients linear between epochs.
 
-    The coefficients are those of the package ppigrf (`pip install 'poinsot[sky]'`), the field is that of
-    `MagneticHarmonics` (Alken et al. 2021, Earth, Planets and Space 73, 49). The integration stops at each epoch, every
-    five years.
+    Coefficients from the package ppigrf (`pip install 'poinsot[sky]'`), the field of `MagneticHarmonics` (Alken et al.
+    2021, Earth, Planets and Space 73, 49). The integration stops at the epochs, every five years.
 
     Parameters
     ----------
-    orbit : Orbit
-    rotation : RotationModel
-        With a calendar, or the orbit has one: the dates of times.
+    orbit, rotation
+        As those of any field; one of them has a calendar.
     degree : int
         To which the field is taken, from 1 to 13.
     radius : float
@@ -321,6 +319,13 @@ class IGRF(_OfSources):
         `propagate`, for times before 1900 or after 2030.
     ImportError
         If ppigrf is missing.
+
+    Examples
+    --------
+    >>> orbit, earth = pt.orbits.FixedPosition(1.0, position=(7000, 0, 0)), pt.orbits.RotationModel.iau("earth")
+    >>> pt.forces.IGRF(orbit, earth, degree=14)
+    Traceback (most recent call last):
+    ValueError: degree must be from 1 to 13, got 14.
     """
 
     degree: int

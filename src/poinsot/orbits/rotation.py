@@ -158,7 +158,7 @@ class RotationModel(Dated, Frame):
         """Return the components in space of a vector given along the axes of the planet."""
         (rising, ahead, pole), (c, s) = self._turn(time)
         x, y, z = vector
-        return rising * (c * x - s * y) + ahead * (s * x + c * y) + pole * z
+        return Vector(rising * (c * x - s * y) + ahead * (s * x + c * y) + pole * z)
 
     def _turn(self, time: Scalar) -> tuple[tuple[Vector, Vector, Vector], tuple[Scalar, Scalar]]:
         """Return axes that do not turn with the planet, and cosine and sine of its angle about the third.

@@ -35,6 +35,7 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.orbits.rotation import RotationModel
 from poinsot.quantities import Along, extras_of, quantity_of
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
@@ -49,7 +50,7 @@ BASES: dict[Group, tuple[type, ...]] = {
     "body": (Body, TwoBodies),
     "force": (Force,),
     "orbit": (Orbit, CirclingPair),
-    "frame": (RotatingFrame,),
+    "frame": (RotatingFrame, RotationModel),
     "shape": (Shape,),
 }
 

@@ -141,7 +141,7 @@ def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
         Key("state", "table", "The start: attitude, and rate or momentum, at a time.", required=True, keys=STATE),
         Key("forces", "force", "What turns a body, or moves two; none: free motion."),
         Key("orbits", "tables of orbits", "Where the body is, by name."),
-        Key("frames", "tables of frames", "Axes that turn evenly, by name."),
+        Key("frames", "tables of frames", "Axes that turn, by name."),
         Key("times", "table", "The times at which the motion is wanted.", required=True, keys=TIMES),
         Key("run", "table", "How to compute.", keys=run),
         Key("outputs", "table", "Names of the files to write.", keys=OUTPUTS),
@@ -170,10 +170,13 @@ def _scenario_model(_: tuple[type, ...], charts: tuple[str, ...]) -> type[BaseMo
 # ------------------------------------------------------------------ tables
 
 
-def _table(name: str, keys: Iterable[Key], doc: str | None = None, **more: Any) -> Any:
-    """Return a model of a table that refuses keys that it does not know."""
+Groups = tuple[Group, ...]
+
+
+def _table(name: str, keys: Iterable[Key], doc: str | None = None, inside: Groups = (), **more: Any) -> Any:
+    """Return a model of a table, within tables of groups, that refuses keys that it does not know."""
     create: Any = create_model
-    return create(name, __config__=STRICT, __doc__=doc, **more, **{key.name: _field(key) for key in keys})
+    return create(name, __config__=STRICT, __doc__=doc, **more, **{key.name: _field(key, inside) for key in keys})
 
 
 def _one_of(names: Iterable[str]) -> Any:
@@ -181,10 +184,15 @@ def _one_of(names: Iterable[str]) -> Any:
     return literal[tuple(names)]
 
 
-def _union(group: Group) -> Any:
-    """Return a table that says by its type which keys it has."""
-    default = default_of(group)
-    models = [Annotated[_made(maker, default), Tag(name)] for name, maker in makers(group).items()]
+def _union(group: Group, inside: Groups = ()) -> Any:
+    """Return a table that says by its type which keys it has.
+
+    Within one of its own group, as a law within a sampled law, it has no table of that group again.
+    """
+    default, known = default_of(group), makers(group)
+    if group in inside:
+        known = {name: maker for name, maker in known.items() if not any(key.group in inside for key in maker.keys)}
+    models = [Annotated[_made(maker, default, (*inside, group)), Tag(name)] for name, maker in known.items()]
     if len(models) == 1:
         return models[0]
 
@@ -196,12 +204,13 @@ def _union(group: Group) -> Any:
     return Annotated[Union[tuple(models)], Discriminator(type_of)]  # noqa: UP007
 
 
-def _made(maker: Maker, default: str | None) -> Any:
+@functools.lru_cache(maxsize=512)
+def _made(maker: Maker, default: str | None, inside: Groups) -> Any:
     kind = (_one_of((maker.name,)), Field(maker.name if maker.name == default else ...))
-    return _table(maker.name.replace(".", "_"), maker.keys, maker.help, type=kind)
+    return _table(maker.name.replace(".", "_"), maker.keys, maker.help, inside, type=kind)
 
 
-def _field(key: Key) -> Any:
+def _field(key: Key, inside: Groups = ()) -> Any:
     kinds: dict[str, Callable[[], Any]] = {
         "text": lambda: _one_of(key.choices) if key.choices else StrictStr,
         "texts": lambda: StrictStr | list[StrictStr],
@@ -211,8 +220,8 @@ def _field(key: Key) -> Any:
         "file": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": FILE_NAME})],
         "files": lambda: list[StrictStr],
         "output": lambda: Annotated[StrictStr, AfterValidator(functools.partial(_output, key.choices))],
-        "record": lambda: _union(key.group),
-        "records": lambda: list[_union(key.group)],  # type: ignore[misc]
+        "record": lambda: _union(key.group, inside),
+        "records": lambda: list[_union(key.group, inside)],  # type: ignore[misc]
         "orbit": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": ORBIT_NAME})],
         "orbits": lambda: list[StrictStr],
         "named": lambda: dict[StrictStr, _number("number", key.rank)],  # type: ignore[misc]
