@@ -97,6 +97,15 @@ def test_contact_binary_hangs_along_the_vertical():
     assert np.max(np.abs(motion.norm_error)) < 1e-13
 
 
+def test_tides_bring_moons_upright_to_the_pseudo_synchronous_rate():
+    motion = motion_of("tidal_despinning")
+    (force,) = motion.system.forces
+    turns = motion.angular_momentum_space[:, -1] / motion.system.body.moments[0] / force.orbit.mean_motion
+    # What is left along and across the normal after 500 revolutions of exponential decay, of 12 mean motions at most.
+    assert np.max(np.abs(turns[:, 2] - pt.forces.pseudo_synchronous_rate(0.4))) < 0.02
+    assert np.max(np.abs(turns[:, :2])) < 0.5
+
+
 # ------------------------------------------------------------------ two bodies
 
 
