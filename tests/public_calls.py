@@ -204,6 +204,30 @@ def pair_calls():
     }
 
 
+def light_calls():
+    """Return those of light on meshes."""
+    mesh, shadows = pt.shapes.Mesh(CORNERS, FACES, mass=2.0), {"shadows": False}
+    field = {"degree": 1, "coefficients": np.full((3, 4), 0.1), "maximum_error": 0.1, "rms_error": 0.1}
+    sun = {"sun": ELLIPSE, "pressure": 0.2, "distance": 1.5}
+    lit = {"mesh": mesh, "directions": (1.0, 0.2, 0.1)}
+    return {
+        "DirectionalTorque": (pt.forces.DirectionalTorque, field),
+        "DirectionalTorque.of_emission": (
+            pt.forces.DirectionalTorque.of_emission,
+            {"mesh": mesh, "degree": 1} | shadows,
+        ),
+        "DirectionalTorque.of_stream": (
+            pt.forces.DirectionalTorque.of_stream,
+            {"mesh": mesh, "degree": 1, "specular": 0.1, "diffuse": 0.2, **shadows},
+        ),
+        "MeshRadiation": (pt.forces.MeshRadiation, {**sun, "field": pt.forces.DirectionalTorque(**field)}),
+        "Yorp": (pt.forces.Yorp, {**sun, "field": pt.forces.DirectionalTorque(**field)}),
+        "Yorp.from_mesh": (pt.forces.Yorp.from_mesh, {**sun, "mesh": mesh, "degree": 1, **shadows}),
+        "lit_areas": (pt.shapes.lit_areas, lit),
+        "lit_faces": (pt.shapes.lit_faces, lit | shadows),
+    }
+
+
 @functools.cache
 def along_orbit():
     start = SATELLITE.body.state((0.5, -0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0), frame=CIRCLE.frame)
@@ -340,7 +364,9 @@ def public_calls(folder):
     shown = {**drawn, "time_unit": "s"}
     both = {"axes": None, "title": "t", "time_unit": "s"}
     turning = {"ax": None, "rate_unit": "deg/s", "time_unit": "s"}
-    return pair_calls() | {
+    return {
+        **pair_calls(),
+        **light_calls(),
         "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
         "Andoyer.from_state": (pt.Andoyer.from_state, {"state": START}),
         "Andoyer.state": (pt.Andoyer(0.1, 0.2, 0.3, 0.5, 1.0, 0.4).state, {"time": 1.0}),

@@ -28,13 +28,13 @@ SHARED = {
     "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "
     "*.parsed_scenario *.rebuilt_system *.repetition",
-    "forces": "points.* same_body.*",
+    "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",
     "plot": "curves.* figure.* labels.* page_content.* panels.* solid_parts.* solids.* view.* "
     "*.different_orbits *.is_constant",
-    "shapes": "cubature.* polyhedron.* winding.*",
+    "shapes": "cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
 

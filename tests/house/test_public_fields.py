@@ -15,7 +15,7 @@ from typed_calls import forces_of_members, orbits_of_members
 PARTS = {name: getattr(pt.parts, name) for name in pt.parts.__all__}
 CLASSES = {name: cls for name, cls in {**PUBLIC, **PARTS}.items() if inspect.isclass(cls)}
 RECORDS = {name: cls for name, cls in CLASSES.items() if issubclass(cls, Parametric)}
-SHAPES = {name: getattr(pt.shapes, name) for name in pt.shapes.__all__ if name != "Shape"}
+SHAPES = {name: cls for name, cls in CLASSES.items() if issubclass(cls, pt.shapes.Shape) and cls is not pt.shapes.Shape}
 
 WITHOUT_AXES = {("Body", "moments")}
 """Three numbers that are no vector."""

@@ -31,6 +31,8 @@ OF_ONE = (
     *(pt.forces.MagneticMoment((0.5, -0.3, 0.7), field) for field in MAGNETIC_FIELDS),
     pt.forces.EddyCurrents(0.4, MAGNETIC_FIELDS[0]),
     pt.forces.BDot(0.3, MAGNETIC_FIELDS[0], 0.2),
+    pt.forces.MeshRadiation(ELLIPSE, pt.forces.DirectionalTorque(1, np.full((3, 4), 1 / 7), 0.3, 0.1), 4e-6, 1.5),
+    pt.forces.Yorp(ELLIPSE, pt.forces.DirectionalTorque(6, np.full((3, 49), 1 / 3))),
 )
 OF_TWO = (
     pt.forces.MutualGravity(),

@@ -1,6 +1,7 @@
 """The public names of poinsot.forces, by the module of each, as `make face` writes them."""
 
 from .damping import LinearDamping
+from .directional_torque import DirectionalTorque
 from .ellipsoid import EllipsoidGravity
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
 from .magnetic_fields import IGRF, MagneticField, MagneticHarmonics, SecularHarmonics, TiltedDipole
@@ -8,12 +9,14 @@ from .magnetic_torques import BDot, EddyCurrents, MagneticMoment
 from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
 from .mutual_mascons import MutualMascons
+from .sunlight import MeshRadiation, Yorp
 from .third_body import ThirdBody
 from .tides import LibrationDamping, TidalFriction, TidalTorque, pseudo_synchronous_rate
 
 __all__ = [
     "IGRF",
     "BDot",
+    "DirectionalTorque",
     "EddyCurrents",
     "EllipsoidGravity",
     "GravityGradient",
@@ -24,6 +27,7 @@ __all__ = [
     "MagneticHarmonics",
     "MagneticMoment",
     "MasconGravity",
+    "MeshRadiation",
     "MutualGravity",
     "MutualHarmonics",
     "MutualMascons",
@@ -34,5 +38,6 @@ __all__ = [
     "TidalTorque",
     "TiltedDipole",
     "UniformGravity",
+    "Yorp",
     "pseudo_synchronous_rate",
 ]

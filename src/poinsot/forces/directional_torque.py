@@ -1,0 +1,205 @@
+"""The torque of light or air on a mesh as a smooth function of the direction from which it comes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.algebra.solid_harmonics import SolidHarmonics
+from poinsot.checked import checked
+from poinsot.errors import real_array
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.gravity_field import norms, whole_degree
+from poinsot.mechanics.parameters import NotNegative, Parametric
+from poinsot.shapes.illumination import Lighting
+from poinsot.shapes.mesh import Mesh
+
+__all__ = ["DirectionalTorque", "stream_torques"]
+
+Array = NDArray[np.float64]
+
+HIGHEST_DEGREE = 32
+"""With three components, 3267 coefficients."""
+
+ROUNDING = 1e-14
+"""Of coefficients, over the area of the mesh times its radius: smaller ones are zero."""
+
+BLOCK = 4_000_000
+"""Pairs of a direction and a face looked at together."""
+
+
+class DirectionalTorque(Parametric):
+    """The torque of a parallel stream of unit pressure on a body, by the direction u from which it comes.
+
+    T(u) = sum_(n <= degree) sum_(m = -n ... n) c_nm Y_nm(u), with c_nm along the body axes, Y_nm the real harmonic of
+    mean square 1 over the sphere: of cos(m longitude) for m >= 0, of sin(|m| longitude) for m < 0.
+
+    Parameters
+    ----------
+    degree : int
+        From 0 on.
+    coefficients : array (3, (degree + 1)^2)
+        c_nm in column n^2 + n + m, cubes of lengths.
+    maximum_error, rms_error : float
+        Of the series: the greatest length of what it leaves, and the root of its mean square, over directions other
+        than those of a fit. They change nothing.
+
+    Raises
+    ------
+    ValueError
+        If the degree or an error is negative.
+
+    Examples
+    --------
+    >>> field = pt.forces.DirectionalTorque(1, [(0, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0.5, 0)])
+    >>> [float(x) for x in field.torque((0, 0.6, 0.8))]
+    [0.0, 0.0, 0.6928203230275509]
+    """
+
+    degree: int
+    coefficients: Annotated[Any, (3, "terms")]
+    maximum_error: NotNegative = 0.0
+    rms_error: NotNegative = 0.0
+
+    @override
+    def __post_init__(self) -> None:
+        if isinstance(self.degree, int) and self.degree < 0:
+            raise ValueError(f"degree must not be negative, got {self.degree}.")
+        super().__post_init__()
+
+    @property
+    def terms(self) -> int:
+        """The number of harmonics, (degree + 1)^2."""
+        return (self.degree + 1) ** 2
+
+    def torque(self, direction: Any) -> Vector:
+        """Return the torque of unit pressure from a unit vector along the body axes, three scalars of any kind."""
+        harmonics, factors = SolidHarmonics(direction, squared=1), norms(self.degree)
+        return Vector(self._component(harmonics, factors, row) for row in self.coefficients)
+
+    def _component(self, harmonics: SolidHarmonics, factors: Array, row: Any) -> Scalar:
+        total: Scalar = 0.0
+        for n in range(self.degree + 1):
+            zero = n * n + n
+            pairs = [(row[zero + m], row[zero - m] if m else 0.0) for m in range(n + 1)]
+            total = total + harmonics.sum([(c * f, s * f) for (c, s), f in zip(pairs, factors[n], strict=False)])
+        return total
+
+    @classmethod
+    @checked
+    def of_emission(cls, mesh: Mesh, degree: int, *, shadows: bool = True) -> Self:
+        """Return the torque of light that a mesh sends back at once and evenly: that of YORP without thermal inertia.
+
+        T(u) = -2/3 sum of A (n.u) r x n over the faces that are lit (Rubincam 2000, Icarus 148, 2), r from the centre
+        of mass to the centroid.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            Axes of the shape are those of the body.
+        degree : int
+            From 0 to 32.
+        shadows : bool
+            Whether faces are dark whose centroids are in the shadow of others.
+        """
+        return cls._fitted(mesh, degree, shadows, (0.0, 1.0, 0.0))
+
+    @classmethod
+    @checked
+    def of_stream(
+        cls, mesh: Mesh, degree: int, *, specular: float = 0.0, diffuse: float = 0.0, shadows: bool = True
+    ) -> Self:
+        """Return the torque of light that a mesh absorbs and reflects; without reflection that of a fast, thin gas.
+
+        T(u) = -sum of A c r x [(1 - s) u + 2 (d/3 + s c) n] over the faces that are lit, c = n.u. Light that is
+        absorbed and radiated at once is diffuse here. In a gas T times density times the square of the speed is the
+        torque of molecules that stay: half a drag coefficient of 2.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            Axes of the shape are those of the body.
+        degree : int
+            From 0 to 32.
+        specular, diffuse : float
+            s and d, the shares of the light: not negative, and at most 1 together.
+        shadows : bool
+            Whether faces are dark whose centroids are in the shadow of others.
+        """
+        s, d = (float(real_array(*share, ())) for share in (("specular", specular), ("diffuse", diffuse)))
+        if s < 0 or d < 0 or s + d > 1:
+            raise ValueError(
+                "specular and diffuse must not be negative and at most 1 together, "
+                f"got {s:g} and {d:g}. The rest is absorbed."
+            )
+        return cls._fitted(mesh, degree, shadows, (1 - s, d, s))
+
+    @classmethod
+    def _fitted(cls, mesh: Mesh, degree: int, shadows: bool, shares: tuple[float, float, float]) -> Self:
+        """Return the projection on harmonics, by a quadrature that is exact to degree 4 n + 3."""
+        degree = whole_degree(degree)
+        if not 0 <= degree <= HIGHEST_DEGREE:
+            raise ValueError(f"degree must be from 0 to {HIGHEST_DEGREE}, got {degree}.")
+        light = Lighting(mesh)
+        directions, weights = sphere_nodes(2 * (degree + 1))
+        torques = stream_torques(light, directions, shadows, *shares)
+        coefficients = (weights[:, None] * torques).T @ _harmonics(degree, directions)
+        coefficients[np.abs(coefficients) < ROUNDING * light.areas.sum() * mesh.circumscribing_radius] = 0.0
+        others = _spiral(4 * (degree + 1) ** 2 + 100)
+        left = stream_torques(light, others, shadows, *shares) - _harmonics(degree, others) @ coefficients.T
+        lengths = np.linalg.norm(left, axis=-1)
+        return cls(degree, coefficients, float(lengths.max()), float(np.sqrt(np.mean(lengths**2))))
+
+
+def stream_torques(
+    light: Lighting, directions: Array, shadows: bool, along: float, diffuse: float, specular: float
+) -> Array:
+    """Return the torques (n, 3) of unit pressure from unit vectors (n, 3), by sums over all faces.
+
+    Parameters
+    ----------
+    along, diffuse, specular : float
+        The shares of the light whose own pressure counts, that leaves a face evenly, and as from a mirror.
+    """
+    torques, turns = np.empty_like(directions), np.cross(light.centers, light.normals)
+    rows = max(1, BLOCK // len(light.areas))
+    for start in range(0, len(directions), rows):
+        u = directions[start : start + rows]
+        cosines = u @ light.normals.T
+        caught = light.areas * cosines * light.lit(u, shadows)
+        pushed = along * np.cross(caught @ light.centers, u)
+        torques[start : start + rows] = -pushed - (2 / 3 * diffuse * caught + 2 * specular * caught * cosines) @ turns
+    return torques
+
+
+def sphere_nodes(rows: int) -> tuple[Array, Array]:
+    """Return unit vectors (n, 3) and weights, of sum 1, of a mean over the sphere: exact to degree 2 rows - 1."""
+    heights, weights = np.polynomial.legendre.leggauss(rows)
+    longitudes = np.pi * (np.arange(2 * rows) + 0.5) / rows
+    across = np.sqrt(1 - heights**2)[:, None]
+    x, y = across * np.cos(longitudes), across * np.sin(longitudes)
+    places = np.stack([x, y, np.broadcast_to(heights[:, None], x.shape)], axis=-1)
+    return places.reshape(-1, 3), np.repeat(weights / (4 * rows), 2 * rows)
+
+
+def _spiral(count: int) -> Array:
+    """Return unit vectors, about evenly over the sphere."""
+    heights = 1 - (2 * np.arange(count) + 1) / count
+    turns = np.pi * (3 - np.sqrt(5)) * np.arange(count)
+    across = np.sqrt(1 - heights**2)
+    return np.stack([across * np.cos(turns), across * np.sin(turns), heights], axis=-1)
+
+
+def _harmonics(degree: int, directions: Array) -> Array:
+    """Return the normalised harmonics of unit vectors (n, 3), columns as those of coefficients."""
+    harmonics, factors = SolidHarmonics(tuple(directions.T), squared=1), norms(degree)
+    values = np.empty((len(directions), (degree + 1) ** 2))
+    for n in range(degree + 1):
+        for m in range(n + 1):
+            real, imaginary = harmonics.pair(n, m)
+            values[:, n * n + n - m] = factors[n, m] * imaginary
+            values[:, n * n + n + m] = factors[n, m] * real
+    return values
