@@ -17,7 +17,7 @@ from .mechanics.instant import Instant
 from .mechanics.pair_instant import PairInstant
 from .mechanics.pair_system import TwoBodies
 from .mechanics.parameters import Vector
-from .mechanics.part import Part
+from .mechanics.part import Jump, Part
 from .mechanics.state import PairState, State, project_to_tangent
 from .mechanics.system import System
 from .orbits.kepler import KeplerOrbit
@@ -41,6 +41,7 @@ __all__ = [
     "GravityField",
     "GravityGradient",
     "Instant",
+    "Jump",
     "KeplerOrbit",
     "Load",
     "Orbit",

@@ -47,6 +47,7 @@ def check_device(job: Job, members: bool, constants: Constants | None) -> None:
         "one motion": not members,
         "events": bool(job.problem.events),
         "a table": bool(job.problem.knots.size),
+        "a sampled law": bool(job.problem.system.jumping),
         f"a formula that switches, or one of more than {LARGEST} operations": constants is None,
     }
     for what in [what for what, found in refused.items() if found]:

@@ -83,7 +83,9 @@ class Clock:
         numbers = np.ceil((times[:, None] - phases) / periods) - 1
         if np.any(np.abs(numbers) > MOST):
             least = float(np.min(periods))
-            raise ValueError(f"period must be longer than the rounding of the time, got {least} at t = {times[0]}.")
+            raise ValueError(
+                f"period must be longer than the rounding of the time, got {least} at t = {times[0]:.10g}."
+            )
         while (before := numbers * periods + phases < times[:, None]).any():
             numbers += before
         found: Array = numbers

@@ -565,6 +565,10 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
             of_blocks[: len(parts)],
             graph.input,
         )
+        if updates:
+            raise ValueError(
+                "system must have no sampled laws for variational equations, got one. Take the law itself."
+            )
         motion, velocity = [*own[: variables.tangent_vectors.start], time], [*rates, 1.0]
         rates += linear.of(variations, own[variables.tangent_vectors])
         saltation = (

@@ -52,7 +52,7 @@ Array = NDArray[Any]
 def constants_of(job: Job) -> Constants | None:
     """Return the constants of a job that a looped kernel can do; None if heyoka must do it.
 
-    heyoka takes wide precision; a GPU takes no events, no tables and no formulas that switch.
+    heyoka takes wide precision; a GPU takes no events, no tables, no sampled laws and no formulas that switch.
     """
     if job.precision != "double":
         return None
@@ -61,7 +61,8 @@ def constants_of(job: Job) -> Constants | None:
     smooth = job.problem.between_knots()
     constants = kernels.looped_constants(smooth, job.variables, LARGEST_WITH_ZEROS)
     if constants is None or (
-        job.device == "cuda" and (job.problem.events or job.problem.knots.size or constants.switches)
+        job.device == "cuda"
+        and (job.problem.events or job.problem.knots.size or constants.switches or job.problem.system.jumping)
     ):
         return None
     if constants.size > LARGEST:

@@ -25,6 +25,7 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_integrals import integrals_of_pair
 from poinsot.mechanics.parameters import described
+from poinsot.mechanics.part import parts_of
 from poinsot.mechanics.state import PairState, State, refused
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
@@ -87,6 +88,8 @@ class PairSystem(System, of=TwoBodies):
                 )
             if isinstance(force, Potential):
                 force.refuse_moved_orbit()
+            for part in parts_of(force):
+                raise TypeError(f"forces on two bodies must have no parts, got {type(part).__name__} in {force!r}.")
 
     @override
     def _check(self) -> None:

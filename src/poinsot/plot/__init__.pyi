@@ -10,18 +10,36 @@ from .sections import section
 from .sphere import momentum_sphere
 from .state_transition import uncertainty
 from .time_series import (
+    angular_momentum,
+    angular_velocity,
+    difference,
+    distance,
+    drift,
+    euler_angles,
+    part_variables,
+    quaternions,
+    roll_pitch_yaw,
+)
 
 __all__ = [
-    "(",
+    "angular_momentum",
+    "angular_velocity",
     "branch",
     "chaos",
+    "difference",
+    "distance",
+    "drift",
+    "euler_angles",
     "herpolhode",
     "librations",
-    "map  # noqa: A004",
+    "map",
     "momentum_sphere",
     "mutual_orbit",
+    "part_variables",
     "poinsot_construction",
     "polhode",
+    "quaternions",
+    "roll_pitch_yaw",
     "section",
     "spectrum",
     "uncertainty",

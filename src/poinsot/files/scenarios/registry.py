@@ -57,7 +57,7 @@ BASES: dict[Group, tuple[type, ...]] = {
 DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "RotatingFrame"}
 """Types of the tables that need not say one; of a record it is its class."""
 
-PACKAGES = ("forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
+PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
 
 

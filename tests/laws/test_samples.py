@@ -1,0 +1,307 @@
+"""What holds for every law that is computed at samples and held between them, on all kernels."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot.control import OrbitPointing, QuaternionFeedback, RateDamping, Sampled
+from poinsot.engine import kernels, looped_kernel
+from poinsot.functions import Vector
+from poinsot.orbits.ephemeris import Ephemeris
+
+needs_looped_kernels = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
+
+BODY = pt.Body.from_inertia([(1.3, 0.05, -0.02), (0.05, 1.0, 0.03), (-0.02, 0.03, 0.7)])
+ORBIT = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, true_anomaly=0.3)
+TABLE = Ephemeris.from_function(1.1, position=lambda t: np.stack([*ORBIT.position_at(t)], -1), start=-1.0, stop=5.0)
+START = {"attitude": (0.1, 0.7, -0.5, 0.5), "omega_body": (0.4, -0.3, 0.6)}
+FEEDBACK = QuaternionFeedback(0.8, 1.1, 0.3, target=(0.6, 0.0, 0.8, 0.0))
+TIMES = np.array([0.0, 0.1, 0.25, 0.4, 0.7, 1.0, 1.3, 1.9, 2.5, 2.6])
+"""Among them samples of a period of 0.3 with the phase 0.1, and the start."""
+
+
+class Integrating(pt.Part, pt.Torque):
+    """A user's digital controller with a memory: it adds up the rates that it sees."""
+
+    gain: float
+    period: float
+    variables = {"torque": 3, "sum": 3}  # noqa: RUF012
+
+    @property
+    def jump(self):
+        return pt.Jump(self.period, 0.1)
+
+    def update(self, instant, draws):  # noqa: ARG002
+        total = Vector(instant.own(self)[3:]) + self.period * instant.omega_body
+        return Vector((*(-self.gain * (instant.omega_body + 0.2 * total)), *total))
+
+    def rates(self, instant, pull):  # noqa: ARG002
+        return Vector((0.0,) * 6)
+
+    def torque(self, instant):
+        return Vector(instant.own(self)[:3])
+
+
+class Driven(pt.Part):
+    """A user's wheel that a law drives: the law is a field, and the torque on the wheel is the opposite of its."""
+
+    law: pt.Torque
+    moment: float
+    variables = {"momentum": 1}  # noqa: RUF012
+    momenta = frozenset({"momentum"})
+
+    def momentum(self, own, time):  # noqa: ARG002
+        return Vector((0.0, 0.0, own[0]))
+
+    def spinning_inertia(self, own):  # noqa: ARG002
+        return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, self.moment))
+
+    def rates(self, instant, pull):  # noqa: ARG002
+        return Vector((-self.law.torque(instant)[2],))
+
+
+class Growth(pt.Torque):
+    """A torque that multiplies the momentum by e in each unit of time over `rate`."""
+
+    rate: float
+
+    def torque(self, instant):
+        return self.rate * instant.angular_momentum_body
+
+
+class Pole(pt.Torque):
+    """A torque that is singular at a time."""
+
+    time: float
+
+    def torque(self, instant):
+        return Vector((0.1 / (self.time - instant.time), 0.0, 0.0))
+
+
+SYSTEMS = {
+    "feedback": (Sampled(FEEDBACK, 0.3, 0.1),),
+    "feedback beside gravity": (Sampled(FEEDBACK, 0.3, 0.1), pt.GravityGradient(ORBIT)),
+    "pointing in comoving axes": (
+        Sampled(OrbitPointing(2.0, 3.0, 0.7, ORBIT), 0.3, 0.1),
+        pt.GravityGradient(ORBIT),
+    ),
+    "pointing along a table": (Sampled(OrbitPointing(2.0, 3.0, 0.7, TABLE), 0.3, 0.1),),
+    "two controllers": (
+        Sampled(RateDamping(0.8, 5.0), 0.3, 0.1),
+        Sampled(FEEDBACK, 0.45, name="slow"),
+    ),
+    "a memory": (Integrating(0.9, 0.3),),
+    "a wheel with a law": (Driven(Sampled(FEEDBACK, 0.3, 0.1), 0.1),),
+    "growing momenta": (Sampled(FEEDBACK, 0.3, 0.1), Growth(2.0)),
+    "a continuous law beside": (Sampled(RateDamping(0.8, 5.0), 0.3, 0.1), FEEDBACK),
+}
+each_system = pytest.mark.parametrize("forces", SYSTEMS.values(), ids=SYSTEMS)
+
+
+@pytest.fixture
+def on_heyoka(monkeypatch):
+    """Return a function that calls another one without looped kernels."""
+
+    def called(function, *arguments, **options):
+        with monkeypatch.context() as without:
+            without.setattr(looped_kernel, "available", lambda: False)
+            return function(*arguments, **options)
+
+    return called
+
+
+def values(motion):
+    """All variables of a motion."""
+    own = [motion.quaternion, motion.angular_momentum_body, *motion.own.values()]
+    return np.concatenate(own, axis=-1)
+
+
+def difference(motion, other):
+    """The largest difference, relative to the size of each variable."""
+    size = np.maximum(np.max(np.abs(values(other)), axis=0), 1e-3)
+    return np.max(np.abs(values(motion) - values(other)) / size)
+
+
+@needs_looped_kernels
+@each_system
+def test_both_kernels_give_one_motion(forces, on_heyoka):
+    system = pt.System(BODY, *forces)
+    start = system.state(**START)
+    looped = pt.propagate(system, start, TIMES, dense=True)
+    heyoka = on_heyoka(pt.propagate, system, start, TIMES, dense=True)
+    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
+    # Both round some 30 steps; samples of tables and saturated laws hand an error on by a factor of ten.
+    assert difference(looped, heyoka) < 1e-13
+    for motion in (looped, heyoka):
+        assert difference(motion(TIMES), motion) < 1e-14  # at samples it has what is behind them
+    assert np.array_equal(values(pt.propagate(system, start, TIMES[::-1]))[::-1], values(looped))
+
+
+@each_system
+def test_at_a_sample_the_variables_are_those_of_the_update(forces):
+    system = pt.System(BODY, *forces)
+    parts = [part for part in system.parts if part.jump]
+    first, *others = parts
+    before = np.nextafter(TIMES[3], 0.0)
+    motion = pt.propagate(system, system.state(**START), [before, *TIMES[3:5]])
+    instant = system.at(motion.isel(time=0))
+    expected = np.array([float(x) for x in first.update(instant, Vector(()))])
+    own = motion.own[first.name]
+    assert np.max(np.abs(own[1] - expected)) < 1e-13 * np.max(np.abs(expected))
+    assert np.max(np.abs(own[1] - own[0])) > 1e-3
+    for part in others:  # between two of its samples
+        assert np.array_equal(motion.own[part.name][1], motion.own[part.name][0])
+
+
+@needs_looped_kernels
+@each_system
+def test_members_are_as_alone_in_all_lanes(forces, monkeypatch):
+    count = 11
+    random = np.random.default_rng(5)
+    omega = random.normal(size=(count, 3)) * (1 + np.arange(count) % 4)[:, None]
+    system = pt.System(BODY, *forces)
+    times = np.linspace(1.0, 2.5, 4)
+    start = system.state(
+        START["attitude"], omega_body=omega, time=np.array([0.0, 0.1, -0.4, 1.0, 0.31])[np.arange(count) % 5]
+    )
+    together = pt.propagate(system, start, times)
+    for k in range(count):
+        own = system.state(START["attitude"], omega_body=omega[k], time=start.time[k])
+        assert np.array_equal(values(pt.propagate(system, own, times)), values(together[k]))
+    for lanes in (1, 2, 4, 8):
+        monkeypatch.setattr(kernels, "LANES", lanes)
+        for threads in (1, 2):
+            assert np.array_equal(values(pt.propagate(system, start, times, threads=threads)), values(together))
+
+
+@needs_looped_kernels
+def test_members_have_samples_of_their_own(monkeypatch):
+    periods, phases = np.array([0.2, 0.3, 0.07, 1.1, 5.0]), np.array([0.0, 0.1, 0.02, -0.3, 0.7])
+    system = pt.System(BODY, Sampled(FEEDBACK, periods, phases))
+    for lanes in (1, 2, 4, 8):
+        monkeypatch.setattr(kernels, "LANES", lanes)
+        together = pt.propagate(system, system.state(**START), TIMES)
+        for k, (period, phase) in enumerate(zip(periods, phases, strict=True)):
+            alone = pt.System(BODY, Sampled(FEEDBACK, period, phase))
+            assert np.array_equal(values(pt.propagate(alone, alone.state(**START), TIMES)), values(together[k]))
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 4, 8])
+def test_a_member_that_fails_disturbs_no_other(lanes, monkeypatch):
+    monkeypatch.setattr(kernels, "LANES", lanes)
+    poles = np.where(np.arange(9) % 4 == 1, 1.0, 9.0)
+    law = Sampled(FEEDBACK, 0.3, 0.1)
+    system = pt.System(BODY, law, Pole(poles))
+    together = pt.propagate(system, system.state(**START), TIMES)
+    assert list(together.failures) == [1, 5]
+    one = pt.System(BODY, law, Pole(9.0))
+    expected = values(pt.propagate(one, one.state(**START), TIMES))
+    for k in np.flatnonzero(poles == 9.0):
+        assert np.max(np.abs(values(together[k]) - expected)) < 1e-14
+
+
+@each_system
+def test_a_motion_goes_on_from_any_of_its_states(forces):
+    """From a sample too: laws that see the motion alone give the same torque again."""
+    system = pt.System(BODY, *forces)
+    whole = pt.propagate(system, system.state(**START), TIMES)
+    for k in (2,) if isinstance(forces[0], Integrating) else (2, 3, 5):
+        rest = pt.propagate(system, whole.isel(time=k), TIMES[k:])
+        size = np.maximum(np.max(np.abs(values(whole)), axis=0), 1e-3)
+        assert np.max(np.abs(values(rest) - values(whole)[k:]) / size) < 1e-13
+
+
+@needs_looped_kernels
+@pytest.mark.parametrize("name", ["feedback", "pointing along a table", "two controllers"])
+def test_chunks_of_steps_change_nothing(name, monkeypatch):
+    system = pt.System(BODY, *SYSTEMS[name])
+    whole = pt.propagate(system, system.state(**START), TIMES, dense=True)
+    monkeypatch.setattr(looped_kernel, "STEPS_KEPT", 3)
+    advance = looped_kernel.Run.advance
+    monkeypatch.setattr(looped_kernel.Run, "advance", lambda self, budget=None: advance(self, min(budget or 2, 2)))
+    parts = pt.propagate(system, system.state(**START), TIMES, dense=True)
+    assert np.array_equal(values(parts), values(whole))
+    assert np.array_equal(values(parts(TIMES)), values(whole(TIMES)))
+
+
+# ---------------------------------------------------------------------- events
+
+
+class Kick(pt.events.AtTime):
+    """An impulse at a time."""
+
+    impulse: pt.BodyVector
+
+    def act(self, body, state):
+        changed = state.angular_momentum_body + self.impulse
+        return body.locked.state(state.quaternion, angular_momentum_body=changed, time=state.time)
+
+
+def test_events_see_the_held_torque_and_do_not_move_samples(on_heyoka):
+    law = Sampled(FEEDBACK, 0.3, 0.1)
+    system = pt.System(BODY, law)
+    start = system.state(**START)
+    plain = pt.propagate(system, start, TIMES)
+    rate = float(np.mean(plain.omega_body[3:5, 2]))
+    events = [pt.events.RateCrossing((0, 0, 1), rate=rate), pt.events.AtTime(0.7), pt.events.AtTime(1.15)]
+    for run in (lambda f, *a, **k: f(*a, **k), on_heyoka):
+        watched = run(pt.propagate, system, start, TIMES, events=events)
+        assert difference(watched, plain) < 1e-13
+        crossing, at_sample, between = watched.events
+        assert crossing.times.size > 0
+        assert np.max(np.abs(crossing.omega_body[:, 2] - rate)) < 1e-14
+        assert np.max(np.abs(at_sample.times - 0.7)) < 1e-15
+        assert np.max(np.abs(between.times - 1.15)) < 1e-15
+
+
+def test_an_action_between_samples_leaves_the_torque_that_is_held(on_heyoka):
+    system = pt.System(BODY, Sampled(FEEDBACK, 0.3, 0.1))
+    times, kick = np.array([0.5, 0.55, 0.6, 0.8, 1.5]), np.array((0.1, -0.2, 0.05))
+    before = pt.propagate(system, system.state(**START), times[:2]).isel(time=1)
+    g, own = before.angular_momentum_body + kick, before.own
+    after = system.state(before.quaternion, angular_momentum_body=g, time=0.55, **own)
+    expected = values(pt.propagate(system, after, times[2:]))
+    for run in (lambda f, *a, **k: f(*a, **k), on_heyoka):
+        kicked = run(pt.propagate, system, system.state(**START), times, events=[Kick(0.55, kick)])
+        assert np.max(np.abs(values(kicked)[2:] - expected)) < 1e-14
+        assert np.max(np.abs(kicked.own["sampled"][2] - before.own["sampled"])) < 1e-15
+
+
+def test_a_motion_ends_at_a_terminal_event_between_samples(on_heyoka):
+    system = pt.System(BODY, Sampled(FEEDBACK, 0.3, 0.1))
+    for run in (lambda f, *a, **k: f(*a, **k), on_heyoka):
+        ended = run(pt.propagate, system, system.state(**START), TIMES, events=[pt.events.AtTime(0.5, terminal=True)])
+        assert ended.times.tolist() == TIMES[TIMES < 0.5].tolist()
+
+
+# ---------------------------------------------------------------------- what is refused
+
+
+def test_samples_run_forwards_only():
+    system = pt.System(BODY, *SYSTEMS["feedback"])
+    sentence = (
+        r"times must not be before the state's where 'sampled' is sampled, got -1\.0 before 0\.0\. Such motions run"
+    )
+    with pytest.raises(ValueError, match=sentence):
+        pt.propagate(system, system.state(**START), [-1.0, 1.0])
+
+
+def test_times_at_which_samples_cannot_be_told_apart_are_refused():
+    system = pt.System(BODY, Sampled(FEEDBACK, 1e-8))
+    with pytest.raises(
+        ValueError, match=r"period must be longer than the rounding of the time, got 1e-08 at t = 1000000000\."
+    ):
+        pt.propagate(system, system.state(**START, time=1e9), [2e9])
+
+
+def test_two_bodies_have_no_sampled_laws():
+    ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+    pair = pt.TwoBodies(ball, ball, G=1.0)
+    with pytest.raises(TypeError, match="forces on two bodies must have no parts, got Sampled in"):
+        pt.System(pair, pt.forces.MutualGravity(), Sampled(FEEDBACK, 0.3).on("primary"))
+
+
+def test_variational_equations_refuse_samples():
+    system = pt.System(BODY, *SYSTEMS["feedback"])
+    with pytest.raises(ValueError, match="system must have no sampled laws for variational equations"):
+        pt.analysis.state_transition(system, system.state(**START), [1.0])
