@@ -171,6 +171,7 @@ def _elementary(name: str) -> Callable[..., Scalar]:
 
 sqrt, exp, log = map(_elementary, ("sqrt", "exp", "log"))
 sin, cos, tan, tanh = map(_elementary, ("sin", "cos", "tan", "tanh"))
+rint = _elementary("rint")
 asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.control import OrbitPointing, QuaternionFeedback, RateDamping, Sampled
+from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
 from poinsot.engine import kernels, looped_kernel
 from poinsot.functions import Vector
 from poinsot.orbits.ephemeris import Ephemeris
@@ -222,6 +222,67 @@ def test_chunks_of_steps_change_nothing(name, monkeypatch):
     parts = pt.propagate(system, system.state(**START), TIMES, dense=True)
     assert np.array_equal(values(parts), values(whole))
     assert np.array_equal(values(parts(TIMES)), values(whole(TIMES)))
+
+
+# ---------------------------------------------------------------------- noise
+
+NOISY = NoisySensors(rate_noise=0.02, attitude_noise=0.03, rate_quantum=0.004, seed=11)
+
+
+@needs_looped_kernels
+def test_noise_is_the_same_on_all_kernels_and_in_all_lanes(on_heyoka, monkeypatch):
+    seeds = np.array([11.0, 11.0, 5.0, 11.0, 0.0, 2.0, 3.0])
+    sensors = NoisySensors(0.02, 0.03, 0.004, seeds)
+    for law in (FEEDBACK, OrbitPointing(2.0, 3.0, 0.7, ORBIT)):
+        system = pt.System(BODY, Sampled(law, 0.3, 0.1, sensors))
+        together = pt.propagate(system, system.state(**START), TIMES)
+        own = values(together)
+        assert np.min(np.ptp(own[:2, -1, -3:], axis=0)) > 1e-4  # of one seed, but two members
+        heyoka = on_heyoka(pt.propagate, system, system.state(**START), TIMES)
+        assert np.max(np.abs(values(heyoka) - own)) < 1e-13
+        for lanes in (1, 2, 4, 8):
+            monkeypatch.setattr(kernels, "LANES", lanes)
+            for threads in (1, 2):
+                again = pt.propagate(system, system.state(**START), TIMES[::3], threads=threads)
+                assert np.max(np.abs(values(again) - own[:, ::3])) == 0
+        alone = pt.System(BODY, Sampled(law, 0.3, 0.1, NOISY))  # the first member's
+        one = pt.propagate(alone, alone.state(**START), TIMES, dense=True)
+        assert np.array_equal(values(one), own[0])
+
+
+def test_noise_has_the_spread_that_it_is_given():
+    count, still = 4000, pt.Body((1e9, 1e9, 1e9))
+    times, spread = np.arange(count) * 0.5, 4 / np.sqrt(count)
+    rates = Sampled(RateDamping(1.0, 1e3), 0.5, sensors=NoisySensors(rate_noise=0.02, seed=4))
+    angles = Sampled(QuaternionFeedback(2.0, 0.0, 1e3), 0.5, sensors=NoisySensors(attitude_noise=0.01, seed=4))
+    for law, size in ((rates, 0.02), (angles, 0.01)):
+        system = pt.System(still, law)
+        found = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0)), times).own["sampled"]
+        assert np.max(np.abs(found.mean(axis=0))) < spread * size
+        assert np.max(np.abs(found.std(axis=0) / size - 1)) < spread
+        assert np.max(np.abs(np.corrcoef(found.T) - np.eye(3))) < spread
+        assert abs(np.mean(found[1:] * found[:-1])) < spread * size**2
+    stepped = Sampled(RateDamping(1.0, 1e3), 0.5, sensors=NoisySensors(0.02, rate_quantum=0.005, seed=4))
+    system = pt.System(still, stepped)
+    found = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0)), times).own["sampled"]
+    steps = found / 0.005
+    assert np.max(np.abs(steps - np.rint(steps))) < 1e-12
+    assert np.unique(np.rint(steps)).size > 10
+
+
+def test_noise_of_size_zero_is_none():
+    start = START["attitude"], START["omega_body"]
+    with_none, without = (pt.System(BODY, Sampled(FEEDBACK, 0.3, 0.1, *more)) for more in ((), (NoisySensors(seed=3),)))
+    motions = [
+        pt.propagate(system, system.state(start[0], omega_body=start[1]), TIMES) for system in (with_none, without)
+    ]
+    assert np.max(np.abs(values(motions[0]) - values(motions[1]))) < 1e-14
+
+
+@pytest.mark.parametrize("seed", [0.5, -1.0, 2.0**53])
+def test_seeds_are_whole_numbers(seed):
+    with pytest.raises(ValueError, match="seed must be a whole number from 0 to"):
+        NoisySensors(seed=seed)
 
 
 # ---------------------------------------------------------------------- events

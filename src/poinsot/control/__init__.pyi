@@ -2,10 +2,13 @@
 
 from .feedback import OrbitPointing, QuaternionFeedback, RateDamping
 from .sampled import Sampled
+from .sensors import NoisySensors, Sensors
 
 __all__ = [
+    "NoisySensors",
     "OrbitPointing",
     "QuaternionFeedback",
     "RateDamping",
     "Sampled",
+    "Sensors",
 ]

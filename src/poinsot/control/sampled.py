@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from typing_extensions import override
 
+from poinsot.control.sensors import Sensors
 from poinsot.functions import Vector
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
@@ -32,6 +33,8 @@ class Sampled(Part, Torque):
         Between samples, positive.
     phase : float
         The time of one of the samples.
+    sensors : Sensors
+        What the law sees. Default: the motion as it is.
     name : str
         Of the torque among the variables of the motion. Default: "sampled".
 
@@ -47,16 +50,17 @@ class Sampled(Part, Torque):
     law: Torque
     period: Positive
     phase: Time = 0.0
+    sensors: Sensors = Sensors()
     variables: ClassVar[Mapping[str, int]] = {"torque": 3}
 
     @property
     @override
     def jump(self) -> Jump:
-        return Jump(self.period, self.phase)
+        return Jump(self.period, self.phase, *self.sensors.draws)
 
     @override
     def update(self, instant: Instant, draws: Vector) -> Vector:
-        return Vector(self.law.torque(instant))
+        return Vector(self.law.torque(self.sensors.measured(instant, draws)))
 
     @override
     def rates(self, instant: Instant, pull: Vector) -> Vector:

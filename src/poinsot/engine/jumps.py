@@ -124,6 +124,7 @@ class Updates:
         """Return variables with those of a part that jumps, at one of its samples."""
         place, replay, count = self._jumps[j]
         drawn = [x.item() for x in uniforms(self._clock.keys[member, j : j + 1], number, count)]
-        values, row = replay([*row, time, *drawn, *self._inputs(time, member)]), row.copy()
+        with np.errstate(all="ignore"):  # a branch that is not taken may divide by zero
+            values, row = replay([*row, time, *drawn, *self._inputs(time, member)]), row.copy()
         row[place] = [float(value) for value in values]
         return row

@@ -204,6 +204,11 @@ class Attitude:
         q = functions.Vector(q)
         return cls(rotation_matrix(q), comoving, q)
 
+    def turned(self, quaternion: Vector) -> Attitude:
+        """Return the attitude of axes that a unit quaternion along the body axes turns away from these."""
+        own = None if self._quaternion is None else quat.product(Vector(self._quaternion), quaternion)
+        return Attitude(self._matrix @ rotation_matrix(quaternion), self.comoving, own)
+
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
         """Return the components along the body axes of a vector given in space."""
         if self.comoving and not isinstance(vector, functions.ComovingVector):

@@ -1,0 +1,95 @@
+"""What a sampled law sees of the motion: all of it, or with noise and in steps."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import NotNegative, Parametric
+from poinsot.quantities import Real, Rule
+
+__all__ = ["NoisySensors", "Sensors"]
+
+
+class Sensors(Parametric):
+    """What a sampled law sees: the motion as it is. Subclasses measure it.
+
+    Examples
+    --------
+    >>> pt.control.Sampled(pt.control.RateDamping(2.0, limit=1.0), period=0.1).sensors
+    Sensors()
+    """
+
+    @property
+    def draws(self) -> tuple[int, Scalar]:
+        """How many numbers are drawn for each sample, and their seed."""
+        return 0, 0.0
+
+    def measured(self, instant: Instant, draws: Vector) -> Instant:  # noqa: ARG002
+        """Return the instant as a law sees it, from numbers of the standard normal distribution."""
+        return instant
+
+
+LARGEST_SEED = 2.0**52
+
+
+def _refuse_no_seed(name: str, value: Any, _: str) -> None:
+    seeds = np.ravel(value)
+    wrong = seeds[(seeds != np.rint(seeds)) | (seeds < 0) | (seeds > LARGEST_SEED)]
+    if wrong.size:
+        raise ValueError(f"{name} must be a whole number from 0 to 2^52, got {wrong[0]}.")
+
+
+class NoisySensors(Sensors):
+    """Sensors of attitude and rate with white noise, and rates in steps.
+
+    Measured are omega + s n, rounded to multiples of a quantum, and the body axes turned by d = s' n' about themselves,
+    by the angle 2 atan(|d|/2); n, n' are three independent numbers each of the standard normal distribution. They
+    depend on seed, member and number of the sample alone, not on threads or output times: the same run gives the same
+    noise. Drifts of a gyro are left out.
+
+    Parameters
+    ----------
+    rate_noise : float
+        s, the standard deviation of each component of the rate at a sample.
+    attitude_noise : float
+        s', radians, that of the turn about each body axis.
+    rate_quantum : float
+        Of which measured rates are multiples; 0: of none.
+    seed : float
+        A whole number from 0 to 2^52.
+
+    Examples
+    --------
+    >>> sensors = pt.control.NoisySensors(rate_noise=1e-3, seed=7)
+    >>> law = pt.control.Sampled(pt.control.RateDamping(2.0, limit=1.0), period=0.1, sensors=sensors)
+    >>> system = pt.System(pt.Body((10, 12, 8)), law)
+    >>> start = system.state((1, 0, 0, 0), omega_body=(0, 0, 0))
+    >>> bool(abs(pt.propagate(system, start, [10.0]).omega_body).max() < 1e-3)
+    True
+    """
+
+    rate_noise: NotNegative = 0.0
+    attitude_noise: NotNegative = 0.0
+    rate_quantum: NotNegative = 0.0
+    seed: Annotated[Real, Rule(_refuse_no_seed)] = 0.0
+
+    @property
+    @override
+    def draws(self) -> tuple[int, Scalar]:
+        return 6, self.seed
+
+    @override
+    def measured(self, instant: Instant, draws: Vector) -> Instant:
+        omega = instant.omega_body + self.rate_noise * Vector(draws[:3])
+        steps = functions.less(0.0, self.rate_quantum)
+        seen = (functions.where(steps, functions.rint(x / self.rate_quantum) * self.rate_quantum, x) for x in omega)
+        turn = 0.5 * self.attitude_noise * Vector(draws[3:])
+        size = functions.sqrt(1 + functions.dot(turn, turn))
+        attitude = instant.attitude.turned(Vector((1 / size, *(x / size for x in turn))))
+        return Instant(instant.body, attitude, instant.environment, Vector(seen))
