@@ -59,12 +59,12 @@ class _Feedback(Torque):
         _warn_of_signs(self, kp=self.kp, kd=self.kd)
 
     @abstractmethod
-    def errors(self, instant: Instant) -> tuple[Vector, Vector]:
+    def deviations(self, instant: Instant) -> tuple[Vector, Vector]:
         """Return the vector part of the quaternion target -> body with a positive scalar part, and the rate's error."""
 
     @override
     def torque(self, instant: Instant) -> Vector:
-        turn, rate = self.errors(instant)
+        turn, rate = self.deviations(instant)
         wanted = (-self.kp * x - self.kd * y for x, y in zip(turn, rate, strict=True))
         return _within(wanted, self.limit)
 
@@ -99,7 +99,7 @@ class QuaternionFeedback(_Feedback):
     target: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
 
     @override
-    def errors(self, instant: Instant) -> tuple[Vector, Vector]:
+    def deviations(self, instant: Instant) -> tuple[Vector, Vector]:
         q = quat.product(quat.conjugate(Vector(self.target)), Vector(instant.attitude.quaternion))
         return _shorter(q), instant.omega_body
 
@@ -131,7 +131,7 @@ class OrbitPointing(_Feedback):
     target: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
 
     @override
-    def errors(self, instant: Instant) -> tuple[Vector, Vector]:
+    def deviations(self, instant: Instant) -> tuple[Vector, Vector]:
         position, velocity = instant.position(self.orbit), instant.velocity(self.orbit)
         radial, across = instant.direction(self.orbit), functions.cross(position, velocity)
         normal = across * (1 / functions.norm(across))
