@@ -181,9 +181,10 @@ class SloshPendulum(Part):
         y, slopes = self._placed(angles)
         turning = self.angle_rates(own, omega)
         slope = [tangent * reach for tangent, reach in slopes]
-        moved = (along * rate for along, rate in zip(slope, turning, strict=True))
-        speed = sum(moved, start=Vector(NOTHING[0])) * self.length
-        push = (speed + functions.cross(omega, y)) * (self.reduced_mass * self.length)
+        speed = functions.cross(omega, y)
+        for along, rate in zip(slope, turning, strict=True):
+            speed = speed + along * (self.length * rate)
+        push = speed * (self.reduced_mass * self.length)
         forces = [
             functions.dot(push, turned + functions.cross(omega, along))
             + self.stiffness * functions.dot(self._axes[0], along)
