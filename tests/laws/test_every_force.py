@@ -72,8 +72,7 @@ BODIES = (
     pt.Body((1.3, 1.0, 0.7)),
     pt.Body.from_inertia([(1.2, 0.2, -0.1), (0.2, 1.0, 0.15), (-0.1, 0.15, 0.9)]),
 )
-PARTS = pt.Orbit | pt.GravityField | pt.forces.MagneticField | pt.orbits.RotationModel
-PARTS = pt.Orbit | pt.GravityField | pt.forces.DirectionalTorque
+PARTS = pt.Orbit | pt.GravityField | pt.forces.MagneticField | pt.orbits.RotationModel | pt.forces.DirectionalTorque
 TIME = 0.9
 TIMES = np.linspace(0, 3, 4)
 
@@ -101,8 +100,9 @@ def random_attitudes(count=4):
 
 
 def test_every_force_of_the_package_is_here():
-    """Those on two bodies have laws of their own."""
-    assert concrete_subclasses(pt.Potential, pt.Torque) - PAIR_FORCES == {type(force) for force in FORCES}
+    """Those on two bodies and of control have laws of their own."""
+    others = PAIR_FORCES | {getattr(pt.control, name) for name in pt.control.__all__}
+    assert concrete_subclasses(pt.Potential, pt.Torque) - others == {type(force) for force in FORCES}
 
 
 # ---------------------------------------------------------------------- the torque is the slope of the energy
