@@ -38,6 +38,7 @@ VANGUARD = (
 CORNERS = ((0.0, 0, 0), (1.5, 0.2, 0), (0.1, 1.2, -0.1), (0.3, 0.4, 1.1))
 FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
 SIGNAL = np.sin(0.7 * np.arange(256))
+COEFFICIENTS = {"specular": 0.2, "diffuse": 0.3, "drag": 2.1, "accommodation": 0.9}
 TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
 
 SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.orbits, pt.shapes)
@@ -48,7 +49,7 @@ PUBLIC = {
 
 INTERNAL = {
     *("unchecked", "with_numbers", "number_names", "between_knots", "check", "validity"),  # the records' own business
-    *("energy", "torque", "value", "condition", "act"),  # formulas
+    *("energy", "torque", "value", "condition", "act", "density", "relative_velocity", "sunlight"),  # formulas
     *("to_body", "to_space", "in_space", "from_quaternion"),
     *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "torque_at"),
     *("variables_at", "sniff"),
@@ -82,7 +83,19 @@ INTERNAL = {
 """Methods that formulas and the package call, and not a user."""
 
 NOT_CALLED = {
-    *("Event", "Frame", "Orbit", "Part", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
+    *(
+        "Atmosphere",
+        "Event",
+        "Frame",
+        "Orbit",
+        "Part",
+        "Potential",
+        "Shape",
+        "Torque",
+        "Attitude",
+        "Environment",
+        "Instant",
+    ),
     *("AttitudeFormat", "BodyVector", "SpaceVector", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
@@ -272,6 +285,10 @@ def table():
 
 
 @functools.cache
+def plate():
+    return pt.forces.Facets((1.0,), ((0, 0, 1),), ((0.1, 0, 0),))
+
+
 def field():
     return pt.shapes.Ellipsoid((3, 2, 1), mass=2.0).field(2)
 
@@ -523,6 +540,43 @@ def public_calls(folder):
         "LagrangePointPath.path": (
             pt.orbits.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4").path,
             {"offset": (0.01, 0, 0), "velocity": (0, 0.01, 0)},
+        ),
+        "AtmosphericDrag": (
+            pt.forces.AtmosphericDrag,
+            {"orbit": ELLIPSE, "atmosphere": pt.forces.ExponentialAtmosphere(0.3, 1.1, 0.4), "facets": plate()},
+        ),
+        "ExponentialAtmosphere": (
+            pt.forces.ExponentialAtmosphere,
+            {
+                **{"reference_density": 0.3, "reference_radius": 1.1, "scale_height": 0.4},
+                "omega_space": (0, 0, 0.1),
+            },
+        ),
+        "Facets": (
+            pt.forces.Facets,
+            {
+                **{"areas": (1.0,), "normals": ((0, 0, 1),), "positions": ((0.1, 0, 0),), "closed": False},
+                **COEFFICIENTS,
+            },
+        ),
+        "Facets.from_box": (
+            pt.forces.Facets.from_box,
+            {
+                **{"sides": (1.0, 2.0, 3.0), "position": (0.1, 0, 0), "wing_areas": (1.0,)},
+                **{"wing_normals": ((0, 0, 1),), "wing_positions": ((0, 2, 0),), **COEFFICIENTS},
+            },
+        ),
+        "Facets.from_mesh": (
+            pt.forces.Facets.from_mesh,
+            {"mesh": pt.shapes.Mesh(CORNERS, FACES, mass=1.0), **COEFFICIENTS},
+        ),
+        "Occulter": (pt.forces.Occulter, {"orbit": ELLIPSE, "radius": 0.3}),
+        "RadiationPressure": (
+            pt.forces.RadiationPressure,
+            {
+                **{"sun": ELLIPSE, "facets": plate(), "occulters": [pt.forces.Occulter(CIRCLE, 0.3)]},
+                **{"pressure": 0.1, "distance": 1.0, "sun_radius": 0.1},
+            },
         ),
         "LinearDamping": (pt.forces.LinearDamping, {"coefficient": 0.1}),
         "MasconGravity": (

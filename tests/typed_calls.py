@@ -23,8 +23,10 @@ def orbits_of_members() -> list[pt.Orbit]:
 def forces_of_members() -> list[pt.Potential | pt.Torque]:
     """Return forces of two members each."""
     orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    plate = pt.forces.Facets([1.0], [(0, 0, 1)], [(0.1, 0, 0)])
     return [
         pt.UniformGravity(TWO, (1, 0, 0)),
         pt.forces.LinearDamping(TWO),
+        pt.forces.RadiationPressure(orbit, plate, pressure=TWO, distance=1.0, sun_radius=0.1),
         pt.forces.Oblateness(orbit, j2=TWO, equatorial_radius=0.1, pole=(0, 0, 1)),
     ]

@@ -19,6 +19,8 @@ FIRST, SECOND = map(pt.Body.from_shape, ROCKS)
 PAIR = pt.TwoBodies(FIRST, SECOND, G=1 / 3)
 FIELD = ROCKS[0].field(3)
 
+FACETS = pt.forces.Facets([1 / 3, 2.0], [(0, 0, 1), (0.6, 0, -0.8)], [(1 / 7, 0, 0), (0, 0.3, 0)], 0.1, [0.3, 0.2])
+
 OF_ONE = (
     pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
     pt.GravityGradient(ELLIPSE),
@@ -33,6 +35,11 @@ OF_ONE = (
     pt.forces.BDot(0.3, MAGNETIC_FIELDS[0], 0.2),
     pt.forces.MeshRadiation(ELLIPSE, pt.forces.DirectionalTorque(1, np.full((3, 4), 1 / 7), 0.3, 0.1), 4e-6, 1.5),
     pt.forces.Yorp(ELLIPSE, pt.forces.DirectionalTorque(6, np.full((3, 49), 1 / 3))),
+    pt.forces.AtmosphericDrag(
+        ELLIPSE, pt.forces.ExponentialAtmosphere(1 / 3, 1.1, 0.7, omega_space=(0, 0, 0.1)), FACETS
+    ),
+    pt.forces.RadiationPressure(ELLIPSE, FACETS, sun_radius=0.1),
+    pt.forces.RadiationPressure(ELLIPSE, FACETS, [pt.forces.Occulter(ELLIPSE, 1 / 3)] * 2, sun_radius=0.1),
 )
 OF_TWO = (
     pt.forces.MutualGravity(),

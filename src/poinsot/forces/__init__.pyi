@@ -1,8 +1,11 @@
 """The public names of poinsot.forces, by the module of each, as `make face` writes them."""
 
+from .atmosphere import Atmosphere, ExponentialAtmosphere
 from .damping import LinearDamping
 from .directional_torque import DirectionalTorque
+from .drag import AtmosphericDrag
 from .ellipsoid import EllipsoidGravity
+from .facets import Facets
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
 from .magnetic_fields import IGRF, MagneticField, MagneticHarmonics, SecularHarmonics, TiltedDipole
 from .magnetic_torques import BDot, EddyCurrents, MagneticMoment
@@ -10,6 +13,7 @@ from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
 from .mutual_mascons import MutualMascons
 from .sunlight import MeshRadiation, Yorp
+from .radiation import Occulter, RadiationPressure
 from .third_body import ThirdBody
 from .tides import LibrationDamping, TidalFriction, TidalTorque, pseudo_synchronous_rate
 
@@ -18,7 +22,11 @@ __all__ = [
     "BDot",
     "DirectionalTorque",
     "EddyCurrents",
+    "Atmosphere",
+    "AtmosphericDrag",
     "EllipsoidGravity",
+    "ExponentialAtmosphere",
+    "Facets",
     "GravityGradient",
     "HarmonicGravity",
     "LibrationDamping",
@@ -33,6 +41,8 @@ __all__ = [
     "MutualMascons",
     "Oblateness",
     "SecularHarmonics",
+    "Occulter",
+    "RadiationPressure",
     "ThirdBody",
     "TidalFriction",
     "TidalTorque",

@@ -104,6 +104,28 @@ class Mesh(Shape):
         used = self.vertices[np.unique(self.faces)]
         return float(np.linalg.norm(used - self._center, axis=-1).max())
 
+    @property
+    def face_areas(self) -> Array:
+        """The areas of the faces, shape (m,)."""
+        return np.asarray(0.5 * np.linalg.norm(self._face_vectors, axis=-1))
+
+    @property
+    def face_normals(self) -> Array:
+        """The unit normals of the faces, outwards along the axes of the shape, shape (m, 3); NaN of a flat triangle."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self._face_vectors / np.linalg.norm(self._face_vectors, axis=-1, keepdims=True))
+
+    @property
+    def face_centers(self) -> Array:
+        """The centroids of the faces from the origin of the shape, along its axes, shape (m, 3)."""
+        return np.asarray(self.vertices[self.faces].mean(axis=1))
+
+    @property
+    def _face_vectors(self) -> Array:
+        """The normals of the faces, twice as long as their areas."""
+        first, second, third = np.moveaxis(self.vertices[self.faces], 1, 0)
+        return np.cross(second - first, third - first)
+
     def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
         integrals = polyhedron.multipoles((self.vertices - origin) / radius, self.faces, degree)
         return integrals * (self.mass / self.volume * radius**3)

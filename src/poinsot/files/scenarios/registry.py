@@ -251,8 +251,7 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
-    groups = (_group_of(way) for way in classes)
-    group = "" if found else next((each for each in groups if each), "")
+    group: Group = "" if found else next((own for way in classes if (own := _group_of(way))), "")
     return found or ("record" if group else ""), 0, group
 
 

@@ -1,0 +1,91 @@
+"""The air through which a body moves: its density, and how it turns with the planet."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import KW_ONLY
+from typing import Annotated, Any
+
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import NotNegative, Parametric, Positive
+from poinsot.quantities import Along, Quantity
+
+__all__ = ["Atmosphere", "ExponentialAtmosphere"]
+
+
+class Atmosphere(Parametric, ABC):
+    """The air about the attractor of an orbit, by its density.
+
+    To add one, write a subclass with the method `density`; its fields are its parameters.
+
+    Parameters
+    ----------
+    omega_space : array (3,), space axes
+        The angular velocity at which the air turns, that of the planet: (0, 0, 7.2921159e-5) rad/s of the Earth.
+        Default: at rest.
+
+    Examples
+    --------
+    >>> class Thin(pt.forces.Atmosphere):
+    ...     scale: float
+    ...     def density(self, instant, orbit):
+    ...         return self.scale * instant.inverse_distance(orbit) ** 50
+    >>> Thin(2.0)
+    Thin(omega_space=[0.0, 0.0, 0.0], scale=2.0)
+    """
+
+    _: KW_ONLY
+    omega_space: Annotated[Any, (3,), Along("space axes"), Quantity("rate")] = (0.0, 0.0, 0.0)
+
+    @abstractmethod
+    def density(self, instant: Instant, orbit: Orbit) -> Scalar:
+        """Return the density where the body is, by its orbit about the planet."""
+
+    def relative_velocity(self, instant: Instant, orbit: Orbit) -> Vector:
+        """Return the velocity of the body relative to the air, v - omega x r, along the body axes."""
+        turning = functions.cross(self.omega_space, instant.position(orbit))
+        return instant.attitude.to_body(instant.velocity(orbit) - turning)
+
+
+class ExponentialAtmosphere(Atmosphere):
+    """Air whose density falls by a factor of e with each scale height: rho0 exp(-(r - r0) / H).
+
+    Parameters
+    ----------
+    reference_density : float
+        rho0, not negative.
+    reference_radius : float
+        r0, the distance from the centre of the planet at which that is the density, in the unit of the orbit.
+    scale_height : float
+        H, in that unit.
+    omega_space : array (3,), space axes
+        The angular velocity at which the air turns, that of the planet. Default: at rest.
+
+    Raises
+    ------
+    ValueError
+        If the density is negative, or a length is not positive.
+
+    Examples
+    --------
+    >>> earth = pt.forces.ExponentialAtmosphere(3.7e-12, 6.778e6, 5.8e4, omega_space=(0, 0, 7.2921159e-5))  # at 400 km
+    >>> orbit = pt.orbits.FixedPosition(3.986004418e14, position=(6.836e6, 0, 0))
+    >>> system = pt.System(pt.Body((1, 1, 1)))
+    >>> instant = system.at(system.state((1, 0, 0, 0), omega_body=(0, 0, 0)))
+    >>> round(float(earth.density(instant, orbit) / 3.7e-12), 4)
+    0.3679
+    """
+
+    reference_density: NotNegative
+    reference_radius: Positive
+    scale_height: Positive
+
+    @override
+    def density(self, instant: Instant, orbit: Orbit) -> Scalar:
+        height = 1 / instant.inverse_distance(orbit) - self.reference_radius
+        return self.reference_density * functions.exp(-height / self.scale_height)

@@ -1,0 +1,240 @@
+"""Flat pieces of a surface on which light and air press."""
+
+from __future__ import annotations
+
+import functools
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.checked import checked
+from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
+from poinsot.functions import Vector
+from poinsot.mechanics.parameters import Parametric
+from poinsot.quantities import Along, Rule
+from poinsot.shapes.mesh import Mesh
+
+__all__ = ["Facets"]
+
+ORDINARY_DRAG = 2.2
+"""The drag coefficient of a flat plate in the upper atmosphere, about."""
+
+OPEN = 1e-6
+"""How large the sum of areas times normals of a closed surface may be, as a part of the whole area."""
+
+SLACK = 1e-9
+"""By how much shares may add up to more than one."""
+
+
+def _refuse_others_than_shares(name: str, value: Any, hint: str) -> None:
+    refuse_negative(name, value, hint)
+    if np.any(np.asarray(value) > 1):
+        raise ValueError(f"{name} must be at most 1, got {np.max(value)}. {hint}".rstrip())
+
+
+Numbers = Annotated[Any, ("count",), Rule(refuse_negative)]
+Shares = Annotated[Any, ("count",), Rule(_refuse_others_than_shares, "It is a share of what arrives.")]
+
+
+class Facets(Parametric):
+    """The facets of a body's surface: what radiation pressure and drag act on.
+
+    A facet feels what arrives on the side to which its normal points. No facet shades another one.
+
+    Parameters
+    ----------
+    areas : array (n,)
+    normals : array (n, 3), body axes
+        Unit vectors, outwards.
+    positions : array (n, 3), body axes
+        Of the centres of pressure, from the centre of mass, in the unit in which torques have lengths. A part that
+        moves the centre of mass does not change them.
+    specular, diffuse : array (n,) or float
+        Shares of the light that are reflected as by a mirror, and diffusely; the rest is absorbed.
+    drag : array (n,) or float
+        Drag coefficients, for air that comes along the normal.
+    accommodation : array (n,) or float
+        The share of the molecules that leave diffusely and take no momentum along; the others leave as from a mirror.
+    closed : bool
+        Whether the facets are the whole surface of a body, panels with both sides: this is checked.
+
+    Raises
+    ------
+    ValueError
+        If an area is negative, a normal is no unit vector, a share is not in [0, 1], specular and diffuse add up to
+        more than 1, or facets that are said to be closed are not, or point inwards.
+
+    Examples
+    --------
+    >>> plate = pt.forces.Facets([2.0], [(0, 0, 1)], [(0.1, 0, 0)], specular=0.3, diffuse=0.1)
+    >>> plate.count
+    1
+    """
+
+    areas: Numbers
+    normals: Annotated[Any, ("count", 3), Along("body axes"), Rule(refuse_other_length, "Divide by the length.")]
+    positions: Annotated[Any, ("count", 3), Along("body axes")]
+    specular: Shares = 0.0
+    diffuse: Shares = 0.0
+    drag: Numbers = ORDINARY_DRAG
+    accommodation: Shares = 1.0
+    closed: bool = False
+
+    def __post_init__(self) -> None:
+        shape = real_numbers("areas", self.areas).shape
+        if not shape:
+            raise ValueError("areas must have shape (n,) or (members, n), got shape ().")
+        for name in ("specular", "diffuse", "drag", "accommodation"):
+            if np.ndim(value := getattr(self, name)) == 0:
+                object.__setattr__(self, name, np.full(shape[-1], value))
+        super().__post_init__()
+        self._check_shares()
+        if self.closed:
+            self._check_closed()
+
+    @property
+    def count(self) -> int:
+        """The number of facets."""
+        return len(self.areas) if isinstance(self.areas, Vector) else int(np.shape(self.areas)[-1])
+
+    @functools.cached_property
+    @override
+    def structure(self) -> tuple[Any, ...]:
+        return (*super().structure, self.count)
+
+    @classmethod
+    @checked
+    def from_box(
+        cls,
+        sides: ArrayLike,
+        position: Annotated[ArrayLike, (3,), Along("body axes")] = (0, 0, 0),
+        *,
+        wing_areas: ArrayLike = (),
+        wing_normals: Annotated[ArrayLike, ("wings", 3), Along("body axes")] = (),
+        wing_positions: Annotated[ArrayLike, ("wings", 3), Along("body axes")] = (),
+        specular: ArrayLike = 0.0,
+        diffuse: ArrayLike = 0.0,
+        drag: ArrayLike = ORDINARY_DRAG,
+        accommodation: ArrayLike = 1.0,
+    ) -> Facets:
+        """Return the facets of a box along the body axes, and of thin wings with two sides, such as solar panels.
+
+        They are the sides towards +x, -x, +y, -y, +z, -z, then of each wing the side of its normal and the other one.
+
+        Parameters
+        ----------
+        sides : array (3,)
+            Full lengths.
+        position : array (3,), body axes
+            Of the middle of the box, from the centre of mass.
+        wing_areas : array (w,)
+            Of one side of each.
+        wing_normals, wing_positions : array (w, 3), body axes
+            A unit vector along the normal of each, and its middle from the centre of mass.
+        specular, diffuse, drag, accommodation
+            As of all facets: for each, or one for all.
+        """
+        lengths, middle = real_array("sides", sides, (3,)), real_array("position", position, (3,))
+        refuse_nonpositive("sides", lengths)
+        directions = np.repeat(np.eye(3), 2, axis=0) * np.array([1, -1] * 3)[:, None]
+        faces = np.repeat(np.prod(lengths) / lengths, 2)
+        wings = real_array("wing_areas", wing_areas, (None,))
+        normals, places = (
+            real_array(name, value if np.size(value) else np.zeros((0, 3)), (wings.size, 3))
+            for name, value in (("wing_normals", wing_normals), ("wing_positions", wing_positions))
+        )
+        both = np.repeat(normals, 2, axis=0) * np.tile([1.0, -1.0], wings.size)[:, None]
+        return cls(
+            np.concatenate([faces, np.repeat(wings, 2)]),
+            np.concatenate([directions, both]),
+            np.concatenate([middle + 0.5 * lengths * directions, np.repeat(places, 2, axis=0)]),
+            *(specular, diffuse, drag, accommodation),
+            closed=True,
+        )
+
+    @classmethod
+    @checked
+    def from_mesh(
+        cls,
+        mesh: Mesh,
+        *,
+        specular: ArrayLike = 0.0,
+        diffuse: ArrayLike = 0.0,
+        drag: ArrayLike = ORDINARY_DRAG,
+        accommodation: ArrayLike = 1.0,
+    ) -> Facets:
+        """Return the faces of a mesh, about its centre of mass along its axes as `Body.from_shape` is.
+
+        Every facet is a condition on which a run stops where it turns into the light or out of it: tens of them are
+        fast, thousands are not.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            Lengths in the unit in which torques have them.
+        specular, diffuse, drag, accommodation
+            As of all facets: for each, or one for all.
+        """
+        arms = mesh.face_centers - mesh.center_of_mass
+        return cls(mesh.face_areas, mesh.face_normals, arms, specular, diffuse, drag, accommodation, closed=True)
+
+    def joined(self, *others: Facets) -> Facets:
+        """Return these facets and others as those of one body."""
+        every = (self, *others)
+        names = ("areas", "normals", "positions", "specular", "diffuse", "drag", "accommodation")
+        fields: Any = {name: np.concatenate([getattr(x, name) for x in every], axis=_axis(name)) for name in names}
+        return Facets(**fields, closed=all(one.closed for one in every))
+
+    def torque(self, towards: Vector, along: Any, across: Any, mirrored: Any) -> Any:
+        """Return the torque of a stream, the sum of r x F over facets, along the body axes.
+
+        F = -A c (along u + (across + mirrored c) n), c = max(0, n . u).
+
+        Parameters
+        ----------
+        towards : Vector
+            u, towards where it comes from.
+        along, across, mirrored : sequence of scalars
+            Of each facet.
+        """
+        carried, total = Vector((0.0, 0.0, 0.0)), Vector((0.0, 0.0, 0.0))
+        rows = zip(self.areas, self.normals, self.positions, along, across, mirrored, strict=True)
+        for area, normal, position, own, plain, square in rows:
+            facing = functions.maximum(0.0, functions.dot(normal, towards))
+            carried = carried + Vector(position) * (area * own) * facing
+            turning = functions.cross(position, normal) * area
+            total = total + turning * (plain * facing) + turning * square * (facing * facing)
+        return -functions.cross(carried, towards) - total
+
+    def _check_shares(self) -> None:
+        total = np.asarray(self.specular) + np.asarray(self.diffuse)
+        if np.any(total > 1 + SLACK):
+            place = np.unravel_index(np.argmax(total), total.shape)
+            one, other = (np.broadcast_to(x, total.shape)[place] for x in (self.specular, self.diffuse))
+            raise ValueError(
+                f"specular and diffuse must add up to at most 1, got {one} + {other} of facet {place[-1]}. "
+                "The rest is absorbed."
+            )
+
+    def _check_closed(self) -> None:
+        weighted: NDArray[np.float64] = np.asarray(self.areas)[..., None] * self.normals
+        whole = np.sum(self.areas, axis=-1)
+        left = np.linalg.norm(np.sum(weighted, axis=-2), axis=-1)
+        if np.any(left > OPEN * whole):
+            raise ValueError(
+                "normals must close: areas times normals of a closed surface add up to zero, got a vector of length "
+                f"{np.max(left):.3g}. Is a facet inside out, or a side of a panel missing?"
+            )
+        volume = np.sum(weighted * self.positions, axis=(-2, -1)) / 3
+        if np.any(volume < -OPEN * whole**1.5):
+            raise ValueError(
+                f"normals must point outwards, got those of a surface that encloses the volume {np.min(volume):.3g}. "
+                "All are inside out."
+            )
+
+
+def _axis(name: str) -> int:
+    return -2 if name in ("normals", "positions") else -1

@@ -1,0 +1,158 @@
+"""The pressure of sunlight on the facets of a body, and what shades it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.forces.facets import Facets
+from poinsot.functions import Scalar
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.force import Torque
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import NotNegative, Parametric, Positive
+from poinsot.mechanics.periapsis_warning import warn_below
+
+__all__ = ["Occulter", "RadiationPressure"]
+
+PRESSURE = 1361.0 / 299_792_458.0
+"""N/m2 at an astronomical unit: the nominal solar irradiance (IAU 2015, Resolution B3) over the speed of light."""
+
+ASTRONOMICAL_UNIT, SUN_RADIUS = 149_597_870_700.0, 6.957e8
+"""Metres (IAU 2012, Resolution B2; 2015, Resolution B3)."""
+
+TINY = 1e-9
+"""Within which part of the smaller disc of a contact the overlap is made smooth: its area begins there as a power 3/2,
+whose second derivative is infinite, and a step that starts at it would have no length."""
+
+
+class Occulter(Parametric):
+    """A sphere that can come between the body and the Sun.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Of the body, relative to the centre of the sphere; it may be the one of other forces.
+    radius : float
+        In the unit of the orbit, positive; a periapsis below it gives a warning.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(3.986004418e14, semimajor_axis=7e6, eccentricity=0.0)
+    >>> float(pt.forces.Occulter(orbit, radius=6.378137e6).radius)
+    6378137.0
+    """
+
+    orbit: Orbit
+    radius: Positive
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        warn_below(self, self.orbit, self.radius, "the surface", "inside the sphere nothing is seen")
+
+    def sunlight(self, instant: Instant, sun: Orbit, sun_radius: Scalar) -> Scalar:
+        """Return which part of the Sun's disc this sphere leaves, from 0 in the umbra to 1.
+
+        Both are plane discs of the angular radii a and b whose centres are the angle c apart (Montenbruck and Gill
+        2000, Satellite Orbits, Sec. 3.4.2). The area of their overlap is written as two segments, each with half the
+        angle at its centre, which loses no digits where the discs just touch.
+        """
+        here, there = instant.direction(self.orbit), instant.direction(sun)
+        sine_a, sine_b = sun_radius * instant.inverse_distance(sun), self.radius * instant.inverse_distance(self.orbit)
+        cosines = functions.sqrt((1 - sine_a * sine_a) * (1 - sine_b * sine_b))
+        aligned = functions.dot(here, there)
+        touches = functions.less(cosines - sine_a * sine_b, aligned)
+        covers = functions.less(cosines + sine_a * sine_b, aligned)
+
+        def where_partial(value: Scalar, other: Scalar) -> Scalar:
+            return functions.where(touches, functions.where(covers, other, value), other)
+
+        across = functions.cross(here, there)
+        sine = functions.sqrt(where_partial(functions.dot(across, across), 1.0))
+        a, b, c = functions.asin(sine_a), functions.asin(sine_b), functions.atan2(sine, aligned)
+        product, smooth = (a + b + c) * (a + b - c) * (c + a - b) * (c + b - a), 8 * TINY * (a * b) * (a * b)
+        height = functions.sqrt(where_partial(product + smooth * (smooth / (product + smooth)), 1.0))
+        of_sun, of_sphere = (functions.atan2(height, c * c + x) for x in (a * a - b * b, b * b - a * a))
+        ratio = (b / a) * (b / a)
+        overlap = functions.sine_defect(2 * of_sun) + ratio * functions.sine_defect(2 * of_sphere)
+        deepest = functions.where(functions.less(sine_a, sine_b), 0.0, 1 - ratio)
+        partial = 1 - overlap / (2 * functions.pi)
+        return functions.where(touches, functions.where(covers, deepest, partial), 1.0)
+
+
+class RadiationPressure(Torque):
+    """The torque of sunlight on facets.
+
+    F_i = -P A_i c ((1 - s_i) u + 2 (d_i / 3 + s_i c) n_i) at the position of facet i, u towards the Sun,
+    c = max(0, n_i . u), s and d the specular and the diffuse share, P = pressure (distance / r)^2 times the part of the
+    Sun's disc that is seen; each occulter takes its part of what the others leave. What is absorbed leaves evenly.
+    Shades of facets on each other, light from the planet and heat are left out.
+
+    Parameters
+    ----------
+    sun : Orbit
+        Of the body, relative to the Sun.
+    facets : Facets
+    occulters : sequence of Occulter
+        Spheres nearer than the Sun.
+    pressure : float
+        On what absorbs all light, at the distance; default: 4.54e-6 N/m2, 1361 W/m2 over the speed of light.
+    distance : float
+        Default: the astronomical unit in metres. Other units of length need their own.
+    sun_radius : float
+        In the unit of `distance`; default: 6.957e8 metres.
+
+    Raises
+    ------
+    ValueError
+        If the pressure is negative, a length is not positive, or the body is inside the Sun.
+
+    Examples
+    --------
+    >>> sun = pt.orbits.FixedPosition(1.327e20, position=(-1.496e11, 0, 0))  # m, s; the Sun is towards +x
+    >>> plate = pt.forces.Facets([1.0], [(1, 0, 0)], [(0, 0.1, 0)], specular=1.0)
+    >>> system = pt.System(pt.Body((1, 1, 1)), pt.forces.RadiationPressure(sun, plate))
+    >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))).round(10)
+    array([0.00e+00, 0.00e+00, 9.08e-07])
+    """
+
+    sun: Orbit
+    facets: Facets
+    occulters: tuple[Occulter, ...] = ()
+    pressure: NotNegative = PRESSURE
+    distance: Positive = ASTRONOMICAL_UNIT
+    sun_radius: Positive = SUN_RADIUS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        nearest: Any = getattr(self.sun, "periapsis_distance", np.inf)
+        if np.any(nearest < self.sun_radius):
+            raise ValueError(
+                f"sun_radius must be less than the distance of the Sun, got {np.max(self.sun_radius):g} and "
+                f"{np.min(nearest):g}. Give distance and sun_radius in the unit of the orbit."
+            )
+
+    def sunlight(self, instant: Instant) -> Scalar:
+        """Return which part of the Sun's disc is seen, from 0 to 1."""
+        seen: Scalar = 1.0
+        for occulter in self.occulters:
+            seen = seen * occulter.sunlight(instant, self.sun, self.sun_radius)
+        return seen
+
+    @override
+    def torque(self, instant: Instant) -> Any:
+        facets, nearness = self.facets, self.distance * instant.inverse_distance(self.sun)
+        pressure = self.pressure * (nearness * nearness) * self.sunlight(instant)
+        towards = instant.attitude.to_body(-instant.direction(self.sun))
+        along = [1 - share for share in facets.specular]
+        across = [share * (2 / 3) for share in facets.diffuse]
+        mirrored = [2 * share for share in facets.specular]
+        return facets.torque(towards, along, across, mirrored) * pressure
