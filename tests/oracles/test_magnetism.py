@@ -7,6 +7,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import lpmv
 
 import poinsot as pt
@@ -236,3 +237,27 @@ def test_moments_stay_within_the_limit():
         field = state.attitude.inv().apply((0, 0, 1))
         moment = np.clip(5.0 * np.cross(omega, field), -0.3, 0.3)  # dB/dt of a field at rest is -omega x B
         assert largest(system.torque_body(state) - np.cross(moment, field)) < 1e-16
+
+
+def test_a_motion_with_moments_at_their_limit():
+    """Against an integration with a rotation matrix, whose steps do not see the kinks."""
+    moments, gain, limit = np.array((1.0, 1.6, 2.5)), 2.0, 0.3
+
+    def rate(_, y):
+        axes, omega = np.reshape(y[:9], (3, 3)), y[9:]  # axes[i]: the space axis i along the body
+        field = axes[2]
+        torque = np.cross(np.clip(gain * np.cross(omega, field), -limit, limit), field)
+        turning = (torque - np.cross(omega, moments * omega)) / moments
+        return np.concatenate([np.ravel([np.cross(axis, omega) for axis in axes]), turning])
+
+    system = pt.System(pt.Body(moments), BDot(gain, UNIFORM, limit))
+    start = system.state((0.5, -0.5, 0.5, 0.5), omega_body=(0.4, -0.3, 0.2))
+    motion = pt.propagate(system, start, np.linspace(0, 20, 6))
+    first = np.concatenate([np.ravel(start.attitude.as_matrix()), (0.4, -0.3, 0.2)])
+    found = solve_ivp(rate, (0, 20), first, "DOP853", t_eval=motion.times, rtol=1e-12, atol=1e-13, max_step=0.01)
+    reached = np.abs(gain * np.cross(motion.omega_body, motion.attitude.inv().apply((0, 0, 1)))) > limit
+    assert np.any(reached)
+    assert not np.all(np.any(reached, axis=-1))
+    assert largest(motion.omega_body - found.y[9:].T) < 1e-8
+    assert largest(np.reshape(motion.attitude.as_matrix(), (-1, 9)) - found.y[:9].T) < 1e-8
+    assert np.all(np.diff(motion.energy) < 0)

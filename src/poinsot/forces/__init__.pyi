@@ -12,18 +12,18 @@ from .magnetic_torques import BDot, EddyCurrents, MagneticMoment
 from .mascons import MasconGravity
 from .mutual_gravity import MutualGravity, MutualHarmonics
 from .mutual_mascons import MutualMascons
-from .sunlight import MeshRadiation, Yorp
 from .radiation import Occulter, RadiationPressure
+from .sunlight import MeshRadiation, Yorp
 from .third_body import ThirdBody
 from .tides import LibrationDamping, TidalFriction, TidalTorque, pseudo_synchronous_rate
 
 __all__ = [
     "IGRF",
+    "Atmosphere",
+    "AtmosphericDrag",
     "BDot",
     "DirectionalTorque",
     "EddyCurrents",
-    "Atmosphere",
-    "AtmosphericDrag",
     "EllipsoidGravity",
     "ExponentialAtmosphere",
     "Facets",
@@ -40,9 +40,9 @@ __all__ = [
     "MutualHarmonics",
     "MutualMascons",
     "Oblateness",
-    "SecularHarmonics",
     "Occulter",
     "RadiationPressure",
+    "SecularHarmonics",
     "ThirdBody",
     "TidalFriction",
     "TidalTorque",
