@@ -8,7 +8,19 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import poinsot as pt
-from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
+from poinsot.parts import (
+    ControlMomentGyro,
+    GimballedRotor,
+    Gyrostat,
+    KaneDamper,
+    MomentumWheel,
+    MovingMasses,
+    ReactionWheel,
+    ReactionWheels,
+    SloshPendulum,
+    SpringMass,
+    VaryingInertia,
+)
 
 CASES = json.loads((Path(__file__).parent / "spacecraft_parts.json").read_text())["cases"]
 IDENTITY = (1, 0, 0, 0)
@@ -118,6 +130,217 @@ def test_a_mass_on_a_spring_moves_by_newtons_equations(formulation):
     assert largest(spring.speed(motion.own["spring_mass"], motion.omega_body) - y[:, 13]) < 1e-12
 
 
+# ---------------------------------------------------------------------- Newton's and Euler's equations
+
+HUB = np.array([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 7.0)])
+HUB_MASS = 9.0
+OMEGA = np.array([0.4, -0.9, 0.5])
+
+
+def spread(x):
+    return x @ x * np.eye(3) - np.outer(x, x)
+
+
+def integrated(rates, start, times, **options):
+    return solve_ivp(rates, (times[0], times[-1]), start, "DOP853", times, rtol=3e-14, atol=1e-14, **options).y.T
+
+
+def turning(A, w):
+    return (A @ np.cross(w, np.eye(3)).T).ravel()
+
+
+def test_a_pendulum_swings_by_newtons_equations():
+    """In space axes X = A y with |X - A r| = l: no angles, and the pull of the rod is an unknown."""
+    mass, length, pivot = 1.2, 0.7, np.array([0.4, -0.3, 0.6])
+    reduced, total = mass * HUB_MASS / (mass + HUB_MASS), mass + HUB_MASS
+    down, across = np.array([0, 0.6, 0.8]), np.array([1.0, 0, 0])
+
+    def rates(_, y):
+        A, w, X, V = y[:9].reshape(3, 3), y[9:12], y[12:15], y[15:18]
+        rod, W = X - A @ pivot, A @ w
+        speed = V - np.cross(W, A @ pivot)
+        # reduced X'' = pull rod, J w' + w x J w = -A^T (A pivot x pull rod) and rod . rod'' + rod' . rod' = 0.
+        lever = np.cross(pivot, A.T @ rod)
+        matrix = np.zeros((4, 4))
+        matrix[:3, :3], matrix[:3, 3] = HUB, lever
+        matrix[3, :3], matrix[3, 3] = -lever, rod @ rod / reduced
+        centripetal = np.cross(W, np.cross(W, A @ pivot))
+        *w_rate, pull = np.linalg.solve(matrix, [*-np.cross(w, HUB @ w), rod @ centripetal - speed @ speed])
+        return np.concatenate([turning(A, w), w_rate, V, pull * rod / reduced])
+
+    angles, swing = np.array([0.4, -0.3]), np.array([-0.5, 0.7])
+    (ca, cb), (sa, sb) = np.cos(angles), np.sin(angles)
+    beside = np.cross(down, across)
+    e = ca * cb * down + sa * cb * across + sb * beside
+    speed = swing[0] * cb * (ca * across - sa * down) + swing[1] * (cb * beside - sb * (ca * down + sa * across))
+    X = pivot + length * e
+    times = np.linspace(0, 20, 9)
+    y = integrated(rates, [*np.eye(3).ravel(), *OMEGA, *X, *(length * speed + np.cross(OMEGA, X))], times)
+
+    hanging = pivot + length * down
+    inertia = HUB + reduced * spread(hanging)
+    part = SloshPendulum(mass, total, pivot - mass / total * hanging, down, across, length)
+    system = pt.System(pt.Body.from_inertia(inertia), part)
+    start = system.state(IDENTITY, omega_body=OMEGA, slosh_pendulum=part.at_angles(angles, swing, OMEGA))
+    motion = pt.propagate(system, start, times)
+    places = motion.attitude.apply(hanging + np.stack(list(part.displacement(motion.own["slosh_pendulum"].T)), axis=-1))
+    # The other integration keeps its rod's length to 1e-12 only: ten times that.
+    assert largest(motion.omega_body - y[:, 9:12]) < 1e-11
+    assert largest(places - y[:, 12:15]) < 1e-11
+    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-11
+
+
+def test_a_mass_that_is_moved_takes_the_work_of_its_actuator():
+    """The force on the mass is reduced mass times its acceleration; its work is what the energy changes by."""
+    mass, begin, duration = 1.2, 2.0, 9.0
+    reduced, total = mass * HUB_MASS / (mass + HUB_MASS), mass + HUB_MASS
+    first, step = np.array([0.4, -0.3, 0.6]), np.array([0.5, 1.1, -0.4])
+    progress = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
+
+    def moved(t):
+        x = (np.clip(t, begin, begin + duration) - begin) / duration
+        return [first + progress(x) * step, *(progress.deriv(k)(x) / duration**k * step for k in (1, 2))]
+
+    def rates(t, y):
+        A, w = y[:9].reshape(3, 3), y[9:12]
+        place, v, a = moved(t)
+        known = np.cross(w, np.cross(w, place)) + 2 * np.cross(w, v) + a
+        matrix = HUB + reduced * spread(place)
+        w_rate = np.linalg.solve(matrix, -np.cross(w, HUB @ w) - reduced * np.cross(place, known))
+        force = reduced * (known + np.cross(w_rate, place))
+        return np.concatenate([turning(A, w), w_rate, [force @ v]])
+
+    times = [0.0, 4.0, 7.0, 10.0, 14.0]
+    y = integrated(rates, [*np.eye(3).ravel(), *OMEGA, 0.0], times, max_step=0.25)
+    inertia = HUB + reduced * spread(first)
+    center = mass / total * first
+    part = MovingMasses([mass], total, [first - center], [first + step - center], begin, duration)
+    system = pt.System(pt.Body.from_inertia(inertia), part)
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=OMEGA), times)
+    assert largest(motion.omega_body - y[:, 9:12]) < 1e-12
+    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-12
+    assert abs(motion.energy[-1] - motion.energy[0]) > 0.1
+    assert abs(motion.energy[-1] - motion.energy[0] - y[-1, 12]) < 1e-11
+
+
+def test_inertia_given_as_a_function_of_time_moves_by_eulers_equations():
+    change, begin, duration = np.array([(0.5, 0.8, 0.2), (0.8, 1.7, -0.6), (0.2, -0.6, 0.9)]), 1.0, 7.0
+    progress = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])
+
+    def rates(t, y):
+        A, w = y[:9].reshape(3, 3), y[9:]
+        x = (np.clip(t, begin, begin + duration) - begin) / duration
+        now, pace = HUB + progress(x) * change, progress.deriv()(x) / duration * change
+        return np.concatenate([turning(A, w), np.linalg.solve(now, -np.cross(w, now @ w) - pace @ w)])
+
+    times = np.linspace(0, 20, 9)
+    y = integrated(rates, [*np.eye(3).ravel(), *OMEGA], times, max_step=0.25)
+    system = pt.System(pt.Body.from_inertia(HUB), VaryingInertia(change, begin, duration))
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=OMEGA), times)
+    assert largest(motion.omega_body - y[:, 9:]) < 1e-12
+    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-12
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_a_rotor_in_a_gimbal_moves_by_eulers_equations(given):
+    """The body's torque is minus that on the rotor: (H e)' in space, and the moment of gimbal and rotor about m."""
+    momentum, moment, stiffness, damping, rate = 1.7, 0.4, 2.0, 0.3, 0.6
+    m, s = np.array([0.6, 0, 0.8]), np.array([-0.8, 0, 0.6])
+    t = np.cross(m, s)
+
+    def rates(_, y):
+        A, w, angle, speed = y[:9].reshape(3, 3), y[9:12], y[12], y[13]
+        h = momentum * (np.cos(angle) * s + np.sin(angle) * t)
+        across = np.cross(m, h)
+        if given:
+            w_rate = np.linalg.solve(HUB, -np.cross(w, HUB @ w + h) - rate * across)
+            return np.concatenate([turning(A, w), w_rate, [rate, 0.0]])
+        # HUB has gimbal and rotor locked; (w', angle''): total momentum, and that of the gimbal about m.
+        matrix = np.zeros((4, 4))
+        matrix[:3, :3], matrix[:3, 3] = HUB, moment * m
+        matrix[3, :3], matrix[3, 3] = moment * m, moment
+        total = HUB @ w + h + moment * speed * m
+        right = [*(-np.cross(w, total) - speed * across), w @ across - stiffness * angle - damping * speed]
+        *w_rate, angle_rate = np.linalg.solve(matrix, right)
+        return np.concatenate([turning(A, w), w_rate, [speed, angle_rate]])
+
+    times = np.linspace(0, 20, 9)
+    y = integrated(rates, [*np.eye(3).ravel(), *OMEGA, 0.3, 0.2], times)
+    part = GimballedRotor(m, s, momentum, moment, 0.0, stiffness, damping)
+    part = ControlMomentGyro(m, s, momentum, rate) if given else part
+    system = pt.System(pt.Body.from_inertia(HUB), part)
+    own = (0.3,) if given else part.at_angle(0.3, 0.2, OMEGA)
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=OMEGA, **{part.name: own}), times)
+    assert largest(motion.omega_body - y[:, 9:12]) < 1e-12
+    assert largest(motion.own[part.name][:, 0] - y[:, 12]) < 1e-12
+    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-12
+
+
+def test_wheels_that_brake_a_body_saturate_as_said():
+    """I w' = -w x (I w + sum J s a) - sum J s' a and J (s' + a . w') = motor - friction."""
+    axes = np.array([(0.6, 0, 0.8), (0, 0.6, -0.8), (0.8, -0.6, 0), (0, 1, 0)])
+    J, most, fastest, viscous, dry = (
+        np.array([0.1, 0.2, 0.15, 0.1]),
+        0.25,
+        np.array([8.0, 5.0, 30.0, 9.0]),
+        0.004,
+        0.002,
+    )
+    gain, start = 1.1, np.array([1.0, -2.0, 3.0, 8.6])
+
+    def motors(w, s):
+        wanted = np.linalg.pinv(axes.T) @ (gain * w)
+        high, low = (most * np.minimum(1, 20 * (1 - sign * s / fastest)) for sign in (1, -1))
+        return np.clip(wanted, -low, high) - viscous * s - dry * np.clip(1000 * s / fastest, -1, 1)
+
+    def rates(_, y):
+        A, w, s = y[:9].reshape(3, 3), y[9:12], y[12:]
+        torque = motors(w, s)
+        # sum J s' a = sum (torque - J a . w') a
+        w_rate = np.linalg.solve(HUB - (J * axes.T) @ axes, -np.cross(w, HUB @ w + (J * s) @ axes) - torque @ axes)
+        return np.concatenate([turning(A, w), w_rate, torque / J - axes @ w_rate])
+
+    times = np.linspace(0, 20, 9)
+    y = integrated(rates, [*np.eye(3).ravel(), *OMEGA, *start], times, max_step=0.1)
+    wheels = ReactionWheels(axes, J, pt.forces.LinearDamping(gain), most, fastest, viscous, dry)
+    system = pt.System(pt.Body.from_inertia(HUB), wheels)
+    own = wheels.at_speeds(start, OMEGA)
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=OMEGA, reaction_wheels=own), times)
+    speeds = wheels.speeds(motion.own["reaction_wheels"], motion.omega_body)
+    assert np.max(np.abs(speeds) / fastest) > 0.96  # one is near its largest speed
+    assert np.max(np.abs(np.linalg.pinv(axes.T) @ (gain * OMEGA))) > most  # and motors are at their largest torque
+    # Steps of the other integration go over the switches, which leaves 1e-11 of the speeds, and less of the body's.
+    assert largest(motion.omega_body - y[:, 9:12]) < 1e-11
+    assert largest(speeds - y[:, 12:]) < 1e-9
+
+
+# ---------------------------------------------------------------------- flat spin
+
+SPINNER = np.array([2.0, 3.0, 4.0])
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        KaneDamper(0.3, 0.15),
+        SpringMass(1, 20, (0.9, 0.2, 0), (0, 0, 1), 0.3, 0.2),
+        SloshPendulum(1, 20, (0, 0, 0.8), (1, 0, 0), (0, 0, 1), 0.3, 0.05, 0.1),
+        ReactionWheel((0, 1, 0), 0.2, 0.05),
+    ],
+    ids=lambda part: type(part).__name__,
+)
+def test_any_damper_brings_the_minor_axis_to_a_flat_spin(part):
+    system = pt.System(pt.Body(SPINNER), part)
+    start = system.state(IDENTITY, omega_body=(1.0, 0.02, 0.01))
+    times = np.linspace(0, 3000, 301)
+    motion = pt.propagate(system, start, times)
+    g = np.linalg.norm(start.angular_momentum_body)
+    assert motion.energy[0] > 0.99 * g**2 / (2 * SPINNER[0])
+    assert np.all(np.diff(motion.energy) < 1e-15)
+    assert abs(motion.energy[-1] - g**2 / (2 * SPINNER[2])) < 1e-6
+    assert abs(abs(motion.omega_body[-1, 2]) - g / SPINNER[2]) < 1e-3
+
+
 # ---------------------------------------------------------------------- gyrostats, closed forms
 
 
@@ -220,4 +443,33 @@ def test_energy_goes_where_friction_takes_it():
     power -= spring.damping * spring.speed(own["spring_mass"], omega) ** 2
     assert abs(motion.energy[-1] - motion.energy[0]) > 0.1
     # Eighty nodes integrate ten units of a smooth power to rounding; the energies are near 5.
+    assert abs(motion.energy[-1] - motion.energy[0] - 5 * weights @ power[1:-1]) < 2e-13
+
+
+def test_energy_of_gimbals_pendulums_and_servos_goes_where_motors_and_friction_take_it():
+    body = pt.Body.from_inertia([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 10.0)])
+    axes = (0.6, 0, 0.8), (-0.8, 0, 0.6)
+    gyro, rotor = ControlMomentGyro(*axes, 0.7, 0.3), GimballedRotor(*axes, 0.9, 0.3, 0.1, 1.5, 0.2)
+    servo = MomentumWheel((0, 1, 0), 0.1, 3.0, 0.05, 10.0, 0.02)
+    pendulum = SloshPendulum(1, 10, (0.3, 0.2, 0.4), (0, 0.6, -0.8), (1, 0, 0), 0.5, 1.5, 0.1)
+    system = pt.System(body, gyro, rotor, servo, pendulum)
+    omega = np.array([0.4, -0.9, 0.3])
+    own = {
+        "slosh_pendulum": pendulum.at_angles((0.3, -0.2), (0.5, 0.1), omega),
+        "gimballed_rotor": rotor.at_angle(0.2, 0.1, omega),
+    }
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    times = 5 * (nodes + 1)
+    motion = pt.propagate(system, system.state(IDENTITY, omega_body=omega, **own), [0.0, *times, 10.0])
+    own, omega = motion.own, motion.omega_body
+    power = gyro.gimbal_rate * gyro.gimbal_torque(own["control_moment_gyro"], omega)
+    rate = rotor.rate(own["gimballed_rotor"], omega)
+    power += rotor.torque * rate - rotor.damping * rate**2
+    speed = servo.speed(own["momentum_wheel"], omega)
+    power += servo.gain * (servo.commanded_speed - speed) * speed - servo.friction * speed**2
+    first, second = pendulum.angle_rates(own["slosh_pendulum"].T, omega.T)
+    reach = np.cos(own["slosh_pendulum"][:, 1])
+    power -= pendulum.damping * ((reach * first) ** 2 + second**2)
+    assert abs(motion.energy[-1] - motion.energy[0]) > 0.05
+    # As above.
     assert abs(motion.energy[-1] - motion.energy[0] - 5 * weights @ power[1:-1]) < 2e-13

@@ -151,7 +151,7 @@ class MovingMasses(Transition):
     --------
     >>> tip = pt.parts.MovingMasses([2.0], 60.0, [(0, 0, 0.3)], [(0, 0, 6.0)], begin=0.0, duration=120.0)
     >>> np.round(tip.inertia_change, 3).diagonal()  # of the reduced mass 2 (60 - 2) / 60
-    array([74.26, 74.26,  0.  ])
+    array([69.654, 69.654,  0.   ])
     """
 
     masses: Annotated[Any, ("count",), Rule(refuse_nonpositive)]

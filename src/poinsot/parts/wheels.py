@@ -25,7 +25,10 @@ STEEPNESS = 20.0
 """The torque of a motor falls linearly to zero over the last twentieth of the largest speed."""
 
 DRY = 1e-3
-"""Dry friction is smooth over this part of the largest speed about rest."""
+"""Dry friction grows linearly over this part of the largest speed about rest.
+
+A function such as tanh would be flat to rounding a little farther away, and steps would go across it unawares.
+"""
 
 EachPositive = Annotated[Any, ("count",), Rule(refuse_nonpositive)]
 EachNotNegative = Annotated[Any, ("count",), Rule(refuse_negative)]
@@ -35,11 +38,11 @@ UnitVectors = Annotated[Any, ("count", 3), Along("body axes"), Rule(refuse_other
 class ReactionWheels(Part):
     """Balanced wheels whose motors give the torque on the body that a control law wants, as far as they can.
 
-    p_i' = T_i - friction_i s_i - dry_friction_i tanh(1000 s_i / S_i), with the inertial angular momentum p_i of a wheel
-    along its axis a_i, its speed s_i = p_i / J_i - a_i . omega relative to the body, and its largest speed S_i. The
-    torques T wanted of the motors are the least, by the pseudo-inverse, for which -sum T_i a_i is the torque of the
-    law; each is limited to the largest torque times min(1, 20 (1 -+ s_i / S_i)), so that a wheel at its largest speed
-    can only brake. Friction is not compensated, nor is the turning of the wheels' momenta with the body.
+    p_i' = T_i - friction_i s_i - dry_friction_i d_i, with the inertial angular momentum p_i of a wheel along its axis
+    a_i, its speed s_i = p_i / J_i - a_i . omega relative to the body, its largest speed S_i, and d = 1000 s_i / S_i
+    within -1 and 1. The torques T wanted of the motors are the least, by the pseudo-inverse, for which -sum T_i a_i is
+    the torque of the law; each is limited to the largest torque times min(1, 20 (1 -+ s_i / S_i)), so that a wheel at
+    its largest speed can only brake. Friction is not compensated, nor the turning of the momenta with the body.
 
     Parameters
     ----------
@@ -54,11 +57,16 @@ class ReactionWheels(Part):
     friction, dry_friction : array (n,) or float
         Viscous, torque per speed, and dry, a torque; not negative.
 
+    Raises
+    ------
+    ValueError
+        If axes lie in one plane or are no unit vectors, a number is outside its range, or a wheel starts too fast.
+
     Examples
     --------
     >>> wheels = pt.parts.ReactionWheels(np.eye(3), 1e-3, pt.forces.LinearDamping(0.2), 5e-3, 600.0)
     >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), wheels)
-    >>> motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.1, -0.2, 0.1)), [100.0])
+    >>> motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.1, -0.2, 0.1)), [200.0])
     >>> bool(np.max(abs(motion.omega_body)) < 1e-6)
     True
     """
@@ -135,7 +143,7 @@ class ReactionWheels(Part):
         most, part = self.largest_torques[i], speed * (1 / self.largest_speeds[i])
         upwards = most * functions.minimum(1.0, STEEPNESS * (1 - part))
         downwards = most * functions.minimum(1.0, STEEPNESS * (1 + part))
-        rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.tanh(part * (1 / DRY))
+        rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.clip(part * (1 / DRY), -1.0, 1.0)
         return functions.clip(wanted, -downwards, upwards) - rubbing
 
     def distributed(self, torque: functions.Vector) -> functions.Vector:
