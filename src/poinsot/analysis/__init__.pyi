@@ -9,6 +9,7 @@ from .line_spectrum import LineSpectrum, diffusion, frequencies
 from .mutual_orbit import Revolutions, apsidal_precession, revolutions
 from .pair_equilibrium import PairEquilibrium, pair_equilibria
 from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
+from .relaxation import InelasticRelaxation
 from .sections import Section, andoyer_section, section, spin_orbit_section
 from .transition_matrix import StateTransition, state_transition
 
@@ -19,6 +20,7 @@ __all__ = [
     "ChaosIndicators",
     "Equilibrium",
     "FreeRotation",
+    "InelasticRelaxation",
     "Librations",
     "LineSpectrum",
     "LyapunovSpectrum",
