@@ -1,10 +1,13 @@
 """State transition where torques switch: a rotor in closed form, differences of motions by SciPy, and Monte Carlo."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 import sympy
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import functions as fn
@@ -74,3 +77,186 @@ def test_a_rotor_that_a_thruster_turns_back(formulation, order, kernel):
             continue
         bent = found.second[i][np.ix_(places, columns, columns)]
         np.testing.assert_allclose(bent, second, rtol=0, atol=1e-12 * np.max(np.abs(second)))
+
+
+# ---------------------------------------------------------------------- a tumbling body, by differences of motions
+
+MOMENTS, AXIS = np.array([1.0, 1.3, 1.7]), np.array([0.3, -0.5, 0.4])
+STAR, SUN = np.array([0.6, 0.0, 0.8]), np.array([0.8, 0.6, 0.0])
+START = Rotation.from_quat((0.1, 0.7, -0.5, 0.5), scalar_first=True), MOMENTS * (0.4, -0.3, 0.6)
+TIMES = np.array([2.0, 4.5])
+WEIGHTS = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+"""Of central differences that leave out the seventh power of the step."""
+
+
+class Facing(pt.Torque):
+    """A torque that jumps where a body axis passes a level over a plane of space, beside a limited damper."""
+
+    size: float
+    level: float
+    gain: float
+    limit: float
+
+    def torque(self, instant):
+        x, _, z = instant.attitude.to_body(tuple(STAR))
+        sides = fn.where(fn.less(x, self.level), self.size, -0.5 * self.size) + 0.2 * self.size * fn.sign(z - 0.3 * x)
+        return sides * fn.Vector(tuple(AXIS)) - fn.Vector(
+            fn.clip(self.gain * w, -self.limit, self.limit) for w in instant.omega_body
+        )
+
+
+def facing(_, R, omega, p, sides):
+    x, _, z = R.T @ STAR
+    if sides is None:
+        w = p["gain"] * omega
+        return np.array([x - p["level"], z - 0.3 * x, *(w - p["limit"]), *(w + p["limit"])])
+    size = p["size"] * ((1 if sides[0] else -0.5) + 0.2 * (-1 if sides[1] else 1))
+    limited = np.where(sides[5:], -p["limit"], np.where(sides[2:5], p["gain"] * omega, p["limit"]))
+    return size * AXIS - limited
+
+
+class Shade(pt.Torque):
+    """The pressure of light on an area off the center of mass, outside of a cylinder of shadow."""
+
+    orbit: pt.Orbit
+    shadow: float
+    size: float
+
+    def torque(self, instant):
+        r, s = fn.Vector(instant.position(self.orbit)), fn.Vector(tuple(SUN))
+        along = fn.dot(r, s)
+        off = fn.dot(r, r) - along * along
+        lit = fn.where(fn.less(0.0, along), 1.0, fn.where(fn.less(off, self.shadow**2), 0.0, 1.0))
+        return self.size * lit * fn.cross(tuple(AXIS), instant.attitude.to_body(tuple(SUN)))
+
+
+ORBIT = {"semimajor_axis": 1.0, "eccentricity": 0.2, "inclination": 0.3, "node": 0.4, "argument_of_periapsis": 1.0}
+
+
+def position(t, a, e):
+    mean = t / a**1.5
+    E = mean
+    for _ in range(60):
+        E = mean + e * np.sin(E)
+    turn = Rotation.from_euler("ZXZ", [ORBIT[name] for name in ("node", "inclination", "argument_of_periapsis")])
+    return turn.apply([a * (np.cos(E) - e), a * np.sqrt(1 - e * e) * np.sin(E), 0.0])
+
+
+def shade(t, R, _, p, sides):
+    if sides is None:
+        r = position(t, p["semimajor_axis"], p["eccentricity"])
+        return np.array([-(r @ SUN), r @ r - (r @ SUN) ** 2 - p["shadow"] ** 2])
+    lit = sides[0] or not sides[1]
+    return p["size"] * lit * np.cross(AXIS, R.T @ SUN)
+
+
+def shaded(**p):
+    orbit = pt.KeplerOrbit(1.0, **{**ORBIT, "semimajor_axis": p["semimajor_axis"], "eccentricity": p["eccentricity"]})
+    return Shade(orbit, p["shadow"], p["size"])
+
+
+class Burn(pt.Torque):
+    """A thruster between two times, which is weaker where the body turns fast."""
+
+    size: float
+    begin: float
+    off: float
+    most: float
+
+    def torque(self, instant):
+        burns = fn.less((instant.time - self.begin) * (instant.time - self.off), 0.0)
+        slow = fn.less(instant.omega_body[2], self.most)
+        return fn.where(burns, fn.where(slow, self.size, 0.3 * self.size), 0.0) * fn.Vector(tuple(AXIS))
+
+
+def burn(t, _, omega, p, sides):
+    if sides is None:
+        return np.array([(t - p["begin"]) * (t - p["off"]), omega[2] - p["most"]])
+    return (p["size"] * (1 if sides[1] else 0.3) if sides[0] else 0.0) * AXIS
+
+
+CASES = {
+    "facing": (lambda **p: Facing(**p), facing, {"size": 0.3, "level": 0.1, "gain": 0.4, "limit": 0.15}),
+    "shade": (shaded, shade, {"semimajor_axis": 1.0, "eccentricity": 0.2, "shadow": 0.7, "size": 0.3}),
+    "burn": (lambda **p: Burn(**p), burn, {"size": 0.4, "begin": 0.7, "off": 4.1, "most": 0.75}),
+}
+
+
+def parts(y):
+    return y[:9].reshape(3, 3), y[9:] / MOMENTS
+
+
+def field(t, y, formula, p, sides):
+    R, (wx, wy, wz) = parts(y)
+    turned = R @ np.array([(0, -wz, wy), (wz, 0, -wx), (-wy, wx, 0)])
+    return np.concatenate([turned.ravel(), np.cross(y[9:], (wx, wy, wz)) + formula(t, *parts(y), p, sides)])
+
+
+def first_passage(t, y, end, formula, p, sides):
+    """Which surface is passed first and when, and the variables there; None and those at the end if none is."""
+
+    def surface(t, y, i):
+        return formula(t, *parts(y), p, None)[i]
+
+    def at(t1):
+        return solve_ivp(field, (t, t1), y, "DOP853", args=(formula, p, sides), rtol=1e-13, atol=1e-14).y[:, -1]
+
+    events: Any = [lambda t, y, *_, i=i: surface(t, y, i) for i in range(sides.size)]
+    for event, side in zip(events, sides, strict=True):
+        event.terminal, event.direction = True, 1 if side else -1
+    coarse = {"args": (formula, p, sides), "events": events, "rtol": 1e-10, "atol": 1e-11}
+    found = solve_ivp(field, (t, end), y, "DOP853", **coarse)
+    if found.status == 0:
+        return None, end, at(end)
+    (i,) = (k for k, times in enumerate(found.t_events) if times.size)
+    time = found.t[-1]
+    for _ in range(3):
+        there = at(time)
+        ahead = 1e-6 * field(time, there, formula, p, sides)
+        slope = (surface(time + 1e-6, there + ahead, i) - surface(time - 1e-6, there - ahead, i)) / 2e-6
+        time -= surface(time, there, i) / slope
+    return i, time, at(time)
+
+
+def by_scipy(formula, x, p):
+    """Rotations and angular momenta at the times, integrated anew from each switch; and which these were."""
+    t, y = 0.0, np.concatenate([(START[0] * Rotation.from_rotvec(x[:3])).as_matrix().ravel(), START[1] + x[3:]])
+    sides, rows, passed = formula(t, *parts(y), p, None) < 0, [], []
+    for end in TIMES:
+        while t < end:
+            i, t, y = first_passage(t, y, end, formula, p, sides)
+            if i is not None:
+                sides[i] = not sides[i]
+                passed.append(i)
+        rows.append(y)
+    return np.array(rows), passed
+
+
+def displacement(rows, reference):
+    turns = Rotation.from_matrix(reference[:, :9].reshape(-1, 3, 3)).inv() * Rotation.from_matrix(
+        rows[:, :9].reshape(-1, 3, 3)
+    )
+    return np.concatenate([turns.as_rotvec(), rows[:, 9:] - reference[:, 9:]], axis=-1)
+
+
+@pytest.mark.parametrize(("name", "expected"), [("facing", [2, 1, 0]), ("shade", [1, 0, 1, 1, 0]), ("burn", [0, 1, 0])])
+def test_columns_are_differences_of_motions(name, expected):
+    """Along three directions. Differences for a step of 1e-3 are good to 2e-12, by the rounding of SciPy's motions."""
+    make, formula, numbers = CASES[name]
+    system = pt.System(pt.Body(tuple(MOMENTS)), make(**numbers))
+    start = system.state(START[0], angular_momentum_body=START[1])
+    found = pt.analysis.state_transition(system, start, TIMES, list(numbers))
+    reference, passed = by_scipy(formula, np.zeros(6), numbers)
+    assert passed == expected
+
+    def end(x):
+        own = dict(zip(numbers, np.add([*numbers.values()], x[6:]), strict=True))
+        return displacement(by_scipy(formula, x[:6], own)[0], reference)
+
+    columns = np.concatenate([found.matrix, found.sensitivity], axis=-1)
+    assert np.all(np.max(np.abs(columns), axis=(0, 1)) > 0.02)
+    for direction in np.random.default_rng(5).normal(size=(3, 6 + len(numbers))):
+        direction /= np.linalg.norm(direction)
+        step = 1e-3 * direction
+        change = sum(c * (end(k * step) - end(-k * step)) for k, c in WEIGHTS) / 1e-3
+        np.testing.assert_allclose(columns @ direction, change, rtol=0, atol=1e-11 * np.max(np.abs(change)))
