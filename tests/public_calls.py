@@ -99,7 +99,7 @@ NOT_CALLED = {
     *("AttitudeFormat", "BodyVector", "SpaceVector", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
-    *("Scenario", "Section", "StateTransition", "Trajectory"),
+    *("Scenario", "SecularEvolution", "Section", "StateTransition", "Trajectory", "YorpCoefficients"),
     *("Librations", "Load", "OsculatingElements", "PairEquilibrium", "PairInstant", "PairLoad", "Revolutions"),
 }
 """Base classes, what formulas see, and results, which the package makes."""
@@ -217,12 +217,21 @@ def pair_calls():
     }
 
 
+def turning_faster(state):
+    return {"rate": 0.1 * state["rate"]}
+
+
+def never(state):
+    return state["rate"]
+
+
 def light_calls():
     """Return those of light on meshes."""
     mesh, shadows = pt.shapes.Mesh(CORNERS, FACES, mass=2.0), {"shadows": False}
     field = {"degree": 1, "coefficients": np.full((3, 4), 0.1), "maximum_error": 0.1, "rms_error": 0.1}
     sun = {"sun": ELLIPSE, "pressure": 0.2, "distance": 1.5}
     lit = {"mesh": mesh, "directions": (1.0, 0.2, 0.1)}
+    means = pt.analysis.yorp_coefficients(mesh, np.linspace(0, np.pi, 9))
     return {
         "DirectionalTorque": (pt.forces.DirectionalTorque, field),
         "DirectionalTorque.of_emission": (
@@ -236,6 +245,17 @@ def light_calls():
         "MeshRadiation": (pt.forces.MeshRadiation, {**sun, "field": pt.forces.DirectionalTorque(**field)}),
         "Yorp": (pt.forces.Yorp, {**sun, "field": pt.forces.DirectionalTorque(**field)}),
         "Yorp.from_mesh": (pt.forces.Yorp.from_mesh, {**sun, "mesh": mesh, "degree": 1, **shadows}),
+        "YorpCoefficients.with_lag": (means.with_lag, {"thermal_parameter": 0.3, "albedo": 0.1}),
+        "YorpCoefficients.drift": (means.drift, {"pressure": 0.2, "moment_of_inertia": 2.0}),
+        "secular_evolution": (
+            pt.analysis.secular_evolution,
+            {"effects": [turning_faster], "start": {"rate": 1.0}, "times": TIMES, "until": never},
+        ),
+        "yorp_coefficients": (
+            pt.analysis.yorp_coefficients,
+            {"surface": mesh, "obliquities": [0.1, 0.2], "axis": (0, 0.1, 1.0), **shadows},
+        ),
+        "plot.yorp": (pt.plot.yorp, {"coefficients": means, "ax": None, "angle_unit": "deg", "title": "t"}),
         "lit_areas": (pt.shapes.lit_areas, lit),
         "lit_faces": (pt.shapes.lit_faces, lit | shadows),
     }

@@ -167,7 +167,7 @@ SCALED = {
     "rate_unit": (RATES, {"angular_velocity": Y, "herpolhode": ALL, "polhode": ALL, "spectrum": X} | {SPHERE: ALL}),
     "angle_unit": (
         ANGLES,
-        {"difference": Y, "euler_angles": Y, "librations": Y, "roll_pitch_yaw": Y, "uncertainty": Y},
+        {"difference": Y, "euler_angles": Y, "librations": Y, "roll_pitch_yaw": Y, "uncertainty": Y, "yorp": X},
     ),
 }
 """By option: units with the factors from seconds and radians, and which coordinates of which plots have them."""

@@ -14,7 +14,9 @@ import poinsot as pt
 from public_calls import (
     BODY,
     CIRCLE,
+    CORNERS,
     ELLIPSE,
+    FACES,
     NOT_CALLED,
     PRECESSING,
     PUBLIC,
@@ -116,8 +118,12 @@ RESULTS = {
     "PropagationInterrupted": lambda _: pt.PropagationInterrupted("it stopped.", 1.0, free()),
     "Scenario": scenario,
     "Section": lambda _: pt.analysis.section(motion(), where),
+    "SecularEvolution": lambda _: pt.analysis.secular_evolution([lambda _: {"rate": 0.1}], {"rate": 1.0}, TIMES),
     "StateTransition": lambda _: transition(),
     "Trajectory": lambda _: motion(),
+    "YorpCoefficients": lambda _: pt.analysis.yorp_coefficients(
+        pt.shapes.Mesh(CORNERS, FACES, mass=2.0), np.linspace(0, np.pi, 9)
+    ),
     "FreeRotation": lambda _: pt.analysis.FreeRotation(BODY, START),
     "Andoyer": lambda _: pt.Andoyer.from_state(START),
     "AttitudeTable": lambda _: table(),

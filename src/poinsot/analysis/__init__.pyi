@@ -11,7 +11,9 @@ from .pair_equilibrium import PairEquilibrium, pair_equilibria
 from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from .relaxation import InelasticRelaxation
 from .sections import Section, andoyer_section, section, spin_orbit_section
+from .secular import SecularEvolution, secular_evolution
 from .transition_matrix import StateTransition, state_transition
+from .yorp import YorpCoefficients, yorp_coefficients
 
 __all__ = [
     "Bifurcation",
@@ -28,7 +30,9 @@ __all__ = [
     "PeriodicMotion",
     "Revolutions",
     "Section",
+    "SecularEvolution",
     "StateTransition",
+    "YorpCoefficients",
     "andoyer_section",
     "apsidal_precession",
     "cassini_state",
@@ -43,6 +47,8 @@ __all__ = [
     "periodic_motion",
     "revolutions",
     "section",
+    "secular_evolution",
     "spin_orbit_section",
     "state_transition",
+    "yorp_coefficients",
 ]

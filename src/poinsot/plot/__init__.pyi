@@ -5,6 +5,7 @@ from .frequencies import spectrum
 from .geometry import herpolhode, poinsot_construction, polhode
 from .libration import librations
 from .maps import chaos, map  # noqa: A004
+from .mean_torques import yorp
 from .pair_orbit import mutual_orbit
 from .sections import section
 from .sphere import momentum_sphere
@@ -43,4 +44,5 @@ __all__ = [
     "section",
     "spectrum",
     "uncertainty",
+    "yorp",
 ]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import real_numbers
+from poinsot.errors import real_numbers, refuse_zero
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.polyhedron import Triangles
 
@@ -122,7 +122,7 @@ def lit_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
     >>> pt.shapes.lit_faces(pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0), (0, 0, 1)).sum()
     np.int64(2)
     """
-    units = unit_directions(directions)
+    units = _unit_directions(directions)
     return np.asarray(Lighting(mesh).lit(units.reshape(-1, 3), shadows).reshape(*units.shape[:-1], -1))
 
 
@@ -149,20 +149,18 @@ def lit_areas(mesh: Mesh, directions: ArrayLike) -> Array:
     >>> pt.shapes.lit_areas(pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0), (0, 3, 4)).sum()
     np.float64(2.0)
     """
-    units, light = unit_directions(directions), Lighting(mesh)
+    units, light = _unit_directions(directions), Lighting(mesh)
     areas = [light.lit_parts(direction)[0] for direction in units.reshape(-1, 3)]
     return np.reshape(areas, (*units.shape[:-1], -1))
 
 
-def unit_directions(directions: ArrayLike) -> Array:
+def _unit_directions(directions: ArrayLike) -> Array:
     """Return directions of any length as unit vectors (..., 3)."""
     array = real_numbers("directions", directions)
     if array.shape[-1:] != (3,):
         raise ValueError(f"directions must have shape (..., 3), got shape {array.shape}.")
-    lengths = np.linalg.norm(array, axis=-1, keepdims=True)
-    if not lengths.all():
-        raise ValueError("directions must not be zero, got (0, 0, 0).")
-    return np.asarray(array / lengths)
+    refuse_zero("directions", array)
+    return _unit(array)
 
 
 def ray_hits(directions: Array, corners: Array) -> Flags:

@@ -1,0 +1,262 @@
+"""YORP averaged over rotation and orbit: what turns the spin axis of an asteroid and changes its rate."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.checked import checked
+from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_zero
+from poinsot.forces.directional_torque import DirectionalTorque, stream_torques
+from poinsot.html_text import Summarized, told
+from poinsot.quantities import Angles
+from poinsot.shapes.illumination import Lighting
+from poinsot.shapes.mesh import Mesh
+
+__all__ = ["YorpCoefficients", "yorp_coefficients"]
+
+Array = NDArray[np.float64]
+
+BLOCK = 4_000_000
+"""Pairs of a face and a longitude of the Sun looked at together."""
+
+SUN_LATITUDES = 30
+"""Of the Sun, at which torques are summed where there are shadows; at each one twice as many rotation phases."""
+
+STEPS = 0.15 * np.arange(-22, 23)
+"""Of the double exponential rule of Takahasi and Mori: the last weights are 1e-12 of the largest."""
+NODES = 0.5 * (1 + np.tanh(0.5 * np.pi * np.sinh(STEPS)))
+WEIGHTS = 0.15 * 0.25 * np.pi * np.cosh(STEPS) / np.cosh(0.5 * np.pi * np.sinh(STEPS)) ** 2
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class YorpCoefficients(Summarized):
+    """Mean torques of unit pressure over rotation about one axis and a circular orbit, by obliquity.
+
+    With the pressure P at the semimajor axis, the moment of inertia C and the rate w, dw/dt = P spin / C and
+    d(obliquity)/dt = P tilt / (C w). On an ellipse both are larger by 1 / sqrt(1 - e^2): light and time are shared out
+    evenly over the true anomaly.
+
+    Attributes
+    ----------
+    obliquities : array (n,)
+        Between the spin axis and the normal of the orbit, radians.
+    spin : array (n,)
+        Along the spin axis, cubes of lengths.
+    tilt : array (n,)
+        Across it, away from the normal of the orbit.
+    late : array (n,)
+        What `tilt` would be if all light came back a quarter of a turn later.
+
+    Examples
+    --------
+    >>> box = pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0)
+    >>> wedge = pt.shapes.Mesh(box.vertices + 0.2 * box.vertices[:, [1, 2, 0]] ** 3, box.faces, mass=1.0)
+    >>> pt.analysis.yorp_coefficients(wedge, np.radians([0, 60, 90])).spin.round(4)
+    array([ 0.0462, -0.0005, -0.0309])
+    """
+
+    obliquities: Array
+    spin: Array
+    tilt: Array
+    late: Array
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        return "YorpCoefficients", {
+            "obliquities": told(self.obliquities, "rad"),
+            "spin": told(self.spin),
+            "tilt": told(self.tilt),
+        }
+
+    @checked
+    def with_lag(self, thermal_parameter: float, albedo: float = 0.0) -> YorpCoefficients:
+        """Return the same with thermal inertia, in linear theory: the tilt changes, the spin does not.
+
+        The first harmonic of the absorbed light in the rotation phase is radiated times
+        1 / (1 + (1 + i) Theta / 2), and no other one counts in a mean (Capek and Vokrouhlicky 2004, Icarus 172, 526;
+        Vokrouhlicky 1998, A&A 335, 1093). The depth of the heat is small beside the faces.
+
+        Parameters
+        ----------
+        thermal_parameter : float
+            Theta = Gamma sqrt(w) / (emissivity sigma T^3), not negative, T the temperature below the Sun.
+        albedo : float
+            The share of light that is reflected, at once; from 0 to 1.
+        """
+        parameter = float(real_array("thermal_parameter", thermal_parameter, ()))
+        share = float(real_array("albedo", albedo, ()))
+        refuse_negative("thermal_parameter", parameter)
+        if not 0 <= share <= 1:
+            raise ValueError(f"albedo must be from 0 to 1, got {share:g}.")
+        kept = share + (1 - share) / (1 + (1 + 1j) * parameter / 2)
+        lagged = np.conj(kept) * (self.tilt + 1j * self.late)
+        return dataclasses.replace(self, tilt=lagged.real, late=lagged.imag)
+
+    @checked
+    def drift(self, pressure: float, moment_of_inertia: float) -> Callable[[Mapping[str, float]], dict[str, float]]:
+        """Return the rates of change of "rate" and "obliquity", for `pt.analysis.secular_evolution`.
+
+        Between the obliquities the coefficients are those of cubic splines; these must reach from 0 to pi.
+
+        Parameters
+        ----------
+        pressure : float
+            Of sunlight at the semimajor axis, times 1 / sqrt(1 - e^2) on an ellipse.
+        moment_of_inertia : float
+            About the spin axis.
+        """
+        from scipy.interpolate import CubicSpline
+
+        size, moment = real_array("pressure", pressure, ()), real_array("moment_of_inertia", moment_of_inertia, ())
+        refuse_nonpositive("moment_of_inertia", moment)
+        at = self.obliquities
+        if len(at) < 4 or np.any(np.diff(at) <= 0) or at[0] > 1e-9 or at[-1] < np.pi - 1e-9:
+            raise ValueError("obliquities must ascend from 0 to pi, four at least. np.linspace(0, np.pi, 37) does.")
+        spin = CubicSpline(at, self.spin, bc_type="clamped")  # even about both ends
+        tilt = CubicSpline(at, self.tilt, bc_type="natural")  # odd
+        scale = float(size / moment)
+
+        def rates(state: Mapping[str, float]) -> dict[str, float]:
+            folded = abs((state["obliquity"] + np.pi) % (2 * np.pi) - np.pi)
+            side = np.sign(np.sin(state["obliquity"]))
+            return {
+                "rate": scale * float(spin(folded)),
+                "obliquity": scale * side * float(tilt(folded)) / state["rate"],
+            }
+
+        return rates
+
+
+@checked
+def yorp_coefficients(
+    surface: Mesh | DirectionalTorque, obliquities: Angles, *, axis: Any = (0, 0, 1), shadows: bool = True
+) -> YorpCoefficients:
+    """Return the mean torque of YORP over rotation and orbit, without thermal inertia; `with_lag` adds that.
+
+    Without shadows the mean over the rotation is a closed form, and that over the orbit is accurate to rounding. With
+    them torques are summed at 30 latitudes of the Sun and 60 rotation phases.
+
+    Parameters
+    ----------
+    surface : Mesh or DirectionalTorque
+        A body, or the smooth field of one: its means are those of a propagation with it.
+    obliquities : array (n,)
+        From 0 to pi, radians.
+    axis : array (3,), axes of the shape
+        The spin axis, of any length but zero; default: the third axis.
+    shadows : bool
+        Whether faces of a mesh are dark whose centroids are in the shadow of others. A field has what it was made with.
+
+    Returns
+    -------
+    YorpCoefficients
+
+    Raises
+    ------
+    ValueError
+        If an obliquity is not from 0 to pi or the axis is zero.
+
+    Examples
+    --------
+    >>> box = pt.shapes.Mesh.from_box((2, 1.4, 1), mass=1.0)
+    >>> bent = pt.shapes.Mesh(box.vertices + 0.3 * box.vertices[:, [1, 2, 0]] ** 3, box.faces, mass=1.0)
+    >>> found = pt.analysis.yorp_coefficients(bent, np.radians([30, 150]), shadows=False)
+    >>> bool(abs(found.spin[0] - found.spin[1]) < 1e-15)  # even about a right angle
+    True
+    """
+    angles = np.atleast_1d(real_numbers("obliquities", obliquities))
+    if angles.ndim > 1 or np.any((angles < 0) | (angles > np.pi)):
+        raise ValueError(f"obliquities must be a list of angles from 0 to pi, got {told(angles)}.")
+    pole = real_array("axis", axis, (3,))
+    refuse_zero("axis", pole)
+    turned = _axes_about(pole / np.linalg.norm(pole))
+    if isinstance(surface, DirectionalTorque):
+        means = _means_of(lambda u: np.stack(surface.torque(u.T), axis=-1), surface.degree + 1, turned, angles)
+    elif shadows:
+        light = Lighting(surface)
+        means = _means_of(lambda u: stream_torques(light, u, True, 0.0, 1.0, 0.0), SUN_LATITUDES, turned, angles)
+    else:
+        means = _means_of_convex(Lighting(surface), turned, angles)
+    spin, tilt = means
+    return YorpCoefficients(angles, spin, tilt.real, tilt.imag)
+
+
+def _axes_about(pole: Array) -> Array:
+    """Return a rotation matrix whose third row is a unit vector."""
+    first = np.cross(np.eye(3)[np.argmin(np.abs(pole))], pole)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(pole, first), pole])
+
+
+def _means_of(
+    torque: Callable[[Array], Array], rows: int, turned: Array, obliquities: Array
+) -> tuple[Array, NDArray[np.complex128]]:
+    """Return the means of a torque that is a function of the direction to the Sun, along the axis and across it.
+
+    A mean over the rotation depends on the latitude of the Sun alone: along the axis it is a series of Legendre
+    polynomials of its sine, across it that times the cosine, along the meridian of the Sun and, imaginary, ahead of it.
+    """
+    heights, weights = np.polynomial.legendre.leggauss(rows)
+    turns = np.exp(1j * np.pi * (np.arange(2 * rows) + 0.5) / rows)
+    across = np.sqrt(1 - heights**2)[:, None]
+    z = np.broadcast_to(heights[:, None], (rows, 2 * rows))
+    suns = np.stack([across * turns.real, across * turns.imag, z], axis=-1)
+    t = (torque(suns.reshape(-1, 3) @ turned) @ turned.T).reshape(suns.shape)
+    along, ahead = t[..., 2].mean(axis=1), ((t[..., 0] + 1j * t[..., 1]) * turns.conj()).mean(axis=1)
+    project = (np.polynomial.legendre.legvander(heights, rows - 1) * weights[:, None]).T
+    project *= np.arange(rows)[:, None] + 0.5
+    sines = np.sin(2 * np.pi * (np.arange(4 * rows) + 0.5) / (4 * rows))  # of the Sun's longitudes from the equinox
+    series = np.polynomial.legendre.legvander(np.sin(obliquities)[:, None] * sines, rows - 1)
+    tilts = series @ (project @ (ahead / across[:, 0])) * sines * np.cos(obliquities)[:, None]
+    return np.mean(series @ (project @ along), axis=1), np.asarray(np.mean(tilts, axis=1))
+
+
+def _means_of_convex(light: Lighting, turned: Array, obliquities: Array) -> tuple[Array, NDArray[np.complex128]]:
+    """Return the means of the torque without shadows, by the mean light on each face and its first harmonic."""
+    n, t = light.normals @ turned.T, -2 / 3 * light.areas[:, None] * (np.cross(light.centers, light.normals) @ turned.T)
+    inwards = np.hypot(n[:, 0], n[:, 1])
+    across = (t[:, 0] + 1j * t[:, 1]) * np.divide(n[:, 0] - 1j * n[:, 1], inwards, where=inwards > 0, out=0j * inwards)
+    spin, tilt = np.zeros(len(obliquities)), np.zeros(len(obliquities), dtype=complex)
+    rows = BLOCK // (2 * len(NODES))
+    for start in range(0, len(n), rows):
+        part = slice(start, start + rows)
+        for i, obliquity in enumerate(obliquities):
+            light_mean, first = _mean_light(inwards[part], n[part, 2], obliquity)
+            spin[i] += light_mean @ t[part, 2]
+            tilt[i] += first @ across[part]
+    return spin, tilt
+
+
+def _mean_light(inwards: Array, height: Array, obliquity: float) -> tuple[Array, Array]:
+    """Return the means over an orbit of the light on faces and of its first harmonic times sin(right ascension).
+
+    Each mean over the rotation has a kink where the face's longest day becomes a whole turn, |sin(longitude)
+    sin(obliquity)| = cos(latitude of the face): the longitudes of the Sun from 0 to a right angle are cut there.
+    """
+    tilted = np.sin(obliquity)
+    kinks = np.arcsin(np.minimum(1.0, np.divide(inwards, tilted, where=tilted > 0, out=np.ones_like(inwards))))
+    lengths = np.stack([kinks, np.pi / 2 - kinks], axis=-1)
+    longitudes = np.stack([kinks * 0, kinks], axis=-1)[..., None] + lengths[..., None] * NODES
+    sines = np.sin(longitudes)
+    cosines = np.hypot(np.cos(longitudes), sines * np.cos(obliquity))  # of the Sun's latitude
+    level, up = inwards[:, None, None] * cosines, height[:, None, None] * tilted * sines
+    (day, day_first), (night, night_first) = _daily_light(level, up), _daily_light(level, -up)
+    ascension = np.divide(sines * np.cos(obliquity), cosines, where=cosines > 0, out=np.zeros_like(sines))
+    shares = lengths[..., None] * WEIGHTS / np.pi
+    return np.sum((day + night) * shares, axis=(1, 2)), np.sum(
+        (day_first - night_first) * ascension * shares, axis=(1, 2)
+    )
+
+
+def _daily_light(level: Array, up: Array) -> tuple[Array, Array]:
+    """Return the mean of max(0, level cos x + up) over a turn and its first harmonic, by the half length of the day."""
+    noon = np.divide(-up, level, where=level > 0, out=-np.sign(up))
+    half = np.arccos(np.clip(noon, -1.0, 1.0))
+    sine = np.sin(half)
+    return (level * sine + up * half) / np.pi, (level * (half + sine * np.cos(half)) / 2 + up * sine) / np.pi

@@ -1,0 +1,44 @@
+"""Mean torques of YORP over obliquity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from poinsot.analysis.yorp import YorpCoefficients
+from poinsot.plot.labels import BLACK, BLUE, VERMILION, angle_unit_of
+from poinsot.plot.panels import dress, one_panel, plot
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["yorp"]
+
+
+@plot
+def yorp(coefficients: YorpCoefficients, *, ax: Axes | None = None, angle_unit: str = "deg", title: str = "") -> Axes:
+    """Draw the mean torques of unit pressure along the spin axis and towards larger obliquity, over the obliquity.
+
+    Parameters
+    ----------
+    coefficients : YorpCoefficients
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Examples
+    --------
+    >>> box = pt.shapes.Mesh.from_box((2, 1.4, 1), mass=1.0)
+    >>> bent = pt.shapes.Mesh(box.vertices + 0.3 * box.vertices[:, [1, 2, 0]] ** 3, box.faces, mass=1.0)
+    >>> found = pt.analysis.yorp_coefficients(bent, np.radians([0, 30, 60, 90]))
+    >>> pt.plot.yorp(found).get_xlabel()
+    'obliquity [deg]'
+    """
+    panel, unit = one_panel(ax, (7.0, 4.4), title), angle_unit_of(angle_unit)
+    at = unit.factor * coefficients.obliquities
+    panel.plot(at, 0 * at, color=BLACK, linewidth=0.8)
+    panel.plot(at, coefficients.spin, color=BLUE, label="along the spin axis")
+    panel.plot(at, coefficients.tilt, color=VERMILION, linestyle="--", label="towards larger obliquity")
+    dress(panel, f"obliquity{unit.label}", "mean torque of unit pressure [length³]")
+    return panel
