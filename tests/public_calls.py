@@ -708,6 +708,7 @@ def public_calls(folder):
         ),
         "plot.distance": (pt.plot.distance, {"motion": pair_motion(), **shown}),
         "plot.drift": (pt.plot.drift, {"motion": motion(), **shown}),
+        "plot.torques": (pt.plot.torques, {"motion": along_orbit(), **shown}),
         "plot.euler_angles": (
             pt.plot.euler_angles,
             {"motion": motion(), "sequence": "313", "angle_unit": "deg", **shown},

@@ -133,8 +133,8 @@ OF_FREE_BODIES = {"herpolhode", "poinsot_construction"}
 def test_every_plot_of_a_motion_takes_one_of_two_bodies_or_says_why_not(calls, name, body):
     draw, arguments = calls[name]
     one = getattr(pair_motion(), body)
-    if name in OF_FREE_BODIES | {"part_variables"}:
-        sentence = r"^motion must (have a constant angular momentum|be of a body with a part)"
+    if name in OF_FREE_BODIES | {"part_variables", "torques"}:
+        sentence = r"^motion must (have a constant angular momentum|be of a body with a part|have forces)"
         with pytest.raises(ValueError, match=sentence):
             draw(**given(arguments, one))
     else:
@@ -160,6 +160,7 @@ def test_what_is_no_axes_is_refused(calls, name):
 TIMES, RATES = {"h": 1 / 3600, "yr": 1 / 31557600}, {"deg": 180 / np.pi, "rpm": 30 / np.pi, "mrad/d": 86400e3}
 ANGLES = {"deg": 180 / np.pi, "rev": 0.5 / np.pi, "arcsec": 648000 / np.pi}
 AGAINST_TIME = {"angular_momentum", "angular_velocity", "chaos", "difference", "drift", "euler_angles", "quaternions"}
+AGAINST_TIME |= {"torques"}
 AGAINST_TIME |= {"distance", "librations", "part_variables"}
 X, Y, ALL = [0], [1], [0, 1, 2]
 SCALED = {

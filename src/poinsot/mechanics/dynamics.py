@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -139,6 +139,21 @@ class Dynamics(Collection):
         torque = twin.torque_at(twin.at(state, environment))
         return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
 
+    @checked
+    def torques_body(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.float64]]:
+        """Return the torque of each force at a state along the body axes, by its class; each of shape (..., 3).
+
+        Of several forces of one class the second one is "RadiationPressure 2", and so on.
+        """
+        shape, out = state.shape, dict[str, NDArray[np.float64]]()
+        twin = self.beside(shape)
+        for force, torque in twin.each_torque_at(twin.at(state, environment)):
+            kind = type(force).__name__
+            count = sum(name.partition(" ")[0] == kind for name in out)
+            values = [np.broadcast_to(component, shape) for component in torque]
+            out[f"{kind} {count + 1}" if count else kind] = np.stack(values, axis=-1)
+        return out
+
     def at(self, state: State, environment: Environment | None = None) -> Instant:
         """Return the instant of a state, for formulas."""
         bodies = [
@@ -217,14 +232,15 @@ class Dynamics(Collection):
 
     def torque_at(self, instant: Instant) -> Vector:
         """Return the sum of all torques along the body axes, those of potentials derived, times the scale."""
-        total = functions.Vector((0.0, 0.0, 0.0))
+        return sum((torque for _, torque in self.each_torque_at(instant)), start=functions.Vector((0.0, 0.0, 0.0)))
+
+    def each_torque_at(self, instant: Instant) -> Iterator[tuple[Force, Vector]]:
+        """Yield each force that has a torque, and this along the body axes, times the scale."""
         for force in self.forces:
             if isinstance(force, Potential):
-                total = total + derived_torque(force, instant)
+                yield force, derived_torque(force, instant)
             elif isinstance(force, Torque):
-                torque = force.torque(instant)
-                total = total + Vector(instant.scale * component for component in torque)
-        return total
+                yield force, Vector(instant.scale * component for component in force.torque(instant))
 
     def kinetic_at(self, instant: Instant) -> Scalar:
         """Return the kinetic energy."""

@@ -138,6 +138,10 @@ class PairSystem(System, of=TwoBodies):
         raise AttributeError(refused("torque_body"))
 
     @override
+    def torques_body(self, state: State, environment: Environment | None = None) -> Any:
+        raise AttributeError(refused("torques_body"))
+
+    @override
     def speed(self, state: State) -> Any:
         instant: Any = self.beside(state.shape).at(state)
         return np.maximum(*(functions.norm(each.omega_body) for each in (instant.primary, instant.secondary)))

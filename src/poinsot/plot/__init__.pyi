@@ -20,6 +20,7 @@ from .time_series import (
     part_variables,
     quaternions,
     roll_pitch_yaw,
+    torques,
 )
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "roll_pitch_yaw",
     "section",
     "spectrum",
+    "torques",
     "uncertainty",
     "yorp",
 ]

@@ -46,6 +46,7 @@ __all__ = [
     "part_variables",
     "quaternions",
     "roll_pitch_yaw",
+    "torques",
 ]
 
 Array = NDArray[np.float64]
@@ -327,6 +328,42 @@ def distance(motion: PairTrajectory, *, ax: Axes | None = None, time_unit: str |
     """
     label = f"distance of the centres of mass{bracketed(motion.system.units['length'])}"
     panel: Axes = against_time(reached(motion), {label: {"": motion.distance}}, ax, time_unit, title)[0]
+    return panel
+
+
+@plot
+def torques(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
+    """Draw the size of the torque of each force, on a log axis.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble, with forces. Torques between the body and its parts are not drawn.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are no forces.
+
+    Examples
+    --------
+    >>> top = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.UniformGravity(0.5, (1, 0, 0)), pt.forces.LinearDamping(0.01))
+    >>> falling = pt.propagate(top, top.state((1, 0, 0, 0), omega_body=(0, 0.1, 2)), np.linspace(0, 9, 91))
+    >>> [line.get_label() for line in pt.plot.torques(falling).lines]
+    ['UniformGravity', 'LinearDamping']
+    """
+    found = one_rotation(motion).torques_body
+    if not found:
+        raise ValueError("motion must have forces to draw their torques, got one without, or of a file without theirs.")
+    sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
+    shown = {name: np.where(size > 0, size, np.nan) for name, size in sizes.items()}
+    unit = bracketed(DerivedUnits(motion.system.units).energy)
+    panel: Axes = against_time(reached(motion), {f"torque{unit}": shown}, ax, time_unit, title, log=True)[0]
     return panel
 
 

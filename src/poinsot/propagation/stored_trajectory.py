@@ -93,6 +93,10 @@ class StoredSystem:
         """Return nothing: the ranges of its formulas are not known."""
         return {}
 
+    def torques_body(self, *_: Any) -> dict[str, Any]:
+        """Return nothing: the formulas of its forces are not known."""
+        return {}
+
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state; shape (...)."""
         self._refuse_parts("kinetic_energy")

@@ -259,6 +259,14 @@ class Trajectory(Summarized):
         return np.asarray(self.system.potential_energy(self._state, self.environment))
 
     @property
+    def torques_body(self) -> dict[str, Array]:
+        """The torque of each force along the body axes, by its class; each of shape (n, 3).
+
+        Torques between the body and its parts are none of them. Of a loaded motion whose forces are unknown: empty.
+        """
+        return self.system.torques_body(self._state, self.environment)
+
+    @property
     def energy(self) -> Array:
         """T + U; shape (n,)."""
         return self.kinetic_energy + self.potential_energy

@@ -245,9 +245,9 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
         return quantity.kind if quantity else "number", len(shape) if shape is not None else int(is_array), ""
     for way in ways:
         if get_origin(way) in (Sequence, tuple):
-            kind, _, group = _kind_of(get_args(way)[0])
+            kind, _, inner = _kind_of(get_args(way)[0])
             if kind:
-                return _several(kind, group)[0], 0, _several(kind, group)[1]
+                return _several(kind, inner)[0], 0, _several(kind, inner)[1]
     kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
