@@ -126,6 +126,10 @@ def test_every_force_of_the_package_is_here():
     """Those on two bodies and of control have laws of their own."""
     others = PAIR_FORCES | {getattr(pt.control, name) for name in pt.control.__all__}
     assert concrete_subclasses(pt.Potential, pt.Torque) - others == {type(force) for force in FORCES}
+    """Those on two bodies and control laws have laws of their own."""
+    shipped = concrete_subclasses(pt.Potential, pt.Torque) - PAIR_FORCES
+    forces = {kind for kind in shipped if not kind.__module__.startswith("poinsot.control")}
+    assert forces == {type(force) for force in FORCES}
 
 
 # ---------------------------------------------------------------------- the torque is the slope of the energy
