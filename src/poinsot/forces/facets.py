@@ -88,8 +88,8 @@ class Facets(Parametric):
         if not shape:
             raise ValueError("areas must have shape (n,) or (members, n), got shape ().")
         for name in ("specular", "diffuse", "drag", "accommodation"):
-            if np.ndim(value := getattr(self, name)) == 0:
-                object.__setattr__(self, name, np.full(shape[-1], value))
+            value = real_numbers(name, getattr(self, name))
+            object.__setattr__(self, name, value if value.shape else np.full(shape[-1], value))
         super().__post_init__()
         self._check_shares()
         if self.closed:

@@ -121,7 +121,7 @@ class RadiationPressure(Torque):
     >>> plate = pt.forces.Facets([1.0], [(1, 0, 0)], [(0, 0.1, 0)], specular=1.0)
     >>> system = pt.System(pt.Body((1, 1, 1)), pt.forces.RadiationPressure(sun, plate))
     >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))).round(10)
-    array([0.00e+00, 0.00e+00, 9.08e-07])
+    array([0.000e+00, 0.000e+00, 9.079e-07])
     """
 
     sun: Orbit

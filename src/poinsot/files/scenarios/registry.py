@@ -245,9 +245,10 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
         return quantity.kind if quantity else "number", len(shape) if shape is not None else int(is_array), ""
     for way in ways:
         if get_origin(way) in (Sequence, tuple):
-            kind, _, inner = _kind_of(get_args(way)[0])
+            kind, _, of_each = _kind_of(get_args(way)[0])
+            several, together = _several(kind, of_each)
             if kind:
-                return _several(kind, inner)[0], 0, _several(kind, inner)[1]
+                return several, 0, together
     kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
