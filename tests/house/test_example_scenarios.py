@@ -97,6 +97,13 @@ def test_contact_binary_hangs_along_the_vertical():
     assert np.max(np.abs(motion.norm_error)) < 1e-13
 
 
+def test_magnetorquers_leave_satellites_with_about_twice_the_orbital_rate():
+    motion = motion_of("detumbling")
+    rates = np.linalg.norm(motion.omega_body, axis=-1) / motion.system.forces[0].field.orbit.mean_motion
+    assert np.all(rates[:, 0] > 30)
+    assert np.all((rates[:, -1] > 1.6) & (rates[:, -1] < 2.4))
+
+
 def test_tides_bring_moons_upright_to_the_pseudo_synchronous_rate():
     motion = motion_of("tidal_despinning")
     (force,) = motion.system.forces
