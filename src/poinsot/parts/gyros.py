@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -35,6 +36,10 @@ class Gimbal(Part):
         cosine = np.max(np.abs(np.sum(self.gimbal_axis * self.spin_axis, axis=-1)))
         if cosine > RIGHT_ANGLE:
             raise ValueError(f"spin_axis must be perpendicular to gimbal_axis, got a cosine of {cosine:.3g}.")
+
+    @override
+    @abstractmethod
+    def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector: ...
 
     def spin(self, angle: Scalar) -> functions.Vector:
         """Return the momentum of the rotor along its axis at an angle of the gimbal, body axes."""
