@@ -113,6 +113,32 @@ def test_tides_bring_moons_upright_to_the_pseudo_synchronous_rate():
     assert np.max(np.abs(turns[:, :2])) < 0.5
 
 
+def nutation(motion):
+    """The angle of the third axis from the angular momentum, in degrees."""
+    return angle(motion.angular_momentum_body, (0, 0, 1.0))
+
+
+def test_explorer_1_falls_into_a_flat_spin():
+    """tan(angle) grows by e in 1262.5 s: explorer_1.py."""
+    tilt = nutation(motion_of("explorer_1"))
+    grown = np.tan(np.radians(tilt[0])) * np.exp(6900 / 1262.5)
+    assert tilt[-1] == pytest.approx(np.degrees(np.arctan(grown)), abs=0.5)
+
+
+def test_a_damper_on_the_platform_of_a_dual_spin_satellite_keeps_it_upright():
+    tilt = nutation(motion_of("dual_spin"))
+    assert tilt[-1] / tilt[0] == pytest.approx(np.exp(-3.154e-4 * 4800), rel=0.01)
+
+
+def test_a_boom_that_runs_out_ends_along_the_vertical():
+    motion = motion_of("boom_deployment")
+    orbit = motion.system.forces[1].orbit
+    radial = np.stack(list(orbit.position_at(motion.times)), axis=-1) / orbit.semimajor_axis
+    tilt = angle(motion.attitude.apply((1, 0, 0)), radial)
+    assert np.max(tilt[motion.times < 360]) > 150
+    assert 4 < np.max(tilt[motion.times > 360]) < 6
+
+
 # ------------------------------------------------------------------ two bodies
 
 
