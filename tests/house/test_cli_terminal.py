@@ -4,19 +4,18 @@ import ast
 import dataclasses
 import json
 import os
-import pty
 import re
 import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import forked
 import poinsot as pt
 from poinsot import paper, verify
 from poinsot.cli import app, terminal
@@ -71,24 +70,10 @@ needs_looped = pytest.mark.skipif(not looped_kernel.available(), reason="needs l
 def interrupted(module, name, at, *arguments, number=signal.SIGINT):
     """Run the command in a process of its own, which gets a signal at the n-th call of a function of the package."""
     code = HEYOKA_ALONE * (module == HEYOKA) + INTERRUPT
-    command = [sys.executable, "-c", code, str(int(number)), module, name, str(at), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = forked.run(code, int(number), module, name, at, *arguments)
     assert done.returncode == SIGNALS[number], done.stderr
     assert "Traceback" not in done.stderr
     return done
-
-
-def on_terminal(code, *arguments, columns="80"):
-    """Run code in a process on a terminal; return all that it wrote there, and its status."""
-    pid, terminal_end = pty.fork()
-    if not pid:
-        os.environ |= {"TERM": "xterm-256color", "COLUMNS": columns}
-        os.execv(sys.executable, [sys.executable, "-c", code, *map(str, arguments)])
-    written = b""
-    with suppress(OSError):  # at its end
-        while part := os.read(terminal_end, 65536):
-            written += part
-    return written.decode(), os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
 
 # ------------------------------------------------------------------ Ctrl-C
@@ -256,20 +241,18 @@ app()
 def test_long_run_shows_itself_on_a_terminal(result):
     scenario = result.with_name("top.toml")
     scenario.write_text(TOP + "times = {stop = 10, count = 11}\n")
-    written, code = on_terminal(SLOW.format(0.4), "run", scenario, "--overwrite")
+    written, code = forked.on_terminal(SLOW.format(0.4), "run", scenario, "--overwrite")
     assert code == 0
     assert "time" in written
     assert "\x1b[?25h" in written  # the cursor is back
     assert written.rstrip().endswith(str(result))
-    piped = subprocess.run(
-        [sys.executable, "-c", SLOW.format(0.4), "run", str(scenario), "--overwrite"], capture_output=True, text=True
-    )
+    piped = forked.run(SLOW.format(0.4), "run", scenario, "--overwrite")
     assert (piped.stdout, piped.stderr) == (f"{result}\n", "")
 
 
 def test_ensemble_has_one_bar(tmp_path):
     (tmp_path / "tops.toml").write_text(TOP + "times = {stop = 10, count = 11}\n" + ENSEMBLE)
-    written, code = on_terminal(SLOW.format(0.2), "run", tmp_path / "tops.toml")
+    written, code = forked.on_terminal(SLOW.format(0.2), "run", tmp_path / "tops.toml")
     assert code == 0
     assert "40/40" in written
     assert "time" not in written
@@ -285,7 +268,7 @@ def test_short_things_show_nothing_else(monkeypatch, capsys):
 def test_without_colour_and_on_narrow_terminals(monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
     code = "from poinsot.cli import app; app()"
-    written, status = on_terminal(code, "plot", "--help", columns="50")
+    written, status = forked.on_terminal(code, "plot", "--help", columns="50")
     assert status == 0
     assert not re.search(r"\x1b\[[0-9;]*3[0-7]m", written)
     lines = re.sub(r"\x1b\[[0-9;]*m", "", written).splitlines()
@@ -352,7 +335,7 @@ def test_nothing_in_a_file_is_obeyed_by_a_terminal(tmp_path):
         "        try: app([*command.split(), path, *more])\n"
         "        except SystemExit: pass\n"
     )
-    written, status = on_terminal(code, tmp_path / "out.aem", *paths)
+    written, status = forked.on_terminal(code, tmp_path / "out.aem", *paths)
     assert status == 0
     assert "RED" in written
     assert "[link=http://x]x[/link]" in written
@@ -374,8 +357,8 @@ def test_what_a_repeated_result_says_is_not_obeyed(tmp_path, capsys):
 
 def test_scenarios_are_handed_over_as_they_are(tmp_path):
     paths = hostile_files(tmp_path)
-    done = subprocess.run([sys.executable, "-c", MAIN, "info", "--scenario", tmp_path / "it.nc"], capture_output=True)
-    assert done.stdout == (tmp_path / "it.toml").read_bytes()
+    done = forked.run(MAIN, "info", "--scenario", tmp_path / "it.nc")
+    assert done.stdout == (tmp_path / "it.toml").read_bytes().decode()
     assert paths
 
 
