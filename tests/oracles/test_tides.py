@@ -82,7 +82,7 @@ def test_spins_tend_to_the_pseudo_synchronous_rate(eccentricity):
     ends = spinning(eccentricity, strength, spins, turns)
     x = eccentricity**2
     decay = strength / MOMENT * (1 + 3 * x + 3 / 8 * x**2) / (1 - x) ** 4.5 * turns * 2 * np.pi
-    np.testing.assert_allclose(ends - ends[1], (spins - spins[1]) * np.exp(-decay), rtol=1e-12, atol=2e-13)
+    np.testing.assert_allclose(ends - ends[1], (spins - spins[1]) * np.exp(-decay), rtol=1e-12, atol=5e-13)
 
 
 @each_ellipse
