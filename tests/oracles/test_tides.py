@@ -93,6 +93,20 @@ def test_at_the_pseudo_synchronous_rate_a_revolution_changes_nothing_to_second_o
     assert strong / weak == pytest.approx(8, rel=0.1)
 
 
+def test_derivatives_by_the_numbers_of_a_tide_on_a_circle():
+    # C w' = -K (w - n) / a^6 with K = 3 k2 (mu^2 / G) R^5 dt: each number counts with its power in K.
+    love, radius, lag, G, time, spin = 0.3, 1.1, 0.02, 0.7, 5.0, 2.2
+    tide = TidalTorque(ellipse(0.0), love, radius, lag, G)
+    system = pt.System(pt.Body((MOMENT,) * 3), tide)
+    start = system.state(UPRIGHT, omega_body=(0, 0, spin))
+    powers = {"love_number": 1 / love, "forces[0].radius": 5 / radius, "time_lag": 1 / lag, "G": -1 / G}
+    found = pt.analysis.state_transition(system, start, [time], list(powers))
+    decay = 3 * love / G * radius**5 * lag / MOMENT * time
+    slope = -MOMENT * (spin - 1) * decay * np.exp(-decay)
+    np.testing.assert_allclose(found.sensitivity[0, 5], slope * np.array(list(powers.values())), rtol=1e-12)
+    assert abs(found.matrix[0, 5, 5] - np.exp(-decay)) < 1e-13
+
+
 def test_no_eccentricity_of_an_escape():
     with pytest.raises(ValueError, match=r"eccentricity must be from 0 to below 1, got 1\.2"):
         pseudo_synchronous_rate(1.2)
