@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import looped_kernel
+from poinsot.engine import kernels, looped_kernel
 
 
 @pytest.fixture(params=["looped", "heyoka"])
@@ -260,3 +260,60 @@ def test_columns_are_differences_of_motions(name, expected):
         step = 1e-3 * direction
         change = sum(c * (end(k * step) - end(-k * step)) for k, c in WEIGHTS) / 1e-3
         np.testing.assert_allclose(columns @ direction, change, rtol=0, atol=1e-11 * np.max(np.abs(change)))
+
+
+# ---------------------------------------------------------------------- second order
+
+
+class Corner(pt.Torque):
+    """A torque with a corner, and one that jumps, on surfaces of attitude, rate and time."""
+
+    size: float
+
+    def torque(self, instant):
+        x, y, _ = instant.attitude.to_body(tuple(STAR))
+        corner = fn.maximum(0.0, x + 0.3 * y - 0.2 * instant.time)
+        jump = fn.where(fn.less(instant.omega_body[1] * y, 0.1), self.size, -self.size)
+        return fn.Vector((corner * y, jump, 0.5 * jump + corner))
+
+
+class Gear(pt.Part):
+    """A rotor that is brought to another speed at once where an angle passes a level: the body's rate jumps."""
+
+    spin: float
+    level: float
+    variables = {"angle": 1}  # noqa: RUF012
+
+    def momentum(self, own, time):
+        fast = fn.less(own[0], self.level + 0.1 * time)
+        return fn.Vector((fn.where(fast, self.spin, 0.2 * self.spin), 0.0, fn.where(fast, 0.1 * self.spin, self.spin)))
+
+    def rates(self, instant, pull):  # noqa: ARG002
+        return fn.Vector((0.5 + 0.2 * instant.omega_body[0] + 0.1 * instant.own(self)[0],))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not kernels.available("extended"), reason="needs extended precision")
+def test_second_derivatives_at_jumps_and_corners():
+    """The motions have eighteen digits; differences leave out the seventh power of the step, up to 2e-10 of it."""
+    system = pt.System(pt.Body(tuple(MOMENTS)), Corner(0.3), Gear(0.4, 1.0))
+
+    def start(x):
+        attitude = START[0] * Rotation.from_rotvec(x[:3])
+        return system.state(attitude, angular_momentum_body=START[1] + x[3:6], gear=[x[6]])
+
+    def end(x):
+        motion = pt.propagate(system, start(x), TIMES, precision="extended")
+        rows = motion.attitude.as_matrix().reshape(-1, 9), motion.angular_momentum_body, motion.own["gear"]
+        return np.concatenate(rows, axis=-1)
+
+    found = pt.analysis.state_transition(system, start(np.zeros(7)), TIMES, order=2)
+    reference, size = end(np.zeros(7)), 2e-3
+    for direction in np.random.default_rng(7).normal(size=(3, 7)):
+        direction /= np.linalg.norm(direction)
+        total = 0.0
+        for k, weight in ((1, 3 / 2), (2, -3 / 20), (3, 1 / 90)):
+            for sign in (1, -1):
+                total += weight * displacement(end(sign * k * size * direction), reference)
+        bent = np.einsum("nijk,j,k->ni", found.second, direction, direction)
+        np.testing.assert_allclose(bent, total / size**2, rtol=0, atol=1e-9)
