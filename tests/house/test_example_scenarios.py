@@ -188,3 +188,15 @@ def test_patroclus_and_menoetius_keep_one_face_to_each_other():
     assert np.max(np.abs(facing - (1, 0, 0))) < 1e-9
     assert motion.distance[0] == pytest.approx(688, abs=1)
     assert motion.dataset["position"].attrs["units"] == "km"
+
+
+def test_sunlight_turns_the_slab_at_the_averaged_rate():
+    motion = motion_of("yorp")
+    force = motion.system.forces[0]
+    mean = pt.analysis.yorp_coefficients(force.field, [0.0]).spin[0]
+    expected = (
+        mean * force.pressure * force.distance**2 / force.sun.semimajor_axis**2 / motion.system.body.moments.max()
+    )
+    change = np.polyfit(motion.times, motion.omega_body[:, 2], 1)[0]
+    assert change == pytest.approx(expected, rel=0.02)
+    assert np.degrees(change) * 86400**2 == pytest.approx(-2.4e-3, rel=0.05)

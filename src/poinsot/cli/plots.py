@@ -25,7 +25,7 @@ from poinsot.cli.terminal import (
 
 __all__ = ["KINDS", "drawn", "plot", "usual_kind", "view", "viewed"]
 
-OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty"}
+OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty", "yorp"}
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 

@@ -24,6 +24,9 @@ BLOCK = 4_000_000
 SLACK = 1e-5
 """By which the cones around faces are widened, in cosines: their axes have 24 bits."""
 
+MOST_SHADED = 20_000
+"""Faces of a mesh with shadows, which are sought among all pairs."""
+
 GRAZING = 1e-12
 """Heights over a face, in radii of the mesh, that are rounding."""
 
@@ -43,6 +46,9 @@ class Lighting:
         """Return whether the light from unit vectors (n, 3) reaches the centroids of the faces; shape (n, faces)."""
         facing = directions @ self.normals.T > 0
         if shadows:
+            if len(self.areas) > MOST_SHADED:
+                rule = f"must have at most {MOST_SHADED} faces where there are shadows"
+                raise ValueError(f"mesh {rule}, got {len(self.areas)}. Take a coarser one, or shadows=False.")
             for face, other in self._hidden():
                 self._shade(facing, directions, face, other)
         return facing

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 import poinsot as pt
+from poinsot.shapes import illumination
 from poinsot.shapes.illumination import Lighting, ray_hits
 
 
@@ -136,3 +137,14 @@ def test_directions_of_any_length_and_number_are_the_same():
     assert np.array_equal(together[1, 2], pt.shapes.lit_faces(mesh, directions[5]))
     areas = pt.shapes.lit_areas(mesh, 7 * directions.reshape(2, 3, 3))
     np.testing.assert_allclose(areas[0, 1], pt.shapes.lit_areas(mesh, directions[1]), rtol=1e-12)
+
+
+def test_shadows_of_too_many_faces_are_refused(monkeypatch):
+    monkeypatch.setattr(illumination, "MOST_SHADED", 11)
+    box = pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0)
+    sentence = (
+        r"^mesh must have at most 11 faces where there are shadows, got 12\. Take a coarser one, or shadows=False\.$"
+    )
+    with pytest.raises(ValueError, match=sentence):
+        pt.shapes.lit_faces(box, (1, 0, 0))
+    assert pt.shapes.lit_faces(box, (1, 0, 0), shadows=False).sum() == 2
