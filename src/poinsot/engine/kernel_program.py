@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -532,9 +533,17 @@ class KernelProgram:
 
     def _multiply(self, work: Record, lane: Value) -> None:
         """Write the multiples of parameters that linear sums have."""
-        for i, (number, parameter) in enumerate(self.multiples):
-            value = work.array("parameters")[lane + int(parameter or 0) * self.lanes] * number
-            work.array("multiples")[lane + i * self.lanes] = value
+        lines, source, out = work.address.function, work.array("parameters"), work.array("multiples")
+        places = [int(parameter or 0) - i for i, (_, parameter) in enumerate(self.multiples)]
+        for first, count, (number, shift) in _runs(
+            [(m.number, x) for m, x in zip(self.multiples, places, strict=True)]
+        ):
+
+            def multiply(i: Value, first: int = first, number: float = number, shift: int = shift) -> None:
+                place = i + first
+                out[place * self.lanes + lane] = source[(place + shift) * self.lanes + lane] * number
+
+            lines.count(count, multiply)
 
     def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
         """Multiply what goes with the scale of momenta by a power of two."""
@@ -547,12 +556,17 @@ class KernelProgram:
         """Set the parameters and the limits of the band for the scale of a lane."""
         least, most, (fewest, largest) = self.momenta.least, self.momenta.most, self.momenta.bits
         bits = work.array("bits", INTEGER)[lane]
-        for i, power in enumerate(self.momenta.powers):
-            if power:
-                number = task.array("parameters")[i]
+        source, out = task.array("parameters"), work.array("parameters")
+        for first, count, power in _runs(self.momenta.powers):
+
+            def scale(i: Value, first: int = first, power: int = power) -> None:
+                number = source[i + first]
                 for _ in range(abs(power)):
                     number = number * _power_of_two(bits if power > 0 else 0 - bits)
-                work.array("parameters")[lane + i * self.lanes] = number
+                out[(i + first) * self.lanes + lane] = number
+
+            if power:
+                lane.function.count(count, scale)
         self._multiply(work, lane)
         work.array("outward")[lane] = _power_of_two(0 - bits)
         # No other scale is better at the ends of its range, or where forces give a body at rest as much.
@@ -623,6 +637,13 @@ class KernelProgram:
 
         lines.repeat([budget], going, body)
         return work.array("active", self.whole)[0].is_("ne", 0).any().to_integer()
+
+
+def _runs(keys: Sequence[Any]) -> list[tuple[int, int, Any]]:
+    """Return where equal neighbours begin, how many they are, and what they are: what is done to them is one loop."""
+    groups = [(key, len(list(group))) for key, group in itertools.groupby(keys)]
+    starts = itertools.accumulate((count for _, count in groups), initial=0)
+    return [(first, count, key) for first, (key, count) in zip(starts, groups, strict=False)]
 
 
 def _power_of_two(bits: Value) -> Value:
