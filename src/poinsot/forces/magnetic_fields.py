@@ -21,7 +21,7 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Dated, Orbit
 from poinsot.mechanics.gravity_field import norms
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Positive, Table
+from poinsot.mechanics.parameters import Positive, Table, listed
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.rotation import RotationModel
 from poinsot.quantities import Real
@@ -343,6 +343,11 @@ class IGRF(_OfSources):
         if farthest > FAR:
             hint = "The radius is 6371.2 km in the unit of the orbit."
             raise ValueError(f"orbit must be within {FAR} radii of the Earth, got {farthest:.6g}. {hint}")
+
+    @override
+    def __repr__(self) -> str:
+        name, fields = self.definition
+        return f"{name}({', '.join(f'{key}={listed(value)}' for key, value in fields.items())})"
 
     @property
     @override

@@ -6,7 +6,7 @@ import sympy
 from scipy.special import lpmv
 
 from poinsot.algebra.program import Graph, gradient
-from poinsot.algebra.solid_harmonics import SolidHarmonics, derivative
+from poinsot.algebra.solid_harmonics import SolidHarmonics, derivative, exterior_field
 
 XYZ = sympy.symbols("x y z", real=True)
 POINTS = np.random.default_rng(3).normal(size=(3, 40)) * [[1.0], [0.6], [1.4]]
@@ -63,6 +63,22 @@ def test_a_derivative_is_a_sum_of_one_degree_less(n):
                     for p, weight in enumerate(weights)
                 )
                 assert sympy.expand(shipped - sympy.diff(PAIRS[n, m][part], x)) == 0
+
+
+@pytest.mark.parametrize("n", range(6))
+def test_the_slope_of_an_exterior_harmonic_is_one_of_the_next_degree(n):
+    """-d/dx of Z / r^(2n+1), times r^(2n+3): (2n + 1) x Z - r^2 dZ/dx."""
+    squared = sum(x * x for x in XYZ)
+    for m in range(n + 1):
+        for part in (0, 1) if m else (0,):
+            for k, x in enumerate(XYZ):
+                shipped = sum(
+                    sympy.Rational(weight) * PAIRS[n + 1, order][p]
+                    for order, weights in enumerate(exterior_field(unit_row(n, m, part), k))
+                    for p, weight in enumerate(weights)
+                )
+                own = PAIRS[n, m][part]
+                assert sympy.expand(shipped - (2 * n + 1) * x * own + squared * sympy.diff(own, x)) == 0
 
 
 def test_a_sum_is_derived_by_its_variables():
