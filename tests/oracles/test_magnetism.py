@@ -13,7 +13,7 @@ from scipy.special import lpmv
 import poinsot as pt
 from poinsot.forces import IGRF, BDot, EddyCurrents, MagneticHarmonics, MagneticMoment, SecularHarmonics, TiltedDipole
 from poinsot.functions import Vector
-from poinsot.orbits import FixedPosition, RotationModel
+from poinsot.orbits import FixedPosition, NutatingRotation, RotationModel
 
 CASES = json.loads((Path(__file__).parent / "spacecraft_magnetism.json").read_text())["cases"]
 UPRIGHT = RotationModel(-np.pi / 2, np.pi / 2, 0.0, rate=0.0)
@@ -228,6 +228,32 @@ def test_the_rate_that_a_magnetometer_sees():
         found = np.array([float(x) for x in control.field.rate_in_body(system.at(state))])
         assert largest(found - expected) < 1e-20
         assert largest(system.torque_body(state) - np.cross(-2e4 * expected, field)) < 1e-20
+
+
+def test_a_motion_in_the_field_of_a_planet_with_nutation():
+    """Against Euler's equations with the axes as a frame, whose matrices have a test of their own."""
+    terms = [(0.1, -0.2, 0.15, 0.4, 0.9), (-0.05, 0.1, 0.2, 1.0, -0.4)]
+    rates = {"rate": 0.3, "right_ascension_rate": 0.02, "declination_rate": -0.03, "epoch": 0.5}
+    planet = NutatingRotation(0.3, 0.8, -0.4, **rates, terms=2, periodic=terms)
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=2.0, eccentricity=0.2, inclination=0.5, node=0.3)
+    moment, moments = np.array((0.5, -0.3, 0.7)), np.array((1.3, 1.0, 0.7))
+    dipole = np.array((0.8, -1.1, -3.0))  # g11, h11, g10
+
+    def rate(time, y):
+        axes, omega = np.reshape(y[:9], (3, 3)), y[9:]  # axes[i]: the space axis i along the body
+        place = np.array(list(orbit.position_at(time)))
+        r, d = np.linalg.norm(place), planet.attitude(time).apply(dipole)
+        field = (3 * place * (place @ d) / r**2 - d) / r**3
+        turning = (np.cross(moment, field @ axes) - np.cross(omega, moments * omega)) / moments
+        return np.concatenate([np.ravel([np.cross(axis, omega) for axis in axes]), turning])
+
+    system = pt.System(pt.Body(moments), MagneticMoment(moment, TiltedDipole(orbit, planet, *dipole[[2, 0, 1]], 1.0)))
+    start = system.state((0.5, -0.5, 0.5, 0.5), omega_body=(0.4, -0.3, 0.2))
+    motion = pt.propagate(system, start, np.linspace(0, 8, 5))
+    first = np.concatenate([np.ravel(start.attitude.as_matrix()), (0.4, -0.3, 0.2)])
+    found = solve_ivp(rate, (0, 8), first, "DOP853", t_eval=motion.times, rtol=1e-12, atol=1e-13)
+    assert largest(motion.omega_body - found.y[9:].T) < 1e-10
+    assert largest(np.reshape(motion.attitude.as_matrix(), (-1, 9)) - found.y[:9].T) < 1e-10
 
 
 def test_moments_stay_within_the_limit():
