@@ -47,7 +47,7 @@ def built(code: str, entry: str = LAUNCH) -> Any:
     folder = tempfile.mkdtemp()
     source, library = Path(folder, "kernel.cpp"), Path(folder, "kernel.so")
     source.write_text(STUBS + code + entry)
-    options = ["-std=c++17", "-O1", "-ffp-contract=off", "-fno-strict-aliasing", "-fPIC", "-shared", "-w"]
+    options = ["-std=c++17", "-O0", "-ffp-contract=off", "-fno-strict-aliasing", "-fPIC", "-shared", "-w"]
     subprocess.run([str(COMPILER), *options, str(source), "-o", str(library)], check=True)
     loaded = ctypes.CDLL(str(library))
     shutil.rmtree(folder)

@@ -1,0 +1,67 @@
+"""Machine code of looped kernels is kept in pytest's cache: another worker, or a later run, does not compile it again.
+
+The engine does the same with its own. The name of a file follows from all that decides what is in it.
+"""
+
+import hashlib
+import os
+import tempfile
+import time
+from pathlib import Path
+
+from poinsot.engine import llvm_ir, looped_kernel
+
+WEEK = 7 * 86400.0
+
+
+def pytest_configure(config):
+    try:
+        import llvmlite
+        import llvmlite.binding as llvm
+    except ModuleNotFoundError:
+        return
+    if not hasattr(config, "cache"):
+        return
+    folder = config.cache.mkdir("kernels")
+    machine = llvmlite.__version__, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    plain, create = looped_kernel.machine_code, llvm.create_mcjit_compiler
+
+    def machine_code(text, library):
+        decided = repr((machine, llvm_ir.CODE_GENERATION, text)).encode()
+        path = folder / hashlib.sha256(decided).hexdigest()
+
+        def kept(_):
+            try:
+                code = path.read_bytes()
+                os.utime(path)
+            except FileNotFoundError:
+                return None
+            return code
+
+        def create_with_cache(*given):
+            engine = create(*given)
+            engine.set_object_cache(lambda _, code: _write(path, code), kept)
+            return engine
+
+        llvm.create_mcjit_compiler = create_with_cache
+        try:
+            return plain(text, library)
+        finally:
+            llvm.create_mcjit_compiler = create
+
+    looped_kernel.machine_code = machine_code
+
+
+def _write(path, code):
+    """Write a file that others see only when it is whole."""
+    number, name = tempfile.mkstemp(dir=path.parent)
+    with os.fdopen(number, "wb") as stream:
+        stream.write(code)
+    Path(name).replace(path)
+
+
+def pytest_unconfigure(config):
+    if hasattr(config, "cache") and not hasattr(config, "workerinput"):
+        for path in config.cache.mkdir("kernels").iterdir():
+            if path.stat().st_mtime < time.time() - WEEK:
+                path.unlink(missing_ok=True)
