@@ -366,8 +366,9 @@ def test_state_transition_is_the_derivative_by_start_and_parameters(part):
         moved = lambda h: attracted(part.with_numbers(numbers + h * p))  # noqa: E731
         return differences(lambda h: displacement(end(moved(h), state, h * x), reference), step)
 
-    for i, x in enumerate(np.eye(k)):  # a rounding of a displaced start counts a thousand times
-        np.testing.assert_allclose(found.matrix[-1, :, i], column(x, 0 * numbers), rtol=0, atol=4e-11)
+    # Sums and differences of all columns; a rounding of a displaced start counts a thousand times.
+    for x in np.random.default_rng(1).choice([-1.0, 1.0], (3, k)):
+        np.testing.assert_allclose(found.matrix[-1] @ x, column(x, 0 * numbers), rtol=0, atol=4e-11)
     sizes = 0.5 * numbers + 0.1 * (numbers == 0)
     np.testing.assert_allclose(found.sensitivity[-1] @ sizes, column(np.zeros(k), sizes), rtol=0, atol=4e-12)
 
