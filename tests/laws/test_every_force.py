@@ -161,13 +161,11 @@ def heyoka_torque(system):
     return lambda q, omega, time: compiled(np.array([*q, *omega]), time=time)
 
 
-TOO_LONG = pt.forces.EllipsoidGravity, pt.forces.AtmosphericDrag
+TOO_LONG = pt.forces.EllipsoidGravity, pt.forces.AtmosphericDrag, pt.forces.BDot
 """Forces whose formulas are too long to write out."""
 
 
 def sympy_torque(system, time):
-    too_long = pt.forces.EllipsoidGravity | pt.forces.BDot  # to write out
-    if any(isinstance(force, too_long) for force in system.forces):
     if isinstance(system.forces[0], TOO_LONG):
         return lambda q, omega: np.array(sympy_numbers(system, q, omega, time), dtype=float)
     variables = sympy.symbols("q0:4 w1:4", real=True)
