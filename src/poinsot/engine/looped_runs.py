@@ -36,10 +36,10 @@ __all__ = ["LoopedRun", "constants_of"]
 SLAB_BYTES = 16_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
 
-LARGEST = 2500
+LARGEST = 8000
 """Operations of a decomposition above which the looped kernel compiles for many seconds."""
 
-LARGEST_WITH_ZEROS = 4 * LARGEST
+LARGEST_WITH_ZEROS = 2 * LARGEST
 """Operations of which those that are left beside constants that are zero may be few enough."""
 
 NONE = np.empty(0, dtype=int)
