@@ -18,6 +18,9 @@ from laws.test_every_part import BODY as LARGE
 from laws.test_every_part import PARTS
 from poinsot import functions as fn
 from poinsot.engine import kernels, looped_kernel
+from poinsot.engine.formulations import FORMULATIONS
+from poinsot.engine.looped_runs import LARGEST
+from poinsot.engine.problem import Problem
 from poinsot.functions import Vector, norm
 from poinsot.orbits.ephemeris import Ephemeris
 
@@ -137,10 +140,17 @@ def error(motion, judge):
     return np.max(np.abs(values(motion) - values(judge)) / size)
 
 
+def switches(system):
+    """Whether a formula has a condition on what varies."""
+    problem = Problem(system)
+    variables = kernels.state_vector(problem, start_of(system), FORMULATIONS["lie_poisson"], "double")
+    return kernels.looped_constants(problem.between_knots(), variables, LARGEST).switches
+
+
 def same_steps(looped, heyoka, system, members=1):
-    """Whether both take equally many steps, but for one in each direction; with knots heyoka's are limited."""
+    """Whether both take equally many steps, but for one in each direction; knots and switches limit heyoka's."""
     more = looped.run.steps - heyoka.run.steps
-    return (more if system.knots.size else abs(more)) <= 2 * members + 0.01 * heyoka.run.steps
+    return (more if system.knots.size or switches(system) else abs(more)) <= 2 * members + 0.01 * heyoka.run.steps
 
 
 def _plainly(function, *arguments, **options):
