@@ -8,6 +8,7 @@ from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, Rat
 from poinsot.engine import kernels, looped_kernel
 from poinsot.functions import Vector
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.parts import ReactionWheels
 
 needs_looped_kernels = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 
@@ -92,6 +93,7 @@ SYSTEMS = {
     ),
     "a memory": (Integrating(0.9, 0.3),),
     "a wheel with a law": (Driven(Sampled(FEEDBACK, 0.3, 0.1), 0.1),),
+    "wheels with a law": (ReactionWheels(np.eye(3), 0.1, Sampled(FEEDBACK, 0.3, 0.1), 0.25, 30.0),),
     "growing momenta": (Sampled(FEEDBACK, 0.3, 0.1), Growth(2.0)),
     "a continuous law beside": (Sampled(RateDamping(0.8, 5.0), 0.3, 0.1), FEEDBACK),
 }

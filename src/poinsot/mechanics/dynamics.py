@@ -23,7 +23,7 @@ from poinsot.mechanics.environment import Environment, shared_blocks
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.part import CompositeBody, Part, parts_of
+from poinsot.mechanics.part import CompositeBody, Part, named_parts
 from poinsot.mechanics.state import State
 
 __all__ = ["Dynamics", "Turning", "scalars"]
@@ -70,7 +70,7 @@ class Dynamics(Collection):
     @functools.cached_property
     def parts(self) -> tuple[Part, ...]:
         """What moves inside the body or on it, among the forces and within them."""
-        return tuple(part for force in self.forces for part in parts_of(force))
+        return tuple(named_parts(self.forces).values())
 
     @property
     def jumping(self) -> tuple[Part, ...]:

@@ -22,8 +22,9 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
+from poinsot.mechanics.parameters import same
 
-__all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "parts_of", "tensor_array"]
+__all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "named_parts", "parts_of", "tensor_array"]
 
 
 class Jump(NamedTuple):
@@ -126,6 +127,14 @@ def parts_of(record: Any) -> Iterator[Part]:
         yield from parts_of(inner)
 
 
+def named_parts(forces: Iterable[Force]) -> dict[str, Part]:
+    """Return the parts among forces and within them by name: one that several forces know is one."""
+    found: dict[str, Part] = {}
+    for part in (part for force in forces for part in parts_of(force)):
+        found.setdefault(part.name, part)
+    return found
+
+
 class CompositeBody(Body):
     """A body with its parts at one instant: what formulas see as the body.
 
@@ -218,11 +227,18 @@ def tensor_array(matrix: Matrix) -> NDArray[np.float64]:
     return np.stack(scalars, axis=-1).reshape(*scalars[0].shape, 3, 3)
 
 
-def check_parts(body: Body, parts: Sequence[Part]) -> None:
+def check_parts(body: Body, forces: Sequence[Force]) -> None:
     """Raise an error if formulas of parts do not return what they must, or if parts do not go together in the body."""
-    names = [part.name for part in parts]
-    if twice := [name for i, name in enumerate(names) if name in names[:i]]:
+    parts = named_parts(forces)
+    names = [force.name for force in forces if isinstance(force, Part)]
+    twice = [name for i, name in enumerate(names) if name in names[:i]]
+    twice += [part.name for force in forces for part in parts_of(force) if not same(part, parts[part.name])]
+    if twice:
         raise ValueError(f"the parts of a system must have different names, got two named {twice[0]!r}. Give name=.")
+    _check_together(body, list(parts.values()))
+
+
+def _check_together(body: Body, parts: Sequence[Part]) -> None:
     movers = [type(part).__name__ for part in parts if part.moves_center_of_mass]
     if len(movers) > 1:
         raise ValueError(

@@ -110,7 +110,7 @@ class System(Dynamics):
 
     def _check(self) -> None:
         """Raise an error for forces that are not of this body, or whose formulas are none."""
-        check_parts(self.body, self.parts)
+        check_parts(self.body, self.forces)
         for force in self.forces:
             force.check(self._displaced)
         self.sample_torque = sample_torque(self)

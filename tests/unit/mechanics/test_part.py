@@ -177,3 +177,28 @@ OF_WHEEL = {"angular_momentum_reaction_wheel"}
 )
 def test_integrals(body, forces, expected):
     assert {integral.name for integral in pt.System(body, *forces).integrals} == expected
+
+
+class Brake(pt.Torque):
+    """A torque that reads the variables of a part, which is among its fields."""
+
+    wheel: ReactionWheel
+    gain: float
+
+    def torque(self, instant):
+        (momentum,) = instant.own(self.wheel)
+        return -self.gain * momentum * Vector(self.wheel.axis)
+
+
+def test_a_part_that_a_torque_knows_is_one_part():
+    body, wheel = pt.Body((6.0, 8.0, 10.0)), ReactionWheel((0, 0, 1), 0.1, torque=0.02)
+    for forces in ((wheel, Brake(wheel, 0.3)), (Brake(wheel, 0.3), wheel), (Brake(wheel, 0.3),)):
+        system = pt.System(body, *forces)
+        assert [part.name for part in system.parts] == ["reaction_wheel"]
+        motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [10.0])
+        # g' = -gain p, p' = torque: g = -gain torque t^2 / 2.
+        assert abs(motion.angular_momentum_body[0, 2] + 0.3 * 0.02 * 50) < 1e-14
+    other = ReactionWheel((0, 0, 1), 0.2)
+    for forces in ((wheel, wheel), (wheel, Brake(other, 0.3)), (wheel, other)):
+        with pytest.raises(ValueError, match="the parts of a system must have different names, got two named"):
+            pt.System(body, *forces)
