@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from laws.test_every_force import ELLIPSE, compiled, heyoka_torque, random_attitudes, sympy_numbers, turned_part
+from laws.test_every_force import ELLIPSE, compiled, heyoka_torque, random_attitudes, sympy_numbers, turned_orbit
 from laws.test_every_force_in_files import comes_back
 from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
 from poinsot.engine import kernels
@@ -56,7 +56,7 @@ def turned(law, turn):
     if isinstance(law, QuaternionFeedback):
         target = turn * Rotation.from_quat(law.target, scalar_first=True)
         return dataclasses.replace(law, target=target.as_quat(scalar_first=True))
-    return dataclasses.replace(law, orbit=turned_part(law.orbit, turn)) if isinstance(law, OrbitPointing) else law
+    return dataclasses.replace(law, orbit=turned_orbit(law.orbit, turn)) if isinstance(law, OrbitPointing) else law
 
 
 @each_law
