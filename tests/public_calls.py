@@ -590,6 +590,10 @@ def public_calls(folder):
             pt.forces.Facets.from_mesh,
             {"mesh": pt.shapes.Mesh(CORNERS, FACES, mass=1.0), **COEFFICIENTS},
         ),
+        "TabulatedAtmosphere.from_table": (
+            pt.forces.TabulatedAtmosphere.from_table,
+            {"times": (0.0, 1.0, 2.0), "densities": (0.3, 0.2, 0.4), "omega_space": (0, 0, 0.1)},
+        ),
         "Occulter": (pt.forces.Occulter, {"orbit": ELLIPSE, "radius": 0.3}),
         "RadiationPressure": (
             pt.forces.RadiationPressure,

@@ -1,6 +1,7 @@
 """The public names of poinsot.forces, by the module of each, as `make face` writes them."""
 
 from .atmosphere import Atmosphere, ExponentialAtmosphere
+from .atmosphere_table import TabulatedAtmosphere
 from .damping import LinearDamping
 from .directional_torque import DirectionalTorque
 from .drag import AtmosphericDrag
@@ -43,6 +44,7 @@ __all__ = [
     "Occulter",
     "RadiationPressure",
     "SecularHarmonics",
+    "TabulatedAtmosphere",
     "ThirdBody",
     "TidalFriction",
     "TidalTorque",

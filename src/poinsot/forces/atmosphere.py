@@ -10,15 +10,15 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.environment import Dated, Orbit
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import NotNegative, Parametric, Positive
+from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.quantities import Along, Quantity
 
 __all__ = ["Atmosphere", "ExponentialAtmosphere"]
 
 
-class Atmosphere(Parametric, ABC):
+class Atmosphere(Dated, ABC):
     """The air about the attractor of an orbit, by its density.
 
     To add one, write a subclass with the method `density`; its fields are its parameters.

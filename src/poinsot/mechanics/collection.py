@@ -66,7 +66,7 @@ class Collection(ABC):
 
     @functools.cached_property
     def span(self) -> tuple[float, float]:
-        """The first and the last time at which all its orbits and fields are known."""
+        """The first and the last time at which all its orbits, fields and tables are known."""
         spans = [(-np.inf, np.inf), *self._said("span")]
         return max(first for first, _ in spans), min(last for _, last in spans)
 

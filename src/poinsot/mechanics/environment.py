@@ -44,7 +44,7 @@ OF_DATE = "TEME"
 
 
 class Dated(Parametric):
-    """What is known along named space axes, at times that may be dates: orbits, rotation models and fields."""
+    """What is known along named space axes, at times that may be dates: orbits, rotation models, fields, air."""
 
     @property
     def span(self) -> tuple[float, float]:

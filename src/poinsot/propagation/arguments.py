@@ -60,7 +60,7 @@ def checked_time(
 
 
 def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> None:
-    """Refuse times at which an orbit is not known."""
+    """Refuse times at which an orbit or a table is not known."""
     first, last = system.span
     if last - first == np.inf:
         return

@@ -1,0 +1,212 @@
+"""Air whose density is a table along an orbit, such as one of an empirical model."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
+
+from poinsot import functions
+from poinsot.algebra.program import number
+from poinsot.checked import checked
+from poinsot.errors import optional, real_array, refuse_nonpositive
+from poinsot.forces.atmosphere import Atmosphere
+from poinsot.functions import Scalar
+from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import Table
+from poinsot.quantities import AngularVelocities, Real, Times
+
+__all__ = ["TabulatedAtmosphere"]
+
+Array = NDArray[np.float64]
+
+EQUATOR, FLATTENING = 6_378_137.0, 1 / 298.257223563
+"""Of the Earth's ellipsoid, WGS 84; metres."""
+
+LOWEST, HIGHEST = 0.0, 2.0e6
+"""Metres above it between which positions are believed to be in metres."""
+
+
+class _Piece(Atmosphere):
+    """Air between two rows: the exponential of a polynomial of the time since the first one."""
+
+    terms: int
+    start: Real
+    coefficients: Annotated[Any, ("terms",)]
+
+    @override
+    def density(self, instant: Instant, orbit: Orbit) -> Scalar:
+        since, total = instant.time - self.start, self.coefficients[self.terms - 1]
+        for n in range(self.terms - 2, -1, -1):
+            total = total * since + self.coefficients[n]
+        return functions.exp(total)
+
+
+class _Rows(Table):
+    """What a table is made of: cubic splines of the logarithm."""
+
+    def __init__(self, times: Array, densities: Array) -> None:
+        from scipy.interpolate import CubicSpline
+
+        self.times, self.densities = times, densities
+        self.coefficients = np.asarray(CubicSpline(times, np.log(densities)).c[::-1].T)
+
+
+class TabulatedAtmosphere(Atmosphere):
+    """Air whose density along one orbit is a table of the time; `TabulatedAtmosphere.from_table` makes it.
+
+    Between its rows the logarithm is a cubic spline, and the integrator stops at each row. A run beyond the table is
+    refused.
+
+    Parameters
+    ----------
+    omega_space : array (3,), space axes
+        The angular velocity at which the air turns, that of the planet. Default: at rest.
+
+    Examples
+    --------
+    >>> times = np.linspace(0, 100, 21)
+    >>> air = pt.forces.TabulatedAtmosphere.from_table(times, 1e-12 * (2 + np.cos(times / 20)))
+    >>> air.span
+    (0.0, 100.0)
+    """
+
+    rows: _Rows
+
+    def __repr__(self) -> str:
+        first, last = self.span
+        return f"TabulatedAtmosphere({len(self.knots)} rows over [{first:.10g}, {last:.10g}])"
+
+    @classmethod
+    @checked
+    def from_table(
+        cls, times: Times, densities: ArrayLike, *, omega_space: AngularVelocities = (0.0, 0.0, 0.0)
+    ) -> TabulatedAtmosphere:
+        """Return air with densities at times.
+
+        Parameters
+        ----------
+        times : array (n,)
+            Strictly rising, at least two.
+        densities : array (n,)
+            Positive.
+        omega_space : array (3,), space axes
+
+        Raises
+        ------
+        ValueError
+            If the times do not rise, or a density is not positive.
+        """
+        known = real_array("times", times, (None,))
+        values = real_array("densities", densities, known.shape)
+        if known.size < 2 or np.any(np.diff(known) <= 0):
+            raise ValueError("times must be two or more that rise, got others.")
+        refuse_nonpositive("densities", values)
+        return cls(_Rows(known, values), omega_space=omega_space)
+
+    @classmethod
+    @checked
+    def from_msis(
+        cls,
+        orbit: Orbit,
+        times: Times,
+        *,
+        f107: float = 150.0,
+        f107a: float = 150.0,
+        ap: float = 4.0,
+        omega_space: AngularVelocities = (0.0, 0.0, 7.2921159e-5),
+        calendar: Calendar | None = None,
+    ) -> TabulatedAtmosphere:
+        """Return the Earth's air along an orbit by NRLMSIS 2.1, kg/m3; the package pymsis is needed.
+
+        The third space axis is taken for the pole and UT1 for UTC.
+
+        Parameters
+        ----------
+        orbit : Orbit
+            About the Earth, in metres.
+        times : array (n,)
+            Strictly rising; a minute apart is enough in low orbits.
+        f107, f107a : float
+            Solar flux at 10.7 cm of the day before, and its mean over 81 days, 1e-22 W/m2/Hz.
+        ap : float
+            Geomagnetic index of the day.
+        omega_space : array (3,), space axes
+            Default: that of the Earth, rad/s.
+        calendar : Calendar
+            What the times are as dates; default: that of the orbit.
+
+        Raises
+        ------
+        ValueError
+            If there is no calendar, or a position is not 0 to 2000 km above the Earth in metres.
+        ImportError
+            If pymsis is missing.
+        """
+        known = real_array("times", times, (None,))
+        dated = calendar or orbit.calendar
+        if dated is None:
+            raise ValueError("calendar must be there for an orbit that has none, got none.")
+        model = optional("pymsis", "densities of NRLMSIS", "atmosphere")
+        dates = dated.date(known).utc
+        longitudes, latitudes, heights = _geodetic(np.stack(np.broadcast_arrays(*orbit.position_at(known)), -1), dates)
+        indices = np.full((known.size, 7), float(ap))
+        fluxes = (np.full(known.size, float(each)) for each in (f107, f107a))
+        found = model.calculate(dates.datetime64, longitudes, latitudes, heights / 1000, *fluxes, indices)
+        return cls.from_table(known, np.asarray(found, dtype=float)[:, 0], omega_space=omega_space)
+
+    @property
+    @override
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        fields = {"times": self.rows.times, "densities": self.rows.densities, "omega_space": self.omega_space}
+        return "TabulatedAtmosphere.from_table", fields
+
+    @property
+    def knots(self) -> Array:
+        """The times of its rows."""
+        return self.rows.times
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time of the table."""
+        return float(self.knots[0]), float(self.knots[-1])
+
+    def between_knots(self, time: ArrayLike) -> _Piece:  # type: ignore[override]
+        """Return the air between the rows around a time; of an array of times, all of theirs side by side."""
+        i = np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
+        rows, coefficients = self.rows, self.rows.coefficients[i]
+        own = {"omega_space": self.omega_space, "start": rows.times[i], "coefficients": coefficients}
+        return _Piece.unchecked(**own, terms=coefficients.shape[-1])
+
+    @override
+    def density(self, instant: Instant, orbit: Orbit) -> Scalar:
+        """Return the density at the time of the instant; before and behind the table that of its ends."""
+        inside = np.clip(np.asarray(number(instant.time), dtype=float), *self.span)
+        piece = self.between_knots(inside)
+        powers = (inside - piece.start)[..., None] ** np.arange(piece.terms)
+        return np.exp(np.sum(piece.coefficients * powers, axis=-1))
+
+
+def _geodetic(positions: Array, dates: Any) -> tuple[Array, Array, Array]:
+    """Return longitudes, latitudes in degrees and heights in metres, from positions along the space axes."""
+    days = (dates.jd1 - 2451545.0) + dates.jd2
+    turn = 2 * np.pi * (0.7790572732640 + 0.00273781191135448 * days + np.mod(days, 1.0))  # IERS Conventions, (5.15)
+    x, y, z = positions.T
+    across = np.hypot(x, y)
+    square = FLATTENING * (2 - FLATTENING)
+    latitude = np.arctan2(z, across * (1 - square))
+    for _ in range(5):  # each round leaves a part of the square of the eccentricity
+        normal = EQUATOR / np.sqrt(1 - square * np.sin(latitude) ** 2)
+        latitude = np.arctan2(z + square * normal * np.sin(latitude), across)
+    normal = EQUATOR / np.sqrt(1 - square * np.sin(latitude) ** 2)
+    heights = across * np.cos(latitude) + z * np.sin(latitude) - EQUATOR**2 / normal
+    wrong = heights[(heights < LOWEST) | (heights > HIGHEST)]
+    if wrong.size:
+        raise ValueError(
+            f"orbit must be 0 to 2000 km above the Earth, in metres, got a height of {wrong[0] / 1000:.4g} km."
+        )
+    return np.degrees(np.mod(np.arctan2(y, x) - turn, 2 * np.pi)), np.degrees(latitude), heights
