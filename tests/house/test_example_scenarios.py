@@ -137,6 +137,8 @@ def test_a_boom_that_runs_out_ends_along_the_vertical():
     tilt = angle(motion.attitude.apply((1, 0, 0)), radial)
     assert np.max(tilt[motion.times < 360]) > 150
     assert 4 < np.max(tilt[motion.times > 360]) < 6
+
+
 def test_a_creeping_body_is_caught_at_three_turns_in_two_revolutions():
     spin = motion_of("spin_orbit_capture").omega_body[:, 2]
     assert spin[0] == pytest.approx(1.8, rel=1e-15)
