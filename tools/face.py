@@ -81,8 +81,9 @@ def stub(space: str, found: dict[str, str]) -> str:
         noqa = "".join(f"  # noqa: {rule}" for name, rule in SHADOWING.items() if name in names)
         line = f"from .{module} import {', '.join(names)}{noqa}"
         lines += [line] if len(line) <= 120 else [f"from .{module} import (", *(f"    {x}," for x in names), ")"]
-    listed = [f'    "{name}",' for name in sorted(found, key=lambda x: (not x.isupper(), x))]
-    return "\n".join([*lines, "", "__all__ = [", *listed, "]", ""])
+    listed = [f'    "{name}",' for name in sorted(found)]
+    noqa = "  # noqa: RUF022" * any(name.isupper() for name in found)  # a class in capitals is no constant
+    return "\n".join([*lines, "", f"__all__ = [{noqa}", *listed, "]", ""])
 
 
 def names_table(names: dict[str, dict[str, str]]) -> str:

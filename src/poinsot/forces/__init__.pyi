@@ -18,8 +18,7 @@ from .sunlight import MeshRadiation, Yorp
 from .third_body import ThirdBody
 from .tides import LibrationDamping, TidalFriction, TidalTorque, pseudo_synchronous_rate
 
-__all__ = [
-    "IGRF",
+__all__ = [  # noqa: RUF022
     "Atmosphere",
     "AtmosphericDrag",
     "BDot",
@@ -30,6 +29,7 @@ __all__ = [
     "Facets",
     "GravityGradient",
     "HarmonicGravity",
+    "IGRF",
     "LibrationDamping",
     "LinearDamping",
     "MagneticField",

@@ -14,7 +14,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import NotNegative, Positive
-from poinsot.quantities import BodyVector, Rule
+from poinsot.quantities import Along, BodyVector, Rule
 
 __all__ = ["BDot", "EddyCurrents", "MagneticMoment"]
 
@@ -72,9 +72,9 @@ class EddyCurrents(Torque):
 
     Parameters
     ----------
-    tensor : array (3, 3), or float
-        M, S m4, along the body axes; of a number k it is k times the unit tensor. A thin spherical
-        shell of conductivity s, radius R and thickness e has 2 pi/3 s e R^4.
+    tensor : float or array (3, 3), body axes
+        M, S m4; of a number k it is k times the unit tensor. A thin spherical shell of conductivity s, radius R and
+        thickness e has 2 pi/3 s e R^4.
     field : MagneticField
 
     Raises
@@ -92,7 +92,7 @@ class EddyCurrents(Torque):
     -57.2
     """
 
-    tensor: Annotated[Any, (3, 3), Rule(_refuse_indefinite, "It must take energy.")]
+    tensor: Annotated[Any, (3, 3), Along("body axes"), Rule(_refuse_indefinite, "It must take energy.")]
     field: MagneticField
 
     def __post_init__(self) -> None:
