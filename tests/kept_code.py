@@ -8,6 +8,7 @@ import os
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 from poinsot.engine import llvm_ir, looped_kernel
 
@@ -24,7 +25,8 @@ def pytest_configure(config):
         return
     folder = config.cache.mkdir("kernels")
     machine = llvmlite.__version__, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    plain, create = looped_kernel.machine_code, llvm.create_mcjit_compiler
+    looped: Any = looped_kernel
+    plain, create = looped.machine_code, llvm.create_mcjit_compiler
 
     def machine_code(text, library):
         decided = repr((machine, llvm_ir.CODE_GENERATION, text)).encode()
@@ -49,7 +51,7 @@ def pytest_configure(config):
         finally:
             llvm.create_mcjit_compiler = create
 
-    looped_kernel.machine_code = machine_code
+    looped.machine_code = machine_code
 
 
 def _write(path, code):
