@@ -222,6 +222,7 @@ def turned_world(record, turn):
         return turned_orbit(record, turn)
     if isinstance(record, pt.orbits.RotationModel):
         return turned_axes(record, turn)
+        return turned_rotation(record, turn)
     axes = said_of(type(record), Along)
     directions = {name: turn.apply(getattr(record, name)) for name, along in axes.items() if along.axes == "space axes"}
     return with_each_part(dataclasses.replace(record, **directions), lambda part: turned_world(part, turn))
@@ -232,6 +233,21 @@ def turned_axes(planet, turn):
     first, middle, last = (turn * planet.attitude(TIME)).as_euler("ZXZ")
     pole = {"right_ascension": first - np.pi / 2, "declination": np.pi / 2 - middle, "prime_meridian": last}
     return dataclasses.replace(planet, **pole, epoch=TIME, right_ascension_rate=0.0, declination_rate=0.0)
+def turned_rotation(axes, turn):
+    """The axes of a planet, and how they move at the time of the law; not for long."""
+    attitude = turn * axes.attitude(TIME)
+    first, middle, last = attitude.as_euler("ZXZ")
+    about = np.stack([(0, 0, 1), (np.cos(first), np.sin(first), 0), attitude.apply((0, 0, 1))], axis=-1)
+    ascending, rising, turning = np.linalg.solve(about, turn.apply(axes.omega_space(TIME)))
+    return pt.orbits.RotationModel(
+        first - np.pi / 2,
+        np.pi / 2 - middle,
+        last,
+        rate=turning,
+        right_ascension_rate=ascending,
+        declination_rate=-rising,
+        epoch=TIME,
+    )
 
 
 def turned_orbit(orbit, turn):
