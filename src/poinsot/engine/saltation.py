@@ -41,7 +41,8 @@ AT_ONCE, AT_ZERO = 2.0**10, 2.0**24
 is from where its condition switches; farther off, the function jumps."""
 
 GRAZING = 2.0**20
-"""The least time, in the same unit, in which the slope of a function goes to zero: of less, six digits are lost."""
+"""The least time in which the slope of a function goes to zero, over that by which its zero is uncertain: of less, the
+slope has no six digits."""
 
 ALIKE = 1e-9
 """By how much times of crossing differ where conditions have the same surface, relative to them."""
@@ -209,7 +210,8 @@ class Jump:
             raise NoDerivative(
                 "the condition of a `where` jumps over zero. Motions beside this one have no derivative."
             )
-        if not (abs(first.slope) > GRAZING * self._near * abs(first.bend) and np.isfinite(size)):
+        uncertain = max(self._near, first.distance)
+        if not (abs(first.slope) > GRAZING * uncertain * abs(first.bend) and np.isfinite(size)):
             raise NoDerivative("it grazes the switch of a `where`. Motions beside this one have no derivative there.")
         near = [each for each in found if each.distance <= max(AT_ONCE * self._near, 4 * first.distance)]
         alike = [each for each in near if np.all(np.abs(each.shift - first.shift) <= ALIKE * size)]
