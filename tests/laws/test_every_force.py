@@ -233,6 +233,8 @@ def turned_axes(planet, turn):
     first, middle, last = (turn * planet.attitude(TIME)).as_euler("ZXZ")
     pole = {"right_ascension": first - np.pi / 2, "declination": np.pi / 2 - middle, "prime_meridian": last}
     return dataclasses.replace(planet, **pole, epoch=TIME, right_ascension_rate=0.0, declination_rate=0.0)
+
+
 def turned_rotation(axes, turn):
     """The axes of a planet, and how they move at the time of the law; not for long."""
     attitude = turn * axes.attitude(TIME)
