@@ -23,7 +23,7 @@ from poinsot.mechanics.gravity_field import norms
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Positive, Table, listed
 from poinsot.mechanics.periapsis_warning import warn_below
-from poinsot.orbits.rotation import RotationModel
+from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.quantities import Real
 
 __all__ = ["IGRF", "MagneticField", "MagneticHarmonics", "SecularHarmonics", "TiltedDipole"]
@@ -56,7 +56,7 @@ class MagneticField(Dated, ABC):
     """
 
     orbit: Orbit
-    rotation: RotationModel
+    rotation: PlanetAxes
 
     @abstractmethod
     def at(self, position: Vector, time: Scalar) -> Vector:
@@ -137,7 +137,7 @@ class TiltedDipole(_OfSources):
     >>> earth = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=7.292115e-5)
     >>> field = pt.forces.TiltedDipole(orbit, earth, -29350e-9, -1410.3e-9, 4545.5e-9, 6371.2)
     >>> [round(1e9 * float(x)) for x in field.in_space(orbit.position_at(0.0), 0.0)]  # nT
-    [-2249, -3624, 23398]
+    [-7247, 1124, 23398]
     """
 
     g10: Real

@@ -16,9 +16,9 @@ from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.orbits import iau_rotations
 from poinsot.orbits.angle_reduction import angle_at
 from poinsot.orbits.planets import J2000
@@ -29,7 +29,7 @@ __all__ = ["NutatingRotation", "RotationModel"]
 QUARTER = np.pi / 2
 
 
-class RotationModel(Dated, Frame):
+class RotationModel(PlanetAxes):
     """Axes fixed in a body that turns about a pole which moves slowly: those of fields that turn with their planet.
 
     x_space = R3(right_ascension + 90 deg) R1(90 deg - declination) R3(prime_meridian) x_planet, R active. The third
@@ -148,14 +148,14 @@ class RotationModel(Dated, Frame):
         (rising, ahead, pole), (c, s) = self._turn(time)
         return rising * c + ahead * s, ahead * c - rising * s, pole
 
+    @override
     def to_planet(self, vector: Iterable[Scalar], time: Scalar) -> Vector:
-        """Return the components along the axes of the planet of a vector given in space."""
         (rising, ahead, pole), (c, s) = self._turn(time)
         x, y, z = (functions.dot(axis, vector) for axis in (rising, ahead, pole))
         return Vector((c * x + s * y, c * y - s * x, z))
 
+    @override
     def to_space(self, vector: Iterable[Scalar], time: Scalar) -> Vector:
-        """Return the components in space of a vector given along the axes of the planet."""
         (rising, ahead, pole), (c, s) = self._turn(time)
         x, y, z = vector
         return Vector(rising * (c * x - s * y) + ahead * (s * x + c * y) + pole * z)
@@ -209,7 +209,7 @@ class NutatingRotation(RotationModel):
     --------
     >>> moon = pt.orbits.RotationModel.iau("moon")
     >>> moon.terms, round(float(np.degrees(moon.angles_at(0.0)[1])), 2)
-    (13, 65.65)
+    (13, 65.64)
     """
 
     _: KW_ONLY
