@@ -247,7 +247,8 @@ def test_a_motion_in_the_field_of_a_planet_with_nutation():
         turning = (np.cross(moment, field @ axes) - np.cross(omega, moments * omega)) / moments
         return np.concatenate([np.ravel([np.cross(axis, omega) for axis in axes]), turning])
 
-    system = pt.System(pt.Body(moments), MagneticMoment(moment, TiltedDipole(orbit, planet, *dipole[[2, 0, 1]], 1.0)))
+    field = TiltedDipole(orbit, planet, dipole[2], dipole[0], dipole[1], 1.0)
+    system = pt.System(pt.Body(moments), MagneticMoment(moment, field))
     start = system.state((0.5, -0.5, 0.5, 0.5), omega_body=(0.4, -0.3, 0.2))
     motion = pt.propagate(system, start, np.linspace(0, 8, 5))
     first = np.concatenate([np.ravel(start.attitude.as_matrix()), (0.4, -0.3, 0.2)])
