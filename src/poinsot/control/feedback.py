@@ -22,6 +22,8 @@ from poinsot.quantities import Real, Rule
 
 __all__ = ["OrbitPointing", "QuaternionFeedback", "RateDamping"]
 
+NEVER_REACHED = 1e100
+
 NEAR_HALF_A_TURN = 0.2
 """Four times the square of the scalar part below which a quaternion is taken from its largest other component."""
 
@@ -84,7 +86,7 @@ class QuaternionFeedback(_Feedback):
     kd : float
         Torque per rate.
     limit : float
-        The largest torque about each axis, positive.
+        The largest torque about each axis, positive. Default: one that is never reached.
     target : array (4,)
         The attitude, a unit quaternion body -> space. Default: the space axes.
 
@@ -96,6 +98,7 @@ class QuaternionFeedback(_Feedback):
     array([-0.05,  0.  , -0.04])
     """
 
+    limit: Positive = NEVER_REACHED
     target: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
 
     @override
@@ -150,7 +153,7 @@ class RateDamping(Torque):
     gain : float
         Torque per rate; a warning is given where it is negative.
     limit : float
-        The largest torque about each axis, positive.
+        The largest torque about each axis, positive. Default: one that is never reached.
 
     Examples
     --------
@@ -160,7 +163,7 @@ class RateDamping(Torque):
     """
 
     gain: Real
-    limit: Positive
+    limit: Positive = NEVER_REACHED
 
     def __post_init__(self) -> None:
         super().__post_init__()
