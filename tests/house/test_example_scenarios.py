@@ -202,3 +202,13 @@ def test_sunlight_turns_the_slab_at_the_averaged_rate():
     change = np.polyfit(motion.times, motion.omega_body[:, 2], 1)[0]
     assert change == pytest.approx(expected, rel=0.02)
     assert np.degrees(change) * 86400**2 == pytest.approx(-2.4e-3, rel=0.05)
+
+
+def test_a_digital_slew_ends_as_near_as_its_sensors_see():
+    """Noise of 20 arcsec enters the held torque, and by a damping of one leaves less than that in the attitude."""
+    motion = motion_of("digital_slew")
+    torque, error = motion.own["sampled"], 2 * np.degrees(np.linalg.norm(motion.quaternion[:, 1:], axis=-1)) * 3600
+    assert np.max(np.abs(torque)) == 0.05
+    assert error[0] > 4e5
+    assert 0.5 < np.sqrt(np.mean(error[400:] ** 2)) < 20
+    assert np.std(torque[400:]) > 1e-6

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from typing_extensions import override
 
 from poinsot.control.sensors import Sensors
+from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Vector
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.part import Jump, Part
-from poinsot.quantities import Time
+from poinsot.quantities import Duration, Rule, Time
 
 __all__ = ["Sampled"]
 
@@ -48,7 +48,7 @@ class Sampled(Part, Torque):
     """
 
     law: Torque
-    period: Positive
+    period: Annotated[Duration, Rule(refuse_nonpositive)]
     phase: Time = 0.0
     sensors: Sensors = Sensors()
     variables: ClassVar[Mapping[str, int]] = {"torque": 3}

@@ -8,10 +8,11 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.errors import refuse_negative
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import NotNegative, Parametric
-from poinsot.quantities import Real, Rule
+from poinsot.mechanics.parameters import Parametric
+from poinsot.quantities import Angle, AngularVelocity, Real, Rule
 
 __all__ = ["NoisySensors", "Sensors"]
 
@@ -74,9 +75,9 @@ class NoisySensors(Sensors):
     True
     """
 
-    rate_noise: NotNegative = 0.0
-    attitude_noise: NotNegative = 0.0
-    rate_quantum: NotNegative = 0.0
+    rate_noise: Annotated[AngularVelocity, Rule(refuse_negative)] = 0.0
+    attitude_noise: Annotated[Angle, Rule(refuse_negative)] = 0.0
+    rate_quantum: Annotated[AngularVelocity, Rule(refuse_negative)] = 0.0
     seed: Annotated[Real, Rule(_refuse_no_seed)] = 0.0
 
     @property
