@@ -149,7 +149,19 @@ def turning(A, w):
     return (A @ np.cross(w, np.eye(3)).T).ravel()
 
 
-def test_a_pendulum_swings_by_newtons_equations():
+class Thrust(pt.Torque):
+    """Of a force through the centre of mass at rest of a body with a pendulum, against its rod."""
+
+    tank: SloshPendulum
+    acceleration: float
+
+    def torque(self, instant):
+        moved = self.tank.displacement(instant.own(self.tank))
+        return pt.functions.cross(moved, self.tank.direction) * (self.tank.mass * self.acceleration)
+
+
+@pytest.mark.parametrize("thrust", [0.0, 0.3])
+def test_a_pendulum_swings_by_newtons_equations(thrust):
     """In space axes X = A y with |X - A r| = l: no angles, and the pull of the rod is an unknown."""
     mass, length, pivot = 1.2, 0.7, np.array([0.4, -0.3, 0.6])
     reduced, total = mass * HUB_MASS / (mass + HUB_MASS), mass + HUB_MASS
@@ -159,14 +171,17 @@ def test_a_pendulum_swings_by_newtons_equations():
         A, w, X, V = y[:9].reshape(3, 3), y[9:12], y[12:15], y[15:18]
         rod, W = X - A @ pivot, A @ w
         speed = V - np.cross(W, A @ pivot)
-        # reduced X'' = pull rod, J w' + w x J w = -A^T (A pivot x pull rod) and rod . rod'' + rod' . rod' = 0.
+        # reduced X'' = pull rod - reduced / HUB_MASS F, J w' + w x J w = -A^T (A pivot x pull rod) + c x A^T F with the
+        # force F = -total thrust d through the centre c at rest, and rod . rod'' + rod' . rod' = 0.
         lever = np.cross(pivot, A.T @ rod)
         matrix = np.zeros((4, 4))
         matrix[:3, :3], matrix[:3, 3] = HUB, lever
         matrix[3, :3], matrix[3, 3] = -lever, rod @ rod / reduced
         centripetal = np.cross(W, np.cross(W, A @ pivot))
-        *w_rate, pull = np.linalg.solve(matrix, [*-np.cross(w, HUB @ w), rod @ centripetal - speed @ speed])
-        return np.concatenate([turning(A, w), w_rate, V, pull * rod / reduced])
+        pushed = total * thrust / HUB_MASS * (A @ down)
+        known = np.cross(mass / total * (pivot + length * down), -total * thrust * down) - np.cross(w, HUB @ w)
+        *w_rate, pull = np.linalg.solve(matrix, [*known, rod @ (centripetal - pushed) - speed @ speed])
+        return np.concatenate([turning(A, w), w_rate, V, pull * rod / reduced + pushed])
 
     angles, swing = np.array([0.4, -0.3]), np.array([-0.5, 0.7])
     (ca, cb), (sa, sb) = np.cos(angles), np.sin(angles)
@@ -179,8 +194,8 @@ def test_a_pendulum_swings_by_newtons_equations():
 
     hanging = pivot + length * down
     inertia = HUB + reduced * spread(hanging)
-    part = SloshPendulum(mass, total, pivot - mass / total * hanging, down, across, length)
-    system = pt.System(pt.Body.from_inertia(inertia), part)
+    part = SloshPendulum(mass, total, pivot - mass / total * hanging, down, across, length, mass * thrust * length)
+    system = pt.System(pt.Body.from_inertia(inertia), part, Thrust(part, thrust))
     start = system.state(IDENTITY, omega_body=OMEGA, slosh_pendulum=part.at_angles(angles, swing, OMEGA))
     motion = pt.propagate(system, start, times)
     places = motion.attitude.apply(hanging + np.stack(list(part.displacement(motion.own["slosh_pendulum"].T)), axis=-1))

@@ -6,7 +6,7 @@ import pytest
 import poinsot as pt
 from poinsot.functions import Vector
 from poinsot.mechanics.part import Part
-from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
+from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, ReactionWheels, SpringMass
 
 BODY = pt.Body.from_inertia([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 10.0)])
 WHEEL = ReactionWheel((0.6, 0, 0.8), 0.1)
@@ -202,3 +202,55 @@ def test_a_part_that_a_torque_knows_is_one_part():
     for forces in ((wheel, wheel), (wheel, Brake(other, 0.3)), (wheel, other)):
         with pytest.raises(ValueError, match="the parts of a system must have different names, got two named"):
             pt.System(body, *forces)
+
+
+# ---------------------------------------------------------------------- laws within parts
+
+
+class Held(pt.Torque):
+    value: pt.BodyVector
+
+    def torque(self, instant):  # noqa: ARG002
+        return Vector(self.value)
+
+
+AXES = [(0.6, 0, 0.8), (0, 0.6, -0.8), (0.8, -0.6, 0), (0, 1, 0)]
+
+
+def test_wheels_follow_a_law_that_is_sampled():
+    feedback, period = pt.control.QuaternionFeedback(0.5, 2.0, limit=10.0), 0.7
+    wheels = ReactionWheels(AXES, 0.1, pt.control.Sampled(feedback, period), 5.0, 1e3)
+    system = pt.System(BODY, wheels)
+    assert [part.name for part in system.parts] == ["reaction_wheels", "sampled"]
+    start = system.state((0.8, 0.6, 0, 0), omega_body=OMEGA)
+    motion = pt.propagate(system, start, period * np.arange(1, 6))
+
+    state = start
+    for i in range(5):
+        held = pt.System(BODY, ReactionWheels(AXES, 0.1, Held(law_torque(state, feedback, wheels)), 5.0, 1e3))
+        own = state.own["reaction_wheels"]
+        begin = held.state(
+            state.attitude, angular_momentum_body=state.angular_momentum_body, time=state.time, reaction_wheels=own
+        )
+        end = pt.propagate(held, begin, [period * (i + 1)], dense=True)
+        np.testing.assert_allclose(motion.quaternion[i], end.quaternion[0], rtol=0, atol=1e-13)
+        np.testing.assert_allclose(motion.own["reaction_wheels"][i], end.own["reaction_wheels"][0], rtol=0, atol=1e-13)
+        state = end(end.times[0])
+
+
+def law_torque(state, law, wheels):
+    """The torque that a law wants of a body with wheels."""
+    system = pt.System(BODY, wheels)
+    own = {**state.own, "sampled": np.zeros(3)}
+    given = system.state(state.attitude, angular_momentum_body=state.angular_momentum_body, time=state.time, **own)
+    return np.array(list(law.torque(system.at(given))))
+
+
+def test_orbits_of_a_law_of_a_part_are_those_of_the_system():
+    wheels = ReactionWheels(AXES, 0.1, pt.control.OrbitPointing(0.5, 2.0, 10.0, EARTH_ORBIT), 5.0, 1e3)
+    system = pt.System(BODY, wheels, pt.GravityGradient(EARTH_ORBIT))
+    assert system.orbits == (EARTH_ORBIT, EARTH_ORBIT)
+    start = system.state((0.96, 0.28, 0, 0), omega_body=(0, 0, 0), frame=EARTH_ORBIT.frame)
+    motion = pt.propagate(system, start, [0.0, 400.0])
+    # The wheels alone lead it to the axes of the orbit, but for what gravity holds against them.
+    assert motion.relative_to(EARTH_ORBIT.frame).attitude[-1].magnitude() < 0.01  # from 0.57
