@@ -100,7 +100,7 @@ FREE_OF_LOSS = (
     SloshPendulum(1, 10, (0.3, 0.2, 0.4), (0, 0.6, -0.8), (1, 0, 0), 0.5, 1.5, planar=True),
     Gimbal(0.7, 1.5),
 )
-SLOW = (CreepingTide, ReactionWheels, SloshPendulum, SpringMass)
+SLOW = (ControlMomentGyro, CreepingTide, GimballedRotor, ReactionWheels, SloshPendulum, SpringMass)
 """Whose second derivatives take long to compile."""
 
 each_part = pytest.mark.parametrize("part", PARTS, ids=lambda part: type(part).__name__)
@@ -359,6 +359,8 @@ def test_state_transition_is_the_derivative_by_start_and_parameters(part):
     assert found.matrix.shape == (2, k, k)
     assert found.sensitivity.shape == (2, k, len(names))
     reference, numbers = end(system, state, np.zeros(k)), np.array(list(part.numbers), dtype=float)
+    for name, values in pt.propagate(system, state, [1.7]).phase.items():  # by the other kernel
+        np.testing.assert_allclose(values, reference.phase[name], rtol=0, atol=2e-14)
     step = 5e-4 if isinstance(part, ReactionWheels) else 1e-3  # dry friction is steep about rest
 
     def column(x, p):
