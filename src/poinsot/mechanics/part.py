@@ -112,6 +112,11 @@ class Part(Block, Force):
         """
         return Vector(())
 
+    @property
+    def checks_start(self) -> bool:
+        """Whether the part may refuse a start; others cost a run nothing."""
+        return type(self).check_start is not Part.check_start
+
     def check_start(self, instant: Instant) -> None:
         """Raise a ValueError for a start at which the part cannot be; by default none."""
 

@@ -75,7 +75,7 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
 
 def check_starts(problem: Problem, state: State) -> None:
     """Let each part and each event refuse a start."""
-    if problem.events or problem.system.parts:
+    if problem.events or any(part.checks_start for part in problem.system.parts):
         twin = problem.beside(state.shape)
         instant = twin.system.at(state)
         for part in twin.system.parts:
