@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
@@ -364,7 +365,57 @@ def test_two_bodies_have_no_sampled_laws():
         pt.System(pair, pt.forces.MutualGravity(), Sampled(FEEDBACK, 0.3).on("primary"))
 
 
-def test_variational_equations_refuse_samples():
-    system = pt.System(BODY, *SYSTEMS["feedback"])
-    with pytest.raises(ValueError, match="system must have no sampled laws for variational equations"):
-        pt.analysis.state_transition(system, system.state(**START), [1.0])
+NOISY = Sampled(FEEDBACK, 0.3, 0.1, NoisySensors(1e-3, 1e-3, seed=5))
+
+
+@needs_looped_kernels
+@pytest.mark.parametrize("name", [*SYSTEMS, "noise"])
+def test_tangent_vectors_jump_as_differences_of_motions_do(name, monkeypatch):
+    """Central differences that leave out the seventh power of a step of 1e-4 are good to 1e-9; longer ones reach saturation."""
+    system = pt.System(BODY, *({"noise": (NOISY,)} | SYSTEMS)[name])
+    first = system.state(**START)
+    own = {part: np.asarray(values) for part, values in first.own.items()}
+    places = np.cumsum([6, *(values.size for values in own.values())])
+    attitude, momentum, times = first.attitude, first.angular_momentum_body, [1.0, 2.5]
+
+    def start(x):
+        parts = {part: v + x[i : i + v.size] for (part, v), i in zip(own.items(), places, strict=False)}
+        return system.state(attitude * Rotation.from_rotvec(x[:3]), angular_momentum_body=momentum + x[3:6], **parts)
+
+    def rows(motion):
+        turn = (reference.attitude.inv() * motion.attitude).as_rotvec()
+        parts = [motion.own[part] - reference.own[part] for part in own]
+        return np.concatenate([turn, motion.angular_momentum_body - reference.angular_momentum_body, *parts], axis=-1)
+
+    reference, k = pt.propagate(system, first, times), places[-1]
+    found = pt.analysis.state_transition(system, first, times).matrix
+    for direction in np.random.default_rng(2).normal(size=(2, k)):
+        step = 1e-4 * direction / np.linalg.norm(direction)
+        change = sum(
+            sign * weight * rows(pt.propagate(system, start(sign * n * step), times))
+            for n, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+            for sign in (1, -1)
+        )
+        np.testing.assert_allclose(found @ step, change, rtol=0, atol=1e-9 * np.max(np.abs(change)))
+    monkeypatch.setattr(looped_kernel, "available", lambda: False)
+    other = pt.analysis.state_transition(system, first, times).matrix
+    np.testing.assert_allclose(other, found, rtol=0, atol=1e-13 * np.max(np.abs(found)))
+
+
+def test_derivatives_by_gains_and_not_by_the_times_of_samples():
+    system = pt.System(BODY, Sampled(RateDamping(0.8, 5.0), 0.3, 0.1))
+    start, h = system.state(**START), 1e-3
+    found = pt.analysis.state_transition(system, start, [2.0], ["gain"]).sensitivity[0, 3:6, 0]
+    change = sum(
+        sign
+        * weight
+        * pt.propagate(
+            pt.System(BODY, Sampled(RateDamping(0.8 + sign * n * h, 5.0), 0.3, 0.1)), start, [2.0]
+        ).angular_momentum_body[0]
+        for n, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+        for sign in (1, -1)
+    )
+    np.testing.assert_allclose(found, change / h, rtol=0, atol=1e-11)
+    for name in ("period", "phase"):
+        with pytest.raises(ValueError, match="parameters must not be the period or the phase of a sampled law"):
+            pt.analysis.state_transition(system, start, [2.0], [name])

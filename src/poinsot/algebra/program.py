@@ -326,6 +326,7 @@ PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
     "atan2": _by_atan2,
     "eccentric_anomaly": _by_anomaly,
     "sine_defect": lambda _, a: (2 * functions.sin(0.5 * a) ** 2,),
+    "rint": lambda *_: (0.0,),
     "asinh_defect": _by_inverse_hyperbolic_defect,
 }
 

@@ -25,7 +25,7 @@ MOST = 2.0**52
 class Update(NamedTuple):
     """The new values of some variables, at their places, and the symbols of the uniform numbers drawn for them."""
 
-    place: slice
+    places: list[int]
     values: list[Any]
     draws: list[Node]
 
@@ -107,7 +107,7 @@ class Updates:
 
     Parameters
     ----------
-    jumps : list of (slice, Replay, int)
+    jumps : list of (list of int, Replay, int)
         For each part that jumps, where its variables are, what gives their new values from variables, time, uniform
         numbers and the inputs of the formulas, and how many uniform numbers.
     inputs : callable
@@ -116,15 +116,15 @@ class Updates:
     """
 
     def __init__(
-        self, jumps: list[tuple[slice, Replay, int]], inputs: Callable[[float, int], list[Any]], clock: Clock
+        self, jumps: list[tuple[list[int], Replay, int]], inputs: Callable[[float, int], list[Any]], clock: Clock
     ) -> None:
         self._jumps, self._inputs, self._clock = jumps, inputs, clock
 
     def __call__(self, j: int, row: Array, time: float, number: float, member: int) -> Array:
         """Return variables with those of a part that jumps, at one of its samples."""
-        place, replay, count = self._jumps[j]
+        places, replay, count = self._jumps[j]
         drawn = [x.item() for x in uniforms(self._clock.keys[member, j : j + 1], number, count)]
         with np.errstate(all="ignore"):  # a branch that is not taken may divide by zero
             values, row = replay([*row, time, *drawn, *self._inputs(time, member)]), row.copy()
-        row[place] = [float(value) for value in values]
+        row[places] = [float(value) for value in values]
         return row

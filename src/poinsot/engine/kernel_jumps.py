@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -98,6 +99,8 @@ class Sampling:
                 self._update(work, lane, update, place)
                 number = work.array("numbers")
                 number[place] = number[place] + 1.0
+        for i in range(len(self._kernel.watch.conditions)):  # what switches now does so with the sample
+            work.array("branches")[lane + i * self._lanes] = math.nan
         lines.run("next_sample", address, lane)
 
     def _update(self, work: Record, lane: Value, update: Update, place: Value) -> None:
@@ -112,7 +115,7 @@ class Sampling:
         known[jumps.own[size].place] = work.array("time")[lane]
         drawn = self._drawn(work, place, len(update.draws))
         known |= {node.place: number for node, number in zip(update.draws, drawn, strict=True)}
-        for k, value in zip(range(size)[update.place], written(lane.function, known, update.values), strict=True):
+        for k, value in zip(update.places, written(lane.function, known, update.values), strict=True):
             states[lane + k * self._lanes] = value
             below[lane + k * self._lanes] = 0.0
 

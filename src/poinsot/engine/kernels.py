@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.algebra.draws import normals
-from poinsot.algebra.program import Graph, Node, tangents
+from poinsot.algebra.program import Graph, Node, ordered, tangents
 from poinsot.algebra.replay import Replay
 from poinsot.engine.decomposition import Crossing
 from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
@@ -36,7 +36,7 @@ from poinsot.engine.roots import Roots
 from poinsot.engine.saltation import Jump, NoDerivative, Saltation
 from poinsot.engine.scales import Scales
 from poinsot.engine.state_vector import SMALL, StateVector, factors_of_parts
-from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
+from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME, Variations
 from poinsot.engine.termination import LONGEST
 from poinsot.engine.variational import TurningBody, VariationalEquations
 from poinsot.functions import Vector
@@ -453,11 +453,11 @@ def counting(problem: Problem, variables: StateVector) -> Replay:
     return Replay(field.counting, np.longdouble, field.own)
 
 
-def updates(problem: Problem, variables: StateVector) -> list[tuple[slice, Replay, int]]:
+def updates(problem: Problem, variables: StateVector) -> list[tuple[list[int], Replay, int]]:
     """Return where variables jump, and what gives their new values of variables, time, uniform numbers and inputs."""
     field = _traced(problem, variables)
     return [
-        (each.place, Replay(each.values, np.longdouble, [*field.own, *each.draws]), len(each.draws))
+        (each.places, Replay(each.values, np.longdouble, [*field.own, *each.draws]), len(each.draws))
         for each in field.updates
     ]
 
@@ -565,16 +565,18 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
             of_blocks[: len(parts)],
             graph.input,
         )
-        if updates:
-            raise ValueError(
-                "system must have no sampled laws for variational equations, got one. Take the law itself."
-            )
+        _refuse_varied_samples(graph, system.jumping, variations)
         motion, velocity = [*own[: variables.tangent_vectors.start], time], [*rates, 1.0]
         rates += linear.of(variations, own[variables.tangent_vectors])
         saltation = (
             Saltation(graph, motion, velocity, field.conditions, linear, variations) if field.conditions else None
         )
-        return replace(field, saltation=saltation if saltation and saltation.stops else None)
+        vectors = own[variables.tangent_vectors]
+        changed = [
+            _with_tangents(update, variables, linear.differentials(variations, vectors, update.values))
+            for update in updates
+        ]
+        return replace(field, updates=changed, saltation=saltation if saltation and saltation.stops else None)
     except TypeError as error:
         raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
 
@@ -584,7 +586,26 @@ def _update(graph: Graph, part: Part, instant: Any, variables: StateVector, scal
     count = part.jump.draws if part.jump else 0
     draws = [graph.symbol((part.name, i)) for i in range(count + count % 2)]
     slot, values = variables.slots[part.name], part.update(instant, Vector(normals(draws)[:count]))
-    return Update(slot.place, slot.scaled(values, scale), draws)
+    return Update([*range(slot.place.start, slot.place.stop)], slot.scaled(values, scale), draws)
+
+
+def _with_tangents(update: Update, variables: StateVector, changes: list[list[Any]]) -> Update:
+    """Return an update with that of the tangent coordinates of the same variables: the differentials of the values."""
+    rigid = len(variables.ratios) * len(variables.formulation.tangent)
+    behind = variables.tangent_vectors.start + rigid - variables.charts[-1].stop
+    k = len(variables.tangent_scales)
+    places = [behind + number * k + place for number in range(len(changes)) for place in update.places]
+    return update._replace(places=[*update.places, *places], values=[*update.values, *itertools.chain(*changes)])
+
+
+def _refuse_varied_samples(graph: Graph, parts: Sequence[Part], variations: Variations) -> None:
+    """Refuse derivatives by what the times of samples depend on."""
+    varied = {graph.input(number) for together in variations.inputs for number in together}
+    if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.phase)])):
+        raise ValueError(
+            "parameters must not be the period or the phase of a sampled law, got one. At samples motions jump; take "
+            "differences of motions."
+        )
 
 
 def _environment(twin: Problem, variables: StateVector, own: list[Any], time: Any) -> Environment:

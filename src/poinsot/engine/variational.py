@@ -74,17 +74,30 @@ class VariationalEquations:
 
     def of(self, variations: Variations, symbols: Sequence[Any]) -> list[Any]:
         """Return the time derivatives of the variables of tangent vectors."""
-        u, pairs, _, units = variations.split(np.array(symbols, dtype=object))
-        own = [{}] * variations.count + [
-            {self._inputs(number): unit for number in numbers}
-            for numbers, unit in zip(variations.inputs, units, strict=True)
-        ]
-        vectors = [self.vector(x, given) for x, given in zip(u, own, strict=True)]
+        vectors, pairs = self._vectors(variations, symbols)
         changes = [tangents(self.velocity, vector.seeds) for vector in vectors]
         out = [rate for vector, each in zip(vectors, changes, strict=True) for rate in self._first(vector, each)]
         for (a, b), x in zip(variations.pairs, pairs, strict=True):
             out += self._second(x, (vectors[a], vectors[b]), (changes[a], changes[b]))
         return out + [0.0] * (variations.size - len(out))
+
+    def differentials(self, variations: Variations, symbols: Sequence[Any], outputs: Sequence[Any]) -> list[list[Any]]:
+        """Return the differentials of outputs along each vector, then the second ones in each pair."""
+        vectors, pairs = self._vectors(variations, symbols)
+        changes = [tangents(outputs, vector.seeds) for vector in vectors]
+        return changes + [
+            self.second(changes[a], self.vector(x, {}), vectors[a], vectors[b])
+            for (a, b), x in zip(variations.pairs, pairs, strict=True)
+        ]
+
+    def _vectors(self, variations: Variations, symbols: Sequence[Any]) -> tuple[list[TangentVector], Any]:
+        """Return the tangent vectors, and the coordinates of pairs."""
+        u, pairs, _, units = variations.split(np.array(symbols, dtype=object))
+        own = [{}] * variations.count + [
+            {self._inputs(number): unit for number in numbers}
+            for numbers, unit in zip(variations.inputs, units, strict=True)
+        ]
+        return [self.vector(x, given) for x, given in zip(u, own, strict=True)], pairs
 
     def vector(self, xi: Sequence[Any], inputs: Mapping[Node, Any]) -> TangentVector:
         """Return a tangent vector, of the chosen coordinates and of changes of inputs."""

@@ -107,6 +107,11 @@ class VariationalRun:
 
     def repeated(self, count: int, inputs: tuple[tuple[int, ...], ...] = ()) -> VariationalRun:
         """Return the run of an ensemble that has each member `count` times, with other inputs."""
+        if any(part.jump and part.jump.draws for part in self.system.parts):  # each member has noise of its own
+            raise ValueError(
+                f"system must have at most {TOGETHER} tangent coordinates where sensors have noise, got "
+                f"{self.units.size}. Name fewer sampled laws."
+            )
         who = np.repeat(np.arange(len(self.state.time)), count)
         return VariationalRun(
             system_of_members(self.system, who),
