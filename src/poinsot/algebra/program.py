@@ -326,7 +326,6 @@ PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
     "atan2": _by_atan2,
     "eccentric_anomaly": _by_anomaly,
     "sine_defect": lambda _, a: (2 * functions.sin(0.5 * a) ** 2,),
-    "rint": lambda *_: (0.0,),
     "asinh_defect": _by_inverse_hyperbolic_defect,
 }
 
@@ -342,6 +341,8 @@ def partials(node: Node) -> tuple[Any, ...]:
     if node.name == "ruled":
         *variables, slope = node.operands[1:]
         return 0.0, *map(slope, range(len(variables))), 0.0
+    if node.name == "rint":  # it is flat between its jumps
+        return (0.0,)
     if node.name not in PARTIALS:
         raise TypeError(f"{node.name} must not be of what a derivative is taken by, but it is.")
     slopes = PARTIALS[node.name](node, *node.operands)
