@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 
 au, year, hour, day = 149597870700.0, 365.25 * 86400, 3600.0, 86400.0  # m, s
-pressure_at_1_au, sun_mu = 4.56e-6, 1.32712440018e20  # N/m2, m3/s2
+pressure_at_1_au = 4.54e-6  # N/m2
 
 
 def asteroid(radius, density=2000.0, points=500):

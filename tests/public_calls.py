@@ -219,7 +219,13 @@ def light_calls():
     """Return those of light on meshes."""
     mesh, shadows = pt.shapes.Mesh(CORNERS, FACES, mass=2.0), {"shadows": False}
     field = {"degree": 1, "coefficients": np.full((3, 4), 0.1), "maximum_error": 0.1, "rms_error": 0.1}
-    sun = {"sun": ELLIPSE, "pressure": 0.2, "distance": 1.5}
+    sun = {
+        "sun": ELLIPSE,
+        "pressure": 0.2,
+        "distance": 1.5,
+        "sun_radius": 0.1,
+        "occulters": [pt.forces.Occulter(CIRCLE, 0.1)],
+    }
     lit = {"mesh": mesh, "directions": (1.0, 0.2, 0.1)}
     means = pt.analysis.yorp_coefficients(mesh, np.linspace(0, np.pi, 9))
     return {

@@ -28,7 +28,8 @@ SHARED = {
     "files": "attitudes.adm.* ccsds.* conversions.* netcdf_reader.* reader_process.* spice*.* untrusted.* zarr_store.* "
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "
     "*.parsed_scenario *.rebuilt_system *.repetition",
-    "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes",
+    "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
+    "radiation.[A-Z][A-Z]* radiation.Sunlight",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",

@@ -33,8 +33,13 @@ OF_ONE = (
     *(pt.forces.MagneticMoment((0.5, -0.3, 0.7), field) for field in MAGNETIC_FIELDS),
     pt.forces.EddyCurrents(0.4, MAGNETIC_FIELDS[0]),
     pt.forces.BDot(0.3, MAGNETIC_FIELDS[0], 0.2),
-    pt.forces.MeshRadiation(ELLIPSE, pt.forces.DirectionalTorque(1, np.full((3, 4), 1 / 7), 0.3, 0.1), 4e-6, 1.5),
-    pt.forces.Yorp(ELLIPSE, pt.forces.DirectionalTorque(6, np.full((3, 49), 1 / 3))),
+    pt.forces.MeshRadiation(
+        ELLIPSE,
+        pt.forces.DirectionalTorque(1, np.full((3, 4), 1 / 7), 0.3, 0.1),
+        [pt.forces.Occulter(ELLIPSE, 1 / 3)],
+        sun_radius=0.1,
+    ),
+    pt.forces.Yorp(ELLIPSE, pt.forces.DirectionalTorque(6, np.full((3, 49), 1 / 3)), sun_radius=0.1),
     pt.forces.AtmosphericDrag(
         ELLIPSE, pt.forces.ExponentialAtmosphere(1 / 3, 1.1, 0.7, omega_space=(0, 0, 0.1)), FACETS
     ),

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.forces.facets import Facets
-from poinsot.functions import Scalar
+from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import NotNegative, Parametric, Positive
 from poinsot.mechanics.periapsis_warning import warn_below
 
-__all__ = ["Occulter", "RadiationPressure"]
+__all__ = ["ASTRONOMICAL_UNIT", "PRESSURE", "SUN_RADIUS", "Occulter", "RadiationPressure", "Sunlight"]
 
 PRESSURE = 1361.0 / 299_792_458.0
 """N/m2 at an astronomical unit: the nominal solar irradiance (IAU 2015, Resolution B3) over the speed of light."""
@@ -88,7 +89,60 @@ class Occulter(Parametric):
         return functions.where(touches, functions.where(covers, deepest, partial), 1.0)
 
 
-class RadiationPressure(Torque):
+class Sunlight(Torque):
+    """A torque of sunlight that comes from one direction, behind occulters. Its classes have these fields."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def sun(self) -> Orbit:
+            """The orbit of the body, relative to the Sun."""
+
+        @property
+        def occulters(self) -> tuple[Occulter, ...]:
+            """Spheres nearer than the Sun."""
+
+        @property
+        def pressure(self) -> Any:
+            """On what absorbs all light, at the distance."""
+
+        @property
+        def distance(self) -> Any:
+            """Of that pressure."""
+
+        @property
+        def sun_radius(self) -> Any:
+            """In the unit of the distance."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        nearest: Any = getattr(self.sun, "periapsis_distance", np.inf)
+        if np.any(nearest < self.sun_radius):
+            raise ValueError(
+                f"sun_radius must be less than the distance of the Sun, got {np.max(self.sun_radius):g} and "
+                f"{np.min(nearest):g}. Give distance and sun_radius in the unit of the orbit."
+            )
+
+    def sunlight(self, instant: Instant) -> Scalar:
+        """Return which part of the Sun's disc is seen, from 0 to 1."""
+        seen: Scalar = 1.0
+        for occulter in self.occulters:
+            seen = seen * occulter.sunlight(instant, self.sun, self.sun_radius)
+        return seen
+
+    @override
+    def torque(self, instant: Instant) -> Vector:
+        nearness = self.distance * instant.inverse_distance(self.sun)
+        pressure = self.pressure * (nearness * nearness) * self.sunlight(instant)
+        torque: Vector = self._torque_from(instant.attitude.to_body(-instant.direction(self.sun))) * pressure
+        return torque
+
+    @abstractmethod
+    def _torque_from(self, towards: Vector) -> Vector:
+        """Return the torque of unit pressure from a unit vector, all along the body axes."""
+
+
+class RadiationPressure(Sunlight):
     """The torque of sunlight on facets.
 
     F_i = -P A_i c ((1 - s_i) u + 2 (d_i / 3 + s_i c) n_i) at the position of facet i, u towards the Sun,
@@ -131,28 +185,11 @@ class RadiationPressure(Torque):
     distance: Positive = ASTRONOMICAL_UNIT
     sun_radius: Positive = SUN_RADIUS
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        nearest: Any = getattr(self.sun, "periapsis_distance", np.inf)
-        if np.any(nearest < self.sun_radius):
-            raise ValueError(
-                f"sun_radius must be less than the distance of the Sun, got {np.max(self.sun_radius):g} and "
-                f"{np.min(nearest):g}. Give distance and sun_radius in the unit of the orbit."
-            )
-
-    def sunlight(self, instant: Instant) -> Scalar:
-        """Return which part of the Sun's disc is seen, from 0 to 1."""
-        seen: Scalar = 1.0
-        for occulter in self.occulters:
-            seen = seen * occulter.sunlight(instant, self.sun, self.sun_radius)
-        return seen
-
     @override
-    def torque(self, instant: Instant) -> Any:
-        facets, nearness = self.facets, self.distance * instant.inverse_distance(self.sun)
-        pressure = self.pressure * (nearness * nearness) * self.sunlight(instant)
-        towards = instant.attitude.to_body(-instant.direction(self.sun))
+    def _torque_from(self, towards: Vector) -> Vector:
+        facets = self.facets
         along = [1 - share for share in facets.specular]
         across = [share * (2 / 3) for share in facets.diffuse]
         mirrored = [2 * share for share in facets.specular]
-        return facets.torque(towards, along, across, mirrored) * pressure
+        torque: Vector = facets.torque(towards, along, across, mirrored)
+        return torque

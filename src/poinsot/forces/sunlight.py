@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Self
 
 from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.forces.directional_torque import DirectionalTorque
+from poinsot.forces.radiation import ASTRONOMICAL_UNIT, PRESSURE, SUN_RADIUS, Occulter, Sunlight
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.force import Torque
-from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Positive
+from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["MeshRadiation", "Yorp"]
 
-PRESSURE = 4.56e-6
-ASTRONOMICAL_UNIT = 149597870700.0
 
-
-class MeshRadiation(Torque):
+class MeshRadiation(Sunlight):
     """Sunlight on a mesh, through a smooth field: a run costs the same for any number of faces.
 
-    tau = pressure (distance / r)^2 T(u), where u is the direction to the Sun along the body axes and r its distance.
-    The Sun is a point; there are no eclipses.
+    tau = pressure (distance / r)^2 T(u), where u is the direction to the Sun along the body axes and r its distance,
+    times the part of the Sun's disc that is seen behind occulters, as of `RadiationPressure`.
 
     Parameters
     ----------
@@ -33,15 +30,19 @@ class MeshRadiation(Torque):
         Where the body is from the Sun.
     field : DirectionalTorque
         T, such as `DirectionalTorque.of_stream(mesh, degree, specular=0.1, diffuse=0.2)`.
+    occulters : sequence of Occulter
+        Spheres nearer than the Sun.
     pressure : float
-        Of light that is absorbed, at the distance; default: 4.56e-6 N/m^2.
+        On what absorbs all light, at the distance; default: 4.54e-6 N/m2, 1361 W/m2 over the speed of light.
     distance : float
-        From the Sun, in the unit of the orbit; default: one astronomical unit in m.
+        Default: the astronomical unit in metres. Other units of length need their own.
+    sun_radius : float
+        In the unit of `distance`; default: 6.957e8 metres.
 
     Raises
     ------
     ValueError
-        If the pressure or the distance is not positive.
+        If the pressure is negative, a length is not positive, or the body is inside the Sun.
 
     Examples
     --------
@@ -53,15 +54,14 @@ class MeshRadiation(Torque):
 
     sun: Orbit
     field: DirectionalTorque
-    pressure: Positive = PRESSURE
+    occulters: tuple[Occulter, ...] = ()
+    pressure: NotNegative = PRESSURE
     distance: Positive = ASTRONOMICAL_UNIT
+    sun_radius: Positive = SUN_RADIUS
 
     @override
-    def torque(self, instant: Instant) -> Vector:
-        near = self.distance * instant.inverse_distance(self.sun)
-        to_sun = instant.attitude.to_body(-instant.direction(self.sun))
-        torque: Vector = self.field.torque(to_sun) * (self.pressure * (near * near))
-        return torque
+    def _torque_from(self, towards: Vector) -> Vector:
+        return self.field.torque(towards)
 
 
 class Yorp(MeshRadiation):
@@ -69,7 +69,7 @@ class Yorp(MeshRadiation):
 
     tau = -2/3 P sum of A max(0, n.s) r x n over the faces, s the direction to the Sun (Rubincam 2000, Icarus 148, 2):
     without thermal inertia, whatever share is reflected. The pressure of the light that arrives is left out: its mean
-    over rotation and orbit is zero. So are eclipses, light from face to face, and roughness within a face.
+    over rotation and orbit is zero. So are light from face to face, and roughness within a face.
 
     Parameters
     ----------
@@ -77,10 +77,8 @@ class Yorp(MeshRadiation):
         Where the body is from the Sun.
     field : DirectionalTorque
         `DirectionalTorque.of_emission(mesh, degree)`; `Yorp.from_mesh` makes it.
-    pressure : float
-        Of sunlight at the distance; default: 4.56e-6 N/m^2.
-    distance : float
-        From the Sun, in the unit of the orbit; default: one astronomical unit in m.
+    occulters, pressure, distance, sun_radius
+        As of `MeshRadiation`.
 
     Examples
     --------
@@ -100,8 +98,10 @@ class Yorp(MeshRadiation):
         degree: int,
         *,
         shadows: bool = True,
+        occulters: Sequence[Occulter] = (),
         pressure: float = PRESSURE,
         distance: float = ASTRONOMICAL_UNIT,
+        sun_radius: float = SUN_RADIUS,
     ) -> Self:
         """Return the torque on a mesh, whose axes are those of the body.
 
@@ -115,9 +115,8 @@ class Yorp(MeshRadiation):
             Of the smooth field, from 0 to 32; its `maximum_error` and `rms_error` say what it leaves out.
         shadows : bool
             Whether faces are dark whose centroids are in the shadow of others.
-        pressure : float
-            Of sunlight at the distance.
-        distance : float
-            From the Sun, in the unit of the orbit.
+        occulters, pressure, distance, sun_radius
+            As of `MeshRadiation`.
         """
-        return cls(sun, DirectionalTorque.of_emission(mesh, degree, shadows=shadows), pressure, distance)
+        field = DirectionalTorque.of_emission(mesh, degree, shadows=shadows)
+        return cls(sun, field, tuple(occulters), pressure, distance, sun_radius)

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.checked import checked
 from poinsot.errors import real_numbers, refuse_zero
 from poinsot.shapes.mesh import Mesh
-from poinsot.shapes.polyhedron import Triangles
 
 __all__ = ["Lighting", "lit_areas", "lit_faces", "ray_hits"]
 
@@ -35,11 +34,9 @@ class Lighting:
     """The faces of a mesh as a distant light sees them, from its centre of mass."""
 
     def __init__(self, mesh: Mesh) -> None:
-        vertices = mesh.vertices - mesh.center_of_mass
-        triangles = Triangles(vertices, mesh.faces)
-        self.corners = vertices[mesh.faces]
-        self.areas, self.normals = triangles.doubled_areas / 2, triangles.normals
-        self.centers = self.corners.mean(axis=1)
+        self.corners = (mesh.vertices - mesh.center_of_mass)[mesh.faces]
+        self.areas, self.normals = mesh.face_areas, np.nan_to_num(mesh.face_normals)  # a flat triangle is never lit
+        self.centers = mesh.face_centers - mesh.center_of_mass
         self._low = GRAZING * mesh.circumscribing_radius
 
     def lit(self, directions: Array, shadows: bool = True) -> Flags:
@@ -83,7 +80,7 @@ class Lighting:
 
     def _shade(self, lit: Flags, directions: Array, face: NDArray[np.int64], other: NDArray[np.int64]) -> None:
         """Take the light from faces whose centroids others hide; the rays that miss a cone around them are left out."""
-        rows = max(1, BLOCK // len(directions))
+        rows = max(1, BLOCK // max(1, len(directions)))
         for start in range(0, len(face), rows):
             one, two = face[start : start + rows], other[start : start + rows]
             seen = self.corners[two] - self.centers[one][:, None]
@@ -129,7 +126,7 @@ def lit_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
     np.int64(2)
     """
     units = _unit_directions(directions)
-    return np.asarray(Lighting(mesh).lit(units.reshape(-1, 3), shadows).reshape(*units.shape[:-1], -1))
+    return np.asarray(Lighting(mesh).lit(units.reshape(-1, 3), shadows).reshape(*units.shape[:-1], len(mesh.faces)))
 
 
 @checked
@@ -157,7 +154,7 @@ def lit_areas(mesh: Mesh, directions: ArrayLike) -> Array:
     """
     units, light = _unit_directions(directions), Lighting(mesh)
     areas = [light.lit_parts(direction)[0] for direction in units.reshape(-1, 3)]
-    return np.reshape(areas, (*units.shape[:-1], -1))
+    return np.reshape(areas, (*units.shape[:-1], len(mesh.faces)))
 
 
 def _unit_directions(directions: ArrayLike) -> Array:

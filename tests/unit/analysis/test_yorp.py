@@ -75,7 +75,9 @@ def full_and_averaged(pressure):
     sun = pt.KeplerOrbit(radius**3 * (2 * np.pi / period) ** 2, semimajor_axis=radius, eccentricity=0.0)
     start = body.state(Rotation.from_rotvec((tilted, 0, 0)), omega_body=(0, 0, 1))
     times = np.linspace(0, orbits * period, orbits * rows + 1)
-    motion = pt.propagate(pt.System(body, pt.forces.Yorp(sun, FIELD, pressure, radius)), start, times)
+    motion = pt.propagate(
+        pt.System(body, pt.forces.Yorp(sun, FIELD, pressure=pressure, distance=radius, sun_radius=1.0)), start, times
+    )
     momentum = motion.attitude.apply(motion.angular_momentum_body)
     size = np.linalg.norm(momentum, axis=-1)
     full = {"rate": size / moment, "obliquity": np.arccos(momentum[:, 2] / size)}

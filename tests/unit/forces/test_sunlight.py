@@ -81,7 +81,7 @@ def test_the_torque_is_that_of_the_field_and_falls_with_the_square_of_the_distan
     torques = []
     for place in ((4.0, -1.0, 2.0), (8.0, -2.0, 4.0)):
         sun = pt.orbits.FixedPosition(1.0, position=place)
-        system = pt.System(body, pt.forces.Yorp(sun, field, pressure=0.3, distance=2.0))
+        system = pt.System(body, pt.forces.Yorp(sun, field, pressure=0.3, distance=2.0, sun_radius=0.1))
         turn = Rotation.from_rotvec((0.3, -0.8, 0.5))
         torques.append(system.torque_body(body.state(turn, omega_body=(0, 0, 1))))
         to_sun = turn.inv().apply(-np.array(place) / np.linalg.norm(place))
@@ -92,10 +92,10 @@ def test_the_torque_is_that_of_the_field_and_falls_with_the_square_of_the_distan
 
 def test_a_torque_from_a_mesh_is_that_of_its_field():
     sun = pt.orbits.FixedPosition(1.0, position=(4.0, -1.0, 2.0))
-    made = pt.forces.Yorp.from_mesh(sun, MESH, 8, pressure=0.3, distance=2.0)
+    made = pt.forces.Yorp.from_mesh(sun, MESH, 8, pressure=0.3, distance=2.0, sun_radius=0.1)
     assert np.array_equal(made.field.coefficients, FIELDS["emission"][0].coefficients)
     assert (made.pressure, made.distance) == (0.3, 2.0)
-    dark = pt.forces.Yorp.from_mesh(sun, MESH, 8, shadows=False)
+    dark = pt.forces.Yorp.from_mesh(sun, MESH, 8, shadows=False, sun_radius=0.1)
     assert np.max(np.abs(dark.field.coefficients - made.field.coefficients)) > 0.01 * np.max(dark.field.coefficients)
 
 
