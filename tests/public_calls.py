@@ -238,6 +238,13 @@ def light_calls():
             pt.forces.DirectionalTorque.of_stream,
             {"mesh": mesh, "degree": 1, "specular": 0.1, "diffuse": 0.2, **shadows},
         ),
+        "MeshDrag": (
+            pt.forces.MeshDrag,
+            {
+                **{"orbit": ELLIPSE, "atmosphere": pt.forces.ExponentialAtmosphere(0.1, 1.0, 0.5)},
+                **{"field": pt.forces.DirectionalTorque(**field), "coefficient": 2.0},
+            },
+        ),
         "MeshRadiation": (pt.forces.MeshRadiation, {**sun, "field": pt.forces.DirectionalTorque(**field)}),
         "Yorp": (pt.forces.Yorp, {**sun, "field": pt.forces.DirectionalTorque(**field)}),
         "Yorp.from_mesh": (pt.forces.Yorp.from_mesh, {**sun, "mesh": mesh, "degree": 1, **shadows}),

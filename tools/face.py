@@ -29,7 +29,7 @@ SHARED = {
     "rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "
     "*.parsed_scenario *.rebuilt_system *.repetition",
     "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
-    "radiation.[A-Z][A-Z]* radiation.Sunlight",
+    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.ORDINARY_DRAG",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",

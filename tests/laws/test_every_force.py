@@ -78,6 +78,7 @@ FORCES = (
     *(pt.forces.MagneticMoment((0.5, -0.3, 0.7), field) for field in MAGNETIC_FIELDS),
     pt.forces.EddyCurrents(4 * TENSOR, DIPOLE),
     pt.forces.BDot(0.8, DIPOLE, 0.4),
+    pt.forces.MeshDrag(ELLIPSE, AIR, DIRECTIONAL, 1.9),
     pt.forces.MeshRadiation(ELLIPSE, DIRECTIONAL, (), 0.7, 1.1, 0.1),
     pt.forces.Yorp(ELLIPSE, DIRECTIONAL, (), 0.7, 1.1, 0.1),
     pt.forces.AtmosphericDrag(ELLIPSE, AIR, facets((-1, 1, -1), (1, 1, -1))),
@@ -158,7 +159,7 @@ def heyoka_torque(system):
     return lambda q, omega, time: compiled(np.array([*q, *omega]), time=time)
 
 
-TOO_LONG = pt.forces.EllipsoidGravity, pt.forces.AtmosphericDrag, pt.forces.BDot
+TOO_LONG = pt.forces.EllipsoidGravity, pt.forces.AtmosphericDrag, pt.forces.BDot, pt.forces.MeshDrag
 """Forces whose formulas are too long to write out."""
 
 
@@ -433,6 +434,7 @@ IGNORED = {
     "Yorp KeplerOrbit DirectionalTorque": ("sun.radius",),
     "AtmosphericDrag KeplerOrbit ExponentialAtmosphere Facets": OF_LIGHT,
     "RadiationPressure KeplerOrbit Facets": (*OF_AIR, "sun_radius", "sun.radius"),
+    "MeshDrag KeplerOrbit ExponentialAtmosphere DirectionalTorque": OF_FIELDS,
     "MeshRadiation KeplerOrbit DirectionalTorque": OF_FIELDS,
     "Yorp KeplerOrbit DirectionalTorque": OF_FIELDS,
     "RadiationPressure FixedPosition Facets Occulter": (*OF_AIR, "sun.mu", "occulters.orbit.mu"),

@@ -39,6 +39,12 @@ OF_ONE = (
         [pt.forces.Occulter(ELLIPSE, 1 / 3)],
         sun_radius=0.1,
     ),
+    pt.forces.MeshDrag(
+        ELLIPSE,
+        pt.forces.ExponentialAtmosphere(1 / 3, 1.1, 0.7),
+        pt.forces.DirectionalTorque(1, np.full((3, 4), 1 / 7)),
+        1 / 3,
+    ),
     pt.forces.Yorp(ELLIPSE, pt.forces.DirectionalTorque(6, np.full((3, 49), 1 / 3)), sun_radius=0.1),
     pt.forces.AtmosphericDrag(
         ELLIPSE, pt.forces.ExponentialAtmosphere(1 / 3, 1.1, 0.7, omega_space=(0, 0, 0.1)), FACETS

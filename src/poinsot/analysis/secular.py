@@ -87,7 +87,7 @@ def secular_evolution(
     Raises
     ------
     ValueError
-        If an effect changes what is no variable, the times do not ascend, or rates of change become infinite.
+        If an effect reads or changes what is no variable, the times do not ascend, or rates of change become infinite.
 
     Examples
     --------
@@ -104,18 +104,14 @@ def secular_evolution(
     if len(at) < 2 or np.any(np.diff(at) <= 0):
         raise ValueError(f"times must be two at least and ascend, got {told(at) or 'none'}.")
 
+    def state_of(values: Array) -> dict[str, float]:
+        return dict(zip(names, map(float, values), strict=True))
+
     def slope(_: float, values: Array) -> list[float]:
-        state = dict(zip(names, map(float, values), strict=True))
-        total = dict.fromkeys(names, 0.0)
-        for effect in effects:
-            for name, rate in effect(state).items():
-                if name not in total:
-                    raise ValueError(f"effects must change variables of the start, {', '.join(names)}, got {name!r}.")
-                total[name] += rate
-        return list(total.values())
+        return _summed(effects, state_of(values))
 
     def reached(_: float, values: Array) -> float:
-        return float(until(dict(zip(names, map(float, values), strict=True)))) if until else 1.0
+        return float(until(state_of(values))) if until else 1.0
 
     floor = np.where(values, np.abs(values), 1.0)
     reached.terminal = True  # type: ignore[attr-defined]
@@ -127,3 +123,21 @@ def secular_evolution(
     events: Any = found.t_events
     stopped = float(events[0][0]) if found.status else None
     return SecularEvolution(found.t, dict(zip(names, found.y, strict=True)), stopped)
+
+
+def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float]:
+    """Return the sums of the rates of change, in the order of the variables."""
+    total = dict.fromkeys(state, 0.0)
+    for effect in effects:
+        try:
+            rates = effect(state)
+        except KeyError as error:
+            hint = "An effect reads it."
+            raise ValueError(
+                f"start must have the variable {error}, got {', '.join(state) or 'none'}. {hint}"
+            ) from None
+        for name, rate in rates.items():
+            if name not in total:
+                raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {name!r}.")
+            total[name] += rate
+    return list(total.values())

@@ -4,7 +4,7 @@ from .atmosphere import Atmosphere, ExponentialAtmosphere
 from .atmosphere_table import TabulatedAtmosphere
 from .damping import LinearDamping
 from .directional_torque import DirectionalTorque
-from .drag import AtmosphericDrag
+from .drag import AtmosphericDrag, MeshDrag
 from .ellipsoid import EllipsoidGravity
 from .facets import Facets
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
@@ -36,6 +36,7 @@ __all__ = [  # noqa: RUF022
     "MagneticHarmonics",
     "MagneticMoment",
     "MasconGravity",
+    "MeshDrag",
     "MeshRadiation",
     "MutualGravity",
     "MutualHarmonics",

@@ -17,7 +17,7 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import Along, Rule
 from poinsot.shapes.mesh import Mesh
 
-__all__ = ["Facets"]
+__all__ = ["ORDINARY_DRAG", "Facets"]
 
 ORDINARY_DRAG = 2.2
 """The drag coefficient of a flat plate in the upper atmosphere, about."""

@@ -44,6 +44,10 @@ def test_scales_of_variables_do_not_count():
             ([lambda _: {"spin": 1.0}], {"rate": 1.0}, [0, 1]),
             "effects must change variables of the start, rate, got 'spin'.",
         ),
+        (
+            ([decay(0.1)], {"speed": 1.0}, [0, 1]),
+            "start must have the variable 'rate', got speed. An",
+        ),
         (([decay(0.1)], {"rate": np.inf}, [0, 1]), "rate must be finite"),
         (([lambda s: {"rate": s["rate"] ** 2}], {"rate": 1.0}, [0, 2]), "effects must have finite rates of change"),
     ],

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import sph_harm_y
 
 import poinsot as pt
-from unit.shapes.test_illumination import bumpy, random_directions
+from unit.shapes.test_illumination import bumpy, random_directions, sphere_points
 
 MESH = bumpy(150)
 
@@ -88,6 +88,28 @@ def test_the_torque_is_that_of_the_field_and_falls_with_the_square_of_the_distan
         expected = 0.3 * 4 / np.dot(place, place) * np.array(list(field.torque(to_sun)))
         np.testing.assert_allclose(torques[-1], expected, rtol=1e-13)
     np.testing.assert_allclose(torques[0], 4 * torques[1], rtol=1e-13)
+
+
+def test_drag_on_a_mesh_is_that_on_its_facets():
+    points, faces = sphere_points(40)
+    lumpy = pt.shapes.Mesh(points * (1.4, 1.0, 0.8) * (1 + 0.2 * points[:, :1]), faces, density=1.0)
+    field, body = pt.forces.DirectionalTorque.of_stream(lumpy, 12), pt.Body.from_shape(lumpy)
+    air = pt.forces.ExponentialAtmosphere(0.3, 2.0, 0.5, omega_space=(0, 0, 0.1))
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=2.0, eccentricity=0.1, inclination=0.4)
+    facets = pt.forces.Facets.from_mesh(lumpy, drag=1.7)
+    torques = []
+    for turn in Rotation.random(5, np.random.default_rng(2)):
+        start = body.state(turn, omega_body=(0, 0, 1), time=0.3)
+        smooth, exact = (
+            pt.System(body, force).torque_body(start)
+            for force in (pt.forces.MeshDrag(orbit, air, field, 1.7), pt.forces.AtmosphericDrag(orbit, air, facets))
+        )
+        speed = np.linalg.norm(orbit.velocity_at(0.3)) + 0.1 * 2.2
+        pressure = 0.5 * 1.7 * air.reference_density * np.exp(0.4) * speed**2  # at most: the distance is above 1.8
+        torques.append((smooth, exact))
+        assert np.linalg.norm(smooth - exact) < 2 * pressure * field.maximum_error
+    smooths, exacts = np.moveaxis(torques, 1, 0)
+    assert np.linalg.norm(smooths - exacts) < 0.4 * np.linalg.norm(exacts)
 
 
 def test_a_torque_from_a_mesh_is_that_of_its_field():
