@@ -251,15 +251,6 @@ def turned_rotation(axes, turn):
         declination_rate=-rising,
         epoch=TIME,
     )
-def turned_part(orbit, turn):
-    if not isinstance(orbit, pt.Orbit):  # along the body
-        return orbit
-    if isinstance(orbit, pt.forces.MagneticField):
-        return with_each_part(orbit, lambda part: turned_part(part, turn))
-    if isinstance(orbit, pt.orbits.RotationModel):
-        first, middle, last = (turn * orbit.attitude(TIME)).as_euler("ZXZ")
-        pole = {"right_ascension": first - np.pi / 2, "declination": np.pi / 2 - middle}
-        return dataclasses.replace(orbit, **pole, prime_meridian=last, epoch=TIME)
 
 
 def turned_orbit(orbit, turn):

@@ -317,8 +317,8 @@ def test_moving_masses():
     w = numbers(OMEGA)[:, 0]
 
     body = pt.Body.from_inertia(inertia_of([*POINTS, *both]))
-    places = ([numbers(r - center)[:, 0] for r in each] for each in (before, after))
-    part = MovingMasses(numbers(masses), float(total), *places, float(begin), float(duration))
+    here, there = ([numbers(r - center)[:, 0] for r in each] for each in (before, after))
+    part = MovingMasses(numbers(masses), float(total), here, there, float(begin), float(duration))
     judged(body, part, (), {"g": g, "energy": w @ tensor @ w / 2, "rates": ()}, float(at_time))
     _, composite = instant(body, part, (), (0, 0, 0), float(at_time))
     np.testing.assert_allclose(composite.inertia, tensor, rtol=0, atol=1e-14)
@@ -355,8 +355,9 @@ def test_slosh_pendulum(planar):
         [numbers(x)[:, 0] for x in (hanging - length * down, down, across)],
     )
     part = SloshPendulum(float(mass), total, *vectors, *map(float, (length, stiffness, damping)), planar=planar)
-    w, values = numbers(OMEGA)[:, 0], ([float(at[x]) for x in each] for each in (angles, rates))
-    own = part.at_angles(*values, w)
+    w = numbers(OMEGA)[:, 0]
+    here, speeds = ([float(at[x]) for x in each] for each in (angles, rates))
+    own = part.at_angles(here, speeds, w)
     np.testing.assert_allclose(own, [*(float(at[x]) for x in angles), *momenta], rtol=1e-13)
     np.testing.assert_allclose(list(part.angle_rates(own, w)), [float(at[v]) for v in rates], rtol=1e-13)
     all_energy = float((energy + potential).subs(at))

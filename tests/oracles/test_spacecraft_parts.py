@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -276,12 +277,12 @@ def test_a_rotor_in_a_gimbal_moves_by_eulers_equations(given):
         matrix[3, :3], matrix[3, 3] = moment * m, moment
         total = HUB @ w + h + moment * speed * m
         right = [*(-np.cross(w, total) - speed * across), w @ across - stiffness * angle - damping * speed]
-        *w_rate, angle_rate = np.linalg.solve(matrix, right)
-        return np.concatenate([turning(A, w), w_rate, [speed, angle_rate]])
+        solved = np.linalg.solve(matrix, right)
+        return np.concatenate([turning(A, w), solved[:3], [speed, solved[3]]])
 
     times = np.linspace(0, 20, 9)
     y = integrated(rates, [*np.eye(3).ravel(), *OMEGA, 0.3, 0.2], times)
-    part = GimballedRotor(m, s, momentum, moment, 0.0, stiffness, damping)
+    part: Any = GimballedRotor(m, s, momentum, moment, 0.0, stiffness, damping)
     part = ControlMomentGyro(m, s, momentum, rate) if given else part
     system = pt.System(pt.Body.from_inertia(HUB), part)
     own = (0.3,) if given else part.at_angle(0.3, 0.2, OMEGA)

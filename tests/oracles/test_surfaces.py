@@ -3,6 +3,7 @@
 import itertools
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -164,8 +165,8 @@ def test_a_motion_through_umbra_and_penumbra():
         q, omega = y[:4], y[4:]
         u = Rotation.from_quat(q, scalar_first=True).inv().apply(direction)
         a, b, c = angles(t)
-        seen = 1.0 if c >= a + b else 0.0 if c <= b - a else seen_of_a_disc_in_closed_form(a, b, c)
-        cosine = max(normal @ u, 0.0)
+        seen: Any = 1.0 if c >= a + b else 0.0 if c <= b - a else seen_of_a_disc_in_closed_form(a, b, c)
+        cosine = float(np.maximum(normal @ u, 0.0))
         force = -pressure * seen * area * cosine * ((1 - specular) * u + 2 * (diffuse / 3 + specular * cosine) * normal)
         torque = np.cross(place, force)
         turn = 0.5 * np.array([-q[1:] @ omega, *(q[0] * omega + np.cross(q[1:], omega))])

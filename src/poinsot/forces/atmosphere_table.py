@@ -151,7 +151,7 @@ class TabulatedAtmosphere(Atmosphere):
         dated = calendar or orbit.calendar
         if dated is None:
             raise ValueError("calendar must be there for an orbit that has none, got none.")
-        model = optional("pymsis", "densities of NRLMSIS", "atmosphere")
+        model = optional("pymsis", "densities of NRLMSIS")
         dates = dated.date(known).utc
         longitudes, latitudes, heights = _geodetic(np.stack(np.broadcast_arrays(*orbit.position_at(known)), -1), dates)
         indices = np.full((known.size, 7), float(ap))

@@ -1,5 +1,7 @@
 """Records with several records in one field: what holds for a record holds for each."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -76,10 +78,10 @@ def test_names_have_the_place_of_each():
     assert {"forces[0].charges[0].strength", "forces[0].charges[1].strength", "forces[0].charges[0].orbit.mu"} <= set(
         names
     )
-    other = NamedNumber(system, "charges[1].strength").system(0.7)
-    assert [float(charge.strength) for charge in other.forces[0].charges] == [0.4, 0.7]
-    assert other.forces[0].charges[0] is ALL.charges[0]
-    assert other.forces[0].orbits[0] is FAR
+    force: Any = NamedNumber(system, "charges[1].strength").system(0.7).forces[0]
+    assert [float(charge.strength) for charge in force.charges] == [0.4, 0.7]
+    assert force.charges[0] is ALL.charges[0]
+    assert force.orbits[0] is FAR
 
 
 def test_members_of_each():

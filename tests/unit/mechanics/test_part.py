@@ -1,5 +1,7 @@
 """A system with parts: its states, its rates, and what is refused."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -192,14 +194,16 @@ class Brake(pt.Torque):
 
 def test_a_part_that_a_torque_knows_is_one_part():
     body, wheel = pt.Body((6.0, 8.0, 10.0)), ReactionWheel((0, 0, 1), 0.1, torque=0.02)
-    for forces in ((wheel, Brake(wheel, 0.3)), (Brake(wheel, 0.3), wheel), (Brake(wheel, 0.3),)):
+    known: Any = ((wheel, Brake(wheel, 0.3)), (Brake(wheel, 0.3), wheel), (Brake(wheel, 0.3),))
+    for forces in known:
         system = pt.System(body, *forces)
         assert [part.name for part in system.parts] == ["reaction_wheel"]
         motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [10.0])
         # g' = -gain p, p' = torque: g = -gain torque t^2 / 2.
         assert abs(motion.angular_momentum_body[0, 2] + 0.3 * 0.02 * 50) < 1e-14
     other = ReactionWheel((0, 0, 1), 0.2)
-    for forces in ((wheel, wheel), (wheel, Brake(other, 0.3)), (wheel, other)):
+    refused: Any = ((wheel, wheel), (wheel, Brake(other, 0.3)), (wheel, other))
+    for forces in refused:
         with pytest.raises(ValueError, match="the parts of a system must have different names, got two named"):
             pt.System(body, *forces)
 

@@ -47,7 +47,7 @@ def blocked(mesh, face, direction):
 
 def test_faces_are_lit_where_no_other_face_is_met():
     mesh = bumpy(60, 0.8)
-    normals, count = Lighting(mesh).normals, 0
+    normals, count = Lighting(mesh).normals, np.intp(0)
     for direction in random_directions(12):
         lit = pt.shapes.lit_faces(mesh, direction)
         facing = normals @ direction > 0

@@ -1,0 +1,138 @@
+"""Light and air in scenarios, in both kernels, in ensembles through eclipses, and beside events."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot.forces import AtmosphericDrag, ExponentialAtmosphere, Facets, Occulter, RadiationPressure
+
+EARTH = pt.KeplerOrbit(3.986004418e14, semimajor_axis=6.9e6, eccentricity=0.01, inclination=0.5, node=0.2)
+SUN = pt.orbits.FixedPosition(1.32712440018e20, position=(-1.2e11, 0.8e11, -0.3e11))
+BODY = pt.Body((0.02, 0.03, 0.035))
+BOX = Facets.from_box((0.1, 0.2, 0.3), (0.01, -0.02, 0.015), specular=0.2, diffuse=0.1)
+AIR = ExponentialAtmosphere(3.7e-12, 6.778e6, 5.8e4, omega_space=(0, 0, 7.2921159e-5))
+LIGHT = RadiationPressure(SUN, BOX, [Occulter(EARTH, 6.378137e6)])
+SYSTEM = pt.System(BODY, AtmosphericDrag(EARTH, AIR, BOX), LIGHT)
+TIMES = np.linspace(0, 5700, 8)
+
+
+def start(shift=0.0):
+    omega = np.array([0.002, -0.003, 0.001])
+    return SYSTEM.state((0.5, 0.5, -0.5, 0.5), omega_body=omega + np.multiply.outer(shift, (1e-5, 0, 0)))
+
+
+def test_both_kernels_agree_through_edges_and_an_eclipse():
+    double, wide = (pt.propagate(SYSTEM, start(), TIMES, precision=name) for name in ("double", "extended"))
+    assert np.max(np.abs(wide.quaternion - double.quaternion)) < 1e-11
+    without = pt.System(BODY, SYSTEM.forces[0], RadiationPressure(SUN, BOX))
+    lit = pt.propagate(without, start(), TIMES)
+    assert np.max(np.abs(lit.quaternion - double.quaternion)) > 1e-3
+
+
+def test_members_go_through_the_eclipse_as_one_does():
+    shifts = np.linspace(0, 3, 5)
+    every = pt.propagate(SYSTEM, start(shifts), TIMES)
+    for i in (0, 2, 4):
+        alone = pt.propagate(SYSTEM, start(shifts[i]), TIMES)
+        assert np.max(np.abs(every.quaternion[i] - alone.quaternion)) < 1e-11
+
+
+def test_an_event_sees_the_light():
+    class Dusk(pt.Event):
+        """Half of the Sun's disc is left."""
+
+        level: float
+
+        def value(self, instant):
+            return LIGHT.sunlight(instant) - self.level
+
+    motion = pt.propagate(SYSTEM, start(), TIMES, events=[Dusk(0.5)])
+    times = motion.events[0].times
+    assert len(times) == 2
+    at = [SYSTEM.at(SYSTEM.state((1, 0, 0, 0), omega_body=(0, 0, 0), time=t)) for t in times]
+    assert np.max(np.abs([float(LIGHT.sunlight(instant)) - 0.5 for instant in at])) < 1e-9
+
+
+SCENARIO = """
+[units]
+time = "s"
+inertia = "kg m2"
+
+[body]
+moments = [0.02, 0.03, 0.035]
+
+[state]
+quaternion = [0.5, 0.5, -0.5, 0.5]
+omega_body = [0.002, -0.003, 0.001]
+
+[[forces]]
+type = "AtmosphericDrag"
+orbit = "earth"
+
+[forces.facets]
+type = "Facets.from_box"
+sides = [0.1, 0.2, 0.3]
+position = [0.01, -0.02, 0.015]
+specular = 0.2
+diffuse = 0.1
+
+[forces.atmosphere]
+type = "ExponentialAtmosphere"
+reference_density = 3.7e-12
+reference_radius = 6.778e6
+scale_height = 5.8e4
+omega_space = [0, 0, 7.2921159e-5]
+
+[[forces]]
+type = "RadiationPressure"
+sun = "sun"
+
+[forces.facets]
+type = "Facets.from_box"
+sides = [0.1, 0.2, 0.3]
+position = [0.01, -0.02, 0.015]
+specular = 0.2
+diffuse = 0.1
+
+[[forces.occulters]]
+orbit = "earth"
+radius = 6.378137e6
+
+[orbits.earth]
+type = "KeplerOrbit"
+mu = 3.986004418e14
+semimajor_axis = 6.9e6
+eccentricity = 0.01
+inclination = 0.5
+node = 0.2
+
+[orbits.sun]
+type = "FixedPosition"
+mu = 1.32712440018e20
+position = [-1.2e11, 0.8e11, -0.3e11]
+
+[times]
+stop = 5700
+count = 8
+"""
+
+
+def test_a_scenario_is_the_same_motion(tmp_path):
+    (tmp_path / "satellite.toml").write_text(SCENARIO)
+    read = pt.files.read_scenario(tmp_path / "satellite.toml").propagate()
+    assert np.array_equal(read.quaternion, pt.propagate(SYSTEM, start(), TIMES).quaternion)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "sentence"),
+    [
+        ("diffuse = 0.1", "diffuse = 0.9", "facets: specular|specular and diffuse must add up to at most 1, got 0.2"),
+        ("radius = 6.378137e6", "radius = -1", r"forces\[1\].occulters\[0\].radius must be positive, got -1.0"),
+        ('type = "ExponentialAtmosphere"', "", r"forces\[0\].atmosphere.type must be there, got none. There is Expo"),
+        ("scale_height = 5.8e4", "scale_hight = 5.8e4", r"atmosphere.scale_hight .* Did you mean scale_height\?"),
+    ],
+)
+def test_a_wrong_key_is_told_with_its_place(tmp_path, right, wrong, sentence):
+    (tmp_path / "wrong.toml").write_text(SCENARIO.replace(right, wrong))
+    with pytest.raises(ValueError, match=sentence):
+        pt.files.read_scenario(tmp_path / "wrong.toml")
