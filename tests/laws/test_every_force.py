@@ -421,8 +421,6 @@ SURFACES = ("orbit.radius[]", "field.extent[]", "maximum_error[]", "rms_error[]"
 OF_AIR, OF_LIGHT = ("facets.drag", "facets.accommodation"), ("facets.specular", "facets.diffuse")
 OF_FIELDS = ("sun_radius", "sun.radius", "field.maximum_error", "field.rms_error")
 IGNORED = {
-    "MeshRadiation KeplerOrbit DirectionalTorque": ("sun.radius",),
-    "Yorp KeplerOrbit DirectionalTorque": ("sun.radius",),
     "AtmosphericDrag KeplerOrbit ExponentialAtmosphere Facets": OF_LIGHT,
     "RadiationPressure KeplerOrbit Facets": (*OF_AIR, "sun_radius", "sun.radius"),
     "MeshDrag KeplerOrbit ExponentialAtmosphere DirectionalTorque": OF_FIELDS,
