@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 
@@ -95,6 +96,15 @@ def test_contact_binary_hangs_along_the_vertical():
     assert tilt[0] == pytest.approx(5, abs=1e-9)
     assert 4.5 < np.max(tilt) < 5.5
     assert np.max(np.abs(motion.norm_error)) < 1e-13
+
+
+def test_wheels_hold_a_cubesat_level():
+    motion = motion_of("cubesat")
+    level = Rotation.from_quat((0.5, -0.5, -0.5, 0.5), scalar_first=True)
+    frame = motion.system.forces[1].orbit.frame
+    error = (level.inv() * motion.relative_to(frame).attitude).magnitude()
+    slow = 2 * sum(np.max(np.linalg.norm(torque, axis=-1)) for torque in motion.torques_body.values()) / 0.02
+    assert 0.2 * slow < np.max(error) < 3 * slow  # the wheels turn with the orbit, and rub
 
 
 def test_magnetorquers_leave_satellites_with_about_twice_the_orbital_rate():
