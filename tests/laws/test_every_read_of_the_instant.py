@@ -19,6 +19,7 @@ OF_ATTITUDE = {
     "quaternion": lambda a: a.quaternion[0] * a.quaternion[2] + 2 * a.quaternion[1] ** 2,
     "to_body": lambda a: a.to_body((0.2, 0.9, -0.4))[0] ** 2,
     "to_space": lambda a: a.to_space(VECTOR)[1],
+    "turned": lambda a: a.turned(fn.Vector((0.8, 0.0, 0.6, 0.0))).to_body((0.2, 0.9, -0.4))[0] ** 2,
 }
 TURNING = {
     **{f"attitude.{name}": lambda i, read=read: read(i.attitude) for name, read in OF_ATTITUDE.items()},

@@ -24,7 +24,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Positive, Table, listed
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.mechanics.planet_axes import PlanetAxes
-from poinsot.quantities import Real
+from poinsot.quantities import Real, Time
 
 __all__ = ["IGRF", "MagneticField", "MagneticHarmonics", "SecularHarmonics", "TiltedDipole"]
 
@@ -250,7 +250,7 @@ class SecularHarmonics(MagneticHarmonics):
 
     g_rate: Annotated[Any, ("orders", "orders")]
     h_rate: Annotated[Any, ("orders", "orders")]
-    epoch: Real
+    epoch: Time
 
     @override
     def at(self, position: Vector, time: Scalar) -> Vector:

@@ -18,7 +18,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude, matrix_of
+from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_matrix
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
@@ -239,6 +239,11 @@ class _Recorder(Attitude):
     def to_space(self, vector: Iterable[Scalar]) -> Vector:
         x = Vector(vector)
         return self._in_space(functions.dot(self.to_body(self._in_space(unit)), x) for unit in UNITS)
+
+    @override
+    def turned(self, quaternion: Vector) -> Attitude:
+        own = quat.product(self.quaternion, Vector(quaternion))
+        return Attitude(self.matrix @ rotation_matrix(quaternion), self.comoving, own)
 
     def _read(self, scalars: Vector) -> Vector:
         self.seen.append(list(map(self.graph.variable, scalars)))

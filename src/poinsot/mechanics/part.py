@@ -37,6 +37,12 @@ class Jump(NamedTuple):
         How many independent numbers of the standard normal distribution each jump is given.
     seed : scalar
         Of these numbers, which member and k choose beside it.
+
+    Examples
+    --------
+    >>> law = pt.control.Sampled(pt.control.RateDamping(2.0, limit=1.0), period=0.5)
+    >>> float(law.jump.period), law.jump.draws
+    (0.5, 0)
     """
 
     period: Scalar

@@ -70,7 +70,13 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
         return np.asarray(axes[0])
     from matplotlib.axes import Axes
 
-    found = [given] if count == 1 else list(np.ravel(given)) if isinstance(given, Sequence | np.ndarray) else []
+    found = (
+        [given]
+        if count == 1
+        else list(np.ravel(np.asarray(given, dtype=object)))
+        if isinstance(given, Sequence | np.ndarray)
+        else []
+    )
     if len(found) != count or not all(isinstance(each, Axes) for each in found):
         wanted = "ax must be an Axes" if count == 1 else f"axes must be {count} Axes"
         raise TypeError(f"{wanted} of matplotlib, got {described(given)}.")

@@ -131,7 +131,7 @@ def test_what_the_model_needs_is_told(monkeypatch):
     pytest.importorskip("astropy")
     calendar = pt.Calendar("2026-11-21T06:30:00", "UTC")
     monkeypatch.setitem(sys.modules, "pymsis", None)
-    with pytest.raises(ImportError, match=r"pymsis must be installed .* `pip install 'poinsot\[atmosphere\]'`"):
+    with pytest.raises(ImportError, match=r"pymsis must be installed .* `pip install 'poinsot\[sky\]'`"):
         TabulatedAtmosphere.from_msis(ORBIT, TIMES, calendar=calendar)
     monkeypatch.setitem(sys.modules, "pymsis", SimpleNamespace())
     kilometres = pt.KeplerOrbit(398600.4418, semimajor_axis=6778.0, eccentricity=0.0)

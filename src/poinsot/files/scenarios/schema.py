@@ -29,6 +29,7 @@ from poinsot.engine.kernels import PRECISIONS
 from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
 from poinsot.files.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
+from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 
@@ -170,10 +171,12 @@ def _scenario_model(_: tuple[type, ...], charts: tuple[str, ...]) -> type[BaseMo
 # ------------------------------------------------------------------ tables
 
 
-Groups = tuple[Group, ...]
+Groups = frozenset[Group]
+
+OUTSIDE: Groups = frozenset()
 
 
-def _table(name: str, keys: Iterable[Key], doc: str | None = None, inside: Groups = (), **more: Any) -> Any:
+def _table(name: str, keys: Iterable[Key], doc: str | None = None, inside: Groups = OUTSIDE, **more: Any) -> Any:
     """Return a model of a table, within tables of groups, that refuses keys that it does not know."""
     create: Any = create_model
     return create(name, __config__=STRICT, __doc__=doc, **more, **{key.name: _field(key, inside) for key in keys})
@@ -184,7 +187,7 @@ def _one_of(names: Iterable[str]) -> Any:
     return literal[tuple(names)]
 
 
-def _union(group: Group, inside: Groups = ()) -> Any:
+def _union(group: Group, inside: Groups = OUTSIDE) -> Any:
     """Return a table that says by its type which keys it has.
 
     Within one of its own group, as a law within a sampled law, it has no table of that group again.
@@ -192,9 +195,9 @@ def _union(group: Group, inside: Groups = ()) -> Any:
     default, known = default_of(group), makers(group)
     if group in inside:
         known = {name: maker for name, maker in known.items() if not any(key.group in inside for key in maker.keys)}
-    models = [Annotated[_made(maker, default, (*inside, group)), Tag(name)] for name, maker in known.items()]
-    if len(models) == 1:
-        return models[0]
+    models = [Annotated[_made(maker, default, group, inside), Tag(name)] for name, maker in known.items()]
+    if len(models) < 2:
+        return models[0] if models else type(None)
 
     def type_of(value: Any) -> Any:
         if isinstance(value, BaseModel):
@@ -204,13 +207,20 @@ def _union(group: Group, inside: Groups = ()) -> Any:
     return Annotated[Union[tuple(models)], Discriminator(type_of)]  # noqa: UP007
 
 
+def _made(maker: Maker, default: str | None, group: Group, inside: Groups) -> Any:
+    """Return the model of a table in those of groups: one for all places where it has the same keys."""
+    around = inside | {group} if any(key.group for key in maker.keys) else OUTSIDE
+    within_one = isinstance(group, type) and issubclass(group, Force)  # where it cannot be on one of two bodies
+    return _model(maker, default, "_within_another" if within_one else "", around)
+
+
 @functools.lru_cache(maxsize=512)
-def _made(maker: Maker, default: str | None, inside: Groups) -> Any:
+def _model(maker: Maker, default: str | None, ending: str, around: Groups) -> Any:
     kind = (_one_of((maker.name,)), Field(maker.name if maker.name == default else ...))
-    return _table(maker.name.replace(".", "_"), maker.keys, maker.help, inside, type=kind)
+    return _table(maker.name.replace(".", "_") + ending, maker.keys, maker.help, around, type=kind)
 
 
-def _field(key: Key, inside: Groups = ()) -> Any:
+def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
     kinds: dict[str, Callable[[], Any]] = {
         "text": lambda: _one_of(key.choices) if key.choices else StrictStr,
         "texts": lambda: StrictStr | list[StrictStr],

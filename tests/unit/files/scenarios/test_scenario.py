@@ -405,15 +405,18 @@ def test_a_name_measures_one_thing():
     """As the annotations say it: an epoch that is a time in one class and a plain number in another is forgotten."""
     kinds = {}
     groups = ("body", "force", "orbit", "frame", "shape")
-    made = [
-        maker for group in groups for maker in makers(group).values() if maker.call.__module__.startswith("poinsot.")
-    ]
+
+    def own(group):
+        return [maker for maker in makers(group).values() if maker.call.__module__.startswith("poinsot.")]
+
+    made = [maker for group in groups for maker in own(group)]
     keys = [key for maker in made for key in maker.keys]
     of_records = {key.group for key in keys if isinstance(key.group, type)}
-    keys += [key for group in of_records for maker in makers(group).values() for key in maker.keys]
+    keys += [key for group in of_records for maker in own(group) for key in maker.keys]
     for key in (key for key in keys if key.kind not in ("file", "orbit", "record")):
         kinds.setdefault(key.name, set()).add((key.kind, key.rank))
-    assert [name for name, found in kinds.items() if len(found) > 1] == []
+    quantities = {name: {kind for kind, _ in found if kind != "text"} for name, found in kinds.items()}
+    assert [name for name, found in quantities.items() if len(found) > 1] == []
     assert kinds["inclination"] == {("angle", 0)}
     assert kinds["epoch"] == {("time", 0)}
     assert kinds["omega_space"] == {("rate", 1)}
