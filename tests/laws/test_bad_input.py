@@ -573,7 +573,10 @@ class Degree(pt.Potential):
         return 0.0 * instant.attitude.to_body((0, 0, 1))[0]
 
 
-DECLARED = "must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], int, bool, str, Orbit or tuple[Orbit, ...], got"
+DECLARED = (
+    "must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], int, bool, str, Orbit or "
+    "tuple[Orbit, ...], got"
+)
 KINDS = {
     "state_before_system": (
         lambda: pt.propagate(STATE, SYSTEM, (0, 1)),
