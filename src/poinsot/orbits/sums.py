@@ -82,8 +82,13 @@ def _common(what: str, values: Iterable[Any], unsaid: Any) -> Any:
     """Return the one thing that those orbits that say it say."""
     said = list(dict.fromkeys(value for value in values if value != unsaid))
     if len(said) > 1:
-        raise ValueError(f"orbits must have one {what} to be added, got {' and '.join(map(str, said))}.")
+        raise ValueError(f"orbits must have one {what} to be added, got {' and '.join(map(_told, said))}.")
     return said[0] if said else unsaid
+
+
+def _told(value: Any) -> str:
+    """Return a calendar by the date of its zero, anything else as it is."""
+    return f"the one from {value.zero} {value.scale}" if isinstance(value, Calendar) else str(value)
 
 
 def _span(orbits: Iterable[Orbit], calendar: Calendar | None, start: Any, stop: Any) -> tuple[float, float]:

@@ -69,7 +69,7 @@ def test_labels_and_the_common_span():
             (tabulated(SATELLITE, calendar=ZERO), tabulated(EARTH, calendar=pt.Calendar("2026-01-01", "UTC"))),
             {},
             ValueError,
-            "orbits must have one calendar to be added, got Calendar",
+            "orbits must have one calendar to be added, got the one from ",
         ),
     ],
 )
