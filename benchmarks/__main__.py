@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 import poinsot
-from benchmarks import ensembles, fields, free, overheads, pairs, peers, single, variational
+from benchmarks import ensembles, fields, free, overheads, pairs, peers, single, spacecraft, variational
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
@@ -40,6 +40,7 @@ SECTIONS = {
     "state_transition": variational.state_transition,
     "chaos_maps": variational.chaos_maps,
     "two_bodies": pairs.two_bodies,
+    "cubesat": spacecraft.cubesat,
 }
 IN_SEVERAL = {
     "against_the_script": (single.over_processes, 7, ("now",)),

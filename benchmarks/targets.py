@@ -274,6 +274,13 @@ def of_two_bodies(found):
     ]
 
 
+def of_cubesat(found):
+    """Return the target of a CubeSat under every torque."""
+    seconds = found["orbit"].get("seconds")
+    what = "CubeSat with every torque, one orbit in a second call"
+    return [Target(what, seconds and 1e3 * seconds, 60, True, " ms")]
+
+
 GROUPS = (
     (against_the_script, "against_the_script"),
     (of_errors, "errors_beside_the_script"),
@@ -290,6 +297,7 @@ GROUPS = (
     (of_state_transition, "state_transition"),
     (of_chaos, "chaos_maps"),
     (of_two_bodies, "two_bodies"),
+    (of_cubesat, "cubesat"),
 )
 """What makes targets of which sections."""
 

@@ -23,6 +23,7 @@ NEEDS = {
     "diffrax_dopri8": "diffrax",
     "mujoco_rk4": "mujoco",
     "basilisk_rkf78": "bsk",
+    "basilisk_facets": "bsk",
 }
 
 
