@@ -71,7 +71,7 @@ $(BENCH)/.ready: pyproject.toml
 	@echo "== setting up $(BENCH) (once)"
 	$(PYTHON) -m venv $(BENCH)
 	$(BENCH)/bin/python -m pip install --quiet --upgrade pip
-	$(BENCH)/bin/python -m pip install --quiet --editable '.[symbolic]' matplotlib
+	$(BENCH)/bin/python -m pip install --quiet --editable '.[symbolic,sky]' matplotlib
 	@touch $(BENCH)/.ready
 
 clean:
