@@ -80,11 +80,12 @@ INTERNAL = {
     *("seen_from", "power", "with_attitude", "with_separation", "on", "load", "truncation", "check_start"),
     *("try_event", "momentum_ratios", "sizes_of_blocks"),
     *("from_msis",),  # its package is not among those of the tests
+    *("turned", "update", "in_body", "rate_in_body", "moment", "angles_at", "axes_at", "to_planet"),
 }
 """Methods that formulas and the package call, and not a user."""
 
 NOT_CALLED = {
-    *("Event", "Frame", "Orbit", "Part", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
+    *("Event", "Frame", "Jump", "Orbit", "Part", "Potential", "Shape", "Torque", "Attitude", "Environment", "Instant"),
     *("Atmosphere", "TabulatedAtmosphere"),
     *("AttitudeFormat", "BodyVector", "SpaceVector", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
@@ -264,6 +265,53 @@ def light_calls():
     }
 
 
+def field_calls():
+    """Return those of planet-fixed axes, magnetic fields, tides and relaxation."""
+    angles = {"right_ascension": 0.1, "declination": 1.2, "prime_meridian": 0.3}
+    rates = {"right_ascension_rate": 1e-9, "declination_rate": 1e-9, "rate": 0.1, "acceleration": 1e-9, "epoch": 0.5}
+    axes = pt.orbits.RotationModel(**angles, rate=0.1)
+    dipole = {"orbit": ELLIPSE, "rotation": axes, "g10": -3e-5, "g11": 1e-6, "h11": 2e-6, "radius": 0.5}
+    harmonics = {"orbit": ELLIPSE, "rotation": axes, "degree": 1, "radius": 0.5}
+    harmonics |= {"g": [(0, 0), (3e-5, 1e-5)], "h": np.zeros((2, 2))}
+    magnet = pt.forces.TiltedDipole(**dipole)
+    rock = pt.Body.from_ellipsoid(8e11, (600.0, 500.0, 400.0))
+    elastic = {"body": rock, "rigidity": 1e9, "quality_factor": 100.0, "poisson_ratio": 0.3}
+    dated = pt.orbits.RotationModel.iau("earth", calendar=CALENDAR)
+    return {
+        "BDot": (pt.forces.BDot, {"gain": 0.3, "field": magnet, "limit": 0.1}),
+        "EddyCurrents": (pt.forces.EddyCurrents, {"tensor": 0.2, "field": magnet}),
+        "IGRF": (pt.forces.IGRF, {"orbit": ELLIPSE, "rotation": dated, "degree": 2, "radius": 0.5}),
+        "InelasticRelaxation": (pt.analysis.InelasticRelaxation, elastic),
+        "InelasticRelaxation.damping_time": (pt.analysis.InelasticRelaxation(**elastic).damping_time, {"rate": 0.1}),
+        "MagneticField": (pt.forces.TiltedDipole, dipole),
+        "MagneticHarmonics": (pt.forces.MagneticHarmonics, harmonics),
+        "MagneticMoment": (pt.forces.MagneticMoment, {"moment": (0.1, 0.2, 0.3), "field": magnet}),
+        "NutatingRotation": (
+            pt.orbits.NutatingRotation,
+            {**angles, **rates, "terms": 1, "periodic": [(1e-3, 1e-3, 1e-3, 0.1, 0.2)]},
+        ),
+        "RotationModel": (pt.orbits.RotationModel, {**angles, **rates, "reference_frame": "ICRF"}),
+        "RotationModel.earth": (
+            pt.orbits.RotationModel.earth,
+            {"calendar": CALENDAR, "ut1_minus_utc": 0.1, "reference_frame": "ICRF"},
+        ),
+        "RotationModel.iau": (pt.orbits.RotationModel.iau, {"body": "mars", "calendar": CALENDAR}),
+        "RotationModel.omega_space": (axes.omega_space, {"time": 1.0}),
+        "RotationModel.quaternion": (axes.quaternion, {"time": 1.0}),
+        "SecularHarmonics": (
+            pt.forces.SecularHarmonics,
+            {**harmonics, "g_rate": np.zeros((2, 2)), "h_rate": np.zeros((2, 2)), "epoch": 0.5},
+        ),
+        "TidalTorque": (
+            pt.forces.TidalTorque,
+            {"orbit": ELLIPSE, "love_number": 0.3, "radius": 0.5, "time_lag": 0.1, "G": 1.0},
+        ),
+        "TiltedDipole": (pt.forces.TiltedDipole, dipole),
+        "in_metres": (pt.orbits.in_metres, {"orbit": ephemeris()}),
+        "pseudo_synchronous_rate": (pt.forces.pseudo_synchronous_rate, {"eccentricity": 0.2}),
+    }
+
+
 @functools.cache
 def along_orbit():
     start = SATELLITE.body.state((0.5, -0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0), frame=CIRCLE.frame)
@@ -407,6 +455,7 @@ def public_calls(folder):
     return {
         **pair_calls(),
         **light_calls(),
+        **field_calls(),
         "Andoyer": (pt.Andoyer, {"l": 0.1, "g": 0.2, "h": 0.3, "L": 0.5, "G": 1.0, "H": 0.4}),
         "Andoyer.from_state": (pt.Andoyer.from_state, {"state": START}),
         "Andoyer.state": (pt.Andoyer(0.1, 0.2, 0.3, 0.5, 1.0, 0.4).state, {"time": 1.0}),

@@ -14,7 +14,7 @@ from scipy.special import ellipj, ellipk
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.html_text import Summarized, told
 from poinsot.mechanics.body import Body
 
@@ -92,7 +92,8 @@ class InelasticRelaxation(Summarized):
         dynamic_moment : float or array
             G^2 / (2 T), between the smallest and the largest moment, as of `FreeRotation`.
         """
-        G, J = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (angular_momentum, dynamic_moment)))
+        given = {"angular_momentum": angular_momentum, "dynamic_moment": dynamic_moment}
+        G, J = np.broadcast_arrays(*(real_numbers(name, x) for name, x in given.items()))
         low, _, high = self._moments
         if not np.all((low <= J) & (high >= J)):
             raise ValueError(f"dynamic_moment must be from {low:g} to {high:g}, got {J.tolist()}.")
@@ -103,6 +104,7 @@ class InelasticRelaxation(Summarized):
         losses = energies @ np.arange(PHASES // 2 + 1)
         return np.asarray(G**5 * (4 * np.pi / self.quality_factor) * losses / period)
 
+    @checked
     def damping_time(self, rate: ArrayLike) -> Array:
         """Return the time in which a small nutation about the short axis falls by the factor e.
 
@@ -117,7 +119,7 @@ class InelasticRelaxation(Summarized):
         A, B, C = self._moments
         spring = self._compliance[4, 4] / (A * (C - A)) + self._compliance[3, 3] / (B * (C - B))
         wobble = np.sqrt((C - A) * (C - B) / (A * B))
-        return np.asarray(2 * self.quality_factor / (C * wobble * spring) / np.asarray(rate, dtype=float) ** 3)
+        return np.asarray(2 * self.quality_factor / (C * wobble * spring) / real_numbers("rate", rate) ** 3)
 
     def rates(self, state: Mapping[str, float]) -> dict[str, float]:
         """Return the rate of change of "dynamic_moment", for a secular evolution with other averaged effects.

@@ -9,6 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.errors import array_of
 from poinsot.forces.magnetic_fields import MagneticField
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.force import Potential, Torque
@@ -96,7 +97,7 @@ class EddyCurrents(Torque):
     field: MagneticField
 
     def __post_init__(self) -> None:
-        coefficient = np.asarray(self.tensor)
+        coefficient = array_of("tensor", self.tensor)
         if coefficient.ndim < 2 and coefficient.dtype.kind in "iuf":
             object.__setattr__(self, "tensor", coefficient[..., None, None] * np.eye(3))
         super().__post_init__()

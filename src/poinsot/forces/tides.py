@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.checked import checked
+from poinsot.errors import real_numbers
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Load, PairLoad, Torque
@@ -75,6 +77,7 @@ class TidalTorque(Torque):
         return Vector(functions.cross(r, _slip(r, v, instant.omega_body)) * across)
 
 
+@checked
 def pseudo_synchronous_rate(eccentricity: ArrayLike) -> NDArray[np.float64]:
     """Return the rate at which a tide with a constant time lag turns a body on an ellipse no more, in mean motions.
 
@@ -96,7 +99,7 @@ def pseudo_synchronous_rate(eccentricity: ArrayLike) -> NDArray[np.float64]:
     >>> float(pt.forces.pseudo_synchronous_rate(0.2).round(4))
     1.2419
     """
-    e = np.asarray(eccentricity, dtype=float)
+    e = real_numbers("eccentricity", eccentricity)
     if not np.all((e >= 0) & (e < 1)):
         raise ValueError(f"eccentricity must be from 0 to below 1, got {e.tolist()}. The mean is that of an ellipse.")
     x = e * e

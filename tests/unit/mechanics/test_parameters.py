@@ -25,7 +25,7 @@ class Charge(Parametric):
     strength: float
 
 
-class Attraction(pt.Potential):
+class AttractionOfCharges(pt.Potential):
     """The sum over charges, and over orbits."""
 
     charges: tuple[Charge, ...] = ()
@@ -47,7 +47,7 @@ class One(pt.Potential):
         return self.strength * instant.attitude.to_body(instant.direction(self.orbit))[0] ** 2
 
 
-ALL = Attraction([Charge(NEAR, 0.4), Charge(FAR, -0.3)], [FAR])
+ALL = AttractionOfCharges([Charge(NEAR, 0.4), Charge(FAR, -0.3)], [FAR])
 APART = (One(NEAR, 0.4), One(FAR, -0.3), One(FAR, 0.2))
 
 
@@ -69,7 +69,7 @@ def test_numbers_and_records_are_those_of_each_in_order():
     twin = ALL.with_numbers(others)
     assert [float(x) for x in twin.numbers] == others.tolist()
     assert twin.structure == ALL.structure
-    assert Attraction(ALL.charges[:1], [FAR]).structure != ALL.structure
+    assert AttractionOfCharges(ALL.charges[:1], [FAR]).structure != ALL.structure
 
 
 def test_names_have_the_place_of_each():
@@ -86,10 +86,10 @@ def test_names_have_the_place_of_each():
 
 def test_members_of_each():
     strengths = np.array([0.4, 0.1, -0.2])
-    force = Attraction([Charge(NEAR, strengths), Charge(FAR, -0.3)])
+    force = AttractionOfCharges([Charge(NEAR, strengths), Charge(FAR, -0.3)])
     every = motion(force)
     for i, strength in enumerate(strengths):
-        one = motion(Attraction([Charge(NEAR, strength), Charge(FAR, -0.3)]))
+        one = motion(AttractionOfCharges([Charge(NEAR, strength), Charge(FAR, -0.3)]))
         assert np.max(np.abs(every.quaternion[i] - one.quaternion)) < 1e-14
     assert numbers_of_members(force, 2).charges[0].strength == -0.2
     assert np.array_equal(every.member(1).system.forces[0].charges[0].strength, 0.1)
@@ -99,7 +99,7 @@ def test_knots_are_those_of_each():
     times = np.linspace(0, 4, 21)
     position, velocity = (np.stack(np.broadcast_arrays(*f(times)), -1) for f in (FAR.position_at, FAR.velocity_at))
     table = pt.orbits.Ephemeris.from_table(1.1, times=times, positions=position, velocities=velocity)
-    force = Attraction([Charge(table, 0.4)], [table])
+    force = AttractionOfCharges([Charge(table, 0.4)], [table])
     assert np.array_equal(force.knots, times)
     assert np.max(np.abs(motion(force).quaternion - motion(One(table, 0.6)).quaternion)) < 1e-14
 
@@ -115,7 +115,7 @@ def test_knots_are_those_of_each():
 )
 def test_what_is_no_list_of_records_is_told(given, sentence):
     with pytest.raises(TypeError, match=sentence):
-        Attraction((), given)
+        AttractionOfCharges((), given)
 
 
 TEXT = """
@@ -127,7 +127,7 @@ quaternion = [0.1, 0.7, -0.5, 0.5]
 omega_body = [0.4, -0.6, 0.5]
 
 [[forces]]
-type = "Attraction"
+type = "AttractionOfCharges"
 orbits = ["far"]
 
 [[forces.charges]]
