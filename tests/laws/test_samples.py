@@ -417,3 +417,10 @@ def test_derivatives_by_gains_and_not_by_the_times_of_samples():
     for name in ("period", "phase"):
         with pytest.raises(ValueError, match="parameters must not be the period or the phase of a sampled law"):
             pt.analysis.state_transition(system, start, [2.0], [name])
+
+
+def test_a_spectrum_refuses_digital_controllers():
+    law = Sampled(RateDamping(0.4, 0.2), 0.3)
+    system = pt.System(BODY, law)
+    with pytest.raises(ValueError, match="system must have no digital controller, got 'sampled'"):
+        pt.analysis.lyapunov_spectrum(system, system.state(**START), [1.0])

@@ -294,7 +294,7 @@ def lyapunov_spectrum(
     Raises
     ------
     ValueError
-        If times do not rise from the state's.
+        If times do not rise from the state's, or the system has a digital controller.
     PropagationError
         If a single body stops; of an ensemble see `failures`.
     PropagationInterrupted
@@ -309,6 +309,11 @@ def lyapunov_spectrum(
     >>> np.allclose(np.sum(found.exponents), -0.01 * np.sum(1 / body.moments))  # the divergence
     True
     """
+    if system.jumping:
+        raise ValueError(
+            f"system must have no digital controller, got {system.jumping[0].name!r}: a spectrum begins anew on the "
+            "way, and so would its memory. Take chaos_indicators."
+        )
     whole = VariationalRun(system, state, times, formulation, tolerance, threads, False)
     start, members, k = _common_start(whole), len(whole.state.time), len(whole.units)
     copies = 1 if k <= TOGETHER else k  # of each member, with as many of the vectors
