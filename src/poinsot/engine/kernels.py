@@ -498,7 +498,7 @@ class _Field:
     events, counting : lists of scalars
         The values of the events, and what is positive where their zeros count.
     saltation : Saltation or None
-        What becomes of tangent vectors where formulas switch.
+        The saltation matrices of tangent vectors, where formulas switch.
     updates : list of Update
         What is done at samples.
     """

@@ -1,4 +1,4 @@
-"""What becomes of tangent vectors where a formula switches: the saltation matrix, to first and second order.
+"""Saltation: how tangent vectors jump where a formula switches, to first and second order.
 
 Where a motion crosses h = 0 its velocity changes from f to g. A neighbour, xi beside it, crosses later by the time
 
@@ -49,7 +49,7 @@ ALIKE = 1e-9
 
 
 class NoDerivative(Exception):  # noqa: N818
-    """Why the neighbours of a motion have no derivative at a crossing."""
+    """Why a motion has no derivative by its start at a crossing."""
 
 
 class Saltation:

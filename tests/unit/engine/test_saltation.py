@@ -1,4 +1,4 @@
-"""Which switches tangent vectors stop at, several at once, and where neighbours of a motion have no derivative."""
+"""At which switches tangent vectors jump, several at once, and where a motion has no derivative by its start."""
 
 from dataclasses import replace
 
