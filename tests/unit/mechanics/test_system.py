@@ -240,3 +240,16 @@ def test_torque_is_minus_the_derivative_of_the_energy_along_a_turn(body, start, 
             for turn in (type(start.attitude).from_rotvec(sign * 1e-5 * direction) for sign in (1, -1))
         )
         assert power == pytest.approx(-(ahead - back) / 2e-5, abs=1e-7)
+
+
+def test_torques_of_each_force_add_up_to_that_of_all():
+    body = pt.Body((1.25, 1.0, 0.75))
+    forces = pt.UniformGravity(0.5, (1, 0, 0)), pt.forces.LinearDamping(0.1), pt.forces.LinearDamping(0.3)
+    system = pt.System(body, *forces)
+    state = system.state((0.5, -0.5, 0.5, 0.5), omega_body=(0.1, -0.2, 0.4))
+    found = system.torques_body(state)
+    assert list(found) == ["UniformGravity", "LinearDamping", "LinearDamping 2"]
+    assert found["LinearDamping 2"] == pytest.approx(-0.3 * np.array([0.1, -0.2, 0.4]), rel=1e-15)
+    assert sum(found.values()) == pytest.approx(system.torque_body(state), rel=1e-15)
+    motion = pt.propagate(system, state, [0.0, 1.0])
+    assert np.array_equal(motion.torques_body["UniformGravity"][0], found["UniformGravity"])
