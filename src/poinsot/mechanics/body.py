@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import InitVar, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -71,6 +72,7 @@ class Body(Parametric):
     """The shape that the body was made of by `from_shape`."""
     semiaxes: ClassVar[Any] = None
     """Those of the ellipsoid along the body axes that the body was made of."""
+    beside: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
 
     def __post_init__(self, mass: Any) -> None:
         super().__post_init__()

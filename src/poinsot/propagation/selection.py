@@ -46,14 +46,11 @@ def _of_slice(name: str, index: slice, count: int) -> Chosen:
 
 
 def numbers_of_members(record: Any, members: Chosen) -> Any:
-    """Return a record with the numbers of some members; those that all members share stay.
-
-    An array that is no field, such as the mass of a body, has a scalar for each member.
-    """
-    kinds: dict[str, Any] = kinds_of(type(record))
+    """Return a record with the numbers of some members; those that all members share stay."""
+    kinds: dict[str, Any] = {**type(record).beside, **kinds_of(type(record))}
     own: dict[str, Any] = {}
     for name, value in vars(record).items():
-        kind = kinds.get(name, () if isinstance(value, np.ndarray) else None)
+        kind = kinds.get(name)
         if isinstance(getattr(type(record), name, None), functools.cached_property):
             continue
         if isinstance(kind, tuple):

@@ -90,3 +90,14 @@ def test_a_member_of_one_body_has_its_own_mass():
     heavy = pt.System(body, pt.UniformGravity(MASSES, (0.1, 0, 0)))
     motion: Any = pt.propagate(heavy, start, [0.0, 1.0])
     assert motion.member(3).system.body.mass == 0.55
+
+
+def test_a_body_that_all_pairs_share_keeps_its_semiaxes():
+    """They are three numbers of one body, not one of each of three members."""
+    squares, masses = np.array([1.2, 1.3, 1.4, 1.5])[:, None] * (1.0, 1.2, 1.5), np.full(4, 2.0)
+    pair = pt.TwoBodies(pt.Body.from_ellipsoid(5.0, (3, 2, 1)), pt.Body(0.1 * squares, mass=masses), G=1.0)
+    start = pair.synchronous(distance=20.0, primary_rate=1.0)
+    motion = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, [1.0], progress=False)
+    for one in motion:
+        assert np.array_equal(one.system.body.primary.semiaxes, (3, 2, 1))
+        assert one.system.body.primary.mass == 5.0
