@@ -1,0 +1,42 @@
+"""Every page of the documentation that is a notebook runs, its cells in order, in an empty folder."""
+
+import re
+import shlex
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import pytest
+from typer.testing import CliRunner
+
+from poinsot.cli import app
+
+DOCS = Path(__file__).parents[2] / "docs"
+CELL = re.compile(r"```\{code-cell\} ipython3\n((?::.*\n)*)(.*?)```", re.DOTALL)
+PAGES = [page for page in sorted(DOCS.rglob("*.md")) if "{code-cell}" in page.read_text()]
+
+
+def command(line):
+    """Run what a notebook gives to the shell as `!poinsot ...`."""
+    name, *arguments = shlex.split(line)
+    assert name == "poinsot"
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
+def test_cells_of_a_page_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    mpl.use("Agg")
+    names = {"__name__": "notebook", "_command": command}
+    for number, (_, code) in enumerate(CELL.findall(page.read_text())):
+        plain = re.sub(r"^!(.*)$", lambda line: f"_command({line[1]!r})", code, flags=re.MULTILINE)
+        exec(compile(plain, f"{page.name}, cell {number}", "exec", dont_inherit=True), names)
+    plt.close("all")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
+def test_a_page_with_cells_says_its_kernel_and_checks_something(page):
+    text = page.read_text()
+    assert text.startswith("---\njupytext:\n") and "name: python3" in text.split("---\n")[1]
+    assert "assert " in text
