@@ -38,5 +38,6 @@ def test_cells_of_a_page_run(page, tmp_path, monkeypatch):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
 def test_a_page_with_cells_says_its_kernel_and_checks_something(page):
     text = page.read_text()
-    assert text.startswith("---\njupytext:\n") and "name: python3" in text.split("---\n")[1]
+    assert text.startswith("---\njupytext:\n")
+    assert "name: python3" in text.split("---\n")[1]
     assert "assert " in text
