@@ -25,7 +25,7 @@ LAWS = (
 )
 SAMPLED = (
     *(Sampled(law, 0.2, 0.1) for law in LAWS),
-    Sampled(LAWS[0], 0.2, 0.1, NoisySensors(1e-3, 2e-3, 1e-4, 3.0), name="noisy"),
+    Sampled(LAWS[0], 0.2, 0.1, NoisySensors(1e-3, 2e-3, 1e-4, 1e-3, 3.0), name="noisy"),
 )
 each_law = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 each = pytest.mark.parametrize("law", [*LAWS, *SAMPLED], ids=lambda law: repr(law)[:26])

@@ -229,13 +229,13 @@ def test_chunks_of_steps_change_nothing(name, monkeypatch):
 
 # ---------------------------------------------------------------------- noise
 
-NOISY = NoisySensors(rate_noise=0.02, attitude_noise=0.03, rate_quantum=0.004, seed=11)
+NOISY = NoisySensors(rate_noise=0.02, attitude_noise=0.03, rate_quantum=0.004, attitude_quantum=0.01, seed=11)
 
 
 @needs_looped_kernels
 def test_noise_is_the_same_on_all_kernels_and_in_all_lanes(on_heyoka, monkeypatch):
     seeds = np.array([11.0, 11.0, 5.0, 11.0, 0.0, 2.0, 3.0])
-    sensors = NoisySensors(0.02, 0.03, 0.004, seeds)
+    sensors = NoisySensors(0.02, 0.03, 0.004, 0.01, seeds)
     for law in (FEEDBACK, OrbitPointing(2.0, 3.0, 0.7, ORBIT)):
         system = pt.System(BODY, Sampled(law, 0.3, 0.1, sensors))
         together = pt.propagate(system, system.state(**START), TIMES)
@@ -271,6 +271,29 @@ def test_noise_has_the_spread_that_it_is_given():
     steps = found / 0.005
     assert np.max(np.abs(steps - np.rint(steps))) < 1e-12
     assert np.unique(np.rint(steps)).size > 10
+
+
+@pytest.mark.parametrize("law", [QuaternionFeedback(2.0, 0.0, 1e3), OrbitPointing(2.0, 0.0, 1e3, ORBIT)])
+def test_attitudes_in_steps_are_those_of_rounded_quaternions(law):
+    """Those of a body at rest, by the quaternion and by the axes that a law sees."""
+    still, quantum = pt.Body((1e9, 1e9, 1e9)), 0.02
+    for seen, rounding in ((quantum, 0.5 * quantum), (0.0, 1e-300)):
+        q = Rotation.random(20, np.random.default_rng(3)).as_quat(scalar_first=True)
+        system = pt.System(still, Sampled(law, 0.5, sensors=NoisySensors(attitude_quantum=seen)))
+        found = pt.propagate(system, system.state(q, omega_body=(0, 0, 0)), [0.0]).own["sampled"][:, 0]
+        given = np.rint(q / rounding) * rounding
+        known = pt.System(still, law)
+        known = [known.torque_body(still.state(x / np.linalg.norm(x), omega_body=(0, 0, 0))) for x in given]
+        assert np.max(np.abs(found - known)) < 1e-14
+        assert (np.max(np.abs(given - q)) > 1e-3) == (seen > 0)
+
+
+@pytest.mark.parametrize("quantum", [-0.1, 1.5])
+def test_steps_of_attitudes_are_less_than_a_radian(quantum):
+    with pytest.raises(
+        ValueError, match=r"attitude_quantum must (not be negative, got -0\.1|be at most 1 radian, got 1\.5)"
+    ):
+        NoisySensors(attitude_quantum=quantum)
 
 
 def test_noise_of_size_zero_is_none():
