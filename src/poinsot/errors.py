@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import sys
+import warnings
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -15,6 +18,7 @@ __all__ = [
     "PropagationInterrupted",
     "array_of",
     "exactly_one",
+    "level_of_user",
     "member_array",
     "optional",
     "real_array",
@@ -25,6 +29,7 @@ __all__ = [
     "refuse_other_members",
     "refuse_zero",
     "scalar",
+    "warn_of_negative",
 ]
 
 
@@ -133,6 +138,22 @@ def refuse_negative(name: str, value: Any, hint: str = "") -> None:
     """Raise a ValueError that shows the least number if it is negative."""
     if np.any(np.asarray(value) < 0):
         raise ValueError(f"{name} must not be negative, got {np.min(value)}. {hint}".rstrip())
+
+
+def warn_of_negative(name: str, value: Any, hint: str = "") -> None:
+    """Warn at the user's line, with the least number, if it is negative."""
+    if np.any(np.asarray(value) < 0):
+        sentence = f"{name} should not be negative, got {np.min(value)}. {hint}".rstrip()
+        warnings.warn(sentence, stacklevel=level_of_user())
+
+
+def level_of_user() -> int:
+    """Return the stack level, as seen by the caller, of the first line outside the package."""
+    frame: FrameType | None = sys._getframe(1)
+    level = 1
+    while frame and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]:
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def refuse_zero(name: str, vector: Any, hint: str = "") -> None:

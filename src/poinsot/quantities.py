@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "ANGLE_UNITS",
     "NAMED_RATES",
+    "OR_NUMBER",
     "Along",
     "Angle",
     "Angles",
@@ -98,6 +99,10 @@ class Along:
     """The axes along which the components of a vector are, by their name."""
 
     axes: str
+
+
+OR_NUMBER = "or a number"
+"""Said beside the shape of an array for all of which one number can stand."""
 
 
 @dataclasses.dataclass(frozen=True)

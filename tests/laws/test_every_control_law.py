@@ -8,7 +8,15 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from laws.test_every_force import ELLIPSE, compiled, heyoka_torque, random_attitudes, sympy_numbers, turned_orbit
+from laws.test_every_force import (
+    ELLIPSE,
+    MAGNETIC_FIELDS,
+    compiled,
+    heyoka_torque,
+    random_attitudes,
+    sympy_numbers,
+    turned_orbit,
+)
 from laws.test_every_force_in_files import comes_back
 from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
 from poinsot.engine import kernels
@@ -143,13 +151,21 @@ def test_laws_come_back_from_files(law, tmp_path):
     assert np.array_equal(read.quaternion, first.quaternion)
 
 
+WRONG_SIGN = r"should not be negative, got -0\.5\. Feedback of the wrong sign is unstable\.$"
+
+
 @pytest.mark.parametrize("gain", ["kp", "kd", "gain"])
 def test_gains_of_the_wrong_sign_give_a_warning(gain):
     law, names = (RateDamping, ("gain", "limit")) if gain == "gain" else (QuaternionFeedback, ("kp", "kd", "limit"))
     given = dict.fromkeys(names, 1.0)
-    sentence = rf"{gain} of {law.__name__} should not be negative, got -0\.5\. Such a torque drives the body away\."
-    with pytest.warns(UserWarning, match=sentence):
+    with pytest.warns(UserWarning, match=rf"^{gain} {WRONG_SIGN}") as told:
         law(**{**given, gain: (0.5, -0.5)})
+    assert [each.filename for each in told] == [__file__]
+
+
+def test_gains_of_magnetorquers_of_the_wrong_sign_give_a_warning():
+    with pytest.warns(UserWarning, match=f"^gain {WRONG_SIGN}"):
+        pt.forces.BDot((0.5, -0.5), MAGNETIC_FIELDS[0], 1.0)
 
 
 def test_targets_have_unit_norm():

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from abc import abstractmethod
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
@@ -17,8 +15,8 @@ from poinsot.mechanics.attitude import unit_quaternion
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Positive
-from poinsot.quantities import Real, Rule
+from poinsot.mechanics.parameters import Gain, Positive
+from poinsot.quantities import Rule
 
 __all__ = ["OrbitPointing", "QuaternionFeedback", "RateDamping"]
 
@@ -40,25 +38,12 @@ def _within(torque: Iterable[Scalar], limit: Scalar) -> Vector:
     return Vector(functions.clip(component, -limit, limit) for component in torque)
 
 
-def _warn_of_signs(law: Torque, **gains: Any) -> None:
-    wrong = {name: float(np.min(gain)) for name, gain in gains.items() if np.any(np.asarray(gain) < 0)}
-    for name, least in wrong.items():
-        warnings.warn(
-            f"{name} of {type(law).__name__} should not be negative, got {least}. Such a torque drives the body away.",
-            stacklevel=2,
-        )
-
-
 class _Feedback(Torque):
     """A torque against errors of attitude and rate: u_i = clip(-kp q_i - kd w_i, -limit, limit)."""
 
-    kp: Real
-    kd: Real
+    kp: Gain
+    kd: Gain
     limit: Positive
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _warn_of_signs(self, kp=self.kp, kd=self.kd)
 
     @abstractmethod
     def deviations(self, instant: Instant) -> tuple[Vector, Vector]:
@@ -162,12 +147,8 @@ class RateDamping(Torque):
     array([-0.02, -0.  ,  0.05])
     """
 
-    gain: Real
+    gain: Gain
     limit: Positive = NEVER_REACHED
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _warn_of_signs(self, gain=self.gain)
 
     @override
     def torque(self, instant: Instant) -> Vector:

@@ -14,8 +14,8 @@ from poinsot.forces.magnetic_fields import MagneticField
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import NotNegative, Positive
-from poinsot.quantities import Along, BodyVector, Rule
+from poinsot.mechanics.parameters import Gain, Positive
+from poinsot.quantities import OR_NUMBER, Along, BodyVector, Rule
 
 __all__ = ["BDot", "EddyCurrents", "MagneticMoment"]
 
@@ -93,7 +93,7 @@ class EddyCurrents(Torque):
     -57.2
     """
 
-    tensor: Annotated[Any, (3, 3), Along("body axes"), Rule(_refuse_indefinite, "It must take energy.")]
+    tensor: Annotated[Any, (3, 3), OR_NUMBER, Along("body axes"), Rule(_refuse_indefinite, "It must take energy.")]
     field: MagneticField
 
     def __post_init__(self) -> None:
@@ -124,9 +124,9 @@ class BDot(Torque):
     Parameters
     ----------
     gain : float
-        A m2 s/T, not negative; a good one is 2 n (1 + sin i) I / B^2, of the smallest moment of inertia I, the mean
-        motion n and the inclination i to the magnetic equator (Avanzini and Giulietti 2012, J. Guid. Control Dyn. 35,
-        1326, whose gain has the factor B^2 in it).
+        A m2 s/T; a warning is given where it is negative. A good one is 2 n (1 + sin i) I / B^2, of the smallest moment
+        of inertia I, the mean motion n and the inclination i to the magnetic equator (Avanzini and Giulietti 2012, J.
+        Guid. Control Dyn. 35, 1326, whose gain has the factor B^2 in it).
     field : MagneticField
     limit : float
         The largest moment about each body axis, A m2, positive.
@@ -134,7 +134,7 @@ class BDot(Torque):
     Raises
     ------
     ValueError
-        If the gain is negative or the limit is not positive.
+        If the limit is not positive.
 
     Examples
     --------
@@ -146,7 +146,7 @@ class BDot(Torque):
     -4.8
     """
 
-    gain: NotNegative
+    gain: Gain
     field: MagneticField
     limit: Positive
 

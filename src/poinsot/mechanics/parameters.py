@@ -19,13 +19,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.errors import member_array, refuse_negative, refuse_nonpositive, refuse_other_length, refuse_zero
+from poinsot.errors import (
+    member_array,
+    refuse_negative,
+    refuse_nonpositive,
+    refuse_other_length,
+    refuse_zero,
+    warn_of_negative,
+)
 from poinsot.functions import Scalar
 from poinsot.quantities import Along, BodyVector, Quantity, Real, Rule, SpaceVector, extras_of, quantity_of, said_of
 
 __all__ = [
     "BodyDirection",
     "BodyUnitVector",
+    "Gain",
     "Matrix",
     "NotNegative",
     "Parametric",
@@ -47,6 +55,7 @@ Vector = Annotated[Any, (3,)]
 
 Positive = Annotated[Real, Rule(refuse_nonpositive)]
 NotNegative = Annotated[Real, Rule(refuse_negative)]
+Gain = Annotated[Real, Rule(warn_of_negative, "Feedback of the wrong sign is unstable.")]
 BodyDirection = Annotated[BodyVector, Rule(refuse_zero, "It is a direction.")]
 BodyUnitVector = Annotated[BodyVector, Rule(refuse_other_length, "Divide by the length.")]
 SpaceDirection = Annotated[SpaceVector, Rule(refuse_zero, "It is a direction.")]

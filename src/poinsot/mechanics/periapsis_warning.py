@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
-from types import FrameType
 from typing import Any
 
 import numpy as np
+
+from poinsot.errors import level_of_user
 
 __all__ = ["warn_below"]
 
@@ -41,14 +41,5 @@ def warn_below(record: Any, orbit: Any, radius: Any, surface: str, consequence: 
     warnings.warn(
         f"{type(record).__name__}: {whose} {depth} below {surface} (distance {distance}, radius {height}); "
         f"{consequence}.",
-        stacklevel=_level_of_user(),
+        stacklevel=level_of_user(),
     )
-
-
-def _level_of_user() -> int:
-    """Return the stack level, as seen by the caller, of the first line outside the package."""
-    frame: FrameType | None = sys._getframe(1)
-    level = 1
-    while frame and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]:
-        frame, level = frame.f_back, level + 1
-    return level
