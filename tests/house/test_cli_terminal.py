@@ -370,3 +370,11 @@ def test_only_the_terminal_writes():
         writers = {func.attr for func in calls if isinstance(func, ast.Attribute)} & {"echo", "secho", "print"}
         writers |= {func.id for func in calls if isinstance(func, ast.Name)} & {"print"}
         assert writers <= {"terminal.py": {"echo"}, "checks.py": {"print"}}.get(path.name, set()), path.name
+
+
+def test_hints_name_options_alone():
+    """What is no option stays as it is: a scale that another class has."""
+    said = ValueError("axes must agree, got Thin(scale='low') and Thin(motion='high'). Give reference_frame='ICRF'.")
+    assert terminal._sentence(said) == (
+        "axes must agree, got Thin(scale='low') and Thin(motion='high'). Give --frame ICRF."
+    )

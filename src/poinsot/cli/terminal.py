@@ -213,7 +213,8 @@ def _option(keyword: re.Match[str]) -> str:
     """Return an argument of a hint as the command line has it."""
     name, text, date, scale = keyword.groups()
     value = f" '{date} {scale}'" if date else f" {text}" if text else ""
-    return f"{OPTIONS[name]}{value}" if name in OPTIONS else keyword[0]
+    option = OPTIONS.get(name, "")
+    return f"{option}{value}" if option.startswith("--") else keyword[0]
 
 
 def _said(error: OSError) -> str:
