@@ -149,6 +149,16 @@ def test_a_boom_that_runs_out_ends_along_the_vertical():
     assert 4 < np.max(tilt[motion.times > 360]) < 6
 
 
+def test_a_boom_that_the_sun_bends_turns_its_satellite():
+    """By mu y s / B, as thermal_snap.py has it: reduced mass, distance and shift of the tip, moment across."""
+    motion = motion_of("thermal_snap")
+    orbit = motion.system.forces[1].orbit
+    turn = motion.relative_to(orbit.frame).attitude.as_rotvec()[:, 2]
+    before, after = (turn[motion.times == time][0] for time in (1018, 1108))
+    expected = -60 * 3 / 63 * 6.35 * 0.018 / motion.system.body.moments[2]
+    assert after - before == pytest.approx(expected, rel=2e-3)  # while gravity and libration turn it on
+
+
 def test_a_creeping_body_is_caught_at_three_turns_in_two_revolutions():
     spin = motion_of("spin_orbit_capture").omega_body[:, 2]
     assert spin[0] == pytest.approx(1.8, rel=1e-15)
