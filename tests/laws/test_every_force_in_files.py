@@ -1,5 +1,6 @@
 """Every force comes back from the text that a result has of its system: on one body, and on one or both of two."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 import poinsot as pt
 from kinds import concrete_subclasses
 from laws.test_every_force import MAGNETIC_FIELDS
+from laws.test_every_part import PARTS
+from poinsot.files.scenarios.registry import keys_of
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.files.scenarios.writer import text_of
 
@@ -105,3 +108,28 @@ def test_forces_on_one_body_come_back(force):
 @pytest.mark.parametrize("force", OF_TWO, ids=label)
 def test_forces_on_two_bodies_come_back(force):
     assert comes_back(PAIR, force)
+
+
+def with_records(record):
+    """A record and all within it."""
+    return [record, *(inner for each in record.records for inner in with_records(each))]
+
+
+def takes_a_number(record, name):
+    try:
+        dataclasses.replace(record, **{name: 0.5})
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def test_tables_have_one_number_for_an_array_where_the_class_takes_it():
+    """So the schema of scenarios allows what a run does."""
+    records = [each for force in (*OF_ONE, *OF_TWO, *PARTS) for each in with_records(force)]
+    found = [(each, key) for each in records if dataclasses.is_dataclass(each) for key in keys_of(type(each))]
+    arrays = [(each, key) for each, key in found if key.rank and hasattr(each, key.name)]
+    wrong = {
+        f"{type(each).__name__}.{key.name}" for each, key in arrays if key.or_number != takes_a_number(each, key.name)
+    }
+    assert wrong == set()
+    assert {key.name for _, key in arrays if key.or_number} >= {"specular", "drag", "tensor", "friction"}

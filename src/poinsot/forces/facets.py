@@ -14,7 +14,7 @@ from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Vector
 from poinsot.mechanics.parameters import Parametric
-from poinsot.quantities import Along, Rule
+from poinsot.quantities import OR_NUMBER, Along, Rule
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["ORDINARY_DRAG", "Facets"]
@@ -36,7 +36,8 @@ def _refuse_others_than_shares(name: str, value: Any, hint: str) -> None:
 
 
 Numbers = Annotated[Any, ("count",), Rule(refuse_negative)]
-Shares = Annotated[Any, ("count",), Rule(_refuse_others_than_shares, "It is a share of what arrives.")]
+Shares = Annotated[Any, ("count",), OR_NUMBER, Rule(_refuse_others_than_shares, "It is a share of what arrives.")]
+EachOrAll = Annotated[ArrayLike, OR_NUMBER]
 
 
 class Facets(Parametric):
@@ -79,7 +80,7 @@ class Facets(Parametric):
     positions: Annotated[Any, ("count", 3), Along("body axes")]
     specular: Shares = 0.0
     diffuse: Shares = 0.0
-    drag: Numbers = ORDINARY_DRAG
+    drag: Annotated[Numbers, OR_NUMBER] = ORDINARY_DRAG
     accommodation: Shares = 1.0
     closed: bool = False
 
@@ -115,10 +116,10 @@ class Facets(Parametric):
         wing_areas: ArrayLike = (),
         wing_normals: Annotated[ArrayLike, ("wings", 3), Along("body axes")] = (),
         wing_positions: Annotated[ArrayLike, ("wings", 3), Along("body axes")] = (),
-        specular: ArrayLike = 0.0,
-        diffuse: ArrayLike = 0.0,
-        drag: ArrayLike = ORDINARY_DRAG,
-        accommodation: ArrayLike = 1.0,
+        specular: EachOrAll = 0.0,
+        diffuse: EachOrAll = 0.0,
+        drag: EachOrAll = ORDINARY_DRAG,
+        accommodation: EachOrAll = 1.0,
     ) -> Facets:
         """Return the facets of a box along the body axes, and of thin wings with two sides, such as solar panels.
 
@@ -161,10 +162,10 @@ class Facets(Parametric):
         cls,
         mesh: Mesh,
         *,
-        specular: ArrayLike = 0.0,
-        diffuse: ArrayLike = 0.0,
-        drag: ArrayLike = ORDINARY_DRAG,
-        accommodation: ArrayLike = 1.0,
+        specular: EachOrAll = 0.0,
+        diffuse: EachOrAll = 0.0,
+        drag: EachOrAll = ORDINARY_DRAG,
+        accommodation: EachOrAll = 1.0,
     ) -> Facets:
         """Return the faces of a mesh, about its centre of mass along its axes as `Body.from_shape` is.
 

@@ -17,7 +17,7 @@ from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
 from poinsot.mechanics.part import NOTHING, Part
-from poinsot.quantities import Along, Rule
+from poinsot.quantities import OR_NUMBER, Along, Rule
 
 __all__ = ["ReactionWheels"]
 
@@ -30,8 +30,8 @@ DRY = 1e-3
 A function such as tanh would be flat to rounding a little farther away, and steps would go across it unawares.
 """
 
-EachPositive = Annotated[Any, ("count",), Rule(refuse_nonpositive)]
-EachNotNegative = Annotated[Any, ("count",), Rule(refuse_negative)]
+EachPositive = Annotated[Any, ("count",), OR_NUMBER, Rule(refuse_nonpositive)]
+EachNotNegative = Annotated[Any, ("count",), OR_NUMBER, Rule(refuse_negative)]
 UnitVectors = Annotated[Any, ("count", 3), Along("body axes"), Rule(refuse_other_length, "Divide by the length.")]
 
 

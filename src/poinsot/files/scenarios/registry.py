@@ -36,7 +36,7 @@ from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.orbits.rotation import RotationModel
-from poinsot.quantities import Along, extras_of, quantity_of
+from poinsot.quantities import OR_NUMBER, Along, extras_of, quantity_of
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
@@ -80,6 +80,8 @@ class Key:
         What the table is of that a record is made from.
     spread : bool
         Whether a call takes several one by one.
+    or_number : bool
+        Whether one number can stand for all of an array.
     """
 
     name: str
@@ -93,6 +95,7 @@ class Key:
     keys: tuple[Key, ...] = ()
     group: Group = ""
     spread: bool = False
+    or_number: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -209,7 +212,8 @@ def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) 
             default = parameter.default if isinstance(parameter.default, float | int | str) else None
             axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
             words = " ".join([said.get(parameter.name, ""), *axes]).strip()
-            keys.append(Key(parameter.name, kind, words, rank, required, default, group=group, spread=spread))
+            more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint)}
+            keys.append(Key(parameter.name, kind, words, rank, required, default, **more))
         elif required:
             return None
     return Maker(name, call, tuple(keys), (call.__doc__ or "").strip().split("\n", 1)[0], takes_calendar)

@@ -242,7 +242,7 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
         "table": lambda: _table(key.name.capitalize(), key.keys),
         "tables": lambda: list[_table(key.name.capitalize(), key.keys)],  # type: ignore[misc]
     }
-    annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank)
+    annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank, key.or_number)
     words = f"A name that ends in {' or '.join(key.choices)}. {key.help}" if key.kind == "output" else key.help
     bounds: Any = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
     return annotation, Field(... if key.required else key.default, description=words or None, **bounds)
@@ -264,11 +264,12 @@ ORBIT_NAME = "The name of a table under orbits, or name.from_primary, name.from_
 # ------------------------------------------------------------------ numbers
 
 
-def _number(kind: str, rank: int = 0) -> Any:
+def _number(kind: str, rank: int = 0, or_number: bool = False) -> Any:
     one: dict[str, Any] = {"type": "number"} if kind == "number" else {"type": ["number", "string"]}
     several: dict[str, Any] = {"type": "array", "items": one if rank < 2 else {"type": "array", "items": one}}
     if rank:
         said = several if rank > 1 else {"type": "array", "items": {"anyOf": [one, several]}}
+        said = {"anyOf": [one, said]} if or_number else said
     else:
         said = {"anyOf": [one, several]}
     return Annotated[Any, BeforeValidator(functools.partial(_checked, kind)), WithJsonSchema(said)]

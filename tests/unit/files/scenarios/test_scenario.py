@@ -432,6 +432,17 @@ def test_examples_satisfy_the_schema():
         assert list(validator.iter_errors(tables | {"bodies": 1}))
 
 
+@pytest.mark.parametrize("name", ["specular", "diffuse", "drag", "accommodation"])
+def test_the_schema_allows_one_number_for_all_facets(name):
+    jsonschema = pytest.importorskip("jsonschema")
+    validator = jsonschema.Draft202012Validator(schema())
+    for sides, shares, allowed in (([1, 1, 1], 0.2, True), ([1, 1, 1], [0.2] * 6, True), (1, 0.2, False)):
+        facets = {"type": "Facets.from_box", "sides": sides, name: shares}
+        tables = tomllib.loads(SATELLITE)
+        tables["forces"] = [{"type": "RadiationPressure", "sun": "earth", "facets": facets}]
+        assert validator.is_valid(tables) == allowed
+
+
 # ------------------------------------------------------------------ sentences
 
 WRONG = {
