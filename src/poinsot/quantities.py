@@ -38,6 +38,7 @@ __all__ = [
     "Time",
     "Times",
     "extras_of",
+    "hints_of",
     "plain",
     "quantity_of",
     "said_of",
@@ -157,8 +158,19 @@ def said_of(cls: Any, kind: Any) -> dict[str, Any]:
 
 @functools.cache
 def _said_of(cls: type, kind: Any) -> dict[str, Any]:
-    hints = get_type_hints(cls, include_extras=True)
-    return {name: extra for name, hint in hints.items() for extra in extras_of(hint) if isinstance(extra, kind)}
+    hints = hints_of(cls).items()
+    return {name: extra for name, hint in hints for extra in extras_of(hint) if isinstance(extra, kind)}
+
+
+def hints_of(cls: type) -> dict[str, Any]:
+    """Return the annotations of a record, kept with its class.
+
+    A class of a script takes them to another process, which does not know the names in them.
+    """
+    if "_hints" not in vars(cls):
+        cls._hints = get_type_hints(cls, include_extras=True)  # type: ignore[attr-defined]
+    hints: dict[str, Any] = vars(cls)["_hints"]
+    return hints
 
 
 def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,13 @@ from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.trajectory import Run
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
 
@@ -101,6 +105,25 @@ class ChaosIndicators(Summarized):
         """The growth over the time since the start, which tends to the maximal Lyapunov exponent; 1/time."""
         since = np.abs(self.times - np.asarray(self.start)[..., None])
         return np.asarray(self.growth / np.where(since > 0, since, np.nan))
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The indicators as an xarray Dataset, along `time`, with units and provenance."""
+        units, along = DerivedUnits(self.system.units), ("time",)
+        found = {
+            "growth": (along, self.growth, "1", "ln |u(t)| / |u(0)| of the first tangent vector"),
+            "fli": (along, self.fli, "1", "fast Lyapunov indicator"),
+            "megno": (along, self.megno, "1", "MEGNO"),
+            "mean_megno": (along, self.mean_megno, "1", "mean MEGNO since the start"),
+            "gali": (along, self.gali, "1", f"GALI_{len(self.vectors)}"),
+            "lyapunov": (along, self.lyapunov, units.per_time, "maximal Lyapunov exponent"),
+            "initial_time": ((), self.start, units.time, "time of the start"),
+            "momentum_unit": ((), self.momentum_unit, units.momentum, "unit of momenta in tangent vectors"),
+            "unit": (("coordinate",), self.units, "", "units of the coordinates of tangent vectors"),
+            "tangent_vector": (("vector", "coordinate"), self.vectors, "1", "tangent vectors at the start"),
+        }
+        told = self.run.attributes(self.failures)
+        return dataset_of_result("Indicators of chaos", self.system, self.times, found, {}, told)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
@@ -240,6 +263,7 @@ class LyapunovSpectrum(Summarized):
 
     Attributes
     ----------
+    system : System
     times : array (n,)
     exponents : array (n, k)
         1/time, in the order of the vectors: largest first in the limit. k = 6, 18 of two bodies, or 2 of planar motion.
@@ -256,18 +280,27 @@ class LyapunovSpectrum(Summarized):
     (2, 6)
     """
 
+    system: System
     times: Array
     exponents: Array
     failures: dict[int, str]
     run: Run
 
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The exponents as an xarray Dataset, along `time` and `vector`, with units and provenance."""
+        unit = DerivedUnits(self.system.units).per_time
+        found = {"exponents": (("time", "vector"), self.exponents, unit, "Lyapunov exponents")}
+        told = self.run.attributes(self.failures)
+        return dataset_of_result("Lyapunov spectrum", self.system, self.times, found, {}, told)
+
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
-        members = self.exponents.ndim == 3
-        return "Lyapunov spectrum", {
-            "times": told_times(self.times),
+        members, units = self.exponents.ndim == 3, DerivedUnits(self.system.units)
+        return f"Lyapunov spectrum of {rounded(repr(self.system))}", {
+            "times": told_times(self.times, units.time),
             "members": f"{len(self.exponents)}, {len(self.failures)} failed" if members else "",
-            "exponents at the last time": told(self.exponents[..., -1:, :].ravel(), "per unit of time"),
+            "exponents at the last time": told(self.exponents[..., -1:, :].ravel(), units.per_time),
         }
 
 
@@ -328,7 +361,7 @@ def lyapunov_spectrum(
     def result() -> LyapunovSpectrum:
         found = kept if whole.members else kept[0]
         failures = {member // copies: why for member, why in whole.failures(total).items()}
-        return LyapunovSpectrum(job.times[: kept.shape[1]], found, failures, job.run(total))
+        return LyapunovSpectrum(system, job.times[: kept.shape[1]], found, failures, job.run(total))
 
     stops = _refined(job.times, job.state.time, APART / rate)
     wanted = sys.stderr.isatty() if progress is None else progress

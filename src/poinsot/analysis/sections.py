@@ -5,9 +5,10 @@ The points of a regular motion with two degrees of freedom lie on a curve, those
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,10 +25,14 @@ from poinsot.mechanics.parameters import described, same
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Angle, Angles, AngularVelocities, Time
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["Section", "andoyer_section", "section", "spin_orbit_section"]
 
@@ -65,6 +70,19 @@ class Section(Summarized):
     y: Array
     labels: tuple[str, str]
     motion: Trajectory
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The points as an xarray Dataset, along `member` and `point`, with units and provenance."""
+        named = [re.fullmatch(r"(.*?)(?: \[(.*)\])?", label) for label in self.labels]
+        found = {
+            axis: (("point",), values, one[2] or "1", one[1])
+            for axis, values, one in zip("xy", (self.x, self.y), named, strict=True)
+            if one
+        }
+        motion = self.motion
+        told = motion.run.attributes(motion.failures)
+        return dataset_of_result("Section of motions", motion.system, motion.times, found, {}, told)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:

@@ -11,6 +11,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +29,9 @@ from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["StateTransition", "state_transition"]
 
@@ -108,6 +112,29 @@ class StateTransition(Summarized):
     def sensitivity(self) -> Array:
         """Derivatives of xi by the parameters, of a start that stays the same in q, g and own; shape (n, k, p)."""
         return self._columns[..., self._k :]
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The dataset of the motion with directions, growth, matrix, sensitivity and second derivatives."""
+        motion, rows = self.motion.dataset, ("member", "time")[-self.growth.ndim + 1 :]
+        columns = (*self.coordinates, *self.parameters)
+        found = {
+            "directions": (("coordinate", "column"), self.directions, "columns over exp(growth)"),
+            "growth": (("column",), self.growth, "natural logarithm of the size of columns"),
+            "matrix": (("coordinate", "initial_coordinate"), self.matrix, "state-transition matrix"),
+            "sensitivity": (("coordinate", "parameter_name"), self.sensitivity, "derivatives by parameters"),
+        }
+        if self.second is not None:
+            found["second"] = (("coordinate", "column", "other_column"), self.second, "second derivatives")
+        return motion.assign(
+            {n: ((*rows, *dims), x, {"long_name": told}) for n, (dims, x, told) in found.items()}
+        ).assign_coords(
+            coordinate=list(self.coordinates),
+            initial_coordinate=list(self.coordinates),
+            column=list(columns),
+            parameter_name=list(self.parameters),
+            **({} if self.second is None else {"other_column": list(columns)}),
+        )
 
     def covariance(self, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Array:
         """Return the covariance of xi at the times, to first order.

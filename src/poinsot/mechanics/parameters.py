@@ -13,7 +13,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +28,18 @@ from poinsot.errors import (
     warn_of_negative,
 )
 from poinsot.functions import Scalar
-from poinsot.quantities import Along, BodyVector, Quantity, Real, Rule, SpaceVector, extras_of, quantity_of, said_of
+from poinsot.quantities import (
+    Along,
+    BodyVector,
+    Quantity,
+    Real,
+    Rule,
+    SpaceVector,
+    extras_of,
+    hints_of,
+    quantity_of,
+    said_of,
+)
 
 __all__ = [
     "BodyDirection",
@@ -247,7 +258,7 @@ def _fields_of(record: Any) -> dict[str, Any]:
 @functools.cache
 def _fields(cls: Any) -> tuple[dict[str, Any], list[str]]:
     """Return the kinds of the fields by name, and the names of those whose shape names an int field."""
-    hints = get_type_hints(cls, include_extras=True)
+    hints = hints_of(cls)
     kinds = {field.name: _kind(cls, field.name, hints[field.name]) for field in dataclasses.fields(cls)}
     return kinds, [
         name

@@ -23,10 +23,12 @@ __all__ = [
     "COLUMNS",
     "OF_BODY",
     "OF_TWO",
+    "Described",
     "Motion",
     "StoredPart",
     "components",
     "dataset_of",
+    "dataset_of_result",
     "read_parts",
     "told_parts",
 ]
@@ -123,6 +125,39 @@ def dataset_of(motion: Motion) -> xarray.Dataset:
             **({"parts": told_parts(parts)} if parts else {}),
             **motion.attributes,
             **{f"units_{measure}": unit for measure, unit in motion.system.units.items()},
+        },
+    )
+
+
+Described = tuple[tuple[str, ...], Any, str, str]
+"""A variable of a dataset: its dimensions behind the members, its values, unit and meaning."""
+
+
+def dataset_of_result(
+    title: str,
+    system: System,
+    times: Array,
+    variables: Mapping[str, Described],
+    coordinates: Mapping[str, Any],
+    attributes: Mapping[str, Any],
+) -> xarray.Dataset:
+    """Return the dataset of what an analysis found along times, with members first where there are any."""
+    import xarray
+
+    def put(dims: tuple[str, ...], values: Any, unit: str, meaning: str) -> tuple[Any, ...]:
+        array = np.asarray(values)
+        return ("member",) * (array.ndim - len(dims)) + dims, array, _named(unit, meaning)
+
+    time = ("time", times, {"units": system.units["time"], **_said_of_time(system.calendar)})
+    return xarray.Dataset(
+        {name: put(*described) for name, described in variables.items()},
+        coords={"time": time, **coordinates},
+        attrs={
+            "Conventions": "CF-1.11",
+            "title": title,
+            "system": repr(system),
+            **attributes,
+            **{f"units_{measure}": unit for measure, unit in system.units.items()},
         },
     )
 

@@ -106,6 +106,16 @@ class Run:
         own = (report.tolerance, report.order, steps, report.wall_time)
         return cls(method, formulation, precision, *own, versions(), report.kernel, report.lanes)
 
+    def attributes(self, failures: Mapping[int, str]) -> dict[str, Any]:
+        """Return what a dataset says of it, and why members stopped: nothing of the machine but the versions."""
+        own = {key: value for key, value in asdict(self).items() if key not in ("versions", "wall_time")}
+        return {
+            **own,
+            "method": str(self.method),
+            **({"failures": json.dumps(dict(failures))} if failures else {}),
+            **{f"version_{name}": version for name, version in self.versions.items()},
+        }
+
 
 @functools.cache
 def versions() -> dict[str, str]:
@@ -525,8 +535,7 @@ class Trajectory(Summarized):
                         (*self._state.rigid, *(part.name for part in self.system.parts if part.size))
                     ),
                     **{key: value for key, value in self.summary.items() if key != "wall_time"},
-                    **({"failures": json.dumps(self.failures)} if self.failures else {}),
-                    **{f"version_{name}": version for name, version in self.run.versions.items()},
+                    **self.run.attributes(self.failures),
                     **{key: provenance[key] for key in ("title", "seed") if provenance.get(key) is not None},
                     **({} if frame == SPACE_AXES_UNNAMED else {"reference_frame": frame}),
                 },

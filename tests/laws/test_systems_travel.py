@@ -1,0 +1,142 @@
+"""Every system reaches another process as it is, with forces, orbits, parts, laws and events, also a user's own."""
+
+import pickle
+import subprocess
+import sys
+
+import cloudpickle
+import numpy as np
+import pytest
+
+import poinsot as pt
+from laws import (
+    test_every_control_law,
+    test_every_force,
+    test_every_mutual_gravity,
+    test_every_orbit,
+    test_every_part,
+    test_helper_events,
+    test_pair_events,
+    test_pairs,
+)
+from laws.test_results_travel import contents
+from poinsot.forces import IGRF
+
+FAR = pt.orbits.FixedPosition(398600.4, position=(6871.2, 0, 0))
+EARTH = pt.orbits.RotationModel.iau("earth", calendar=pt.Calendar("2026-11-21T00:00:00", "TT"))
+PAIR_FORCES = [force for name in test_pairs.NAMES for force in test_pairs.forces_of(name)]
+RECORDS = {
+    "force": test_every_force.FORCES,
+    "mutual gravity": test_every_mutual_gravity.FORCES,
+    "force on two bodies": PAIR_FORCES,
+    "orbit": test_every_orbit.ORBITS.values(),
+    "part": test_every_part.PARTS,
+    "control law": (*test_every_control_law.LAWS, *test_every_control_law.SAMPLED),
+    "magnetic field": (*test_every_force.MAGNETIC_FIELDS, IGRF(FAR, EARTH, 2)),
+    "event": [event for event, _ in test_helper_events.EVENTS.values()],
+    "event of two bodies": [event for event, _ in test_pair_events.EVENTS.values()],
+}
+WAYS = {
+    "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
+    "cloudpickle": lambda thing: pickle.loads(cloudpickle.dumps(thing)),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", RECORDS)
+def test_every_record_comes_back_equal(kind, way):
+    for record in RECORDS[kind]:
+        record.numbers, record.structure, record.knots  # noqa: B018, what it remembers travels or is forgotten
+        back = WAYS[way](record)
+        assert repr(back) == repr(record)
+        assert contents(back.numbers) == contents(record.numbers)
+        assert contents(back.knots) == contents(record.knots)
+
+
+SYSTEMS = {
+    "ellipsoid": (pt.Body((1.3, 1.0, 0.7)), pt.GravityGradient(test_every_force.ELLIPSE)),
+    "table": (pt.Body((1.3, 1.0, 0.7)), pt.GravityGradient(test_every_orbit.ORBITS["table"])),
+    "part": (test_every_part.BODY, test_every_part.PARTS[1], test_every_force.FORCES[0]),
+    "own part": (test_every_part.BODY, test_every_part.Gimbal(0.7, 1.5)),
+    "sampled law": (test_every_control_law.BODY, test_every_control_law.SAMPLED[-1]),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_system_moves_in_the_same_way_when_it_comes_back(name, way):
+    system = pt.System(*SYSTEMS[name], units={"time": "s"})
+    start, times = system.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.6, 0.5)), np.linspace(0.0, 2.0, 5)
+    there = pt.propagate(system, start, times)
+    assert there.integrals is not None
+    back, start = WAYS[way]((system, start))
+    again = pt.propagate(back, start, times)
+    assert {n: x.tobytes() for n, x in there.phase.items()} == {n: x.tobytes() for n, x in again.phase.items()}
+    assert repr(back) == repr(system)
+    assert back.units == system.units
+    assert [integral.name for integral in back.integrals] == [integral.name for integral in system.integrals]
+
+
+OWN = """
+from __future__ import annotations
+import sys
+from typing import Annotated, Any
+import cloudpickle, numpy as np
+import poinsot as pt
+from poinsot import functions as fn
+
+Axis = pt.BodyVector
+
+class Thruster(pt.Torque):
+    along: pt.BodyVector
+    strengths: Annotated[Any, (3,)]
+    orbit: pt.Orbit
+    size: float = 0.1
+    def torque(self, instant):
+        x, y, z = instant.position(self.orbit)
+        wanted = fn.where(fn.less(x, 0.0), self.size, 2 * self.size)
+        return wanted * fn.Vector(self.along)
+
+class Damper(pt.Part):
+    stiffness: float
+    variables = {"angle": 1}
+    def rates(self, instant, pull):
+        (angle,) = instant.own(self)
+        return fn.Vector((-self.stiffness * angle,))
+
+class Tilt(pt.Event):
+    def value(self, instant):
+        return instant.attitude.to_body((0, 0, 1))[0] - 0.1
+    def act(self, body, state):
+        return body.state(state.quaternion, angular_momentum_body=0.9 * state.angular_momentum_body, time=state.time)
+
+body = pt.Body((1.0, 1.3, 1.7))
+orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
+system = pt.System(body, Thruster((0.5, -1.0, 0.8), (1.0, 2.0, 3.0), orbit), Damper(0.3))
+start = system.state((1, 0, 0, 0), omega_body=[(0.1, 1.0, 0.2), (0.2, 0.9, 0.1)], damper=[(0.1,), (0.2,)])
+def moved(system, start, event):
+    return pt.propagate(system, start, np.linspace(0, 9, 4), events=[event])
+motion = moved(system, start, Tilt())
+assert len(motion.events[0])
+cloudpickle.dump((moved, system, start, Tilt(), motion), open(sys.argv[1], "wb"))
+"""
+BACK = """
+import pickle, sys
+moved, system, start, event, there = pickle.load(open(sys.argv[1], "rb"))
+again = moved(system, start, event)
+assert {n: x.tobytes() for n, x in again.phase.items()} == {n: x.tobytes() for n, x in there.phase.items()}
+assert again.events[0].times.tobytes() == there.events[0].times.tobytes()
+assert repr(again.system) == repr(there.system)
+assert type(again.system.forces[0]) is type(there.system.forces[0])
+print(len(again.events[0]))
+"""
+
+
+def test_classes_of_a_script_reach_another_process(tmp_path):
+    """Its annotations name modules that the other process has not imported."""
+    for code in (OWN, BACK):
+        done = subprocess.run(
+            [sys.executable, "-c", code, tmp_path / "system.pickle"], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 0
