@@ -59,7 +59,8 @@ def arc(ax: Axes, axis: ArrayLike, begin: ArrayLike, angle: float, label: str, f
     ax.plot(*points.T, color=ORANGE, lw=1.2)
     options = {"arrowstyle": "-|>", "color": ORANGE, "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 9}
     ax.annotate("", points[-1], points[-4], arrowprops=options)
-    ax.text(*(points[at] * far), label, color=ORANGE, ha="center", va="center")
+    x, y = points[at] * far
+    ax.text(x, y, label, color=ORANGE, ha="center", va="center")
 
 
 def circle(ax: Axes, first: ArrayLike, second: ArrayLike, colour: str = GRAY, **style: Any) -> None:
