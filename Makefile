@@ -1,9 +1,9 @@
-# Two commands: `make run` (the paper's three problems) and `make test` (lint, types, layers, tests).
+# `make run` (the paper's three problems), `make test` (lint, types, layers, tests), `make docs` (the site).
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run test verify slow face clean
+.PHONY: run test verify slow face docs clean
 
 run: $(READY)
 	$(BIN)/poinsot paper --out out --overwrite
@@ -28,6 +28,16 @@ face: $(READY)
 
 slow: $(READY)
 	$(BIN)/python -m pytest -m slow
+
+# The site, in docs/_build/html; a warning is an error.
+docs: .venv/.docs
+	$(BIN)/python -m sphinx --nitpicky --fail-on-warning --keep-going --quiet docs docs/_build/html
+	$(BIN)/python -m pytest -m docs
+
+.venv/.docs: $(READY)
+	@echo "== setting up the tools of the site (once)"
+	$(BIN)/python -m pip install --quiet --group docs
+	@touch .venv/.docs
 
 $(READY): pyproject.toml
 	@echo "== setting up .venv (once)"
@@ -75,4 +85,4 @@ $(BENCH)/.ready: pyproject.toml
 	@touch $(BENCH)/.ready
 
 clean:
-	rm -rf .venv $(BENCH) out
+	rm -rf .venv $(BENCH) out docs/_build docs/generated

@@ -8,9 +8,10 @@ import matplotlib.pyplot as plt
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [
-    page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if "```python" in page.read_text()
-]
+PAGES_OF_DOCS = sorted(
+    page for page in (ROOT / "docs").rglob("*.md") if not {"_build", "generated"} & set(page.relative_to(ROOT).parts)
+)
+PAGES = [page for page in (ROOT / "README.md", *PAGES_OF_DOCS) if "```python" in page.read_text()]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -24,15 +25,25 @@ def test_snippets_of_a_page_run(page, tmp_path, monkeypatch):
 
 
 def test_links_between_pages_lead_somewhere():
-    for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")):
+    for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *PAGES_OF_DOCS):
         for target, anchor in re.findall(r"\]\((?!http)([^)#]*)#?([^)]*)\)", page.read_text()):
             found = page.parent / target if target else page
+            if "generated" in found.parts:
+                continue  # `make docs` makes these, and judges links to them
             assert found.exists(), f"{page.name} links to {target}"
             headings = re.findall(r"^#+ (.*)$", found.read_text(), re.MULTILINE) if anchor else []
             slugs = {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
             assert {anchor} - {""} <= slugs, f"{page.name} links to {target}#{anchor}"
 
 
-def test_readme_lists_every_page():
-    linked = set(re.findall(r"\]\(docs/(\w+\.md)\)", (ROOT / "README.md").read_text()))
-    assert {page.name for page in (ROOT / "docs").glob("*.md")} <= linked
+def test_every_page_of_the_docs_is_in_one_table_of_contents():
+    docs = ROOT / "docs"
+    pages = {page.relative_to(docs).with_suffix("").as_posix() for page in PAGES_OF_DOCS} - {"index"}
+    listed = [
+        (page.parent / line).relative_to(docs).as_posix()
+        for page in PAGES_OF_DOCS
+        for table in re.findall(r"```\{toctree\}\n(.*?)```", page.read_text(), re.DOTALL)
+        for line in table.splitlines()
+        if re.fullmatch(r"[\w/-]+", line)
+    ]
+    assert sorted(name for name in listed if not name.startswith("generated/")) == sorted(pages)

@@ -1,0 +1,103 @@
+"""The pages of the API: one for each public name, one for each namespace."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+
+from tools.site.names import NAMESPACES, public
+
+__all__ = ["pages"]
+
+ROOT_GROUPS = {
+    "Bodies and systems": "Body System TwoBodies State PairState Attitude Andoyer Calendar",
+    "Motions": "propagate free_motion Trajectory EventRecord PropagationError PropagationInterrupted",
+    "Files and pictures": "save load view",
+    "Everyday forces and orbits": "UniformGravity GravityGradient GravityField KeplerOrbit RotatingFrame",
+    "To write one's own": "Potential Torque Load PairLoad Part Jump Event Orbit Frame Instant PairInstant Environment "
+    "BodyVector SpaceVector Vector project_to_tangent",
+}
+"""The names of the root, by what they are for."""
+
+TITLES = {
+    "analysis": "Analysis",
+    "control": "Control",
+    "events": "Events",
+    "files": "Files",
+    "forces": "Forces",
+    "orbits": "Orbits",
+    "parts": "Parts",
+    "plot": "Plots",
+    "shapes": "Shapes",
+}
+
+ANNOTATIONS = {
+    "BodyVector": "Annotation of a field of three components along the body axes: ``moment_body: pt.BodyVector``.",
+    "SpaceVector": "Annotation of a field of three components along the space axes: ``field_space: pt.SpaceVector``.",
+    "Vector": "Annotation of a field of three numbers that belong to no axes: ``gains: pt.Vector``.",
+}
+"""Of names that are neither classes nor functions, and so have no docstring."""
+
+ALIASES = frozenset(f"poinsot.{name}" for name in ANNOTATIONS)
+
+
+def pages() -> dict[str, str]:
+    """Return the text of each page by its path."""
+    things = public()
+    spaces = {space: [name for name in things if name.startswith(f"poinsot.{space}.")] for space in NAMESPACES}
+    objects = {f"api/{name}.rst": object_page(name, thing) for name, thing in things.items()}
+    groups = {f"api/{space}.rst": namespace_page(space, names) for space, names in spaces.items()}
+    return {"api/index.rst": index_page(), "api/functions.rst": functions_page(), **groups, **objects}
+
+
+def titled(title: str, mark: str = "=") -> str:
+    """Return a title in reStructuredText."""
+    return f"{title}\n{mark * len(title)}\n"
+
+
+def index_page() -> str:
+    """Return the page of the root, with the namespaces."""
+    spaces = "\n".join(f"   {space}" for space in (*NAMESPACES, "functions"))
+    groups = "\n".join(
+        f"{titled(title, '-')}\n{summaries([f'poinsot.{name}' for name in names.split()])}"
+        for title, names in ROOT_GROUPS.items()
+    )
+    return (
+        f"{titled('API')}\n"
+        "Every public name, with its defining identity, the shapes, units and frames of its arguments, and an example\n"
+        "that runs. ``import poinsot as pt`` gives the names of this page; the others are in its namespaces.\n\n"
+        f".. toctree::\n   :maxdepth: 1\n   :caption: Namespaces\n\n{spaces}\n\n{groups}"
+    )
+
+
+def summaries(names: list[str]) -> str:
+    """Return a table of names, and the hidden table of contents that leads to their pages."""
+    of_objects = [name for name in names if name not in ALIASES]
+    table = "\n".join(f"   {name}" for name in of_objects)
+    listed = "\n".join(f"   {name}" for name in names)
+    return f".. autosummary::\n   :nosignatures:\n\n{table}\n\n.. toctree::\n   :hidden:\n\n{listed}\n"
+
+
+def namespace_page(space: str, names: list[str]) -> str:
+    """Return the page of a namespace."""
+    return f"{titled(TITLES[space])}\n``pt.{space}``\n\n{summaries(sorted(names))}"
+
+
+def functions_page() -> str:
+    """Return the page of the functions of formulas."""
+    module = importlib.import_module("poinsot.functions")
+    functions = [name for name in module.__all__ if inspect.isfunction(getattr(module, name))]
+    listed = "\n".join(f".. autofunction:: {name}\n" for name in functions)
+    return f"{titled('Functions of formulas')}\n.. automodule:: poinsot.functions\n\n{listed}"
+
+
+def object_page(name: str, thing: object) -> str:
+    """Return the page of one name."""
+    last = name.rpartition(".")[2]
+    if last in ANNOTATIONS:
+        body = f".. py:data:: {name}\n\n   {ANNOTATIONS[last]}\n"
+    elif inspect.isclass(thing):
+        body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n"
+    else:
+        body = f".. autofunction:: {name}\n"
+    return f"{titled(name.removeprefix('poinsot.'))}\n{body}"
