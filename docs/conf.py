@@ -50,7 +50,7 @@ mathjax_path = "mathjax/tex-svg-full.js"  # one file: pages from disk may not fe
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4
 nb_execution_mode = "cache"
-nb_execution_raise_on_error = True
+nb_execution_in_temp = nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_ipywidgets_js = {}
 
