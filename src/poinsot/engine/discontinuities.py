@@ -137,11 +137,12 @@ class Discontinuities:
         self._ends, self._due, self.spans = np.zeros((3, lanes))
         self._places, self._look = places, look
         self._fixed = np.setdiff1d(np.arange(first), places)
-        self._scales = first + np.arange(len(functions))
+        self._scales, self._lifts = first + np.arange(2 * len(functions)).reshape(2, -1)
         self._sizes = np.zeros((lanes, len(functions)))
-        self._stop = first + len(functions)
+        self._stop = first + 2 * len(functions)
         build = event_class(lanes, kind)
-        scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
+        places_of_each = zip(functions, self._scales, self._lifts, strict=True)
+        scaled = [hy.par[scale] * function + hy.par[lift] for function, scale, lift in places_of_each]
         self.events = [build(function, callback=self._crossing(i)) for i, function in enumerate(scaled)]
         self.events += [build(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
         self.events.append(build(alarm(self._stop), callback=self._entering()))
@@ -195,6 +196,8 @@ class Discontinuities:
             before = np.array(lane_of(engine.state, lane))
             if not self.look(engine, lane):
                 return False
+            if not slope:
+                self._lift(engine, lane)
             if not slope or np.any(lane_of(engine.state, lane) != before):
                 return True
             holds = (slope < 0) == self._forwards
@@ -211,20 +214,28 @@ class Discontinuities:
 
         return crossed
 
+    def _lift(self, engine: Any, lane: int) -> None:
+        """Take functions that stay zero away from it until something changes: they would stop the engine for ever."""
+        here, count = self._values_of_functions(engine, lane), len(self._places)
+        time = np.ravel(engine.time)[lane] + SHORT * self._pace(here[2 * count :], lane) * self._sign
+        stay = (here[:count] == 0) & (self._ahead(engine, lane, time)[:count] == 0)
+        lane_of(engine.pars, lane)[self._lifts[stay]] = SMALL
+
     def _holds_ahead(self, engine: Any, lane: int, number: int, holds: bool, ahead: float) -> bool:
         """Return whether a condition holds behind a zero, and come back at the next one if the engine misses it."""
 
         def is_behind(time: Any) -> bool:
-            return self._holds_at(engine, lane, number, time) == holds
+            return (self._ahead(engine, lane, time)[number] < 0) == holds
 
         passed, due = look_ahead(is_behind, np.ravel(engine.time)[lane], ahead)
         if due is not None:
             self._come_back(engine, lane, due)
         return holds == passed
 
-    def _holds_at(self, engine: Any, lane: int, number: int, time: Any) -> bool:
+    def _ahead(self, engine: Any, lane: int, time: Any) -> Any:
+        """Return the functions and derivatives at another time, by the polynomials of the last step."""
         engine.update_d_output([time] * len(self._piece) if len(self._piece) > 1 else time)
-        return bool(self._evaluated(engine, lane, np.append(lane_of(engine.d_output, lane), time))[number] < 0)
+        return self._evaluated(engine, lane, np.append(lane_of(engine.d_output, lane), time))
 
     def _growing(self, number: int) -> Callable[..., bool]:
         def grown(engine: Any, _: int, lane: int = 0) -> bool:
@@ -292,6 +303,7 @@ class Discontinuities:
         """
         pars = lane_of(engine.pars, lane)
         time, count = abs(float(np.ravel(engine.time)[lane])), len(self._places)
+        pars[self._lifts] = 0.0
         for i, place in enumerate(self._places):
             values = self._values_of_functions(engine, lane)
             value, rate, pace = values[i], values[i + count] * self._sign, self._pace(values[2 * count :], lane)

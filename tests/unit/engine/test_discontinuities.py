@@ -7,6 +7,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
+from poinsot.engine import looped_kernel
 
 BODY = pt.Body((2.0, 3.0, 4.0))
 TIMES = np.array([0, 0.5, 1.0, 1.7, 2.5, 3.0, 10.0])
@@ -215,3 +216,30 @@ def test_a_condition_that_grows_from_zero_costs_no_digit():
     motion = pt.propagate(pt.System(body, Thruster((0, 0, 0), 0.0, 1e12)), start, [1e9])
     exact = pt.free_motion(body, start, [1e9])
     assert np.max(np.abs(motion.quaternion - exact.quaternion)) < 5e-12
+
+
+class Twice(pt.Torque):
+    """A damper with two limits, one after the other: where they are equal, the second condition is zero throughout."""
+
+    first: float
+    second: float
+
+    def torque(self, instant):
+        once = [fn.clip(-2.0 * w, -self.first, self.first) for w in instant.omega_body]
+        return fn.Vector(fn.clip(x, -self.second, self.second) for x in once)
+
+
+@pytest.mark.parametrize("end", [20.0, -20.0])
+def test_equal_limits_one_after_the_other_are_one(end, monkeypatch):
+    times = np.linspace(0, end, 9)
+    start = BODY.state((1, 0, 0, 0), omega_body=(0.4, -0.3, 0.2))
+    inner, alone = np.array([0.3, 0.2, 0.3, 0.35]), np.array([0.3, 0.2, 0.3, 0.3])
+    systems = [pt.System(BODY, force) for force in (Twice(inner, 0.3), Twice(alone, 1e3))]
+    looped = [pt.propagate(system, start, times) for system in systems]
+    monkeypatch.setattr(looped_kernel, "available", lambda: False)
+    heyoka = pt.propagate(systems[0], start, times)
+    one = pt.propagate(pt.System(BODY, Twice(0.3, 0.3)), start, times)
+    assert (heyoka.run.kernel, one.run.kernel) == ("heyoka", "heyoka")
+    for motion in (looped[0], heyoka):
+        assert np.max(np.abs(motion.quaternion - looped[1].quaternion)) < 1e-13
+    assert np.max(np.abs(one.quaternion - looped[1].quaternion[0])) < 1e-13
