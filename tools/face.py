@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import fnmatch
 import importlib
+import inspect
 import json
 import pkgutil
 import re
 import sys
 from pathlib import Path
+from typing import Any, get_args, get_type_hints
 
+from poinsot.cli import app
+from poinsot.cli.terminal import listed_formats
 from poinsot.files.attitudes.attitude_format import attitude_formats
 from poinsot.files.scenarios.schema import schema
 
@@ -51,6 +55,7 @@ def face() -> dict[Path, str]:
     tables = {
         ROOT / "README.md": ("names", names_table(names)),
         ROOT / "docs" / "files.md": ("formats", formats_table()),
+        ROOT / "docs" / "commands.md": ("reference", command_reference()),
     }
     texts = {path: filled(path.read_text(), *table) for path, table in tables.items()}
     return {**stubs, ROOT / "docs" / "scenario.schema.json": json.dumps(schema(), indent=1) + "\n", **texts}
@@ -105,6 +110,41 @@ def formats_table() -> str:
     ]
     heading = "| format | write, read | order | direction | rates |\n|---|---|---|---|---|"
     return "\n".join([heading, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def command_reference() -> str:
+    """Return the pages of the commands, as their `--help` has them."""
+    return "\n\n".join(command_page(command) for command in app.registered_commands)
+
+
+def command_page(command: Any) -> str:
+    """Return the page of a command: how it is called, what it does, arguments, options and exit status."""
+    hints = get_type_hints(command.callback, include_extras=True)
+    parameters = inspect.signature(command.callback).parameters.values()
+    rows = [parameter_row(parameter, *get_args(hints[parameter.name])) for parameter in parameters]
+    called = " ".join(["poinsot", command.callback.__name__, *(usage for usage, _, _ in rows)])
+    told = inspect.cleandoc(command.callback.__doc__).replace("{attitudes}", listed_formats())
+    table = ["| argument or option | meaning |", "|---|---|", *(f"| `{name}` | {what} |" for _, name, what in rows)]
+    parts = (f"### {command.callback.__name__}", f"```text\n{called}\n```", told, "\n".join(table), command.epilog)
+    return "\n\n".join(parts)
+
+
+def parameter_row(parameter: inspect.Parameter, kind: Any, about: Any) -> tuple[str, str, str]:
+    """Return how an argument or an option of a command stands in its usage, its name with its value, and its help."""
+    needed, decided = parameter.default is parameter.empty, parameter.default not in (None, False, parameter.empty)
+    what = about.help + f" Default: {parameter.default}." * decided
+    if type(about).__name__ == "ArgumentInfo":
+        name = about.metavar or parameter.name.upper()
+        return (name if needed else f"[{name}]"), name, what
+    names = [name for name in (about.default, *(about.param_decls or ())) if str(name).startswith("--")]
+    option = next(iter(names), f"--{parameter.name.replace('_', '-')}")
+    value = "" if kind is bool else about.metavar or WRITTEN[next(k for k in (kind, *get_args(kind)) if k in WRITTEN)]
+    name = f"{option} {value if about.file_okay else 'FOLDER'}".strip()
+    return f"[{name}]", name, what
+
+
+WRITTEN = {Path: "FILE", int: "N", float: "NUMBER", str: "TEXT"}
+"""How a value of a kind stands in the usage of a command."""
 
 
 def filled(text: str, name: str, table: str) -> str:

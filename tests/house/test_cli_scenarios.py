@@ -16,7 +16,7 @@ import pytest
 from typer.testing import CliRunner
 
 import poinsot as pt
-from poinsot.cli import app
+from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
 from poinsot.files.scenarios import scenario as scenarios
 
@@ -278,6 +278,62 @@ def test_info(top, tmp_path):
     said = call("info", top).stdout
     for words in ("a top", "body: Body(", "force: UniformGravity(", "start: quaternion (1, 0, 0, 0), ", "times: 101"):
         assert words in said
+
+
+def test_json_has_the_numbers_of_a_result(top, tmp_path):
+    told = json.loads(call("run", top, "--json").stdout)
+    path = tmp_path / "top.nc"
+    motion = pt.load(path)
+    assert told["result"] == str(path)
+    assert told["summary"]["norm_error"] == motion.summary["norm_error"]
+    assert told["summary"]["steps"] == motion.run.steps
+    again = json.loads(call("run", path, "--json").stdout)
+    assert again["same"]
+    said = json.loads(call("info", path, "--json").stdout)
+    assert (said["kind"], said["title"], said["rerunnable"]) == ("result", "a top", True)
+    assert said["times"] == {"count": 101, "first": 0.0, "last": 10.0}
+    assert said["summary"] == {**motion.summary, "wall_time": None}
+    assert said["said"]["force"] == ["UniformGravity(weight=0.5, center_of_mass=[1.0, 0.0, 0.0])"]
+    of_scenario = json.loads(call("info", top, "--json").stdout)
+    assert (of_scenario["kind"], of_scenario["times"]["count"]) == ("scenario", 101)
+
+
+def test_one_member_and_one_time(top, tmp_path):
+    top.write_text(
+        TOP + '[ensemble]\nmembers = 3\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
+    )
+    call("run", top)
+    path = tmp_path / "top.nc"
+    motion = pt.load(path).member(1)
+    told = call("info", path, "--member", 1, "--time", 3.14).stdout
+    assert "  members: " not in told
+    (written,) = re.findall(r"at t = 3\.1: angular velocity \((.*)\)", told)
+    np.testing.assert_allclose([float(x) for x in written.split(",")], motion.omega_body[31], rtol=1e-8)
+    assert "--time must go with --member" in call("info", path, "--time", 3, code=2).stderr
+    assert "--time must go with a result" in call("info", top, "--time", 3, code=2).stderr
+    assert "--member must go with a result" in call("info", top, "--member", 3, code=2).stderr
+    call("convert", path, tmp_path / "one.nc", "--member", 1)
+    assert np.array_equal(pt.load(tmp_path / "one.nc").quaternion, motion.quaternion)
+    call("convert", path, tmp_path / "one.csv", "--member", 1)
+    assert (
+        "--member must go with a result"
+        in call("convert", tmp_path / "one.csv", tmp_path / "x.nc", "--scenario", top, "--member", 1, code=2).stderr
+    )
+
+
+def test_pictures_and_pages_of_some_times(top, tmp_path, monkeypatch):
+    call("run", top)
+    path, seen = tmp_path / "top.nc", []
+    monkeypatch.setattr(plots, "viewed", lambda motion, path, _: seen.append(motion.times) or path)
+    for window, first, count in (("2:3", 20, 11), ("2:", 20, 81), (":3", 0, 31), (":", 0, 101)):
+        call("view", path, f"--time={window}")
+        assert np.array_equal(seen[-1], pt.load(path).times[first : first + count])
+    call("plot", path, tmp_path / "coarse.png", "--dpi", 40, "--time", "2:3")
+    call("plot", path, tmp_path / "fine.png", "--dpi", 80, "--time", "2:3")
+    wide = [int.from_bytes((tmp_path / name).read_bytes()[16:20]) for name in ("coarse.png", "fine.png")]
+    assert wide[1] == pytest.approx(2 * wide[0], abs=2)
+    for window, said in (("5", "must be FROM:TO"), ("a:b", "must be FROM:TO"), ("20:30", "must meet times")):
+        assert f"--time {said}" in call("plot", path, "--time", window, code=2).stderr
 
 
 FREE = """\

@@ -206,10 +206,10 @@ def test_verify_shows_what_it_compared(interrupting, monkeypatch):
     cheap = [case for case in verify.CASES if case.title in ("4179 Toutatis", "Fast heavy top")]
     monkeypatch.setattr(verify, "CASES", cheap)
     interrupting(verify, "rows_of", 2)
-    told = invoked("verify").stdout
-    assert cheap[0].title in told
-    assert cheap[1].title not in told
-    assert "Interrupted: 1 of 2 cases were compared." in told
+    said = invoked("verify")
+    assert cheap[0].title in said.stdout
+    assert cheap[1].title not in said.stdout
+    assert said.stderr == "poinsot: interrupted. 1 of 2 cases were compared.\n"
 
 
 def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path):
@@ -245,7 +245,7 @@ def test_long_run_shows_itself_on_a_terminal(result):
     assert code == 0
     assert "time" in written
     assert "\x1b[?25h" in written  # the cursor is back
-    assert written.rstrip().endswith(str(result))
+    assert str(result) in screen(written)
     piped = forked.run(SLOW.format(0.4), "run", scenario, "--overwrite")
     assert (piped.stdout, piped.stderr) == (f"{result}\n", "")
 
@@ -285,6 +285,161 @@ def test_output_that_cannot_be_written_is_a_sentence():
         assert done.returncode == 2
         assert done.stderr.startswith("poinsot: the output must be a file that can be used, but the system says: No")
         assert done.stderr.count("\n") == 1
+
+
+def screen(written):
+    """The lines that a terminal shows in the end: what was erased or written over is not there."""
+    lines, row, column = [""], 0, 0
+    for part in re.findall(r"\x1b\[[?0-9;]*[A-Za-z]|[\r\n]|[^\x1b\r\n]+", written):
+        if part.endswith("A") and part.startswith("\x1b"):
+            row -= int(part[2:-1] or 1)
+        elif part == "\x1b[2K":
+            lines[row] = ""
+        elif part == "\r":
+            column = 0
+        elif part == "\n":
+            row += 1
+            lines += [""] * (row == len(lines))
+        elif not part.startswith("\x1b"):
+            lines[row] = lines[row].ljust(column)[:column] + part + lines[row][column + len(part) :]
+            column += len(part)
+    return [line.rstrip() for line in lines]
+
+
+INTERRUPTED_WHILE = """
+import os, signal, time
+from poinsot.engine import progress
+progress.PATIENCE = {patience}
+from poinsot.files import netcdf
+right = netcdf.{function}
+def slow(*arguments, **options):
+    time.sleep(0.25)
+    os.write(2, b"^C")
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.25)
+    return right(*arguments, **options)
+netcdf.{function} = slow
+from poinsot.cli import app
+app()
+"""
+
+
+@pytest.mark.parametrize("patience", [0.01, 10])
+def test_messages_stand_on_lines_of_their_own(result, patience):
+    """Beside a spinner, and beside the ^C of the terminal."""
+    code = INTERRUPTED_WHILE.format(patience=patience, function="save")
+    written, status = forked.on_terminal(code, "run", result.with_name("top.toml"), "--overwrite")
+    assert status == 130
+    lines = [line for line in screen(written) if line]
+    first = "Writing what was computed first; Ctrl-C again gives it up."
+    assert [line for line in lines if "Ctrl-C" in line] == [first]
+    assert lines[-1] == "poinsot: interrupted. What is not named above was not written."
+    assert "^C" not in "".join(lines)
+    reading = INTERRUPTED_WHILE.format(patience=patience, function="load")
+    written, status = forked.on_terminal(reading, "info", result)
+    assert status == 130
+    assert [line for line in screen(written) if line] == [lines[-1]]
+
+
+def test_words_are_whole_on_a_terminal(result):
+    body, start = pt.load(result).system.body, pt.load(result).initial
+    circle = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.3)
+    system = pt.System(body, pt.GravityGradient(circle), units={"time": "s", "inertia": "kg m2"})
+    path = pt.save(pt.propagate(system, start, [0, 1]), result.with_name("satellite.nc"))
+    piped = forked.run(MAIN, "info", path).stdout
+    assert max(map(len, piped.splitlines())) > 90
+    assert "moments=[1.25, 1.0, 0.75] kg m2" in piped
+    assert "inclination=0.3 rad" in piped
+    assert "epoch=0.0 s" in piped
+    written, _ = forked.on_terminal(MAIN, "info", path)
+    lines = screen(written)
+    assert max(map(len, lines[: lines.index("Next:")])) <= 80
+    assert "\n".join(lines[: lines.index("Next:")]).split() == piped.split()
+
+
+USED = {
+    "new": "new it.toml",
+    "run": "run it.toml",
+    "info": "info it.nc",
+    "plot": "plot it.nc",
+    "view": "view it.nc",
+    "convert": "convert it.nc it.csv",
+    "verify": "verify",
+    "paper": "paper",
+}
+FEW = """
+import poinsot.paper, poinsot.verify
+from poinsot.engine import progress
+progress.PATIENCE = 1e9
+poinsot.verify.CASES = [case for case in poinsot.verify.CASES if case.title == "4179 Toutatis"]
+poinsot.paper.PROBLEMS = poinsot.paper.PROBLEMS[:1]
+from poinsot.cli import app
+import sys
+for call in sys.argv[1:]:
+    try: app(call.split())
+    except SystemExit as ended: assert not ended.code, call
+    sys.stdout.flush()
+    sys.stderr.write("\\n====\\n")
+"""
+
+
+def test_every_command_says_what_to_do_next(tmp_path, monkeypatch):
+    """On a terminal; what it names are commands that there are. The commands themselves run in their order."""
+    monkeypatch.chdir(tmp_path)
+    assert USED.keys() == {command.callback.__name__ for command in app.registered_commands}
+    written, status = forked.on_terminal(FEW, *USED.values(), columns="200")
+    assert status == 0, written
+    said = "\n".join(screen(written)).split("\n====\n")[:-1]
+    assert len(said) == len(USED)
+    for call, text in zip(USED.values(), said, strict=True):
+        _, _, steps = text.rpartition("Next:\n")
+        assert steps.strip(), call
+        for step in steps.strip().splitlines():
+            command, what = step.strip().split("  # ")
+            assert what.strip()
+            assert (
+                command.split()[1] in USED
+                if command.startswith("poinsot ")
+                else "it.html" in command or call == "paper"
+            )
+
+
+@pytest.mark.parametrize("command", ["", *USED])
+def test_wrong_command_lines_are_sentences(command):
+    """In the words that a terminal shows, without a frame."""
+    wrong = ["--overwrit", "--nothing"] if command else ["nothing", "--nothing"]
+    for more in wrong:
+        said = invoked(*command.split(), more, code=2).stderr
+        assert re.fullmatch(r"poinsot: No such .*--help` says what there is\.\n", said), said
+    if command in ("run", "info", "plot", "view", "convert"):
+        assert invoked(command, code=2).stderr.startswith("poinsot: Missing argument '")
+    if command:
+        assert invoked(command, *"abc", *"def", code=2).stderr.startswith("poinsot: Got unexpected extra argument")
+
+
+@pytest.mark.parametrize("command", ["", *USED])
+def test_help_names_no_type_of_flags(command):
+    told = invoked(*command.split(), "--help", code=0).stdout
+    assert "<bool>" not in told
+    assert "BOOL" not in told
+
+
+def completed(*words):
+    """What a shell gets for a command line that is not finished."""
+    given = {"_POINSOT_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(["poinsot", *words])}
+    given["COMP_CWORD"] = str(len(words))
+    code = f"import os; os.environ |= {given}\nfrom poinsot.cli import app; app(prog_name='poinsot')"
+    return forked.run(code).stdout.split()
+
+
+def test_shells_complete_commands_options_and_words():
+    assert completed("v") == ["view", "verify"]
+    assert set(completed("run", "--o")) == {"--out", "--overwrite"}
+    assert set(completed("plot", "a.nc", "--kind", "po")) == {"polhode", "poinsot_construction"}
+    assert completed("plot", "a.nc", "--body", "s") == ["secondary"]
+    assert set(completed("plot", "a.nc", "--angle-unit", "arc")) == {"arcmin", "arcsec"}
+    script = forked.run("from poinsot.cli import app; app(prog_name='poinsot')", "--show-completion", "bash").stdout
+    assert script.rstrip().endswith("complete -o default -F _poinsot_completion poinsot")
 
 
 # ------------------------------------------------------------------ what files say
@@ -345,11 +500,13 @@ def test_nothing_in_a_file_is_obeyed_by_a_terminal(tmp_path):
 
 
 def test_what_a_repeated_result_says_is_not_obeyed(tmp_path, capsys):
-    from poinsot.cli.runs import _compare
+    from poinsot.cli.runs import _compared
 
     motion = pt.load(hostile_files(tmp_path)[0].parent / "it.nc")
     now = pt.free_motion(motion.system.body, motion.initial, motion.times)
-    assert not _compare(motion, now)
+    same, compared = _compared(motion, now)
+    assert not same
+    terminal.answer(*compared)
     told = capsys.readouterr().out
     assert "RED" in told
     assert obeyed(told) == []
@@ -369,7 +526,7 @@ def test_only_the_terminal_writes():
         calls = [node.func for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
         writers = {func.attr for func in calls if isinstance(func, ast.Attribute)} & {"echo", "secho", "print"}
         writers |= {func.id for func in calls if isinstance(func, ast.Name)} & {"print"}
-        assert writers <= {"terminal.py": {"echo"}, "checks.py": {"print"}}.get(path.name, set()), path.name
+        assert writers <= {"terminal.py": {"echo", "print"}, "checks.py": {"print"}}.get(path.name, set()), path.name
 
 
 def test_hints_name_options_alone():

@@ -177,8 +177,8 @@ def test_the_schema_has_them(told):
 def test_a_scenario_runs_with_them(told):
     folder, said = told
     assert said["run"] == [0, "it.nc\n"]
-    assert "force: Rowing(strength=[0.0, 0.0, 1.0], rate=0.5235987755982988, epoch=0.0)" in said["info"][1]
-    assert "start=1.5707963267948966" in said["info"][1]
+    assert "force: Rowing(strength=[0.0, 0.0, 1.0], rate=0.5235987756 rad s-1, epoch=0.0 s)" in said["info"][1]
+    assert "start=1.570796327 rad" in said["info"][1]
     assert "can be run again: yes" in said["info"][1]
     assert said["again"] == [0, "it-again.nc\nThe same bit for bit.\n"]
     assert tomllib.loads((folder / "it.toml").read_text())["forces"][0]["type"] == "Rowing"

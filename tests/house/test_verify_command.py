@@ -1,6 +1,7 @@
 """`poinsot verify` finds an installation right that is, and wrong that is not."""
 
 import functools
+import json
 import subprocess
 import sys
 
@@ -43,6 +44,16 @@ def test_command_prints_every_comparison_without_escape_codes(monkeypatch):
     assert "heyoka" in result.output
     assert "FAILED" not in result.output
     assert "\x1b" not in result.output
+
+
+def test_json_has_every_comparison(monkeypatch):
+    monkeypatch.setattr(verify, "CASES", CHEAP)
+    told = json.loads(CliRunner().invoke(app, ["verify", "--json"]).stdout)
+    assert [case["title"] for case in told["cases"]] == [case.title for case in CHEAP]
+    compared = [one for case in told["cases"] for one in case["comparisons"]]
+    assert len(compared) == 13
+    assert all(one["holds"] and one["difference"] <= one["expected"] for one in compared)
+    assert "heyoka" in told["installation"]
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import shlex
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from poinsot.cli.terminal import DIFFERS, INTERRUPTED, Overwrite, answer, check_new
+from poinsot.cli.terminal import (
+    DIFFERS,
+    INTERRUPTED,
+    Json,
+    Overwrite,
+    advise,
+    answer,
+    check_new,
+    hand_over_json,
+    opened,
+    say,
+)
 from poinsot.engine.progress import Report, bar
 
 __all__ = ["paper", "verify"]
@@ -52,11 +64,15 @@ def paper(
             console.print(_table(problem.title, found))
             write_text(out / "table.md", problems.markdown_table(rows), overwrite=True)
     console.print(problems.PERIGEE, highlight=False)
-    first = out / f"{problems.PROBLEMS[0].name}.png"
-    answer(f"Figures (png, pdf), motions (nc) and table.md are in {out}/. Start with {first}")
+    answer(f"Figures (png, pdf), motions (nc) and table.md are in {out}/.")
+    first = out / problems.PROBLEMS[0].name
+    advise(
+        (f"open {shlex.quote(f'{first}.png')}", "the first figure, in any viewer"),
+        (opened("view", first.with_suffix(".nc")), "the motion in three dimensions"),
+    )
 
 
-def verify() -> None:
+def verify(as_json: Json = False) -> None:
     """Compare this installation with published motions.
 
     Ten seconds, the first time half a minute. `expected` is the tolerance of each difference. Ctrl-C prints the
@@ -65,6 +81,7 @@ def verify() -> None:
     For example:
 
     - `poinsot verify`
+    - `poinsot verify --json`
     """
     from rich.console import Console
 
@@ -80,18 +97,38 @@ def verify() -> None:
                 found.append((case, checks.rows_of(case)))
         except KeyboardInterrupt:
             interrupted = True
-    rows = [row for _, rows in found for row in rows]
-    failed = sum(not row.holds for row in rows)
-    if rows:
-        console.print(_comparisons(found))
-        told = f"{failed} of {len(rows)} comparisons fail." if failed else f"All {len(rows)} comparisons hold."
-        console.print(told)
-    console.print(checks.installation(), highlight=False)
+    failed = sum(not row.holds for _, rows in found for row in rows)
+    if as_json:
+        hand_over_json({"installation": checks.installation(), "interrupted": interrupted, "cases": _facts(found)})
+    else:
+        _show(console, found, failed, checks.installation())
     if interrupted:
-        console.print(f"Interrupted: {len(found)} of {len(checks.CASES)} cases were compared.")
+        say(f"poinsot: interrupted. {len(found)} of {len(checks.CASES)} cases were compared.")
         raise typer.Exit(INTERRUPTED)
     if failed:
+        advise(("poinsot verify --json > verify.json", "what to send with a report of the failure"))
         raise typer.Exit(DIFFERS)
+    advise(("poinsot new", "a scenario to start from"))
+
+
+def _facts(found: list[Any]) -> list[dict[str, Any]]:
+    """Return the comparisons of all cases for programs."""
+    return [
+        {
+            "title": case.title,
+            "source": case.source,
+            "comparisons": [{**vars(row), "holds": bool(row.holds)} for row in rows],
+        }
+        for case, rows in found
+    ]
+
+
+def _show(console: Any, found: list[Any], failed: int, installation: str) -> None:
+    count = sum(len(rows) for _, rows in found)
+    if count:
+        console.print(_comparisons(found))
+        console.print(f"{failed} of {count} comparisons fail." if failed else f"All {count} comparisons hold.")
+    console.print(installation, highlight=False)
 
 
 def _bar(what: str, total: int, console: Any) -> AbstractContextManager[Report]:

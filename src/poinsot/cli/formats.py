@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,14 +13,19 @@ import typer
 from poinsot import files
 from poinsot.cli.terminal import (
     RESULTS,
+    Json,
+    Member,
     OfTwo,
     Overwrite,
+    advise,
     answer,
     busy,
     check_new,
     check_there,
     hand_over,
+    hand_over_json,
     listed_formats,
+    opened,
     tell,
     writing,
 )
@@ -29,9 +35,45 @@ __all__ = ["convert", "info"]
 Lines = list[str]
 
 
+@dataclass(frozen=True)
+class Contents:
+    """What is in a file.
+
+    Attributes
+    ----------
+    kind : str
+        "result", "scenario", "attitudes" or "other".
+    lines : list of str
+        A title, and "  name: text" for each fact.
+    scenario : str, optional
+        The text of the scenario in it.
+    data : mapping
+        Facts for programs.
+    """
+
+    kind: str
+    lines: Lines
+    scenario: str | None = None
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What the lines say by name, in lists, and the facts for programs."""
+        title, *lines = self.lines
+        said: dict[str, Any] = {}
+        for name, _, text in (line.strip().partition(": ") for line in lines):
+            said.setdefault(name, []).append(text)
+        return {"kind": self.kind, "title": title, "said": said, **self.data}
+
+
 def info(
     file: Annotated[Path, typer.Argument(help="A result, a scenario, or another file that the package can read.")],
     scenario: Annotated[bool, typer.Option("--scenario", help="Print only the text of the scenario in it.")] = False,
+    member: Member = None,
+    time: Annotated[
+        float | None, typer.Option(help="Also print the state of a result at the stored time nearest to this one.")
+    ] = None,
+    as_json: Json = False,
 ) -> None:
     """Summarise a file: body and forces, times, method, drift of the integrals, and whether it can be run again.
 
@@ -42,16 +84,36 @@ def info(
 
     - `poinsot info top.nc`
     - `poinsot info top.nc --scenario > again.toml`
+    - `poinsot info tops.nc --member 7 --time 12.5`
+    - `poinsot info top.nc --json`
     - `poinsot info attitude.aem`
     """
     with busy(f"Reading {file}"):
-        lines, text = _in_file(file)
-    if not scenario:
-        answer(*lines)
-    elif text is None:
+        found = _in_file(file, member, time)
+    if scenario and found.scenario is None:
         raise ValueError(f"{file} must have a scenario to print, but it has none.")
+    if scenario:
+        hand_over(str(found.scenario))
+    elif as_json:
+        hand_over_json({"file": str(file), **found.facts})
     else:
-        hand_over(text)
+        answer(*found.lines)
+    advise(*_next_steps(found.kind, file))
+
+
+def _next_steps(kind: str, file: Path) -> tuple[tuple[str, str], ...]:
+    """Return what can be done with a file."""
+    if kind == "scenario":
+        return ((opened("run", file), "computes it"),)
+    if kind == "result":
+        return tuple((opened(name, file), what) for name, what in OF_RESULTS.items())
+    if kind == "attitudes":
+        made = opened("convert", file, file.with_suffix(".nc"))
+        return ((f"{made} --scenario NAME.toml", "makes a result of it, for plots and views"),)
+    return (("poinsot new", "a scenario to start from, where types such as read_mesh name files"),)
+
+
+OF_RESULTS = {"plot": "draws it", "view": "plays it in three dimensions", "run": "computes it again, and compares"}
 
 
 def convert(
@@ -64,6 +126,7 @@ def convert(
         str | None, typer.Option(help="The date of t = 0 with its scale, such as '2026-11-21T00:00:00 UTC'.")
     ] = None,
     frame: Annotated[str | None, typer.Option(help="The name of the space axes, such as ICRF.")] = None,
+    member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -86,27 +149,33 @@ def convert(
         check_there(file)
     check_new(target, overwrite)
     with writing(target):
-        write(source, target, scenario=scenario, zero=zero, frame=frame, body=body, overwrite=overwrite)
+        write(source, target, scenario=scenario, zero=zero, frame=frame, member=member, body=body, overwrite=overwrite)
     tell(target)
+    advise((opened("info", target), "what is in it"))
 
 
 # ------------------------------------------------------------------ what a file has
 
 
-def _in_file(file: Path) -> tuple[Lines, str | None]:
-    """Return the lines about a file, and the text of the scenario in it."""
+def _in_file(file: Path, member: int | None, time: float | None) -> Contents:
+    """Return what is in a file."""
     check_there(file)
-    if file.suffix == ".toml":
-        return _of_scenario(file)
     if file.suffix in RESULTS:
-        return _of_result(file)
+        return _of_result(file, member, time)
+    for option, value in (("--member", member), ("--time", time)):
+        if value is not None:
+            raise ValueError(f"{option} must go with a result, .nc or .zarr, got {file}.")
+    return _of_scenario(file) if file.suffix == ".toml" else _of_other(file)
+
+
+def _of_other(file: Path) -> Contents:
     if not file.is_file():
         raise IsADirectoryError(f"{file} must be a file, got a folder.")
     with file.open("rb") as stream:
         head = stream.read(4096)
     kind = _kind_of(file, head)
     if kind in OF_OTHERS:
-        return OF_OTHERS[kind](file), None
+        return Contents("other", OF_OTHERS[kind](file))
     from poinsot.files.attitudes.attitude_format import attitude_formats, format_of
 
     known = next((each for each in attitude_formats() if each.sniff(head)), format_of(file))
@@ -116,7 +185,7 @@ def _in_file(file: Path) -> tuple[Lines, str | None]:
             "orbit (OEM), a shape (.obj, .ply, .stl, .tab) or a gravity field (.gfc, .tab), but it is none of them."
         )
     lines = _attitudes(f"Attitudes, {known.title}", known.read(file))
-    return [*lines, f"  in Python: {known.in_python.format(path=str(file))}"], None
+    return Contents("attitudes", [*lines, f"  in Python: {known.in_python.format(path=str(file))}"])
 
 
 def _kind_of(file: Path, head: bytes) -> str:
@@ -128,25 +197,27 @@ def _kind_of(file: Path, head: bytes) -> str:
     return file.suffix.lower()
 
 
-def _of_scenario(file: Path) -> tuple[Lines, str | None]:
+def _of_scenario(file: Path) -> Contents:
     from poinsot.files.scenarios.scenario import read_scenario
 
     job = read_scenario(file)
     lines = [
         job.provenance.get("title") or f"Scenario {file.name}",
         *_system(job.system),
-        *_start(job.state, job.system.units),
+        *_start("start", job.state, job.system.units),
         _span(job.times, job.system.units["time"]),
         *_seed(job),
         *(f"  writes: {name}" for name in job.outputs.values()),
     ]
-    return lines, job.provenance["scenario"]
+    data = {"times": _ends(job.times), "units": job.system.units, "outputs": job.outputs}
+    return Contents("scenario", lines, job.provenance["scenario"], data)
 
 
-def _of_result(file: Path) -> tuple[Lines, str | None]:
+def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
     from poinsot.files.netcdf import load
 
     motion = load(file)
+    motion = motion if member is None else motion.member(member)
     reason = getattr(motion.system, "not_rerunnable", None)
     lines = [
         motion.provenance.get("title") or f"Result {file.name}",
@@ -156,8 +227,42 @@ def _of_result(file: Path) -> tuple[Lines, str | None]:
         *_seed(motion),
         f"  versions: {', '.join(f'{name} {version}' for name, version in motion.run.versions.items())}",
         "  can be run again: yes" if reason is None else f"  can be run again: no. {reason}",
+        *_state_near(motion, time),
     ]
-    return lines, motion.provenance.get("scenario")
+    data = {
+        "times": _ends(motion.times),
+        "units": motion.system.units,
+        "members": len(motion) if motion.is_ensemble else None,
+        "summary": motion.summary,
+        "versions": motion.run.versions,
+        "rerunnable": reason is None,
+    }
+    return Contents("result", lines, motion.provenance.get("scenario"), data)
+
+
+def _ends(times: Any) -> dict[str, Any]:
+    return {"count": times.size, "first": times[0], "last": times[-1]} if times.size else {"count": 0}
+
+
+def _state_near(motion: Any, time: float | None) -> Lines:
+    """Return the state at the time that is nearest to one."""
+    if time is None:
+        return []
+    if motion.is_ensemble:
+        raise ValueError(f"--time must go with --member for an ensemble, got none of {len(motion)} members.")
+    import numpy as np
+
+    units = motion.system.units
+    place = int(np.argmin(np.abs(motion.times - time)))
+    at = f"at t = {motion.times[place]:.10g}" + ("" if units["time"] == "1" else f" {units['time']}")
+    from poinsot.plot.labels import rate_unit_of
+
+    rates = [
+        f"  {at}: angular velocity{f' of the {name}' if name else ''} {_written(one.omega_body[place])}"
+        f"{rate_unit_of(units, None).label}, body axes"
+        for name, one in motion.of_bodies.items()
+    ]
+    return [*_start(at, motion.isel(time=place), units), *rates]
 
 
 def _members(motion: Any) -> Lines:
@@ -176,11 +281,14 @@ def _system(system: Any) -> Lines:
     """Return the lines about body and forces; of a system whose forces are not at hand, what its file says."""
     if hasattr(system, "not_rerunnable"):
         return [f"  system: {system!r}"]
-    forces = [f"  force: {force!r}" for force in system.forces]
-    return [f"  body: {system.body!r}", *(forces or ["  forces: none"])]
+    from poinsot.mechanics.units import DerivedUnits, in_units
+
+    known = DerivedUnits(system.units)
+    forces = [f"  force: {in_units(force, known)}" for force in system.forces]
+    return [f"  body: {in_units(system.body, known)}", *(forces or ["  forces: none"])]
 
 
-def _start(state: Any, units: Any) -> Lines:
+def _start(when: str, state: Any, units: Any) -> Lines:
     if state.shape:
         return [f"  members: {len(next(iter(state.phase.values())))}"]
     from poinsot.mechanics.units import DerivedUnits
@@ -193,16 +301,16 @@ def _start(state: Any, units: Any) -> Lines:
             f" of the {name}" if name else "",
         )
         lines += [
-            f"  start: quaternion{of} {_written(one.quaternion)}, scalar first, body to space",
-            f"  start: angular momentum{of} {momentum}, body axes",
+            f"  {when}: quaternion{of} {_written(one.quaternion)}, scalar first, body to space",
+            f"  {when}: angular momentum{of} {momentum}, body axes",
         ]
     if len(state.of_bodies) > 1:
         lines += [
-            f"  start: position of the secondary {_written(state.position)}{bracketed(known.length)}",
-            f"  start: momentum of the orbit {_written(state.momentum)}{bracketed(known.linear_momentum)}",
+            f"  {when}: position of the secondary {_written(state.position)}{bracketed(known.length)}",
+            f"  {when}: momentum of the orbit {_written(state.momentum)}{bracketed(known.linear_momentum)}",
         ]
         return lines
-    return [*lines, *(f"  start: {name} {_written(values)}" for name, values in state.own.items())]
+    return [*lines, *(f"  {when}: {name} {_written(values)}" for name, values in state.own.items())]
 
 
 def _written(values: Any) -> str:

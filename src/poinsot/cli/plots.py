@@ -13,15 +13,20 @@ import typer
 import poinsot
 from poinsot.cli.terminal import (
     OPTIONS,
+    Member,
     OfTwo,
     Overwrite,
+    advise,
     busy,
     check_ending,
     check_new,
     checked_result,
+    one_of,
+    opened,
     tell,
     writing,
 )
+from poinsot.quantities import ANGLE_UNITS
 
 __all__ = ["KINDS", "drawn", "plot", "usual_kind", "view", "viewed"]
 
@@ -29,11 +34,17 @@ OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty", "
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
+Window = Annotated[
+    str | None,
+    typer.Option(
+        "--time", metavar="FROM:TO", help="Only these times, in the unit of the result; either may be left out."
+    ),
+]
+
 ONLY_OF_TWO = {"distance", "librations", "mutual_orbit"}
 OF_TWO = {"angular_velocity", "difference", "drift"} | ONLY_OF_TWO
 """Those that draw two bodies together."""
-
-Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0.")]
+OFTEN = ("angular_velocity", "drift", "polhode")
 
 
 def plot(
@@ -43,7 +54,10 @@ def plot(
     ] = None,
     kind: Annotated[
         str | None,
-        typer.Option(help=f"The plot: {', '.join(KINDS)}; default: quaternions, of two bodies mutual_orbit."),
+        typer.Option(
+            help=f"The plot: {', '.join(KINDS)}; default: quaternions, of two bodies mutual_orbit.",
+            autocompletion=one_of(*KINDS),
+        ),
     ] = None,
     other: Annotated[
         Path | None, typer.Option("--with", help="Another result, at the same times, for --kind difference.")
@@ -56,7 +70,10 @@ def plot(
         str | None, typer.Option(help="Name of the part, for --kind part_variables with several parts.")
     ] = None,
     angle_unit: Annotated[
-        str | None, typer.Option(help="Unit of angles: deg (default), rad, mrad, arcmin, arcsec, rev.")
+        str | None,
+        typer.Option(
+            help="Unit of angles: deg (default), rad, mrad, arcmin, arcsec, rev.", autocompletion=one_of(*ANGLE_UNITS)
+        ),
     ] = None,
     rate_unit: Annotated[
         str | None, typer.Option(help="Unit of angular velocities, such as deg/s, mrad/h, rpm; default: rad.")
@@ -64,6 +81,8 @@ def plot(
     time_unit: Annotated[
         str | None, typer.Option(help="Unit of times: s, min, h, d, yr; default: the result's.")
     ] = None,
+    dpi: Annotated[int, typer.Option(min=20, max=1200, help="Dots per inch of a .png.")] = 150,
+    time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
@@ -75,13 +94,14 @@ def plot(
     - `poinsot plot top.nc`: q and Q, in top-quaternions.png
     - `poinsot plot top.nc top.pdf --kind polhode`
     - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
+    - `poinsot plot top.nc --time 10:20 --dpi 300`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
     - `poinsot plot binary.nc`: the orbit and both bodies, in binary-mutual_orbit.png
     - `poinsot plot binary.nc --kind euler_angles --body secondary`
     """
     checked_result(file)
     with busy(f"Reading {file}"):
-        motion = _loaded(file, member)
+        motion = _loaded(file, member, time)
     kind = kind or usual_kind(_chosen(motion, body))
     path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
     words = {"part": part, "angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
@@ -90,12 +110,17 @@ def plot(
     motion = _chosen(motion, body, kind in OF_TWO)
     if kind in ONLY_OF_TWO and len(motion.of_bodies) == 1:
         raise ValueError(f"--kind must be a plot of one body, got {kind}.")
-    tell(drawn(motion, kind, path, overwrite, other=other, orbit=orbit, body=body, **words))
+    tell(drawn(motion, kind, path, overwrite, dpi, other=other, orbit=orbit, time=time, body=body, **words))
+    advise(
+        (f"{opened('plot', file)} --kind NAME", f"other plots: {', '.join(OFTEN)}, ..."),
+        (opened("view", file), "plays it in three dimensions"),
+    )
 
 
 def view(
     file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
     page: Annotated[Path | None, typer.Argument(help="Ends in .html; default: beside the result.")] = None,
+    time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
@@ -105,15 +130,16 @@ def view(
     For example:
 
     - `poinsot view top.nc`
-    - `poinsot view top.nc talk/top.html`
+    - `poinsot view top.nc talk/top.html --time 10:20`
     """
     checked_result(file)
     path = page or file.with_suffix(".html")
     check_new(path, overwrite)
     check_ending(path, ".html")
     with busy(f"Reading {file}"):
-        motion = _chosen(_loaded(file, member), body)
+        motion = _chosen(_loaded(file, member, time), body)
     tell(viewed(motion, path, overwrite))
+    advise((path.resolve().as_uri(), "opens in any browser, without a network"))
 
 
 def usual_kind(motion: Any) -> str:
@@ -123,7 +149,7 @@ def usual_kind(motion: Any) -> str:
     return "distance" if motion.is_ensemble else "mutual_orbit"
 
 
-def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> Path:
+def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, **said: Any) -> Path:
     """Draw a motion into a file, whole or not at all, and return its path; `said` are options of the command."""
     check_ending(path, ".png", ".pdf", ".svg")
     check_new(path, overwrite)
@@ -139,7 +165,7 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, **said: Any) -> P
     with writing(path):
         figure = np.ravel(draw(**_arguments(kind, motion, **said)))[0].figure
         content = io.BytesIO()
-        figure.savefig(content, format=path.suffix[1:], **({"dpi": 150} if path.suffix == ".png" else {}))
+        figure.savefig(content, format=path.suffix[1:], **({"dpi": dpi} if path.suffix == ".png" else {}))
         plt.close(figure)
         with new_file(path, overwrite) as part:
             part.write_bytes(content.getvalue())
@@ -178,13 +204,14 @@ def _arguments(
     motion: Any,
     other: Path | None = None,
     orbit: int | None = None,
+    time: str | None = None,
     body: str | None = None,
     **words: str | None,
 ) -> dict[str, Any]:
     """Return the arguments of a function of the package, by their names, from a motion and the options."""
     made: dict[str, Callable[[], Any]] = {
         "motion": lambda: motion,
-        "other": lambda: _chosen(_loaded(other), body),
+        "other": lambda: _chosen(_loaded(other, time=time), body),
         "orbit": lambda: _orbit(motion, orbit),
         "title": lambda: motion.provenance.get("title") or "",
     }
@@ -214,8 +241,27 @@ def _chosen(motion: Any, body: str | None, whole: bool = True) -> Any:
     return motion if whole and body is None else of_one_body(motion, body)
 
 
-def _loaded(file: Any, member: int | None = None) -> Any:
+def _loaded(file: Any, member: int | None = None, time: str | None = None) -> Any:
+    """Return a result, or one of its members, at its times or at those within a window."""
     from poinsot.files.netcdf import load
 
     motion = load(checked_result(file))
-    return motion if member is None else motion.member(member)
+    motion = motion if member is None else motion.member(member)
+    return motion if time is None else motion.isel(time=_places(motion.times, time))
+
+
+def _places(times: Any, window: str) -> Any:
+    """Return the places of the times within FROM:TO."""
+    import numpy as np
+
+    first, colon, last = window.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        low, high = float(first or -np.inf), float(last or np.inf)
+    except ValueError:
+        raise ValueError(f"--time must be FROM:TO, two numbers, got {window!r}.") from None
+    places = np.flatnonzero((times >= low) & (times <= high))
+    if not places.size:
+        raise ValueError(f"--time must meet times of the result, {times[0]:.6g} ... {times[-1]:.6g}, got {window}.")
+    return places

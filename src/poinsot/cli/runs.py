@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,12 +16,17 @@ from poinsot.cli.terminal import (
     INTERRUPTED,
     RESULTS,
     STOPPED,
+    Json,
     Overwrite,
+    advise,
     answer,
     check_ending,
     check_new,
     check_there,
+    hand_over,
+    hand_over_json,
     kept,
+    opened,
     say,
     tell,
     writing,
@@ -52,7 +58,8 @@ def new(
 
         from poinsot.files.scenarios.schema import schema as of_scenarios
 
-        answer(*json.dumps(of_scenarios(), indent=1).split("\n"))
+        hand_over(json.dumps(of_scenarios(), indent=1) + "\n")
+        advise(("poinsot new NAME.toml", "a scenario, with a comment on every line"))
         return
     from poinsot.atomic_write import write_text
     from poinsot.files.scenarios.template import START
@@ -62,6 +69,7 @@ def new(
     with writing(file):
         write_text(file, START, overwrite)
     tell(file)
+    advise((opened("run", file), "computes it"))
 
 
 def run(
@@ -71,6 +79,7 @@ def run(
     ] = None,
     overwrite: Overwrite = False,
     threads: Annotated[int | None, typer.Option(min=1, help="For an ensemble; default: all cores.")] = None,
+    as_json: Json = False,
 ) -> None:
     """Propagate a scenario, and write the result with all that is needed to repeat it.
 
@@ -85,17 +94,32 @@ def run(
     - `poinsot run top.toml`
     - `poinsot run top.nc`
     - `poinsot run tops.toml --out results --threads 4`
+    - `poinsot run top.toml --json`
     """
     job, original = _job_in(file)
     names = _output_names(job, original is not None, file, out)
     _check_outputs(job, names, overwrite)
     motion = _propagated(job, names["partial"], overwrite, threads)
-    _write_outputs(motion, names, overwrite)
-    if original is not None and not _compare(original, motion):
-        raise typer.Exit(DIFFERS)
+    written: dict[str, Any] = {}
+    for kind, path in _write_outputs(motion, names, overwrite):
+        written[kind] = str(path)
+        if not as_json:
+            tell(path)
+    same, compared = (True, []) if original is None else _compared(original, motion)
+    if as_json:
+        written |= {} if original is None else {"same": same, "compared": compared}
+        hand_over_json({**written, "summary": motion.summary, "failures": motion.failures})
+    elif compared:
+        answer(*compared)
     if motion.failures:
         _tell_failures(motion)
-        raise typer.Exit(STOPPED)
+    advise(*((opened(command, names["result"]), what) for command, what in LOOKS.items()))
+    if not same or motion.failures:
+        raise typer.Exit(STOPPED if same else DIFFERS)
+
+
+LOOKS = {"info": "what is in it", "plot": "draws it", "view": "plays it in three dimensions"}
+"""What is done with a result first."""
 
 
 def _job_in(file: Path) -> tuple[Any, Any]:
@@ -161,20 +185,21 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
         raise typer.Exit(code) from None
 
 
-def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> None:
+def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iterator[tuple[str, Path]]:
+    """Write the files, and yield the kind and the path of each when it is there."""
     from poinsot.files.netcdf import save
 
     with kept(), writing(names["result"]):
         save(motion, names["result"], overwrite=overwrite)
-    tell(names["result"])
+    yield "result", names["result"]
     if "plot" in names:
         from poinsot.cli.plots import drawn, usual_kind
 
-        tell(drawn(motion, usual_kind(motion), names["plot"], overwrite))
+        yield "plot", drawn(motion, usual_kind(motion), names["plot"], overwrite)
     if "view" in names:
         from poinsot.cli.plots import viewed
 
-        tell(viewed(motion, names["view"], overwrite))
+        yield "view", viewed(motion, names["view"], overwrite)
 
 
 def _tell_failures(motion: Any) -> None:
@@ -186,24 +211,23 @@ def _tell_failures(motion: Any) -> None:
         say(f"... and {len(failures) - MOST_TOLD} more, which `motion.failures` has.")
 
 
-def _compare(original: Any, motion: Any) -> bool:
-    """Say how a repeated motion differs from the original; return whether it is the same bit for bit."""
+def _compared(original: Any, motion: Any) -> tuple[bool, list[str]]:
+    """Return whether a repeated motion is the same bit for bit as the original, and sentences on it."""
     import numpy as np
 
     shared = np.isin(motion.times, original.times)
     if np.sum(shared) != original.times.size:
-        answer(f"It has other times: {original.times.size} before, {motion.times.size} now.")
-        return False
+        return False, [f"It has other times: {original.times.size} before, {motion.times.size} now."]
     known = original.reached
     again = {name: motion.phase[name] if name in motion.phase else getattr(motion, name) for name in original.phase}
     pairs = [(values[known], again[name][..., shared, :][known]) for name, values in original.phase.items()]
     if all(before.tobytes() == now.tobytes() for before, now in pairs):
         whole = motion.times.size == original.times.size and np.array_equal(known, motion.reached)
-        answer("The same bit for bit." if whole else "The same bit for bit, as far as the original goes.")
-        return True
+        return True, ["The same bit for bit." if whole else "The same bit for bit, as far as the original goes."]
     largest = max(float(np.nanmax(np.abs(now - before), initial=0.0)) for before, now in pairs)
-    answer(f"It differs by up to {largest:.2g} in q and the momenta.")
     before, now = original.run.versions, motion.run.versions
     others = [f"{name} {before.get(name)} -> {now[name]}" for name in now if before.get(name) != now[name]]
-    answer(f"Versions that differ: {', '.join(others) or 'none'}.")
-    return False
+    return False, [
+        f"It differs by up to {largest:.2g} in q and the momenta.",
+        f"Versions that differ: {', '.join(others) or 'none'}.",
+    ]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import math
 import re
+import shlex
 import shutil
 import signal
 import sys
+import textwrap
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
@@ -29,8 +33,11 @@ __all__ = [
     "Command",
     "Commands",
     "Group",
+    "Json",
+    "Member",
     "OfTwo",
     "Overwrite",
+    "advise",
     "answer",
     "busy",
     "check_ending",
@@ -39,15 +46,31 @@ __all__ = [
     "checked_result",
     "exit_statuses",
     "hand_over",
+    "hand_over_json",
     "kept",
     "listed_formats",
+    "one_of",
+    "opened",
     "say",
     "shown",
     "tell",
     "writing",
 ]
 
-OfTwo = Annotated[str | None, typer.Option("--body", help="Which of two bodies: primary or secondary.")]
+
+def one_of(*words: str) -> Callable[[str], list[str]]:
+    """Return what completes one of some words in a shell."""
+    return lambda incomplete: [word for word in words if word.startswith(incomplete)]
+
+
+OfTwo = Annotated[
+    str | None,
+    typer.Option(
+        "--body", help="Which of two bodies: primary or secondary.", autocompletion=one_of("primary", "secondary")
+    ),
+]
+Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
 
 DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
@@ -67,6 +90,9 @@ OPTIONS = {
 }
 """What the command line calls the arguments of functions."""
 
+UsageError: Any = typer.BadParameter.__bases__[0]
+"""What is raised for a command line that no command takes."""
+
 KEYWORD = re.compile(r"\b(\w+)=(?:True|'(\w+)'|Calendar\('([^']+)', '([^']+)'\))")
 """An argument as a hint writes it: overwrite=True, reference_frame='ICRF'."""
 
@@ -85,26 +111,73 @@ def shown(text: str) -> str:
 
 
 def say(sentence: str) -> None:
-    """Write a sentence to the standard error."""
-    typer.echo(shown(sentence), err=True)
+    """Write a sentence to the standard error; on a terminal on lines of its own, above what moves there."""
+    text = shown(sentence)
+    if not sys.stderr.isatty():
+        typer.echo(text, err=True)
+        return
+    from rich.text import Text
+
+    displays = [progress for display in _displays for progress in display]
+    if displays:
+        displays[-1].console.print(Text(text))
+    else:
+        typer.echo(f"\r{_fitted(text)}", err=True)  # over the ^C that a terminal shows
 
 
 def answer(*lines: str) -> None:
-    """Write lines to the standard output."""
-    typer.echo("\n".join(map(shown, lines)))
+    """Write lines to the standard output; those too long for a terminal are broken between words."""
+    fitted = _fitted if sys.stdout.isatty() else str
+    typer.echo("\n".join(fitted(shown(line)) for line in lines))
+
+
+def _fitted(line: str) -> str:
+    """Return a line in as many as it needs on the terminal, the others further in than the first."""
+    indent = " " * (len(line) - len(line.lstrip()) + 4 * line.startswith(" "))
+    columns = shutil.get_terminal_size().columns
+    return textwrap.fill(
+        line, columns, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False, drop_whitespace=True
+    )
 
 
 def hand_over(text: str) -> None:
     """Write a text to the standard output: as it is for a file or a program, and as it can be seen for a terminal."""
     if sys.stdout.isatty():
-        answer(*text.removesuffix("\n").split("\n"))
+        typer.echo("\n".join(map(shown, text.removesuffix("\n").split("\n"))))
     else:
         typer.echo(text, nl=False)
+
+
+def hand_over_json(content: Any) -> None:
+    """Write what programs read to the standard output: numbers of NumPy as numbers, infinite ones as null."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {str(key): plain(item) for key, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [plain(item) for item in value]
+        value = value.item() if hasattr(value, "item") else value
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    hand_over(json.dumps(plain(content), indent=1, allow_nan=False) + "\n")
 
 
 def tell(path: Path) -> None:
     """Write the path of a file that was written."""
     hand_over(f"{path}\n")
+
+
+def advise(*steps: tuple[str, str]) -> None:
+    """Say on a terminal what to do next: commands, each with what it does."""
+    if sys.stderr.isatty():
+        width = max(len(command) for command, _ in steps)
+        lines = [f"  {shown(command):{width}}  # {what}" for command, what in steps]
+        typer.echo("\n".join(["Next:", *lines]), err=True)
+
+
+def opened(command: str, *paths: Path) -> str:
+    """Return a command on files, quoted as a shell needs it."""
+    return " ".join(["poinsot", command, *(shlex.quote(str(path)) for path in paths)])
 
 
 def listed_formats() -> str:
@@ -130,7 +203,17 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The commands; their help has no type of flags."""
+    """The commands; their help has no type of flags, and what they are called wrongly with is told in a sentence."""
+
+    @override
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        with _usage():
+            return super().make_context(*arguments, **options)
+
+    @override
+    def invoke(self, ctx: Any) -> Any:
+        with _usage():
+            return super().invoke(ctx)
 
     @override
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -198,6 +281,19 @@ def _sentences() -> Iterator[None]:
         finally:
             for message in dict.fromkeys(str(warning.message) for warning in told if warning.category is UserWarning):
                 say(f"warning: {message}")
+
+
+@contextlib.contextmanager
+def _usage() -> Iterator[None]:
+    """Tell what a command was called wrongly with as a sentence."""
+    try:
+        yield
+    except UsageError as error:
+        if type(error).__name__ == "NoArgsIsHelpError":  # its help is on the screen
+            raise
+        said, help_of = error.format_message().rstrip("."), error.ctx.command_path
+        say(f"poinsot: {said}{'' if said.endswith('?') else '.'} `{help_of} --help` says what there is.")
+        raise typer.Exit(WRONG) from None
 
 
 def _sentence(error: Exception) -> str:
@@ -297,6 +393,9 @@ def kept() -> Iterator[None]:
 
 # ------------------------------------------------------------------ what a terminal shows
 
+_displays: list[list[Any]] = []
+"""What moves on the terminal, each empty until it is shown."""
+
 
 @contextlib.contextmanager
 def busy(what: str) -> Iterator[None]:
@@ -311,5 +410,12 @@ def busy(what: str) -> Iterator[None]:
         progress.add_task(shown(what), total=None)
         return progress
 
-    with later(begun) if sys.stderr.isatty() else contextlib.nullcontext():
+    if not sys.stderr.isatty():
         yield
+        return
+    with later(begun) as display:
+        _displays.append(display)
+        try:
+            yield
+        finally:
+            _displays.pop()

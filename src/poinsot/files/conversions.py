@@ -24,6 +24,7 @@ def convert(
     scenario: str | Path | None = None,
     zero: str | None = None,
     frame: str | None = None,
+    member: int | None = None,
     body: str | None = None,
     overwrite: bool = False,
 ) -> Path:
@@ -40,6 +41,8 @@ def convert(
         counted from their first row without it.
     frame : str, optional
         The name of the space axes, where a file does not say it.
+    member : int, optional
+        Which member of a result that is an ensemble.
     body : {"primary", "secondary"}, optional
         Whose attitudes, of a result of two bodies.
     overwrite : bool
@@ -56,21 +59,26 @@ def convert(
         raise ValueError("scenario must go with attitudes that become a result, got other files.")
     if from_result and to_result and (zero, frame) != (None, None):
         raise ValueError(f"{'frame' if zero is None else 'zero'} must go with attitudes, got two results.")
-    calendar = None
-    if zero is not None:
-        date, _, scale = zero.strip().rpartition(" ")
-        if not date:
-            given = f"such as '2026-11-21T00:00:00 UTC', got {zero[:40]!r}"
-            raise ValueError(f"zero must be a date and its scale, {given}.")
-        calendar = Calendar(date, scale)
+    if member is not None and not from_result:
+        raise ValueError(f"member must go with a result, got {source}.")
+    calendar = None if zero is None else _calendar(zero)
     what = load(source) if before is None else _read(source, before, calendar, frame, scenario, to_result)
     if body is not None and not (from_result and not to_result):
         raise ValueError("body must go with a result that becomes attitudes, got other files.")
+    what = what if member is None else what.member(member)
     if after is not None:
         what = of_one_body(what, body) if from_result else what
         after.write(what, target, calendar=calendar, reference_frame=frame, overwrite=overwrite)
         return target
     return save(what, target, overwrite=overwrite)
+
+
+def _calendar(zero: str) -> Calendar:
+    """Return the calendar that counts from a date with its scale."""
+    date, _, scale = zero.strip().rpartition(" ")
+    if not date:
+        raise ValueError(f"zero must be a date and its scale, such as '2026-11-21T00:00:00 UTC', got {zero[:40]!r}.")
+    return Calendar(date, scale)
 
 
 def _format(path: Path) -> AttitudeFormat | None:

@@ -303,10 +303,12 @@ def _article(kind: type) -> str:
 
 
 def listed(value: Any) -> str:
-    """Return an array by its numbers, a long one by its shape, anything else by its repr."""
+    """Return an array by its numbers to 10 digits, a long one by its shape, anything else by its repr."""
     if not isinstance(value, np.ndarray):
-        return repr(value)
-    return repr(value.tolist()) if value.size <= 16 else f"<array {value.shape}>"
+        return f"{float(f'{value:.10g}')!r}" if isinstance(value, float) else repr(value)
+    if value.size > 16 or value.dtype.kind != "f":
+        return repr(value.tolist()) if value.size <= 16 else f"<array {value.shape}>"
+    return repr(np.array([float(f"{number:.10g}") for number in value.flat]).reshape(value.shape).tolist())
 
 
 def described(value: Any) -> str:

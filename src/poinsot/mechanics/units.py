@@ -6,9 +6,10 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from poinsot.mechanics.parameters import described
+from poinsot.mechanics.parameters import Parametric, described, listed
+from poinsot.quantities import Quantity, said_of
 
-__all__ = ["DerivedUnits", "checked_units", "dated_units"]
+__all__ = ["DerivedUnits", "checked_units", "dated_units", "in_units"]
 
 
 class DerivedUnits:
@@ -30,6 +31,25 @@ class DerivedUnits:
 
     def _with_length(self, *units: str) -> str:
         return self.length and _product(*units)
+
+
+def in_units(record: Any, units: DerivedUnits) -> str:
+    """Return the repr of a record with the units of those of its numbers whose units are known."""
+    own: Any = type(record).__repr__
+    if own is not Parametric.__repr__:
+        return repr(record)
+    name, fields = record.definition
+    known = {"moments": units.inertia, "mass": units.mass}
+    measured = {"angle": "rad", "rate": units.rate, "time": units.time, "duration": units.time}
+    known |= {field: measured[quantity.kind] for field, quantity in said_of(type(record), Quantity).items()}
+    told = (f"{field}={_in_unit(value, known.get(field, '1'), units)}" for field, value in fields.items())
+    return f"{name}({', '.join(told)})"
+
+
+def _in_unit(value: Any, unit: str, units: DerivedUnits) -> str:
+    if isinstance(value, Parametric):
+        return in_units(value, units)
+    return listed(value) + (f" {unit}" if unit not in ("", "1") else "")
 
 
 WORD = re.compile(r"([A-Za-z]+)(-?\d+)?")
