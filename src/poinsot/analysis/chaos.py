@@ -7,22 +7,24 @@ affects the indicators at finite times, not their limits.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 import sys
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
 from poinsot.engine.progress import bar
 from poinsot.engine.runs import Memory, Report, Rows
-from poinsot.errors import PropagationInterrupted, real_array, refuse_nonpositive
+from poinsot.errors import PropagationInterrupted, member_array, refuse_nonpositive, refuse_other_members
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.probing import time_scale
+from poinsot.mechanics.probing import time_scales
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
@@ -38,11 +40,16 @@ __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_
 
 Array = NDArray[np.float64]
 
+FOUND = ("growth", "fli", "megno", "mean_megno", "gali")
+
 SAMPLES = 8
 """Of the growth for MEGNO's integrals, in 2 pi of the fastest angle."""
 
 APART = 10.0
 """Radians of the fastest angle between two orthogonalisations of vectors."""
+
+SHARES = 4
+"""Of members whose rates differ by less than a factor of two, groups that have their samples in common."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -55,8 +62,8 @@ class ChaosIndicators(Summarized):
     times : array (n,)
     start : float or array (members,)
         The time of the state.
-    momentum_unit : float
-    units : array (k,)
+    momentum_unit : float or array (members,)
+    units : array (k,) or (members, k)
         Of the distance |u|, u = (rotation vector, change of angular momentum, body axes, variables of parts) / units:
         1 for angles, `momentum_unit` for momenta, for other variables about ten times their size.
     vectors : array (count, k)
@@ -89,7 +96,7 @@ class ChaosIndicators(Summarized):
     system: System
     times: Array
     start: Any
-    momentum_unit: float
+    momentum_unit: Any
     units: Array
     vectors: Array
     growth: Array
@@ -145,7 +152,7 @@ def chaos_indicators(
     times: Times,
     *,
     vectors: int = 1,
-    momentum_unit: float | None = None,
+    momentum_unit: ArrayLike | None = None,
     formulation: str | None = None,
     tolerance: float | None = None,
     threads: int | None = None,
@@ -162,10 +169,10 @@ def chaos_indicators(
         All after the state's time or all before.
     vectors : int
         How many tangent vectors, at the start perpendicular to each other: `gali` is GALI_k of them (2: about SALI).
-    momentum_unit : float, optional
-        What a rotation by one radian is compared with. Default: the angular momentum of the body at the rate of its
-        fastest orbit, without orbits about its own, the largest of the ensemble. Of two bodies it is that of the
-        primary at the rate of their orbit, and that of the secondary is smaller as its largest moment is.
+    momentum_unit : float or array (members,), optional
+        What a rotation by one radian is compared with. Default: the angular momentum of each body at the rate of its
+        fastest orbit, without orbits about its own. Of two bodies it is that of the primary at the rate of their
+        orbit, and that of the secondary is smaller as its largest moment is.
 
     Raises
     ------
@@ -187,22 +194,28 @@ def chaos_indicators(
       ...
     """
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
-    if not 1 <= vectors <= job.units.size:
-        raise ValueError(f"vectors must be a whole number from 1 to {job.units.size}, got {vectors}.")
+    if not 1 <= vectors <= job.size:
+        raise ValueError(f"vectors must be a whole number from 1 to {job.size}, got {vectors}.")
     _check_one_way(np.sort(job.times), job.state.time)
-    rate = _fastest(system, job.state)
-    unit = float(
-        real_array("momentum_unit", _momentum_unit(system, rate) if momentum_unit is None else momentum_unit, ())
-    )
+    starts, rates = job.state.time, _fastest(system, job.state)
+    unit = _momentum_unit(system, rates) if momentum_unit is None else member_array("momentum_unit", momentum_unit, ())
     refuse_nonpositive("momentum_unit", unit)
-    fine = _refined(job.times, job.state.time, 2 * np.pi / (SAMPLES * rate))
-    weights = job.weights(unit)
-    out = _Indicators(job.state.time, fine, job.times, weights)
-    start = _directions(vectors, len(weights))
-    report = job.integrate(start * weights, fine, out, ways=out.ways)
-    found = {name: part if job.members else part[0] for name, part in out.parts.items()}
-    since = job.state.time if job.members else float(job.state.time[0])
-    units, failed, run = weights / job.units, job.failures(report), job.run(report)
+    refuse_other_members(momentum_unit=unit.shape, state=starts.shape)
+    unit = np.broadcast_to(unit, starts.shape) if job.members else np.ravel(unit)[0]
+    weights, start, report = job.weights(unit), _directions(vectors, job.size), Report(np.zeros(starts.size, dtype=int))
+    parts = {name: np.full((starts.size, job.times.size), np.nan) for name in FOUND}
+    for who, step in _alike(np.broadcast_to(2 * np.pi / (SAMPLES * rates), starts.shape), job.times):
+        some = job if who.size == starts.size else job.of_members(who)
+        fine, own = _refined(job.times, starts[who], step), np.broadcast_to(weights, (starts.size, job.size))[who, None]
+        out = _Indicators(starts[who], fine, job.times, own)
+        report.put(who, some.integrate(start * own, fine, out, ways=out.ways))
+        for name, values in out.parts.items():
+            parts[name][who] = values
+        if report.interrupted:
+            break
+    found = {name: part if job.members else part[0] for name, part in parts.items()}
+    since, units = starts if job.members else float(starts[0]), weights / job.units
+    failed, run = job.failures(report), job.run(report)
     result = ChaosIndicators(system, job.times, since, unit, units, start, **found, failures=failed, run=run)
     job.check(report, result)
     return result
@@ -215,14 +228,13 @@ class _Indicators:
         self._starts, self._weights, self._wanted = starts, weights, np.searchsorted(fine, wanted)
         self._forwards = bool(np.max(wanted) > np.min(starts))
         self.ways = (self._forwards,)  # the times between the starts of members are those of the earlier ones
-        names = ("growth", "fli", "megno", "mean_megno", "gali")
-        self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in names}
+        self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in FOUND}
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
         """Keep the indicators of some members."""
         if not members.size:
             return
-        u, bits = rows["vectors"] / self._weights, rows["exponents"]
+        u, bits = rows["vectors"] / self._weights[members, None], rows["exponents"]
         lengths = np.linalg.norm(u, axis=-1)
         since = (times - self._starts[members, None]) * (1 if self._forwards else -1)
         growth = np.where(since > 0, np.log(lengths[..., 0]) + bits[..., 0] * np.log(2), 0.0)
@@ -348,11 +360,11 @@ def lyapunov_spectrum(
             "way, and so would its memory. Take chaos_indicators."
         )
     whole = VariationalRun(system, state, times, formulation, tolerance, threads, False)
-    start, members, k = _common_start(whole), len(whole.state.time), len(whole.units)
+    start, members, k = _common_start(whole), len(whole.state.time), whole.size
     copies = 1 if k <= TOGETHER else k  # of each member, with as many of the vectors
     job = whole if copies == 1 else whole.repeated(copies)
-    shape, rate = (members * copies, k // copies), _fastest(system, job.state)
-    weights = job.weights(_momentum_unit(system, rate))
+    shape, rates = (members * copies, k // copies), _fastest(job.system, job.state)
+    weights = np.broadcast_to(job.weights(_momentum_unit(job.system, rates)), (shape[0], k))[:, None]
     at_start = job.variables.to_phase(job.state.time[:, None], job.variables.from_state(job.state)[:, None])
     vectors = np.broadcast_to(_directions(k, k), (members, k, k))
     now, total = job.state, Report(np.zeros(shape[0], dtype=int))
@@ -363,7 +375,7 @@ def lyapunov_spectrum(
         failures = {member // copies: why for member, why in whole.failures(total).items()}
         return LyapunovSpectrum(system, job.times[: kept.shape[1]], found, failures, job.run(total))
 
-    stops = _refined(job.times, job.state.time, APART / rate)
+    stops = _refined(job.times, job.state.time, float(np.min(APART / rates)))
     wanted = sys.stderr.isatty() if progress is None else progress
     try:
         with bar("time", float(stops[-1]) - start, wanted) as told:
@@ -421,24 +433,40 @@ def _directions(count: int, k: int) -> Array:
     return np.asarray(np.linalg.qr(np.random.default_rng(20061027).normal(size=(k, k)))[0][:count])
 
 
-def _fastest(system: System, state: State) -> float:
-    """Return the rate of the fastest angle that a motion needs to be looked at along: the orbit's, else the body's."""
+def _fastest(system: System, state: State) -> Array:
+    """Return the rates of the fastest angle that motions need to be looked at along: the orbit's, else the body's."""
     if isinstance(system, PairSystem):
-        return float(np.max(system.pace(state)))
-    if any(np.any(functions.norm(orbit.velocity_at(orbit.sample_time)) > 0) for orbit in system.orbits):
-        return 1 / time_scale(system)
-    return float(np.max(system.momentum_scale(state) / np.min(system.body.moments, axis=-1)))
+        return np.asarray(system.pace(state))
+    own = np.asarray(system.momentum_scale(state) / np.min(system.body.moments, axis=-1))
+    moving = [functions.norm(orbit.velocity_at(orbit.sample_time)) > 0 for orbit in system.orbits]
+    return np.where(functools.reduce(np.logical_or, moving, False), 1 / time_scales(system), own)
 
 
-def _momentum_unit(system: System, rate: float) -> float:
-    return float(np.max(system.rigid_bodies[0].moments)) * rate
+def _momentum_unit(system: System, rates: Array) -> Array:
+    return np.asarray(np.max(system.rigid_bodies[0].moments, axis=-1) * rates)
+
+
+def _alike(steps: Array, times: Array) -> Iterator[tuple[NDArray[np.int_], float]]:
+    """Yield members whose steps differ little, and one step for all of these, not longer, whoever else there is.
+
+    It is a power of two of a fourth part of an integer times a length of time that all members have in common.
+    """
+    length = float(np.ptp(times) or np.max(np.abs(times)) or 1.0)
+    classes = np.floor(SHARES * np.log2(steps / length))
+    for each in np.unique(classes):
+        yield np.flatnonzero(classes == each), length * float(np.exp2(each / SHARES))
 
 
 def _refined(times: Array, starts: Array, step: float) -> Array:
-    """Return rising times with so many more between the starts and them that they are a step apart at most."""
-    ends = np.union1d(times, [np.min(starts), np.max(starts)])
-    pieces = [np.linspace(a, b, max(int(np.ceil((b - a) / step)), 1) + 1)[1:-1] for a, b in itertools.pairwise(ends)]
-    return np.union1d(times, np.concatenate(pieces)) if pieces else times
+    """Return rising times with so many more between the starts and them that they are a step apart at most.
+
+    They are the same for members that start at one time, whenever others start.
+    """
+    times = np.sort(times)
+    pieces = [np.linspace(a, b, max(int(np.ceil((b - a) / step)), 1) + 1)[:-1] for a, b in itertools.pairwise(times)]
+    before = times[0] - step * np.arange(1, max(np.ceil((times[0] - np.min(starts)) / step), 1))
+    behind = times[-1] + step * np.arange(1, max(np.ceil((np.max(starts) - times[-1]) / step), 1))
+    return np.unique(np.concatenate([before, *pieces, times[-1:], behind]))
 
 
 def _check_one_way(times: Array, starts: Array) -> None:

@@ -118,23 +118,19 @@ class StateTransition(Summarized):
         """The dataset of the motion with directions, growth, matrix, sensitivity and second derivatives."""
         motion, rows = self.motion.dataset, ("member", "time")[-self.growth.ndim + 1 :]
         columns = (*self.coordinates, *self.parameters)
-        found = {
+        found: dict[str, tuple[tuple[str, ...], Array, str]] = {
             "directions": (("coordinate", "column"), self.directions, "columns over exp(growth)"),
             "growth": (("column",), self.growth, "natural logarithm of the size of columns"),
             "matrix": (("coordinate", "initial_coordinate"), self.matrix, "state-transition matrix"),
             "sensitivity": (("coordinate", "parameter_name"), self.sensitivity, "derivatives by parameters"),
         }
+        names = {"coordinate": list(self.coordinates), "initial_coordinate": list(self.coordinates)}
+        names |= {"column": list(columns), "parameter_name": list(self.parameters)}
         if self.second is not None:
+            names["other_column"] = list(columns)
             found["second"] = (("coordinate", "column", "other_column"), self.second, "second derivatives")
-        return motion.assign(
-            {n: ((*rows, *dims), x, {"long_name": told}) for n, (dims, x, told) in found.items()}
-        ).assign_coords(
-            coordinate=list(self.coordinates),
-            initial_coordinate=list(self.coordinates),
-            column=list(columns),
-            parameter_name=list(self.parameters),
-            **({} if self.second is None else {"other_column": list(columns)}),
-        )
+        own = {name: ((*rows, *dims), x, {"long_name": told}) for name, (dims, x, told) in found.items()}
+        return motion.assign(own).assign_coords(names)
 
     def covariance(self, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Array:
         """Return the covariance of xi at the times, to first order.
@@ -204,9 +200,9 @@ def state_transition(
     whole = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order)
     out = _Columns(whole, order)
     report = Report(np.zeros(out.members, dtype=int))
-    for some, groups in _shares(len(whole.units), len(inputs), order):
-        job = whole if len(whole.units) <= TOGETHER else whole.repeated(len(groups), tuple(inputs[i] for i in some))
-        unit = np.eye(len(whole.units))
+    for some, groups in _shares(whole.size, len(inputs), order):
+        job = whole if whole.size <= TOGETHER else whole.repeated(len(groups), tuple(inputs[i] for i in some))
+        unit = np.eye(whole.size)
         start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
         found = job.integrate(start, whole.times, _Share(out, job, groups))
         _add(report, found, len(groups))
@@ -248,10 +244,11 @@ class _Columns(Memory):
     """Motions with their matrices, in the units of the user."""
 
     def __init__(self, job: VariationalRun, order: int) -> None:
-        self.members, times, k = len(job.state.time), job.times.size, len(job.units)
+        self.members, times, k = len(job.state.time), job.times.size, job.size
         super().__init__(job.variables, self.members, job.times)
         columns, shape = k + job.parameters, (self.members, times)
-        self.unit = np.append(job.units, np.ones(job.parameters))
+        self.unit = np.ones((self.members, columns))
+        self.unit[:, :k] = job.units
         self.directions = np.full((*shape, k, columns), np.nan)
         self.growth = np.full((*shape, columns), np.nan)
         self.second = np.full((*shape, k, *(columns,) * 2), np.nan) if order == 2 else np.empty(shape)
@@ -261,18 +258,18 @@ class _Share:
     """Takes the columns of each group of some, the groups of a member one after another."""
 
     def __init__(self, out: _Columns, job: VariationalRun, groups: Sequence[Sequence[int]]) -> None:
-        self._out, self._unit, self._groups = out, job.units, np.array(groups)
+        self._out, self._k, self._groups = out, job.size, np.array(groups)
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
         """Keep the motions and columns of some members and groups."""
-        out, unit, (whom, which) = self._out, self._unit, np.divmod(members, len(self._groups))
+        out, (whom, which) = self._out, np.divmod(members, len(self._groups))
         once = np.flatnonzero(which == 0)
         for name, kept in out.phase.items():
             kept[whom[once]] = rows[name][once]
         vectors, bent, bits = rows["vectors"], rows["pairs"], rows["exponents"]
         columns = self._groups[which]
-        by = out.unit[columns][:, None]
-        vectors = vectors / unit * by[..., None]
+        unit, by = out.unit[whom, None, : self._k], out.unit[whom[:, None], columns][:, None]
+        vectors = vectors / unit[:, None] * by[..., None]
         sizes = np.linalg.norm(vectors, axis=-1)
         sizes[sizes == 0] = 1.0
         out.directions[whom[:, None], :, :, columns] = np.swapaxes(vectors / sizes[..., None], 1, 2)

@@ -59,17 +59,18 @@ class Clock:
     ----------
     parts : sequence of Part
         Those that jump.
-    members : int
+    numbers : array (members,)
+        Those of the members, of which their noise depends.
     """
 
-    def __init__(self, parts: Sequence[Part], members: int) -> None:
+    def __init__(self, parts: Sequence[Part], numbers: Array) -> None:
         jumps = [part.jump for part in parts if part.jump is not None]
         self.periods, self.phases = (
-            np.array([np.broadcast_to(x, (members,)) for x in each], dtype=float).T
+            np.array([np.broadcast_to(x, numbers.shape) for x in each], dtype=float).T
             for each in ([jump.period for jump in jumps], [jump.phase for jump in jumps])
         )
-        seeds = np.array([np.broadcast_to(jump.seed, (members,)) for jump in jumps], dtype=float).T
-        self.keys = key_of(seeds, np.arange(members)[:, None])
+        seeds = np.array([np.broadcast_to(jump.seed, numbers.shape) for jump in jumps], dtype=float).T
+        self.keys = key_of(seeds, numbers[:, None])
 
     def first(self, times: Array, members: Array) -> Array:
         """Return the numbers of the first samples of members that are not before times, shape (n, jumps).

@@ -67,17 +67,19 @@ def constants_of(job: Job) -> Constants | None:
         return None
     if constants.size > LARGEST:
         with np.errstate(all="ignore"):
-            zeros = _zeros(job, constants, constants.values(kernels.numbers_of(smooth, job.variables)))
+            zeros = _zeros(job, constants, kernels.numbers_of(smooth, job.variables))
         key = smooth.structure, job.variables.structure, zeros
         size = kernels.known(key, lambda: kernels.looped_program(smooth, job.variables, zeros).decomposition.size)
         return constants if size <= LARGEST else None
     return constants
 
 
-def _zeros(job: Job, constants: Constants, values: Sequence[Any]) -> tuple[int, ...]:
+def _zeros(
+    job: Job, constants: Constants, numbers: Sequence[Any], values: Sequence[Any] | None = None
+) -> tuple[int, ...]:
     """Return which constants are zero throughout: none that may change at knots, or where tangent vectors may jump."""
     kept = job.problem.knots.size or kernels.saltation_of(job.problem, job.variables)
-    return () if kept else constants.zeros(values)
+    return () if kept else constants.zeros(constants.values(numbers) if values is None else values, numbers)
 
 
 class Ready(NamedTuple):
@@ -113,7 +115,7 @@ class LoopedRun(Run):
         self._numbers, self._constants = kernels.numbers_of(smooth, job.variables), constants
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
             values = constants.values(self._numbers)
-            zeros = _zeros(job, constants, values)
+            zeros = _zeros(job, constants, self._numbers, values)
             kind = smooth.structure, job.variables.structure, job.device, zeros, order, layout, lanes
             self.ready: Ready = kernels.known(kind, lambda: self._made(smooth, zeros, order, layout, lanes))
             self.parameters = self._table(self.ready.parameters([*values, *self._numbers]), self._numbers)

@@ -170,15 +170,25 @@ class Constants:
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
         self.switches = bool(conditions_of(rates))
 
-    def zeros(self, values: Sequence[Any]) -> tuple[int, ...]:
+    def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
         """Return which constants are zero for all members; none if one is not finite, which is to stop the run.
 
-        Those on which a formula branches are not among them.
+        Those on which a formula branches are not among them, nor those that other numbers of members would change:
+        no member depends on who else is in its ensemble.
         """
         total = sum(values)
         if not _is_zero_for_all(total - total):
             return ()
-        return tuple([number for number in self._never_conditions if _is_zero_for_all(values[number])])
+        found = [number for number in self._never_conditions if _is_zero_for_all(values[number])]
+        if found and any(map(np.ndim, numbers)):
+            others = self.values([_other_members(i) if np.ndim(x) else x for i, x in enumerate(numbers)])
+            found = [number for number in found if _is_zero_for_all(others[number])]
+        return tuple(found)
+
+
+def _other_members(place: int) -> Any:
+    """Return numbers between 0 and 1 that members might have at a place, always the same."""
+    return 0.1 + 0.8 * np.mod((place + 1) * (math.sqrt(5) - 1) / 2 + np.array([0.0, 0.29, 0.61]), 1.0)
 
 
 def _constants_met(rates: Sequence[Any]) -> list[Node]:

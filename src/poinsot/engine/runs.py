@@ -178,6 +178,13 @@ class Report:
             kind = PropagationInterrupted if stop.why == INTERRUPTED else PropagationError
             raise kind(stop.sentence, stop.time, result) from stop.cause
 
+    def put(self, members: NDArray[np.int_], found: Report) -> None:
+        """Take what is known of the run of some of the members."""
+        self.steps[members], self.finished = found.steps, self.finished + found.finished
+        self.stops |= {int(members[i]): stop for i, stop in found.stops.items()}
+        self.wall_time, self.interrupted = self.wall_time + found.wall_time, found.interrupted
+        self.kernel, self.lanes, self.order, self.tolerance = found.kernel, found.lanes, found.order, found.tolerance
+
     def add(self, later: Report) -> None:
         """Count what a later piece of the same motions took; the first stop of a member stays."""
         self.steps, self.wall_time = self.steps + later.steps, self.wall_time + later.wall_time
@@ -228,7 +235,7 @@ class Run(ABC):
         start = job.variables.from_state(_in_precision(state, job.precision))
         self.starts = start.reshape(-1, start.shape[-1])
         jumping = job.problem.system.jumping
-        self.clock = Clock(jumping, self.origins.size) if jumping else None
+        self.clock = Clock(jumping, job.problem.system.numbered(self.origins.size)) if jumping else None
         if jumping and self.rising[0] < self.origins.max() and False in ways:
             raise ValueError(
                 f"times must not be before the state's where {jumping[0].name!r} is sampled, got {self.rising[0]} "

@@ -39,7 +39,7 @@ Factors = tuple[Any, ...]
 
 
 class Slot(NamedTuple):
-    """Where variables with a name are, and what each is multiplied by."""
+    """Where variables with a name are, and what each is multiplied by: numbers, or arrays (members,)."""
 
     place: slice
     factors: Factors
@@ -52,6 +52,11 @@ class Slot(NamedTuple):
     def scaled(self, values: Any, scale: Scalar) -> list[Scalar]:
         """Return values in physical units as the variables."""
         return [x * (scale if factor is None else factor) for x, factor in zip(values, self.factors, strict=True)]
+
+    @property
+    def beside_times(self) -> Slot:
+        """The same with factors that broadcast against rows of times, members first."""
+        return Slot(self.place, tuple(x if x is None else np.asarray(x)[..., None] for x in self.factors))
 
     @property
     def momenta(self) -> list[int]:
@@ -154,7 +159,7 @@ class StateVector:
         return self.formulation, tuple(self.ratios), parts, blocks, self.views, self.comoving, variations
 
     @property
-    def factors(self) -> tuple[float, ...]:
+    def factors(self) -> tuple[Any, ...]:
         """The ratios of further bodies and the factors of parts that are numbers: parameters of a kernel."""
         _, *ratios = self.ratios.values()
         return *ratios, *(factor for own in self.parts.values() for factor in own if factor is not None)
@@ -171,8 +176,9 @@ class StateVector:
 
     @property
     def of_one(self) -> bool:
-        """Whether scale and orbits are the same for all members."""
-        return not (np.ndim(self.scale) or any(np.ndim(number) for block in self.orbits for number in block.numbers))
+        """Whether scales and orbits are the same for all members."""
+        numbers = self.scale, *self.factors, *(number for block in self.orbits for number in block.numbers)
+        return not any(map(np.ndim, numbers))
 
     @functools.cached_property
     def scaled(self) -> list[int]:
@@ -192,11 +198,13 @@ class StateVector:
         rigid = (place >= 3 for _ in self.ratios for place in self.formulation.tangent)
         return *rigid, *(factor is None for own in self.parts.values() for factor in own)
 
-    def tangent_units(self, scale: float) -> Array:
-        """Return what the variables multiply each tangent coordinate by, for a scale of the momenta; shape (k,)."""
-        each = zip(self.ratios, self.scales(scale), strict=True)
+    @property
+    def tangent_units(self) -> Array:
+        """What the variables multiply each tangent coordinate by; shape (k,) or (members, k)."""
+        each = zip(self.ratios, self.scales(self.scale), strict=True)
         rigid = [own if place >= 3 else 1.0 for _, own in each for place in self.formulation.tangent]
-        return np.array([*rigid, *(scale if x is None else x for own in self.parts.values() for x in own)])
+        parts = [self.scale if x is None else x for own in self.parts.values() for x in own]
+        return np.stack(np.broadcast_arrays(*rigid, *parts), axis=-1)
 
     def rescaled(self, rows: Array, bits: int) -> Array:
         """Return rows of variables with the scale of their momenta multiplied by 2^bits; shape (..., size)."""
@@ -213,7 +221,8 @@ class StateVector:
             return number[members] if np.ndim(number) else number
 
         orbits = tuple(block.with_numbers(map(chosen, block.numbers)) for block in self.orbits)
-        return replace(self, scale=chosen(self.scale), orbits=orbits)
+        own = replace(self, scale=chosen(self.scale), orbits=orbits)
+        return own.with_factors(map(chosen, self.factors)) if self.factors else own
 
     # ------------------------------------------------------------------ numbers
 
@@ -280,20 +289,21 @@ class StateVector:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _converted(self, times: Array, variables: Array) -> Phase:
-        chart, scale = self.formulation, np.asarray(self.scale)[..., None]
+        chart = self.formulation
         turn, phase = None, Phase()
         if self.comoving:
             (block,) = self.orbits
             if variables.ndim == 3:  # members first: their numbers go beside the times
                 block = block.with_numbers(number[..., None] for number in block.numbers)
             turn = block.quaternion(times, variables[..., self.along_orbits])
-        for body, place, own_scale in zip(self.ratios, self.charts, self.scales(scale), strict=True):
+        for body, place, scale in zip(self.ratios, self.charts, self.scales(self.scale), strict=True):
             rigid = variables[..., place].copy()
-            rigid[..., chart.momenta] /= own_scale[..., None]
+            rigid[..., chart.momenta] /= np.asarray(scale)[..., None, None]
             self._turn(rigid, turn)
             phase |= {named(body, name): row for name, row in chart.to_phase(rigid).items()}
-        columns = np.moveaxis(variables, -1, 0)
-        return phase | {name: np.stack(list(self.slots[name].physical(columns, scale)), axis=-1) for name in self.parts}
+        columns, scale = np.moveaxis(variables, -1, 0), np.asarray(self.scale)[..., None]
+        own = {name: self.slots[name].beside_times.physical(columns, scale) for name in self.parts}
+        return phase | {name: np.stack(list(values), axis=-1) for name, values in own.items()}
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
@@ -327,10 +337,11 @@ def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     sizes, factors = system.sizes_of_blocks(state), {}
     for part in parts:
         momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
-        factors[part.name] = tuple(None if i in momenta else _power(sizes[part.name][i]) for i in range(part.size))
+        factors[part.name] = tuple(None if i in momenta else _power(sizes[part.name][..., i]) for i in range(part.size))
     return factors
 
 
-def _power(size: float) -> float:
-    """Return the power of two that brings a size near a tenth, without rounding; 1 for a size of zero."""
-    return float(np.exp2(np.round(np.log2(SMALL / size)))) if 0 < size < np.inf else 1.0
+def _power(size: Any) -> Any:
+    """Return the powers of two that bring sizes near a tenth, without rounding; 1 for a size of zero."""
+    sound = (size > 0) & (size < np.inf)
+    return np.exp2(np.round(np.log2(SMALL / np.where(sound, size, SMALL))))[()]

@@ -153,9 +153,9 @@ class PairSystem(System, of=TwoBodies):
         return self._momentum_scales(state)[0]
 
     @override
-    def momentum_ratios(self, state: State) -> dict[str, float]:
-        first, second = (float(np.max(size)) for size in self._momentum_scales(state))
-        return {"primary": 1.0, "secondary": float(np.exp2(np.rint(np.log2(first / second))))}
+    def momentum_ratios(self, state: State) -> dict[str, Any]:
+        first, second = self._momentum_scales(state)
+        return {"primary": 1.0, "secondary": np.exp2(np.rint(np.log2(first / second)))[()]}
 
     def _momentum_scales(self, state: Any) -> list[Any]:
         """Return the larger of |g| of each body and what it has if it turns with the orbit; shapes (...)."""
@@ -179,7 +179,7 @@ class PairSystem(System, of=TwoBodies):
     def sizes_of_blocks(self, state: Any) -> dict[str, NDArray[np.float64]]:
         distance, mass = np.linalg.norm(state.position, axis=-1), self.pair.reduced_mass
         momentum = np.maximum(np.linalg.norm(state.momentum, axis=-1), mass * distance * self.pace(state))
-        return {ORBIT.name: np.repeat([np.max(distance), np.max(momentum)], 3)}
+        return {ORBIT.name: np.stack([distance] * 3 + [np.broadcast_to(momentum, distance.shape)] * 3, axis=-1)}
 
     # ------------------------------------------------------------------ formulas
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,7 @@ from poinsot import functions
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.environment import sample_time
 
-__all__ = ["samples", "time_scale"]
+__all__ = ["sample_times", "samples", "time_scale", "time_scales"]
 
 Array = NDArray[np.float64]
 
@@ -19,10 +21,21 @@ def samples(system: Collection, count: int = 6) -> tuple[Array, Array, Array]:
     random = np.random.default_rng(20061027)
     q = random.normal(size=(count, 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
-    scale = time_scale(system)
+    uniform, scale = random.uniform(-1, 1, count), time_scale(system)
     farthest = min([3.0, *(np.log10(np.min(orbit.sample_reach) / scale) for orbit in system.orbits)])
-    times = random.uniform(-1, 1, count) * 10.0 ** np.linspace(-1, farthest, count)  # near and far, for what switches
+    times = uniform * 10.0 ** np.linspace(-1, farthest, count)  # near and far, for what switches
     return q, _within(system.span, sample_time(system.orbits) + times * scale), random.normal(size=(count, 3))
+
+
+def sample_times(system: Collection, count: int) -> Array:
+    """Return times at which each member is tried, its own, near and far; shape (count,) or (members, count)."""
+    uniform, scale = np.random.default_rng(20061027).uniform(-1, 1, count), time_scales(system)
+    farthest, start = np.full_like(scale, 3.0), np.zeros_like(scale)
+    for orbit in reversed(system.orbits):
+        farthest = np.minimum(farthest, np.log10(orbit.sample_reach / scale))
+        start = np.where(orbit.sample_time != 0, orbit.sample_time, start)
+    times = uniform * 10.0 ** np.linspace(-1, farthest, count, axis=-1)
+    return _within(system.span, start[..., None] + times * scale[..., None])
 
 
 def _within(limits: tuple[float, float], times: Array) -> Array:
@@ -31,10 +44,14 @@ def _within(limits: tuple[float, float], times: Array) -> Array:
 
 
 def time_scale(system: Collection) -> float:
-    """Return the time in which the fastest orbit turns by about a radian; 1 without one."""
-    rates = [
-        np.max(functions.norm(orbit.velocity_at(t)) * orbit.inverse_distance_at(t))
-        for orbit in system.orbits
-        for t in [orbit.sample_time]
-    ]
-    return 1 / float(np.max(rates, initial=0.0) or 1.0)
+    """Return the time in which the fastest orbit of all members turns by about a radian; 1 without one."""
+    return float(np.min(time_scales(system)))
+
+
+def time_scales(system: Collection) -> Array:
+    """Return the time in which the fastest orbit of each member turns by about a radian; 1 without one."""
+    rates: Any = np.zeros(())
+    for orbit in system.orbits:
+        t = orbit.sample_time
+        rates = np.maximum(rates, functions.norm(orbit.velocity_at(t)) * orbit.inverse_distance_at(t))
+    return 1 / np.where(rates > 0, rates, 1.0)

@@ -27,7 +27,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
-from poinsot.mechanics.probing import samples
+from poinsot.mechanics.probing import sample_times, samples
 from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
 from poinsot.mechanics.units import checked_units, dated_units
 
@@ -70,6 +70,9 @@ class System(Dynamics):
     """What its numbers have units of."""
     moves_alone: ClassVar[bool] = True
     """Whether its forces are all that moves it."""
+
+    numbering: NDArray[np.int_] | None = None
+    """Which members of an ensemble they are that it has the numbers of; None of all."""
 
     _of: ClassVar[dict[type, type[System]]] = {}
 
@@ -186,6 +189,11 @@ class System(Dynamics):
             raise ValueError(f"own must name parts with variables, {known}, got {unknown[0]!r}.")
         return {name: member_array(name, values, (sizes[name],)) for name, values in own.items()}
 
+    def numbered(self, count: int) -> NDArray[np.int_]:
+        """Return the numbers of as many members in the ensemble that they were chosen from."""
+        known = self.numbering
+        return np.arange(count) if known is None or known.size != count else known
+
     @functools.cached_property
     def body_on_pairs(self) -> Body:
         """The first member's body with its parts, on arrays of two values for trials of formulas."""
@@ -207,12 +215,12 @@ class System(Dynamics):
         """The bodies: one or two."""
         return (self.body,)
 
-    def momentum_ratios(self, state: State) -> dict[str, float]:  # noqa: ARG002
+    def momentum_ratios(self, state: State) -> dict[str, Any]:  # noqa: ARG002
         """Return what the angular momenta of the bodies are multiplied by to be of the size of the first one's."""
         return {"": 1.0}
 
     def sizes_of_blocks(self, state: State) -> dict[str, NDArray[np.float64]]:
-        """Return how large variables of parts are, or how far they go while the body turns by a radian; shapes (k,).
+        """Return how large variables of parts are, or how far they go while the body turns by a radian; (..., k).
 
         A part at rest goes as far as one without momentum in a body that turns as fast, about any axis. Those of parts
         that are angular momenta alone are left out.
@@ -224,15 +232,15 @@ class System(Dynamics):
         without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
         turning = [state_of(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)]
         with np.errstate(all="ignore"):
-            fastest = float(np.max(self.speed(state))) or 1.0
+            speed = np.asarray(self.speed(state))[..., None]
+            fastest = np.where(speed > 0, speed, 1.0)
             each = [twin.block_rates(twin.at(start)) for start in (state, *turning)]
         sizes = {}
         for name in names:
             here, *there = (np.abs(np.stack(np.broadcast_arrays(*rates[name]), axis=-1)) for rates in each)
             farthest = np.max(there, axis=0)
             changes = np.where(here > AT_REST * farthest, here, farthest) / fastest
-            own = np.abs(state.own[name])
-            sizes[name] = np.max(np.maximum(own, changes).reshape(-1, own.shape[-1]), axis=0)
+            sizes[name] = np.maximum(np.abs(state.own[name]), changes)
         return sizes
 
     @functools.cached_property
@@ -260,7 +268,7 @@ class System(Dynamics):
 
     def traced_sizes(self) -> tuple[Graph, list[Any]]:
         """Return the energies of potentials, or the sizes of torques, on a body at rest at samples, and their graph."""
-        q, t, _ = samples(self, BRANCHES)
+        (q, _, _), t = samples(self, BRANCHES), sample_times(self, BRANCHES)
         graph, twin, at_rest = Graph(), self.beside_samples, Vector((0.0, 0.0, 0.0))
         time = graph.variable(t)
         body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)

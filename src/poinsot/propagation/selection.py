@@ -61,11 +61,15 @@ def numbers_of_members(record: Any, members: Chosen) -> Any:
 
 
 def system_of_members(system: System, members: Chosen) -> System:
-    """Return the system with the numbers of some members."""
-    if not system.members:
+    """Return the system with the numbers of some members, and with their own noise."""
+    draws = any(part.jump and part.jump.draws for part in system.parts)
+    if not (system.members or draws):
         return system
     forces = (numbers_of_members(force, members) for force in system.forces)
-    return System(numbers_of_members(system.body, members), *forces, units=system.units)
+    chosen = System(numbers_of_members(system.body, members), *forces, units=system.units)
+    if draws:
+        chosen.numbering = np.atleast_1d(members if system.numbering is None else system.numbering[members])
+    return chosen
 
 
 def state_of_members(state: State, members: Chosen) -> State:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +14,6 @@ from poinsot.engine.driver import Driver
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.engine.runs import BOTH_WAYS, Report, Sink
-from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.state import State
@@ -58,10 +58,10 @@ class VariationalRun:
     formulation : Formulation
         The chart.
     variables : StateVector
-    scale : float
-        The momenta of the variables over those of the user, the same for all members.
-    units : array (k,)
+    units : array (k,) or (members, k)
         What the variables multiply each tangent coordinate by.
+    size : int
+        The number k of tangent coordinates.
     parameters : int
         How many inputs there are.
     """
@@ -98,21 +98,24 @@ class VariationalRun:
             orbits, views = shared_blocks(self.problem.between_knots().orbits, lambda orbit: not orbit.closed_form)
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
-        self.scale = float(np.exp2(np.round(np.log2(SMALL / np.max(system.momentum_scale(self.state))))))
-        self._scaled, self.units = variables.tangent_scales, variables.tangent_units(self.scale)
-        self.variables = dataclasses.replace(variables, scale=np.full(self.members, self.scale)[()])
+        self.variables = variables if self.members else variables.of_members(0)
+        self._scaled, self.units = variables.tangent_scales, self.variables.tangent_units
+        self.size = len(self._scaled)
         first = 1 + len(variables.factors)  # behind the scales
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
         self.parameters = len(inputs)
 
     def repeated(self, count: int, inputs: tuple[tuple[int, ...], ...] = ()) -> VariationalRun:
         """Return the run of an ensemble that has each member `count` times, with other inputs."""
+        return self.of_members(np.repeat(np.arange(len(self.state.time)), count), inputs)
+
+    def of_members(self, who: NDArray[np.int_], inputs: tuple[tuple[int, ...], ...] = ()) -> VariationalRun:
+        """Return the run of an ensemble of some members, with other inputs."""
         if any(part.jump and part.jump.draws for part in self.system.parts):  # each member has noise of its own
             raise ValueError(
                 f"system must have at most {TOGETHER} tangent coordinates where sensors have noise, got "
-                f"{self.units.size}. Name fewer sampled laws."
+                f"{self.size}. Name fewer sampled laws."
             )
-        who = np.repeat(np.arange(len(self.state.time)), count)
         return VariationalRun(
             system_of_members(self.system, who),
             state_of_members(self.state, who),
@@ -142,17 +145,19 @@ class VariationalRun:
         driver = Driver(self.problem, variables, self._tolerance, threads=self._threads, progress=self._progress)
         return driver.run(self.state if state is None else state, times, sink, ways)
 
-    def weights(self, momentum_unit: float) -> Array:
-        """Return by what the variables multiply tangent coordinates of size one.
+    def weights(self, momentum_unit: Any) -> Array:
+        """Return by what the variables multiply tangent coordinates of size one; shape (k,) or (members, k).
 
         Angles are in radians; momenta in a unit, that of a second body smaller as its largest moment is; other
         variables in a power of two about ten times their size.
         """
-        weights = np.where(self._scaled, self.scale * momentum_unit, 1.0)
-        largest, size = [np.max(body.moments) for body in self.system.rigid_bodies], len(self.formulation.tangent)
+        scale, unit = (np.asarray(x)[..., None] for x in (self.variables.scale, momentum_unit))
+        weights = np.where(self._scaled, scale * unit, np.ones_like(self.units))
+        size = len(self.formulation.tangent)
+        largest = [np.asarray(np.max(body.moments, axis=-1))[..., None] for body in self.system.rigid_bodies]
         for i, moments in enumerate(largest[1:], start=1):
             own = slice(i * size + size // 2, (i + 1) * size)
-            weights[own] = self.units[own] * momentum_unit * moments / largest[0]
+            weights[..., own] = self.units[..., own] * unit * moments / largest[0]
         return weights
 
     def run(self, report: Report) -> Run:
