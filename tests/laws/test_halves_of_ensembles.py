@@ -6,7 +6,7 @@ import pytest
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.control import NoisySensors, RateDamping, Sampled
-from poinsot.propagation.selection import state_of_members, system_of_members
+from poinsot.propagation.selection import numbers_of_members, state_of_members, system_of_members
 
 COUNT = 14
 HALVES = (np.arange(5), np.arange(5, COUNT))
@@ -132,6 +132,31 @@ def test_closed_form(moments):
     state = system.state(ATTITUDES, omega_body=near, time=STARTS)
     for times in (TIMES, [2.0], np.linspace(0, 1e3, 999)):
         assert differing(lambda s, x, t=times: pt.free_motion(s.body, x, t).phase, system, state) == {}
+
+
+def test_closed_form_of_one_member_at_a_time():
+    """Next to the separatrix the means of one member take more rounds than those of the others."""
+    rng, count = np.random.default_rng(2), 1500
+    moments = np.sort(rng.uniform(1, 1.9, (count, 3)), axis=1)
+    rates = rng.normal(size=(count, 3))
+    rates[::2, [0, 2]] *= 10.0 ** rng.uniform(-12, 0, (count // 2, 1))
+    body = pt.Body(moments)
+    state, times = body.state((0.5, 0.5, 0.5, 0.5), omega_body=rates), np.linspace(0, 100, 5)
+    whole = pt.free_motion(body, state, times)
+    for k in (*range(0, count, 50), 578):  # the last one differed
+        own = np.array([k])
+        one = pt.free_motion(numbers_of_members(body, own), state_of_members(state, own), times)
+        assert all(np.array_equal(one.phase[name][0], rows[k]) for name, rows in whole.phase.items())
+
+
+def test_noise_is_that_of_the_member():
+    """Whoever it is computed with, also alone."""
+    system, state = case("noise")
+    whole = pt.propagate(system, state, TIMES)
+    one = pt.propagate(system_of_members(system, 9), state_of_members(state, 9), TIMES)
+    other = pt.propagate(system, state_of_members(state, 9), TIMES)
+    np.testing.assert_allclose(one.omega_body, whole.omega_body[9], rtol=0, atol=1e-10)
+    assert np.max(np.abs(other.omega_body - whole.omega_body[9])) > 1e-6
 
 
 def indicators(system, state):

@@ -203,13 +203,15 @@ def _signs(order: Any, g: tuple[DoubleDouble, ...]) -> tuple[Any, Any, Any]:
 def _mean_and_sum(small: DoubleDouble, p: DoubleDouble) -> tuple[DoubleDouble, DoubleDouble]:
     """Return AGM(1, small), 0 if small is, and the sum of Q_n; all n of them make 2 if small is 0."""
     a, b, term, total = DoubleDouble(np.ones_like(small.hi)[()]), small, DoubleDouble(1.0), DoubleDouble(1.0)
+    done: Any = small.hi == 0
     for _ in range(MOST_ROUNDS):
         square, product = p * p, a * b
         term = (term * ((square - product) / (square + product))).scaled(0.5)
-        total, p = total + term, (p + product / p).scaled(0.5)
-        converged = np.all((abs(a.hi - b.hi) <= ENOUGH * a.hi) & (abs(term.hi) <= ENOUGH**2) | (small.hi == 0))
-        a, b = (a + b).scaled(0.5), product.sqrt()
-        if converged:
+        total, p = pick(done, total, total + term), (p + product / p).scaled(0.5)
+        ends = (abs(a.hi - b.hi) <= ENOUGH * a.hi) & (abs(term.hi) <= ENOUGH**2)
+        a, b = pick(done, a, (a + b).scaled(0.5)), product.sqrt()
+        done = done | ends  # the rounds of others do not change it
+        if np.all(done):
             break
     return pick(small.hi == 0, 0.0, a), pick(small.hi == 0, 2.0, total)
 

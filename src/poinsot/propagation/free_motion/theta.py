@@ -134,11 +134,11 @@ class Far(Theta):
         """Return theta_1 and theta_2 of z, without 2 nome^(1/4), theta_3 and theta_4; w = exp(i z)."""
         first, second, power = w.imag, w.real, w
         third = fourth = np.ones_like(second)
-        for n in range(1, self.real_terms + 1):
-            power, sign = power * w, (-1) ** n
-            even = 2 * self.nome ** (n * n) * power.real
+        for n in range(1, np.max(self.real_terms) + 1):
+            power, sign, counts = power * w, (-1) ** n, n <= self.real_terms
+            even = counts * 2 * self.nome ** (n * n) * power.real
             power = power * w
-            size = self.nome ** (n * n + n)
+            size = counts * self.nome ** (n * n + n)
             first, second = first + sign * size * power.imag, second + size * power.real
             third, fourth = third + even, fourth + sign * even
         return first, second, third, fourth
@@ -151,8 +151,8 @@ class Far(Theta):
         w = place
         square, power = w * w, w
         alpha, beta = 1.0, w.conj() - self.behind * w
-        for n in range(1, self.terms + 1):
-            size = (-self.ahead) ** n * self.nome ** (2 * n * n - n)
+        for n in range(1, np.max(self.terms) + 1):
+            size = (n <= self.terms) * (-self.ahead) ** n * self.nome ** (2 * n * n - n)
             even, power = power * w, power * square
             alpha = alpha + size * (even.conj() + self.behind ** (2 * n) * even)
             beta = beta + size * self.nome ** (2 * n) * (power.conj() - self.behind ** (2 * n + 1) * power)
@@ -198,11 +198,11 @@ class Near(Theta):
     def _theta(self, falling: Any, rising: Any) -> tuple[Any, Any, Any, Any]:
         up, down, nome = 1.0, falling**2, self.nome
         first, second, third, fourth = 1 - down, 1 + down, falling, falling
-        for n in range(1, self.terms + 1):
-            up, down, sign = up * rising, down * falling, (-1) ** n
-            even = nome ** (2 * n * n - 2 * n + 1) * up + nome ** (2 * n * n) * down
+        for n in range(1, np.max(self.terms) + 1):
+            up, down, sign, counts = up * rising, down * falling, (-1) ** n, n <= self.terms
+            even = counts * nome ** (2 * n * n - 2 * n + 1) * up + counts * nome ** (2 * n * n) * down
             up, down = up * rising, down * falling
-            grown, small = nome ** (2 * n * n) * up, nome ** (2 * n * n + 2 * n) * down
+            grown, small = counts * nome ** (2 * n * n) * up, counts * nome ** (2 * n * n + 2 * n) * down
             first, second = first + sign * (grown - small), second + grown + small
             third, fourth = third + even, fourth + sign * even
         return first, second, third, fourth
@@ -211,18 +211,17 @@ class Near(Theta):
         x, side, parity, falling, rising = place
         v = np.cos(self.pole_angle) + 1j * side * np.sin(self.pole_angle)
         alpha, beta, power = 0.0, 0.0, v
-        for n in range(self.terms + 1):
-            size = rising**n * self.nome ** (n * n)
+        for n in range(np.max(self.terms) + 1):
+            size = rising**n * ((n <= self.terms) * self.nome ** (n * n))
             mirrored = falling ** (2 * n + 1) * power.conj()
             alpha, beta = alpha + size * (power + mirrored), beta + (-1) ** n * size * (power - mirrored)
             power = power * v * v
         return alpha, side * parity * beta, -self.drift * x
 
 
-def _terms(nome: Any, exponent: Any) -> int:
-    """Return the number of the last term that counts."""
-    largest = np.max(nome, initial=0.0)
-    return int(np.argmax([largest ** exponent(n + 1) < NEGLIGIBLE for n in range(10)]))
+def _terms(nome: Any, exponent: Any) -> Any:
+    """Return the number of the last term that counts, of each member: others do not add terms to its sums."""
+    return np.argmax([nome ** exponent(n + 1) < NEGLIGIBLE for n in range(10)], axis=0)
 
 
 def _radians(turns: DoubleDouble) -> Any:
