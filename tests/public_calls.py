@@ -758,6 +758,7 @@ def public_calls(folder):
             pt.plot.branch,
             {"branch": branch(), "quantity": energy_of, "labels": ("x", "y"), **drawn},
         ),
+        "plot.attitude_error": (pt.plot.attitude_error, {"motion": motion(), "other": (1, 0, 0, 0), **both}),
         "plot.chaos": (pt.plot.chaos, {"found": indicators(), "labels": ("a",), **both, "time_unit": None}),
         "plot.difference": (
             pt.plot.difference,

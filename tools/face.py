@@ -38,7 +38,7 @@ SHARED = {
     "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",
     "plot": "curves.* figure.* labels.* page_content.* panels.* solid_parts.* solids.* view.* "
-    "*.different_orbits *.is_constant",
+    "time_axis.* *.different_orbits *.is_constant *.median_attitude",
     "shapes": "cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""

@@ -324,7 +324,7 @@ def test_one_member_and_one_time(top, tmp_path):
 def test_pictures_and_pages_of_some_times(top, tmp_path, monkeypatch):
     call("run", top)
     path, seen = tmp_path / "top.nc", []
-    monkeypatch.setattr(plots, "viewed", lambda motion, path, _: seen.append(motion.times) or path)
+    monkeypatch.setattr(plots, "viewed", lambda motion, path, _: seen.append(motion.times))
     for window, first, count in (("2:3", 20, 11), ("2:", 20, 81), (":3", 0, 31), (":", 0, 101)):
         call("view", path, f"--time={window}")
         assert np.array_equal(seen[-1], pt.load(path).times[first : first + count])
@@ -335,6 +335,8 @@ def test_pictures_and_pages_of_some_times(top, tmp_path, monkeypatch):
     for window, said in (("5", "must be FROM:TO"), ("a:b", "must be FROM:TO"), ("20:30", "must meet times")):
         assert f"--time {said}" in call("plot", path, "--time", window, code=2).stderr
 
+
+WITH_ANOTHER = ("attitude_error", "difference")
 
 FREE = """\
 body.moments = [4, 5, 6]
@@ -352,7 +354,7 @@ def test_every_plot_of_the_package_is_a_kind(tmp_path):
     first = {name: next(iter(inspect.signature(getattr(pt.plot, name)).parameters)) for name in pt.plot.__all__}
     assert set(KINDS) == {name for name, each in first.items() if each in ("motion", "body")}
     for kind in sorted({*KINDS} - {"part_variables", *ONLY_OF_TWO}):
-        more = ("--with", tmp_path / "b" / "free.nc") if kind == "difference" else ()
+        more = ("--with", tmp_path / "b" / "free.nc") if kind in WITH_ANOTHER else ()
         arguments = ("plot", tmp_path / "free.nc", "--kind", kind, *more)
         assert call(*arguments).stdout == f"{tmp_path}/free-{kind}.png\n"
         assert (tmp_path / f"free-{kind}.png").stat().st_size > 5000
@@ -374,8 +376,8 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
     result = tmp_path / "top.nc"
     for arguments, told in (
         (("--kind", "difference"), "--with must be another result"),
-        (("--with", result), "--with must go with --kind difference, got --kind quaternions."),
-        (("--angle-unit", "rad"), "--angle-unit must go with --kind difference or euler_angles or librations or roll_"),
+        (("--with", result), "--with must go with --kind attitude_error or difference, got --kind quaternions."),
+        (("--angle-unit", "rad"), "--angle-unit must go with --kind attitude_error or difference or euler_angles or "),
         (("--time-unit", "h"), "--time-unit must be left out where the unit of time of the system has no known length"),
         (("--member", "1"), "the result must be an ensemble to have members"),
         (("--kind", "part_variables"), "the result must be of a body with a part that has variables, got one without"),
@@ -503,7 +505,7 @@ def test_a_scenario_of_two_bodies_is_told(binary):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_plot_is_of_two_bodies_or_asks_for_one(binary, kind, tmp_path):
-    other = ("--with", binary) if kind == "difference" else ()
+    other = ("--with", binary) if kind in WITH_ANOTHER else ()
     arguments = "plot", binary, tmp_path / "it.png", "--kind", kind, *other
     if kind in OF_TWO:
         call(*arguments)

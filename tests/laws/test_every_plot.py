@@ -160,7 +160,7 @@ def test_what_is_no_axes_is_refused(calls, name):
 TIMES, RATES = {"h": 1 / 3600, "yr": 1 / 31557600}, {"deg": 180 / np.pi, "rpm": 30 / np.pi, "mrad/d": 86400e3}
 ANGLES = {"deg": 180 / np.pi, "rev": 0.5 / np.pi, "arcsec": 648000 / np.pi}
 AGAINST_TIME = {"angular_momentum", "angular_velocity", "chaos", "difference", "drift", "euler_angles", "quaternions"}
-AGAINST_TIME |= {"torques"}
+AGAINST_TIME |= {"attitude_error", "torques"}
 AGAINST_TIME |= {"distance", "librations", "part_variables"}
 X, Y, ALL = [0], [1], [0, 1, 2]
 SCALED = {
@@ -168,7 +168,15 @@ SCALED = {
     "rate_unit": (RATES, {"angular_velocity": Y, "herpolhode": ALL, "polhode": ALL, "spectrum": X} | {SPHERE: ALL}),
     "angle_unit": (
         ANGLES,
-        {"difference": Y, "euler_angles": Y, "librations": Y, "roll_pitch_yaw": Y, "uncertainty": Y, "yorp": X},
+        {
+            "attitude_error": Y,
+            "difference": Y,
+            "euler_angles": Y,
+            "librations": Y,
+            "roll_pitch_yaw": Y,
+            "uncertainty": Y,
+            "yorp": X,
+        },
     ),
 }
 """By option: units with the factors from seconds and radians, and which coordinates of which plots have them."""
@@ -183,7 +191,8 @@ def test_units_scale_the_numbers_and_are_written_beside_them(calls, option):
             **{key: value for key, value in arguments.items() if not key.endswith("_unit")},
             **in_seconds(arguments),
         }
-        base |= {"angle_unit": "rad"} if "angle_unit" in arguments else {}
+        base |= {each: "rad" for each in ("angle_unit", "rate_unit") if each in inspect.signature(draw).parameters}
+        base |= {"time_unit": "s"} if "time_unit" in inspect.signature(draw).parameters else {}
         plain = draw(**base)
         for unit, factor in units.items():
             plt.close("all")

@@ -282,8 +282,8 @@ def test_attitudes_in_steps_are_those_of_rounded_quaternions(law):
         system = pt.System(still, Sampled(law, 0.5, sensors=NoisySensors(attitude_quantum=seen)))
         found = pt.propagate(system, system.state(q, omega_body=(0, 0, 0)), [0.0]).own["sampled"][:, 0]
         given = np.rint(q / rounding) * rounding
-        known = pt.System(still, law)
-        known = [known.torque_body(still.state(x / np.linalg.norm(x), omega_body=(0, 0, 0))) for x in given]
+        alone = pt.System(still, law)
+        known = [alone.torque_body(still.state(x / np.linalg.norm(x), omega_body=(0, 0, 0))) for x in given]
         assert np.max(np.abs(found - known)) < 1e-14
         assert (np.max(np.abs(given - q)) > 1e-3) == (seen > 0)
 

@@ -221,7 +221,7 @@ def _arguments(
 
 def _orbit(motion: Any, number: int | None) -> Any:
     """Return the orbit of a motion, or the one of a number if there are several."""
-    from poinsot.plot.time_series import different_orbits
+    from poinsot.plot.angles import different_orbits
 
     found = different_orbits(motion)
     if not found:

@@ -1,5 +1,7 @@
 """The public names of poinsot.plot, by the module of each, as `make face` writes them."""
 
+from .angles import euler_angles, roll_pitch_yaw
+from .comparison import attitude_error, difference
 from .continuation import branch
 from .frequencies import spectrum
 from .geometry import herpolhode, poinsot_construction, polhode
@@ -10,22 +12,12 @@ from .pair_orbit import mutual_orbit
 from .sections import section
 from .sphere import momentum_sphere
 from .state_transition import uncertainty
-from .time_series import (
-    angular_momentum,
-    angular_velocity,
-    difference,
-    distance,
-    drift,
-    euler_angles,
-    part_variables,
-    quaternions,
-    roll_pitch_yaw,
-    torques,
-)
+from .time_series import angular_momentum, angular_velocity, distance, drift, part_variables, quaternions, torques
 
 __all__ = [
     "angular_momentum",
     "angular_velocity",
+    "attitude_error",
     "branch",
     "chaos",
     "difference",

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from poinsot.plot.labels import BLACK, COLOURS, time_label, time_unit_of
+from poinsot.errors import real_array
+from poinsot.plot.labels import BLACK, COLOURS, GREY
 from poinsot.plot.panels import dress, panels
+from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
 
-__all__ = ["against_time", "lift_pen", "reached", "shade"]
+__all__ = ["Layout", "against_time", "jumps", "reached"]
 
 Array = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
 
 STYLES = ("-", "--", "-.", ":")
 BANDS = ((5, 95, 0.15), (25, 75, 0.25))
@@ -27,8 +30,42 @@ PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
 COLUMNS = 1500
 """Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
+DENSE = 600
+"""Turning points of a curve from which on its envelope is drawn, in columns of a few."""
+IN_COLUMN = 4
+ENVELOPE = 0.3
+"""Its opacity."""
 SIZES = {1: (8.0, 4.0), 2: (11.0, 4.0), 4: (17.0, 4.2)}
 """Inches of figures, by the number of their panels."""
+GAP = 0.06
+"""Between the parts of a panel, over its height."""
+FEW_EVENTS = 30
+"""Up to so many are lines from below to above, more are ticks at the upper edge."""
+EVENT_STYLES = (":", "--", "-.", (0, (1, 4)))
+
+
+NONE: Mapping[str, Booleans] = {}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where curves are drawn, and which part of them.
+
+    Attributes
+    ----------
+    axes : matplotlib Axes, or several, or None
+    title : str
+    time_unit : str, optional
+    window : pair of times, optional
+    separate : bool
+        Each curve in a part of its panel.
+    """
+
+    axes: Any
+    title: str
+    time_unit: str | None
+    window: ArrayLike | None
+    separate: bool = False
 
 
 def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
@@ -43,40 +80,97 @@ def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
 def against_time(
     motion: Trajectory,
     drawn: Mapping[str, Mapping[str, Array]],
-    given: Any,
-    time_unit: str | None,
-    title: str,
+    layout: Layout,
+    *,
     log: bool = False,
+    breaks: Mapping[str, Booleans] = NONE,
+    shaded: Mapping[str, Booleans] = NONE,
 ) -> NDArray[Any]:
-    """Draw named curves over the times of a motion, by the label of their panel, and return the panels."""
-    unit = time_unit_of(motion.system.units, time_unit)
-    times, label = unit.factor * motion.times, time_label(motion, unit)
-    axes = panels(given, len(drawn), SIZES[len(drawn)], title)
+    """Draw named curves over the times of a motion, by the label of their panel, and return the panels.
+
+    By the names of curves: the samples at which they begin anew; by what is so: the times to shade.
+    """
+    kept = _within(motion, layout.window)
+    axis = time_axis(motion, layout.time_unit, motion.times[kept])
+    times = axis.places(motion.times[kept])
+    axes = panels(layout.axes, len(drawn), SIZES[len(drawn)], layout.title)
     for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
-        for number, (name, values) in enumerate(curves.items(), len(panel.lines)):
+        parts = _divided(panel, len(curves)) if layout.separate and len(curves) > 1 else [panel] * len(curves)
+        before = len(panel.get_legend_handles_labels()[1])
+        for number, (part, (name, values)) in enumerate(zip(parts, curves.items(), strict=True), before):
             style = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
-            _draw(panel, times, values, label=name, **style)
-        panel.margins(x=0 if times.size > 1 else None, y=0.08)
-        if log:
-            panel.set_yscale("log")
-        else:
-            panel.ticklabel_format(scilimits=PLAIN, useMathText=True)
-        dress(panel, label, quantity)
+            begin = breaks[name][kept] if name in breaks and values.ndim == 1 else np.zeros(times.size, dtype=bool)
+            _draw(part, times, values[..., kept], begin, label=name if part is panel else None, **style)
+            if part is not panel:
+                part.set_ylabel(name, rotation=0, ha="left", va="center")
+        for part in dict.fromkeys(parts):
+            _scale(part, times, log)
+            for name, where in shaded.items():
+                _shade(part, times, where[kept], name)
+            _mark_events(part, motion, motion.times[kept], axis)
+        axis.mark(panel)
+        dress(panel, axis.label, quantity, legend_of=parts[0])
+    for panel in axes if layout.separate else ():
+        _move_label_away(panel)
     members = [values for curves in drawn.values() for values in curves.values() if values.ndim > 1]
     if members:
         axes[0].figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
     return axes
 
 
-def lift_pen(lines: Iterable[Line2D], jump: float) -> None:
-    """Break lines where they jump."""
-    for line in lines:
-        x, y = (np.asarray(each, dtype=float) for each in line.get_data())
-        after = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
-        line.set_data(np.insert(x, after, x[after]), np.insert(y, after, np.nan))
+def _within(motion: Trajectory, window: ArrayLike | None) -> Booleans:
+    """Return which times of a motion lie in a window; refuse one without any."""
+    if window is None:
+        return np.ones(motion.times.shape, dtype=bool)
+    calendar = motion.calendar
+    start, stop = real_array("window", window if calendar is None else calendar.time(window), (2,))
+    kept = (motion.times >= start) & (motion.times <= stop)
+    if not np.any(kept):
+        first, last = motion.times[[0, -1]]
+        raise ValueError(
+            f"window must hold a time of the motion, which are from {first:.6g} to {last:.6g}, got ({start:.6g}, "
+            f"{stop:.6g})."
+        )
+    return np.asarray(kept)
 
 
-def shade(panel: Axes, times: Array, where: NDArray[np.bool_], label: str) -> None:
+def _divided(panel: Axes, count: int) -> list[Axes]:
+    """Return parts of a panel one below the other, which have its axis of time; it keeps its labels."""
+    height = (1 + GAP) / count - GAP
+    parts: list[Axes] = []
+    for i in range(count):
+        part = panel.inset_axes((0.0, 1 - height - i * (height + GAP), 1.0, height), sharex=panel)
+        part.tick_params(labelbottom=False, bottom=False)
+        part.yaxis.set_label_position("right")
+        part.grid(alpha=0.25)
+        parts.append(part)
+    panel.margins(x=0)
+    panel.set_yticks([])
+    panel.spines[:].set_visible(False)
+    panel.patch.set_visible(False)
+    return parts
+
+
+def _move_label_away(panel: Axes) -> None:
+    """Put the label of a panel to the left of the ticks of its parts."""
+    figure: Any = panel.get_figure(root=True)
+    figure.draw_without_rendering()
+    ticks = [
+        tick.get_window_extent() for part in panel.child_axes for tick in part.get_yticklabels() if tick.get_text()
+    ]
+    outermost = min((box.x0 for box in ticks), default=panel.bbox.x0)
+    panel.yaxis.labelpad += (panel.bbox.x0 - outermost) * 72 / figure.dpi
+
+
+def _scale(panel: Axes, times: Array, log: bool) -> None:
+    panel.margins(x=0 if times.size > 1 else None, y=0.08)
+    if log:
+        panel.set_yscale("log")
+    else:
+        panel.ticklabel_format(axis="y", scilimits=PLAIN, useMathText=True)
+
+
+def _shade(panel: Axes, times: Array, where: Booleans, label: str) -> None:
     """Shade the times at which something is so, if there are any."""
     if not np.any(where):
         return
@@ -85,17 +179,47 @@ def shade(panel: Axes, times: Array, where: NDArray[np.bool_], label: str) -> No
     style: Any = {"linewidth": 0, "color": BLACK, "alpha": 0.12, "label": label}
     bars = list(zip(edges[begin], edges[end] - edges[begin], strict=True))
     panel.broken_barh(bars, (0, 1), transform=panel.get_xaxis_transform(), **style)
-    dress(panel, panel.get_xlabel(), panel.get_ylabel())
 
 
-def _draw(panel: Axes, times: Array, values: Array, **style: Any) -> None:
+def _mark_events(panel: Axes, motion: Trajectory, times: Array, axis: TimeAxis) -> None:
+    """Mark when events happened: few as lines, many as ticks, with their name and how many there are."""
+    for found, style in zip(motion.events, EVENT_STYLES * len(motion.events), strict=False):
+        own = found.times[(found.times >= np.min(times)) & (found.times <= np.max(times))]
+        if not own.size:
+            continue
+        few = own.size <= FEW_EVENTS
+        label = found.event.kind + (f", {own.size} times" if own.size > 1 else "")
+        look: Any = {"colors": GREY, "linewidth": 1.0, "linestyle": style, "label": label, "zorder": 1.5}
+        panel.vlines(axis.places(own), 0 if few else 0.95, 1, transform=panel.get_xaxis_transform(), **look)
+
+
+def _draw(panel: Axes, times: Array, values: Array, begin: Booleans, **style: Any) -> None:
     style |= {"linewidth": 1.1, "marker": "o" if times.size == 1 else None}
     if values.ndim > 1:
         values = _complete(values)
         for low, high, opacity in BANDS:
             _draw_band(panel, times, np.percentile(values, [low, high], axis=0), color=style["color"], alpha=opacity)
         values = np.median(values, axis=0)
-    panel.plot(*_seen(times, values), **style)
+    steps = np.diff(values)
+    turning_points = int(np.count_nonzero(steps[1:] * steps[:-1] < 0))
+    if turning_points > DENSE:
+        columns = _columns(times, min(turning_points // IN_COLUMN, COLUMNS))
+        _draw_envelope(panel, times, values, columns, style["color"], style["label"])
+    else:
+        panel.plot(*_seen(times, values, begin), **style)
+
+
+def _draw_envelope(
+    panel: Axes, times: Array, values: Array, columns: NDArray[np.int64], color: str, label: str | None
+) -> None:
+    """Fill what lies between the least and the largest value of each column."""
+    from matplotlib.colors import to_rgba
+
+    low, high = np.fmin.reduceat(values, columns), np.fmax.reduceat(values, columns)
+    middle = 0.5 * (times[columns] + times[np.append(columns[1:], times.size) - 1])
+    middle[[0, -1]] = times[[0, -1]]
+    look: Any = {"facecolor": to_rgba(color, ENVELOPE), "edgecolor": color, "linewidth": 0.6, "label": label}
+    panel.fill_between(middle, low, high, **look)
 
 
 def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
@@ -106,6 +230,11 @@ def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
     starts = _columns(times)
     low, high = np.minimum.reduceat(edges[0], starts), np.maximum.reduceat(edges[1], starts)
     panel.fill_between(times[starts], low, high, linewidth=0, **style)
+
+
+def jumps(values: Array, limit: float) -> Booleans:
+    """Return at which samples values are further than a limit from the sample before."""
+    return np.asarray(np.abs(np.diff(values, axis=-1, prepend=values[..., :1])) > limit)
 
 
 def _complete(values: Array) -> Array:
@@ -121,21 +250,25 @@ def _bands_in_words(values: Array) -> str:
     return f"Median of {members}, and bands from {bands} of them."
 
 
-def _columns(times: Array) -> NDArray[np.int64]:
+def _columns(times: Array, count: int = COLUMNS) -> NDArray[np.int64]:
     """Return where each column of a panel begins, or each sample where they are few."""
-    if times.size <= 4 * COLUMNS:
+    if times.size <= 4 * count:
         return np.arange(times.size)
-    column = np.floor(COLUMNS * (times - times[0]) / (times[-1] - times[0]))
+    column = np.floor(count * (times - times[0]) / (times[-1] - times[0]))
     return np.append(0, np.flatnonzero(np.diff(column)) + 1)
 
 
-def _seen(times: Array, values: Array) -> tuple[Array, Array]:
-    """Return the samples that can be told apart in a picture: of each column the first, least, largest and last."""
-    starts = _columns(times)
-    if starts.size == times.size:
-        return times, values
-    column = np.repeat(np.arange(starts.size), np.diff(np.append(starts, times.size)))
-    sorted_within = np.lexsort((values, column))
-    ends = np.append(starts[1:], times.size) - 1
-    kept = np.unique(np.concatenate([starts, ends, sorted_within[starts], sorted_within[ends]]))
-    return times[kept], values[kept]
+def _seen(times: Array, values: Array, begin: Booleans) -> tuple[Array, Array]:
+    """Return the samples that can be told apart in a picture: of each column the first, least, largest and last.
+
+    There is a gap before those at which the curve begins anew.
+    """
+    starts, piece = _columns(times), np.cumsum(begin)
+    kept = np.arange(times.size)
+    if starts.size < times.size:
+        column = np.repeat(np.arange(starts.size), np.diff(np.append(starts, times.size)))
+        sorted_within = np.lexsort((values, column))
+        ends = np.append(starts[1:], times.size) - 1
+        kept = np.unique(np.concatenate([starts, ends, sorted_within[starts], sorted_within[ends]]))
+    x, y, after = times[kept], values[kept], np.flatnonzero(np.diff(piece[kept])) + 1
+    return np.insert(x, after, x[after]), np.insert(y, after, np.nan)

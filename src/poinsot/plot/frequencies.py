@@ -66,7 +66,7 @@ def spectrum(
             f"spectrum must be of one signal, got frequencies of shape {spectrum.frequencies.shape}. "
             "Take the signal to draw apart alone."
         )
-    axes, rate = one_panel(ax, (8, 4.5), title), rate_unit_of({"time": time}, rate_unit)
+    axes, rate = one_panel(ax, (8, 4.5), title), rate_unit_of({"time": time}, rate_unit, spectrum.frequencies)
     nu, errors = rate.factor * spectrum.frequencies, rate.factor * spectrum.errors
     size, residual = np.abs(spectrum.amplitudes), float(spectrum.residual)
     heights = np.append(size, residual)

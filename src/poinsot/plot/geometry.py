@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
 from poinsot.mechanics.attitude import rotation_matrix
-from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, instant, one_body, rate_unit_of
+from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, one_body, rate_unit_of
 from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solids import (
     Ellipsoid,
@@ -25,6 +25,7 @@ from poinsot.plot.solids import (
     solid_axes,
     view_direction,
 )
+from poinsot.plot.time_axis import instant
 from poinsot.propagation.selection import checked_index
 from poinsot.propagation.trajectory import Trajectory
 
@@ -90,7 +91,7 @@ def poinsot_construction(
     _check_torque_free(motion)
     index = int(checked_index("time_index", time_index, motion.times.size))
     upright, (moments, axes) = _upright(motion), principal(motion.system.body)
-    unit = rate_unit_of(motion.system.units, rate_unit)
+    unit = rate_unit_of(motion.system.units, rate_unit, motion.omega_body)
     omega, g = unit.factor * motion.omega_space @ upright.T, unit.factor * motion.angular_momentum_body[index] @ axes
     turned = upright @ rotation_matrix(motion.quaternion[index]) @ axes
     eye = view_direction(VIEW if view is None else view)
@@ -146,7 +147,7 @@ def polhode(
     True
     """
     _check_turning(motion)
-    unit = rate_unit_of(motion.system.units, rate_unit)
+    unit = rate_unit_of(motion.system.units, rate_unit, motion.omega_body)
     omega = unit.factor * motion.omega_body
     moments, axes = principal(motion.system.body)
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
@@ -204,7 +205,7 @@ def herpolhode(
     True
     """
     _check_torque_free(motion)
-    unit = rate_unit_of(motion.system.units, rate_unit)
+    unit = rate_unit_of(motion.system.units, rate_unit, motion.omega_body)
     omega = unit.factor * motion.omega_space @ _upright(motion).T
     moments, axes = principal(motion.system.body)
     radii = herpolhode_radii(moments, unit.factor * motion.angular_momentum_body[-1] @ axes)
@@ -219,7 +220,8 @@ def herpolhode(
     room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))
     panel.set(xlim=(-room, room), ylim=(-room, room), aspect="equal")
     panel.locator_params(nbins=7)
-    dress(panel, *_upright_labels(unit)[:2])
+    x_label, y_label, _ = _upright_labels(unit)
+    dress(panel, x_label, y_label)
     return panel
 
 

@@ -1,10 +1,13 @@
-"""Shared by the plots: colours, units on labels, and the check of one motion."""
+"""Shared by the plots: colours, units of axes, and the check of one motion."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.units import DerivedUnits
@@ -22,13 +25,11 @@ __all__ = [
     "Unit",
     "angle_unit_of",
     "bracketed",
-    "instant",
     "momentum_label",
     "one_body",
     "one_member",
     "one_rotation",
     "rate_unit_of",
-    "time_label",
     "time_unit_of",
 ]
 
@@ -39,6 +40,13 @@ GREY = "#8C8C8C"
 
 TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
 """In seconds; the year is the Julian one."""
+
+SPANS = {"yr": 3.0, "d": 3.0, "h": 3.0, "min": 10.0, "s": 0.0}
+"""Units of time; chosen is the first of which the times span so many."""
+RATES = {"rpm": 60.0, "deg/s": 0.01, "deg/h": 1.0, "deg/d": 0.0}
+"""Units of angular velocity; chosen is the first in which the largest is so many."""
+SMALL_ANGLE = np.radians(0.1)
+"""Below it angles are in arc seconds."""
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -80,20 +88,31 @@ class Unit:
         return bracketed(self.written)
 
 
-def time_unit_of(units: Mapping[str, str], chosen: str | None) -> Unit:
-    """Return the unit of an axis of time: that of the system unless another is chosen."""
+def time_unit_of(units: Mapping[str, str], chosen: str | None, times: ArrayLike) -> Unit:
+    """Return the unit of an axis of time: the one that suits the span of times unless another is chosen."""
+    if chosen is None and units["time"] in TIME_UNITS:
+        span = TIME_UNITS[units["time"]] * (float(np.ptp(times)) or _largest(times))
+        chosen = next(unit for unit, least in SPANS.items() if span >= least * TIME_UNITS[unit])
     if chosen is None or chosen == units["time"]:
         return Unit(1.0, units["time"])
     return Unit(_seconds("time_unit", units) / TIME_UNITS[_known("time_unit", chosen, TIME_UNITS)], chosen)
 
 
-def angle_unit_of(chosen: str) -> Unit:
-    """Return the unit of an axis of angles."""
+def angle_unit_of(chosen: str | None, angles: ArrayLike) -> Unit:
+    """Return the unit of an axis of angles: the one that suits the largest unless another is chosen."""
+    if chosen is None:
+        chosen = "arcsec" if 0 < _largest(angles) < SMALL_ANGLE else "deg"
     return Unit(1 / ANGLE_UNITS[_known("angle_unit", chosen, ANGLE_UNITS)], chosen)
 
 
-def rate_unit_of(units: Mapping[str, str], chosen: str | None) -> Unit:
-    """Return the unit of an angular velocity: "deg/s", "rpm"; an angle alone is per unit of time of the system."""
+def rate_unit_of(units: Mapping[str, str], chosen: str | None, rates: ArrayLike | None = None) -> Unit:
+    """Return the unit of an angular velocity: "deg/s", "rpm"; an angle alone is per unit of time of the system.
+
+    By default it is the one that suits the largest, and radians where the unit of time has no known length.
+    """
+    if chosen is None and rates is not None and units["time"] in TIME_UNITS:
+        largest = _largest(rates)
+        chosen = next(unit for unit, least in RATES.items() if rate_unit_of(units, unit).factor * largest >= least)
     angle, _, per = "/".join(NAMED_RATES.get(chosen or "rad", (chosen or "rad",))).partition("/")
     if angle not in ANGLE_UNITS or per not in ("", *TIME_UNITS):
         raise ValueError(
@@ -106,6 +125,12 @@ def rate_unit_of(units: Mapping[str, str], chosen: str | None) -> Unit:
     counted = per or units["time"]
     written = f"{angle} / unit of time" if counted == "1" else f"{angle} {counted}-1"
     return Unit(time / ANGLE_UNITS[angle], written)
+
+
+def _largest(values: ArrayLike) -> float:
+    """Return the largest size of finite numbers, 0 of none."""
+    sizes = np.abs(np.asarray(values, dtype=float))
+    return float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
 
 
 def _known(name: str, unit: str, units: Mapping[str, float]) -> str:
@@ -126,19 +151,6 @@ def _seconds(name: str, units: Mapping[str, str]) -> float:
 def momentum_label(units: Mapping[str, str]) -> str:
     """Return the unit of angular momentum in brackets: " [kg m² s⁻¹]"."""
     return bracketed(DerivedUnits(units).momentum)
-
-
-def time_label(motion: Trajectory, unit: Unit) -> str:
-    """Return the label of an axis of time: "time [s] since 2029-04-13 TDB", by the orbits or the file."""
-    calendar = motion.calendar
-    since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
-    return f"time{unit.label}{since}"
-
-
-def instant(motion: Trajectory, index: int, time_unit: str | None) -> str:
-    """Return one of the times of a motion in words: "time 12.5 s"."""
-    unit = time_unit_of(motion.system.units, time_unit)
-    return f"time {unit.factor * motion.times[index]:.6g}" + ("" if unit.written == "1" else f" {unit.written}")
 
 
 def bracketed(unit: str) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from poinsot.analysis.libration import librations as librations_of
-from poinsot.plot.curves import against_time, lift_pen, reached
+from poinsot.plot.curves import Layout, against_time, jumps, reached
 from poinsot.plot.labels import angle_unit_of
 from poinsot.plot.panels import plot
 from poinsot.propagation.pair_trajectory import PairTrajectory
@@ -27,8 +28,10 @@ def librations(
     body: str = "secondary",
     *,
     ax: Axes | None = None,
-    angle_unit: str = "deg",
+    angle_unit: str | None = None,
     time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
     title: str = "",
 ) -> Axes:
     """Draw yaw, pitch and roll of one of two bodies relative to their orbit, of one motion within half a turn.
@@ -51,9 +54,11 @@ def librations(
     'librations of the secondary [rad]'
     """
     reached(motion)
-    found, unit = librations_of(motion, body), angle_unit_of(angle_unit)
-    angles = {name: unit.factor * getattr(found, name) for name in ("yaw", "pitch", "roll")}
-    label = f"librations of the {body}{unit.label}"
-    panel: Axes = against_time(motion, {label: angles}, ax, time_unit, title)[0]
-    lift_pen(panel.lines[-3:], BROKEN * unit.factor)
+    found = librations_of(motion, body)
+    angles = {name: getattr(found, name) for name in ("yaw", "pitch", "roll")}
+    unit = angle_unit_of(angle_unit, list(angles.values()))
+    curves = {f"librations of the {body}{unit.label}": {name: unit.factor * each for name, each in angles.items()}}
+    layout = Layout(ax, title, time_unit, window, separate)
+    breaks = {name: jumps(each, BROKEN) for name, each in angles.items()}
+    panel: Axes = against_time(motion, curves, layout, breaks=breaks)[0]
     return panel

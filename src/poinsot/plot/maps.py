@@ -121,13 +121,13 @@ def chaos(
     if labels and len(labels) != len(megno):
         raise ValueError(f"labels must name each of {len(megno)} members, got {len(labels)}.")
     left, right = drawn = panels(axes, 2, (11, 4), title)
-    unit = time_unit_of(found.system.units, time_unit)
-    since = unit.factor * np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), megno.shape)
+    since = np.broadcast_to(np.abs(found.times - np.reshape(found.start, (-1, 1))), megno.shape)
+    unit = time_unit_of(found.system.units, time_unit, since)
     few = len(megno) <= len(COLOURS)
     style: Any = {"linewidth": 1.1} if few else {"linewidth": 0.6, "alpha": 0.4}
     for panel, quantity, values in ((left, "mean MEGNO", megno), (right, "fast Lyapunov indicator", fli)):
         panel.set_prop_cycle(color=COLOURS if few else [BLUE])
-        panel.plot(since.T, values.T, label=list(labels) or None, **style)
+        panel.plot(unit.factor * since.T, values.T, label=list(labels) or None, **style)
         dress(panel, f"time from the start{unit.label}", quantity)
     left.axhline(REGULAR, color=GREY, linestyle="--", linewidth=1.0, zorder=0)
     right.set_xscale("log")

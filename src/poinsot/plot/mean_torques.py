@@ -15,7 +15,9 @@ __all__ = ["yorp"]
 
 
 @plot
-def yorp(coefficients: YorpCoefficients, *, ax: Axes | None = None, angle_unit: str = "deg", title: str = "") -> Axes:
+def yorp(
+    coefficients: YorpCoefficients, *, ax: Axes | None = None, angle_unit: str | None = None, title: str = ""
+) -> Axes:
     """Draw the mean torques of unit pressure along the spin axis and towards larger obliquity, over the obliquity.
 
     Parameters
@@ -35,7 +37,7 @@ def yorp(coefficients: YorpCoefficients, *, ax: Axes | None = None, angle_unit: 
     >>> pt.plot.yorp(found).get_xlabel()
     'obliquity [deg]'
     """
-    panel, unit = one_panel(ax, (7.0, 4.4), title), angle_unit_of(angle_unit)
+    panel, unit = one_panel(ax, (7.0, 4.4), title), angle_unit_of(angle_unit, coefficients.obliquities)
     at = unit.factor * coefficients.obliquities
     panel.plot(at, 0 * at, color=BLACK, linewidth=0.8)
     panel.plot(at, coefficients.spin, color=BLUE, label="along the spin axis")

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.plot.labels import BLUE, GREY, VERMILION, bracketed, instant, one_member
+from poinsot.plot.labels import BLUE, GREY, VERMILION, bracketed, one_member
 from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
+from poinsot.plot.time_axis import instant
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
 if TYPE_CHECKING:

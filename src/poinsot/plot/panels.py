@@ -24,11 +24,14 @@ Pair = Any
 OPTIONS = {
     "ax": "ax : matplotlib Axes, optional\n    Where to draw; default: a new figure.",
     "axes": "axes : pair of matplotlib Axes, optional\n    Where to draw; default: a new figure.",
-    "angle_unit": 'angle_unit : {"deg", "rad", "mrad", "arcmin", "arcsec", "rev"}\n    Of the axis of angles.',
+    "angle_unit": 'angle_unit : {"deg", "rad", "mrad", "arcmin", "arcsec", "rev"}, optional\n'
+    "    Default: deg, or arcsec where all are below 0.1 deg.",
     "rate_unit": 'rate_unit : str, optional\n    "deg/s", "mrad/h", "rpm", ...; an angle alone is per unit of time. '
-    'Default: "rad".',
-    "time_unit": 'time_unit : {"s", "min", "h", "d", "yr"}, optional\n    Where the system names its unit of time; '
-    "default: that one.",
+    "Default: by the\n    largest, or radians where the system does not name its unit of time.",
+    "time_unit": 'time_unit : {"s", "min", "h", "d", "yr", "date"}, optional\n    Default: dates where the motion '
+    "has a calendar, else by the span.",
+    "window": "window : pair of times or dates, optional\n    Default: all times.",
+    "separate": "separate : bool\n    Whether each curve has a part of the panel to itself, of its `child_axes`.",
     "title": "title : str, optional\n    Above the plot.",
 }
 """What the docstrings say of the options that plots share."""
@@ -87,15 +90,16 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
     return drawn
 
 
-def dress(panel: Axes, x_label: str, y_label: str) -> None:
-    """Label axes, with a grid, and with the legend above them in as many columns as have room."""
+def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None) -> None:
+    """Label axes, with a grid, and with the legend above them, their own or of a part, in as many columns as fit."""
     panel.set(xlabel=x_label, ylabel=y_label)
     panel.grid(alpha=0.25)
-    names = panel.get_legend_handles_labels()[1]
+    handles, names = (legend_of or panel).get_legend_handles_labels()
     if not names:
         return
     figure: Any = panel.get_figure(root=True)
     width = panel.get_position().width * figure.get_figwidth()
-    lengths = [SAMPLE + CHARACTER * len(MARKUP.sub("", name)) for name in names]
-    columns = len(names) if sum(lengths) <= width else max(1, min(4, int(width / max(lengths))))
-    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=columns, frameon=False)
+    lengths = np.array([SAMPLE + CHARACTER * len(MARKUP.sub("", name)) for name in names])
+    fitting = (n for n in range(len(names), 0, -1) if sum(map(max, np.array_split(lengths, n))) <= width)
+    options: Any = {"ncols": next(fitting, 1), "frameon": False}
+    panel.legend(handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0), **options)

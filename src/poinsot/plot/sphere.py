@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.analysis.polhodes import energy_curve, energy_curves, principal, separatrices, spherical
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import State
-from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, instant, one_body
+from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, one_body
 from poinsot.plot.panels import plot
 from poinsot.plot.solids import Ellipsoid, Solid, legend, solid_axes, view_direction
+from poinsot.plot.time_axis import instant
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:

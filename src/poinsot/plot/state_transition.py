@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.analysis.transition_matrix import StateTransition
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.mechanics.units import DerivedUnits
-from poinsot.plot.curves import against_time
+from poinsot.plot.curves import Layout, against_time
 from poinsot.plot.labels import angle_unit_of, bracketed, momentum_label, one_member
 from poinsot.plot.panels import Pair, plot
 
@@ -26,8 +26,9 @@ def uncertainty(
     of_parameters: ArrayLike | None = None,
     *,
     axes: Pair = None,
-    angle_unit: str = "deg",
+    angle_unit: str | None = None,
     time_unit: str | None = None,
+    window: ArrayLike | None = None,
     title: str = "",
 ) -> NDArray[Any]:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
@@ -65,7 +66,8 @@ def uncertainty(
     motion = one_member(transition.motion, "transition.motion")
     covariance = transition.covariance(initial, of_parameters)
     deviations = dict(zip(coordinates, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1)).T, strict=True))
-    angle, units = angle_unit_of(angle_unit), motion.system.units
+    turned = [each for name, each in deviations.items() if name.endswith(("theta_1", "theta_2", "theta_3"))]
+    angle, units = angle_unit_of(angle_unit, turned), motion.system.units
     curves = {
         rf"$1\sigma$ of the attitude{angle.label}": _of("theta", deviations, r"\theta", angle.factor),
         rf"$1\sigma$ of the angular momentum{momentum_label(units)}": _of("g", deviations, "g"),
@@ -76,7 +78,7 @@ def uncertainty(
             rf"$1\sigma$ of the position{lengths[0]}": _of("position", deviations, "r"),
             rf"$1\sigma$ of the momentum{lengths[1]}": _of("momentum", deviations, "p"),
         }
-    return against_time(motion, curves, axes, time_unit, title, log=True)
+    return against_time(motion, curves, Layout(axes, title, time_unit, window), log=True)
 
 
 def _of(kind: str, deviations: dict[str, Array], symbol: str, factor: float = 1.0) -> dict[str, Array]:

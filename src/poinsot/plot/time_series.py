@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics import frame
-from poinsot.mechanics.attitude import rotation_angle, rotation_matrix
-from poinsot.mechanics.calendar import SECONDS
-from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of
-from poinsot.mechanics.parameters import same
-from poinsot.mechanics.state import State
 from poinsot.mechanics.units import DerivedUnits
-from poinsot.plot.curves import against_time, lift_pen, reached, shade
-from poinsot.plot.labels import (
-    Unit,
-    angle_unit_of,
-    bracketed,
-    momentum_label,
-    one_rotation,
-    rate_unit_of,
-    time_unit_of,
-)
+from poinsot.plot.comparison import median_attitude
+from poinsot.plot.curves import Layout, against_time, reached
+from poinsot.plot.labels import bracketed, momentum_label, one_rotation, rate_unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.propagation.dataset import components
 from poinsot.propagation.pair_trajectory import PairTrajectory
@@ -38,14 +23,10 @@ if TYPE_CHECKING:
 __all__ = [
     "angular_momentum",
     "angular_velocity",
-    "difference",
-    "different_orbits",
     "distance",
     "drift",
-    "euler_angles",
     "part_variables",
     "quaternions",
-    "roll_pitch_yaw",
     "torques",
 ]
 
@@ -53,20 +34,17 @@ Array = NDArray[np.float64]
 
 FLOOR = 0.5 * np.finfo(float).eps
 """The smallest value on the log axis of relative drifts: the rounding of a float."""
-SAME_INSTANT = 5e-7
-"""Seconds: times in files of dates are rounded by less, to a nanosecond or to what SPICE counts."""
-TURN = 2 * np.pi
-LOCKED = np.radians(85)
-"""Of pitch, from which on roll and yaw tell little."""
-EDGE = 1e-6
-"""Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
-BROKEN = 0.4
-"""Of a turn: by more an angle jumps from one sample to the next where it begins anew."""
 
 
 @plot
 def quaternions(
-    motion: Trajectory, *, axes: Pair = None, time_unit: str | None = None, title: str = ""
+    motion: Trajectory,
+    *,
+    axes: Pair = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
 ) -> NDArray[Any]:
     """Draw the four components of q (left) and of Q (right) against time, as in the paper's figures.
 
@@ -74,7 +52,7 @@ def quaternions(
     ----------
     motion : Trajectory
         Of an ensemble the median of the members is drawn, with bands between the quartiles and between the 5th and the
-        95th percentile, as in all plots against time.
+        95th percentile, as in all plots against time; q and -q, the same attitude, are told apart by the median one.
     {options}
 
     Returns
@@ -89,108 +67,12 @@ def quaternions(
     'time [min]'
     """
     momenta = f"conjugate momenta $Q${momentum_label(one_rotation(motion).system.units)}"
+    sign = _signs(reached(motion))
     curves = {
-        "Euler parameters $q$": _named("$q_{}$", motion.quaternion, 0),
-        momenta: _named("$Q_{}$", motion.conjugate_momenta, 0),
+        "Euler parameters $q$": _named("$q_{}$", sign * motion.quaternion, 0),
+        momenta: _named("$Q_{}$", sign * motion.conjugate_momenta, 0),
     }
-    return against_time(reached(motion), curves, axes, time_unit, title)
-
-
-@plot
-def euler_angles(
-    motion: Trajectory,
-    sequence: str = "313",
-    *,
-    ax: Axes | None = None,
-    angle_unit: str = "deg",
-    time_unit: str | None = None,
-    title: str = "",
-) -> Axes:
-    """Draw Euler angles, without jumps by whole turns.
-
-    Parameters
-    ----------
-    motion : Trajectory
-        One, or an ensemble, whose members start within half a turn of each other.
-    sequence : str
-        Any of the 12, as `State.euler` takes it.
-    {options}
-
-    Returns
-    -------
-    matplotlib Axes
-        With gaps where the angles are not defined, within 1e-6 of their singularity.
-
-    Raises
-    ------
-    ValueError
-        If they are defined nowhere.
-
-    Examples
-    --------
-    >>> pt.plot.euler_angles(motion, "321", angle_unit="mrad").get_ylabel()
-    'Euler angles 3-2-1 [mrad]'
-    """
-    angles, unit = _euler_angles(reached(one_rotation(motion)).quaternion, sequence), angle_unit_of(angle_unit)
-    names = [f"$\\alpha_{i + 1}$ about axis {axis}" for i, axis in enumerate(sequence)]
-    label = f"Euler angles {'-'.join(sequence)}{unit.label}"
-    panel: Axes = against_time(motion, {label: _angles(names, angles, unit)}, ax, time_unit, title)[0]
-    return panel
-
-
-@plot
-def roll_pitch_yaw(
-    motion: Trajectory,
-    orbit: Orbit | None = None,
-    *,
-    ax: Axes | None = None,
-    angle_unit: str = "deg",
-    time_unit: str | None = None,
-    title: str = "",
-) -> Axes:
-    """Draw roll, pitch and yaw from the axes of an orbit, of one motion within half a turn.
-
-    They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
-    about the third, then pitch about the second, then roll about the first. Near a pitch of 90 degrees (gimbal lock,
-    shaded beyond 85) roll and yaw turn fast against each other; at it only pitch is drawn.
-
-    Parameters
-    ----------
-    motion : Trajectory
-        One, or an ensemble, whose members start within half a turn of each other.
-    orbit : Orbit, optional
-        With a frame: radial, transverse, normal. By default the orbit of the system, if there is one and no other.
-    {options}
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no orbit, has no frame, or the system has none or several and none is named.
-
-    Examples
-    --------
-    >>> orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.1)  # km, s
-    >>> pt.plot.roll_pitch_yaw(motion, orbit).get_ylabel()
-    'attitude relative to the orbital frame [deg]'
-    """
-    orbit = _only_orbit(one_rotation(motion)) if orbit is None else orbit
-    relative, unit = reached(one_rotation(motion)).relative_to(orbit.frame), angle_unit_of(angle_unit)
-    angles = _roll_pitch_yaw(relative.quaternion)
-    names, label = ("roll", "pitch", "yaw"), f"attitude relative to the orbital frame{unit.label}"
-    single = angles.ndim == 2
-    if single:
-        angles = np.pi + EDGE - np.mod(np.pi + EDGE - angles, TURN)
-    curves = dict(zip(names, unit.factor * angles.T, strict=True)) if single else _angles(names, angles, unit)
-    panel: Axes = against_time(motion, {label: curves}, ax, time_unit, title)[0]
-    if single:
-        lift_pen(panel.lines[-3:], BROKEN * TURN * unit.factor)
-        times = time_unit_of(motion.system.units, time_unit).factor * motion.times
-        shade(panel, times, np.abs(angles[:, 1]) > LOCKED, "near gimbal lock")
-    return panel
+    return against_time(motion, curves, Layout(axes, title, time_unit, window, separate))
 
 
 @plot
@@ -200,6 +82,8 @@ def angular_velocity(
     axes: Pair = None,
     rate_unit: str | None = None,
     time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
     title: str = "",
 ) -> NDArray[Any]:
     """Draw the inertial angular velocity along the body axes (left) and along the space axes (right).
@@ -219,22 +103,27 @@ def angular_velocity(
     >>> pt.plot.angular_velocity(motion, rate_unit="deg/h")[0].get_ylabel()
     'angular velocity, body axes [deg h⁻¹]'
     """
-    unit, bodies = rate_unit_of(motion.system.units, rate_unit), motion.of_bodies
+    rates = {body: each.omega_body for body, each in motion.of_bodies.items()}
+    unit = rate_unit_of(motion.system.units, rate_unit, np.stack(list(rates.values())))
     curves = {
-        f"angular velocity{_of(body) or ', body axes'}{unit.label}": _named(
-            r"$\omega_{}$", unit.factor * each.omega_body, 1
-        )
-        for body, each in bodies.items()
+        f"angular velocity{_of(body) or ', body axes'}{unit.label}": _named(r"$\omega_{}$", unit.factor * rate, 1)
+        for body, rate in rates.items()
     }
-    if len(bodies) == 1:
+    if len(rates) == 1:
         in_space = _named(r"$\omega_{{s{}}}$", unit.factor * motion.omega_space, 1)
         curves[f"angular velocity, space axes{unit.label}"] = in_space
-    return against_time(reached(motion), curves, axes, time_unit, title)
+    return against_time(reached(motion), curves, Layout(axes, title, time_unit, window, separate))
 
 
 @plot
 def angular_momentum(
-    motion: Trajectory, *, axes: Pair = None, time_unit: str | None = None, title: str = ""
+    motion: Trajectory,
+    *,
+    axes: Pair = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
 ) -> NDArray[Any]:
     """Draw the angular momentum along the body axes (left) and along the space axes (right), that of parts included.
 
@@ -258,12 +147,19 @@ def angular_momentum(
         f"angular momentum, body axes{unit}": _named("$g_{}$", motion.angular_momentum_body, 1),
         f"angular momentum, space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
     }
-    return against_time(reached(motion), curves, axes, time_unit, title)
+    return against_time(reached(motion), curves, Layout(axes, title, time_unit, window, separate))
 
 
 @plot
 def part_variables(
-    motion: Trajectory, part: str = "", *, ax: Axes | None = None, time_unit: str | None = None, title: str = ""
+    motion: Trajectory,
+    part: str = "",
+    *,
+    ax: Axes | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
 ) -> Axes:
     """Draw the variables of a part, `motion.own`.
 
@@ -303,12 +199,20 @@ def part_variables(
     momenta = set(own[part].momenta) == set(own[part].variables)
     label = f"variables of {part}" + (momentum_label(motion.system.units) if momenta else "")
     curves = {name.replace("_", " "): value for name, value in zip(names, values, strict=True)}
-    panel: Axes = against_time(reached(motion), {label: curves}, ax, time_unit, title)[0]
+    layout = Layout(ax, title, time_unit, window, separate)
+    panel: Axes = against_time(reached(motion), {label: curves}, layout)[0]
     return panel
 
 
 @plot
-def distance(motion: PairTrajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
+def distance(
+    motion: PairTrajectory,
+    *,
+    ax: Axes | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    title: str = "",
+) -> Axes:
     """Draw the distance of the centres of mass of two bodies.
 
     Parameters
@@ -327,12 +231,20 @@ def distance(motion: PairTrajectory, *, ax: Axes | None = None, time_unit: str |
     'distance of the centres of mass [m]'
     """
     label = f"distance of the centres of mass{bracketed(motion.system.units['length'])}"
-    panel: Axes = against_time(reached(motion), {label: {"": motion.distance}}, ax, time_unit, title)[0]
+    layout = Layout(ax, title, time_unit, window)
+    panel: Axes = against_time(reached(motion), {label: {"": motion.distance}}, layout)[0]
     return panel
 
 
 @plot
-def torques(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
+def torques(
+    motion: Trajectory,
+    *,
+    ax: Axes | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    title: str = "",
+) -> Axes:
     """Draw the size of the torque of each force, on a log axis.
 
     Parameters
@@ -363,12 +275,20 @@ def torques(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None
     sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
     shown = {name: np.where(size > 0, size, np.nan) for name, size in sizes.items()}
     unit = bracketed(DerivedUnits(motion.system.units).energy)
-    panel: Axes = against_time(reached(motion), {f"torque{unit}": shown}, ax, time_unit, title, log=True)[0]
+    layout = Layout(ax, title, time_unit, window)
+    panel: Axes = against_time(reached(motion), {f"torque{unit}": shown}, layout, log=True)[0]
     return panel
 
 
 @plot
-def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = "") -> Axes:
+def drift(
+    motion: Trajectory,
+    *,
+    ax: Axes | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    title: str = "",
+) -> Axes:
     """Plot the drift of the integrals of motion, on a log axis.
 
     They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named. Of
@@ -401,54 +321,9 @@ def drift(motion: Trajectory, *, ax: Axes | None = None, time_unit: str | None =
     curves = {
         name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), FLOOR)) for name, drift in drifts.items()
     }
-    panel: Axes = against_time(motion, {"relative drift": curves}, ax, time_unit, title, log=True)[0]
+    layout = Layout(ax, title, time_unit, window)
+    panel: Axes = against_time(motion, {"relative drift": curves}, layout, log=True)[0]
     panel.set_ylim(bottom=0.8 * FLOOR)
-    return panel
-
-
-@plot
-def difference(
-    motion: Trajectory,
-    other: Trajectory,
-    *,
-    ax: Axes | None = None,
-    angle_unit: str = "deg",
-    time_unit: str | None = None,
-    title: str = "",
-) -> Axes:
-    """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
-
-    Parameters
-    ----------
-    motion, other : Trajectory
-        Each one or an ensemble, or both of two bodies, at equal times (in files of dates they are rounded: half a
-        microsecond apart is equal); or `motion` has dense output over the times of `other`.
-    {options}
-
-    Returns
-    -------
-    matplotlib Axes
-        No angle at all is drawn as the smallest one.
-
-    Raises
-    ------
-    ValueError
-        If their times differ, and there is no dense output.
-
-    Examples
-    --------
-    >>> exact = pt.free_motion(motion.system.body, motion.initial, motion.times, units=motion.system.units)
-    >>> pt.plot.difference(motion, exact, angle_unit="arcsec").get_ylabel()
-    'difference of attitude [arcsec]'
-    """
-    reached(motion), reached(other, "other")
-    unit, alike = angle_unit_of(angle_unit), _at_same_times(motion, other)
-    first, second = (motion if alike else motion(other.times)).of_bodies, other.of_bodies
-    if first.keys() != second.keys():
-        one_rotation(motion), one_rotation(other, "other")
-    angles = {body: unit.factor * _angle_between(first[body], each) for body, each in second.items()}
-    curves = {f"difference of attitude{unit.label}": angles}
-    panel: Axes = against_time(motion if alike else other, curves, ax, time_unit, title, log=True)[0]
     return panel
 
 
@@ -458,47 +333,6 @@ def difference(
 def _of(body: str) -> str:
     """Return what is said of which body something is: nothing where there is but one."""
     return body and f" of the {body}"
-
-
-def _angle_between(one: State | Trajectory, other: Trajectory) -> Array:
-    """Return the angle of the rotation from one attitude to another; where there is none, the smallest one."""
-    angle = np.asarray(rotation_angle(one.quaternion, other.quaternion))
-    smallest = np.min(angle, where=angle > 0, initial=np.inf)
-    return np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
-
-
-def _at_same_times(motion: Trajectory, other: Trajectory) -> bool:
-    """Return whether two motions have the same times; refuse others where the first has no dense output."""
-    slack = SAME_INSTANT / SECONDS.get(motion.system.units["time"], np.inf)
-    if motion.times.shape == other.times.shape and np.all(np.abs(motion.times - other.times) <= slack):
-        return True
-    if not motion.has_dense_output:
-        theirs, ours = (f"{x.times.size} times from {x.times[0]:.6g} to {x.times[-1]:.6g}" for x in (other, motion))
-        raise ValueError(
-            f"other must have the same times, got {theirs} and {ours}. "
-            "Compute both at the same times, or the first with dense output."
-        )
-    return False
-
-
-def different_orbits(motion: Trajectory) -> list[Orbit]:
-    """Return the orbits of a system, each once, in the order of its forces."""
-    orbits: list[Orbit] = []
-    for orbit in motion.system.orbits:
-        if not any(same(orbit, known) for known in orbits):
-            orbits.append(orbit)
-    return orbits
-
-
-def _only_orbit(motion: Trajectory) -> Orbit:
-    """Return the orbit of a system."""
-    orbits = different_orbits(motion)
-    if len(orbits) != 1:
-        raise ValueError(
-            f"orbit must be named where the system has not exactly one, but it has {len(orbits) or 'none'}. "
-            "Pass roll_pitch_yaw(motion, orbit)."
-        )
-    return orbits[0]
 
 
 def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
@@ -520,42 +354,10 @@ def _named(pattern: str, values: Array, first: int) -> dict[str, Array]:
     return {pattern.format(i + first): values[..., i] for i in range(values.shape[-1])}
 
 
-def _euler_angles(q: Array, sequence: str) -> Array:
-    """Return the angles of unit quaternions, NaN where they are not defined; shape (..., 3)."""
-    first, _, third = axes_of(sequence)
-    across = np.delete(rotation_matrix(q)[..., first, :], third, axis=-1)  # of the third axis from the first
-    defined = np.linalg.norm(across, axis=-1) > 2 * SINGULAR_SINE
-    if not np.any(defined):
-        angles_from_quaternion(q, sequence)
-    angles = np.full((*q.shape[:-1], 3), np.nan)
-    angles[defined] = angles_from_quaternion(q[defined], sequence)
-    return angles
-
-
-def _roll_pitch_yaw(q: Array) -> Array:
-    """Return the angles of attitudes in the axes of an orbit; roll and yaw are NaN where they are not defined."""
-    down = rotation_matrix(quat.product(quat.conjugate(frame.LEVEL), q))
-    defined = np.hypot(down[..., 0, 0], down[..., 1, 0]) > 2 * SINGULAR_SINE
-    angles = np.full((*q.shape[:-1], 3), np.nan)
-    angles[..., 1] = np.arcsin(np.clip(-down[..., 2, 0], -1, 1))
-    if np.any(defined):
-        angles[defined] = frame.roll_pitch_yaw(q[defined])
-    return angles
-
-
-def _angles(names: Sequence[str], angles: Array, unit: Unit) -> dict[str, Array]:
-    return dict(zip(names, unit.factor * _unwrapped(np.moveaxis(angles, -1, 0)), strict=True))
-
-
-def _unwrapped(angles: Array) -> Array:
-    """Return angles (..., n) without jumps by whole turns, also across gaps, from starts near those of the first."""
-    known = ~np.isnan(angles)
-    begin = np.argmax(known, axis=-1)[..., None]
-    latest = np.maximum(np.maximum.accumulate(np.where(known, np.arange(angles.shape[-1]), 0), axis=-1), begin)
-    smooth = np.unwrap(np.take_along_axis(angles, latest, axis=-1), axis=-1)
-    start = smooth[..., :1]
-    start = start - TURN * np.trunc(start / TURN)
-    if angles.ndim == 3:
-        reference = np.nan_to_num(start[:, np.argmax(np.all(known, axis=(0, 2)))])[:, None]
-        start = start - TURN * np.round((start - reference) / TURN)
-    return np.asarray(np.where(known, smooth - smooth[..., :1] + start, np.nan))
+def _signs(motion: Trajectory) -> Array:
+    """Return the signs that take the quaternions of members to the side of the median attitude; 1 of one motion."""
+    if not motion.is_ensemble:
+        return np.ones(1)
+    median = median_attitude(motion.quaternion)
+    most = np.sign(np.nansum(quat.dot(motion.quaternion[:, 0], median[0]))) or 1.0
+    return np.where(quat.dot(motion.quaternion, median) < 0, -most, most)[..., None]

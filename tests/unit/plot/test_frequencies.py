@@ -24,7 +24,7 @@ def spectrum(nu, amplitudes, errors, residual):
 
 def test_stems_residual_and_units():
     found = spectrum([1.2, -0.5], [2j, 0.1], [1e-4, 0.02], 1e-3)
-    axes = pt.plot.spectrum(found, time="s", unit="kg m2 s-1", title="momentum")
+    axes = pt.plot.spectrum(found, time="s", unit="kg m2 s-1", rate_unit="rad/s", title="momentum")
     lines: Any = axes.collections
     stems = lines[0].get_segments()
     np.testing.assert_allclose([stem[:, 0] for stem in stems], [[1.2, 1.2], [-0.5, -0.5]])

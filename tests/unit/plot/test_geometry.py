@@ -40,7 +40,7 @@ def no_window():
     plt.close("all")
 
 
-def motion_of(body, g=(0.5, -0.7, 1.1), times=None, units=SI):
+def motion_of(body, g=(0.5, -0.7, 1.1), times=None, units=None):
     state = body.state((0.1, 0.7, -0.5, 0.5), angular_momentum_body=g)
     return pt.propagate(pt.System(body, units=units), state, np.linspace(0, 40, 801) if times is None else times)
 
@@ -420,17 +420,17 @@ def test_the_state_is_on_the_near_side():
 
 
 def test_labels_carry_units():
-    motion = motion_of(BODIES["paper"], times=[0.0, 2.5])
+    motion = motion_of(BODIES["paper"], times=[0.0, 2.5], units=SI)
     axes = pt.plot.poinsot_construction(motion)
-    assert axes.get_xlabel() == r"$\omega_x \perp \mathbf{G}$ [rad s⁻¹]"
-    assert axes.get_zlabel() == r"$\omega_z \parallel \mathbf{G}$ [rad s⁻¹]"
+    assert axes.get_xlabel() == r"$\omega_x \perp \mathbf{G}$ [deg s⁻¹]"
+    assert axes.get_zlabel() == r"$\omega_z \parallel \mathbf{G}$ [deg s⁻¹]"
     assert axes.figure.get_suptitle() == "Poinsot's construction at time 2.5 s"
-    assert pt.plot.polhode(motion).get_zlabel() == r"$\omega_3$ [rad s⁻¹]"
-    assert pt.plot.herpolhode(motion).get_ylabel() == r"$\omega_y \perp \mathbf{G}$ [rad s⁻¹]"
+    assert pt.plot.polhode(motion).get_zlabel() == r"$\omega_3$ [deg s⁻¹]"
+    assert pt.plot.herpolhode(motion).get_ylabel() == r"$\omega_y \perp \mathbf{G}$ [deg s⁻¹]"
 
 
 def test_labels_without_units_say_so():
-    motion = motion_of(BODIES["paper"], times=[0.0, 2.5], units=None)
+    motion = motion_of(BODIES["paper"], times=[0.0, 2.5])
     assert pt.plot.polhode(motion).get_xlabel() == r"$\omega_1$ [rad / unit of time]"
     assert pt.plot.poinsot_construction(motion).figure.get_suptitle() == "Poinsot's construction at time 2.5"
 

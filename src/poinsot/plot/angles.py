@@ -1,0 +1,204 @@
+"""Euler angles against time: wrapped, with gaps where they begin anew, and with gimbal lock shaded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.algebra import quaternion as quat
+from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of, outer_cosine_and_sine
+from poinsot.mechanics.frame import LEVEL, Frame
+from poinsot.mechanics.parameters import same
+from poinsot.plot.curves import Layout, against_time, jumps, reached
+from poinsot.plot.labels import angle_unit_of, one_rotation
+from poinsot.plot.panels import plot
+from poinsot.propagation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["different_orbits", "euler_angles", "roll_pitch_yaw"]
+
+Array = NDArray[np.float64]
+
+TURN = 2 * np.pi
+LOCKED = np.radians(5)
+"""From gimbal lock, within which the first and the third angle tell little."""
+EDGE = 1e-6
+"""Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
+SEVERAL_DEGREES = 100.0
+BROKEN = 0.4
+"""Of a turn: by more an angle jumps from one sample to the next where it begins anew."""
+
+
+@plot
+def euler_angles(
+    motion: Trajectory,
+    sequence: str = "313",
+    frame: Frame | None = None,
+    *,
+    ax: Axes | None = None,
+    angle_unit: str | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
+) -> Axes:
+    """Draw Euler angles, of one motion within half a turn.
+
+    Within 5 degrees of gimbal lock, which is shaded, the first and the third turn fast against each other; at it only
+    the second is drawn.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble, whose members start within half a turn of each other.
+    sequence : str
+        Any of the 12, as `State.euler` takes it.
+    frame : Frame, optional
+        From whose axes they turn, such as `orbit.frame`. Default: the space axes.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Examples
+    --------
+    >>> pt.plot.euler_angles(motion, "321", angle_unit="mrad").get_ylabel()
+    'Euler angles 3-2-1 [mrad]'
+    """
+    one_rotation(motion)
+    q = reached(motion).quaternion if frame is None else reached(motion).relative_to(frame).quaternion
+    names = [f"$\\alpha_{i}$ about axis {axis}" for i, axis in enumerate(sequence, 1)]
+    label = f"Euler angles {'-'.join(sequence)}" + (" from the frame" if frame is not None else "")
+    return _draw(motion, q, sequence, names, label, angle_unit, Layout(ax, title, time_unit, window, separate))
+
+
+@plot
+def roll_pitch_yaw(
+    motion: Trajectory,
+    orbit: Orbit | None = None,
+    *,
+    ax: Axes | None = None,
+    angle_unit: str | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
+) -> Axes:
+    """Draw roll, pitch and yaw from the axes of an orbit, of one motion within half a turn.
+
+    They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
+    about the third, then pitch about the second, then roll about the first. Gimbal lock is drawn as in `euler_angles`,
+    which has other sequences: `euler_angles(motion, "313", orbit.frame)`.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble, whose members start within half a turn of each other.
+    orbit : Orbit, optional
+        With a frame: radial, transverse, normal. By default the orbit of the system, if there is one and no other.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no orbit, has no frame, or the system has none or several and none is named.
+
+    Examples
+    --------
+    >>> orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.1)  # km, s
+    >>> pt.plot.roll_pitch_yaw(motion, orbit).get_ylabel()
+    'attitude relative to the orbital frame [deg]'
+    """
+    motion = reached(one_rotation(motion))
+    orbit = _only_orbit(motion) if orbit is None else orbit
+    level = quat.product(quat.conjugate(LEVEL), motion.relative_to(orbit.frame).quaternion)
+    layout, label = Layout(ax, title, time_unit, window, separate), "attitude relative to the orbital frame"
+    return _draw(motion, level, "321", ["yaw", "pitch", "roll"], label, angle_unit, layout)
+
+
+def _draw(
+    motion: Trajectory, q: Array, sequence: str, names: Sequence[str], label: str, unit: str | None, layout: Layout
+) -> Axes:
+    """Draw the angles of a sequence that attitudes have; yaw, pitch and roll in the order in which they are named."""
+    angles, locked = _angles(q, sequence)
+    if motion.is_ensemble:
+        angles = np.moveaxis(_unwrapped(np.moveaxis(angles, -1, 0)), 0, -1)
+    shown = angle_unit_of(unit, angles)
+    curves = {name: shown.factor * angles[..., i] for i, name in enumerate(names)}
+    if "roll" in curves:
+        curves = dict(reversed(curves.items()))
+    shaded = {"near gimbal lock": np.any(np.reshape(locked, (-1, locked.shape[-1])), axis=0)}
+    breaks = {name: jumps(angles[..., i], BROKEN * TURN) for i, name in enumerate(names)}
+    panel: Axes = against_time(motion, {label + shown.label: curves}, layout, breaks=breaks, shaded=shaded)[0]
+    parts: Sequence[Any] = panel.child_axes or [panel]
+    for part in parts:
+        _count_in_right_angles(part, shown.factor)
+    return panel
+
+
+def _count_in_right_angles(panel: Axes, radian: float) -> None:
+    """Put ticks at fractions of a right angle on an axis of degrees that has several."""
+    from matplotlib.ticker import MaxNLocator
+
+    if radian == angle_unit_of("deg", ()).factor and np.ptp(panel.get_ylim()) > SEVERAL_DEGREES:
+        panel.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 3, 4.5, 6, 9, 10]))
+
+
+def _angles(q: Array, sequence: str) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the angles of unit quaternions within half a turn, shape (..., 3), and which are near gimbal lock.
+
+    The second is always there; the first and the third are NaN where they are not defined.
+    """
+    first, _, third = axes_of(sequence)
+    row = rotation_matrix(q)[..., first, :]  # of the body axes along the first axis
+    along, across = row[..., third], np.linalg.norm(np.delete(row, third, axis=-1), axis=-1)
+    parity, _ = outer_cosine_and_sine(np.pi / 2, sequence)
+    angles = np.full((*q.shape[:-1], 3), np.nan)
+    angles[..., 1] = np.arctan2(across, along) if first == third else np.arctan2(np.round(parity) * along, across)
+    defined = across > 2 * SINGULAR_SINE
+    if np.any(defined):
+        angles[defined] = angles_from_quaternion(q[defined], sequence)
+    return np.pi + EDGE - np.mod(np.pi + EDGE - angles, TURN), across < np.sin(LOCKED)
+
+
+def _unwrapped(angles: Array) -> Array:
+    """Return angles (..., members, n) without jumps by whole turns, also across gaps, from starts near each other."""
+    known = ~np.isnan(angles)
+    begin = np.argmax(known, axis=-1)[..., None]
+    latest = np.maximum(np.maximum.accumulate(np.where(known, np.arange(angles.shape[-1]), 0), axis=-1), begin)
+    smooth = np.unwrap(np.take_along_axis(angles, latest, axis=-1), axis=-1)
+    start = smooth[..., :1]
+    reference = np.nan_to_num(start[:, np.argmax(np.all(known, axis=(0, 2)))])[:, None]
+    return np.asarray(np.where(known, smooth - TURN * np.round((start - reference) / TURN), np.nan))
+
+
+def different_orbits(motion: Trajectory) -> list[Orbit]:
+    """Return the orbits of a system, each once, in the order of its forces."""
+    orbits: list[Orbit] = []
+    for orbit in motion.system.orbits:
+        if not any(same(orbit, known) for known in orbits):
+            orbits.append(orbit)
+    return orbits
+
+
+def _only_orbit(motion: Trajectory) -> Orbit:
+    """Return the orbit of a system."""
+    orbits = different_orbits(motion)
+    if len(orbits) != 1:
+        raise ValueError(
+            f"orbit must be named where the system has not exactly one, but it has {len(orbits) or 'none'}. "
+            "Pass roll_pitch_yaw(motion, orbit)."
+        )
+    return orbits[0]

@@ -1,0 +1,197 @@
+"""How far one attitude is from another, against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.algebra import quaternion as quat
+from poinsot.mechanics.attitude import rotation_angle, unit_quaternion
+from poinsot.mechanics.calendar import SECONDS
+from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.state import State
+from poinsot.plot.curves import Layout, against_time, reached
+from poinsot.plot.labels import angle_unit_of, one_rotation
+from poinsot.plot.panels import Pair, plot
+from poinsot.propagation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["attitude_error", "difference", "median_attitude"]
+
+Array = NDArray[np.float64]
+
+FLOOR = 0.5 * np.finfo(float).eps
+"""The smallest angle on a log axis: the rounding of a float."""
+SAME_INSTANT = 5e-7
+"""Seconds: times in files of dates are rounded by less, to a nanosecond or to what SPICE counts."""
+ROUNDS = 10
+"""Of the iteration for a median attitude."""
+NEAR = 1e-9
+"""Radians from it, at which members have the largest weight."""
+
+
+@plot
+def attitude_error(
+    motion: Trajectory,
+    other: Trajectory | Frame | ArrayLike | None = None,
+    *,
+    axes: Pair = None,
+    angle_unit: str | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
+) -> NDArray[Any]:
+    """Draw the rotation from a reference to the attitude: its angle (left) and its rotation vector, body axes (right).
+
+    Parameters
+    ----------
+    motion : Trajectory
+        One, or an ensemble, of which both panels have the median and bands.
+    other : Trajectory, Frame, Rotation or array (4,) or (n, 4), optional
+        The reference: another motion, as `difference` takes it; a frame such as `orbit.frame`; one attitude, or one
+        for each time. Default, of an ensemble: its median attitude, which has the least sum of angles to the members.
+    {options}
+
+    Returns
+    -------
+    array (2,) of matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        If the times of a reference differ, or there is none for one motion.
+
+    Examples
+    --------
+    >>> angle, vector = pt.plot.attitude_error(motion, (1, 0, 0, 0))
+    >>> angle.get_ylabel()
+    'angle to the reference [deg]'
+    """
+    drawn, q, reference = _against_reference(reached(one_rotation(motion)), other)
+    turn = quat.product(quat.conjugate(reference), q)
+    turn = np.where(turn[..., :1] < 0, -turn, turn)
+    size = np.linalg.norm(turn[..., 1:], axis=-1)
+    angle = 2 * np.arctan2(size, turn[..., 0])
+    vector = np.where(size > 0, angle / np.where(size > 0, size, 1.0), 2.0)[..., None] * turn[..., 1:]
+    unit, said = angle_unit_of(angle_unit, angle), "median attitude" if other is None else "reference"
+    curves = {
+        f"angle to the {said}{unit.label}": {"": unit.factor * angle},
+        f"rotation vector from it, body axes{unit.label}": {
+            rf"$\theta_{i + 1}$": unit.factor * vector[..., i] for i in range(3)
+        },
+    }
+    past_half_a_turn = np.linalg.norm(np.diff(vector, axis=-2, prepend=vector[..., :1, :]), axis=-1) > np.pi
+    layout, [_, vectors] = Layout(axes, title, time_unit, window, separate), curves.values()
+    return against_time(drawn, curves, layout, breaks=dict.fromkeys(vectors, past_half_a_turn))
+
+
+@plot
+def difference(
+    motion: Trajectory,
+    other: Trajectory,
+    *,
+    ax: Axes | None = None,
+    angle_unit: str | None = None,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    title: str = "",
+) -> Axes:
+    """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
+
+    Parameters
+    ----------
+    motion, other : Trajectory
+        Each one or an ensemble, or both of two bodies, at equal times (in files of dates they are rounded: half a
+        microsecond apart is equal); or `motion` has dense output over the times of `other`.
+    {options}
+
+    Returns
+    -------
+    matplotlib Axes
+        No angle at all is drawn as the smallest one.
+
+    Raises
+    ------
+    ValueError
+        If their times differ, and there is no dense output.
+
+    Examples
+    --------
+    >>> exact = pt.free_motion(motion.system.body, motion.initial, motion.times, units=motion.system.units)
+    >>> pt.plot.difference(motion, exact, angle_unit="arcsec").get_ylabel()
+    'difference of attitude [arcsec]'
+    """
+    reached(motion), reached(other, "other")
+    alike = _at_same_times(motion, other)
+    first, second = (motion if alike else motion(other.times)).of_bodies, other.of_bodies
+    if first.keys() != second.keys():
+        one_rotation(motion), one_rotation(other, "other")
+    angles = {body: _angle_between(first[body], each) for body, each in second.items()}
+    unit = angle_unit_of(angle_unit, np.stack(list(angles.values())))
+    curves = {f"difference of attitude{unit.label}": {body: unit.factor * each for body, each in angles.items()}}
+    layout = Layout(ax, title, time_unit, window)
+    panel: Axes = against_time(motion if alike else other, curves, layout, log=True)[0]
+    return panel
+
+
+def median_attitude(q: Array) -> Array:
+    """Return the attitudes with the least sum of angles to members (members, n, 4), without jumps of sign; (n, 4).
+
+    Weiszfeld's iteration: means of q q^T, which has no sign, weighted by one over the angle.
+    """
+    rows = np.nan_to_num(np.swapaxes(q, 0, 1))
+    weights = np.any(rows, axis=-1).astype(float)
+    there, median = weights, np.empty(rows.shape[1:])
+    for _ in range(ROUNDS):
+        median = np.linalg.eigh(np.swapaxes(weights[..., None] * rows, -1, -2) @ rows)[1][..., -1]
+        near = np.abs(np.vecdot(rows, median[:, None]))
+        weights = there / np.maximum(2 * np.arccos(np.minimum(near, 1.0)), NEAR)
+    turns = np.vecdot(median[1:], median[:-1]) < 0
+    return np.asarray(median * np.where(np.append(False, np.logical_xor.accumulate(turns)), -1, 1)[:, None])
+
+
+def _against_reference(motion: Trajectory, other: Any) -> tuple[Trajectory, Array, Array]:
+    """Return the motion whose times are drawn, its attitudes, and those of the reference."""
+    if isinstance(other, Trajectory):
+        reached(one_rotation(other, "other"), "other")
+        if _at_same_times(motion, other):
+            return motion, motion.quaternion, other.quaternion
+        return other, motion(other.times).quaternion, other.quaternion
+    if isinstance(other, Frame):
+        return motion, motion.quaternion, other.quaternion(motion.times)
+    if other is not None:
+        reference = unit_quaternion(other, "other")
+        if reference.ndim > 1 and len(reference) != motion.times.size:
+            raise ValueError(
+                f"other must have one attitude, or one for each of {motion.times.size} times, got {len(reference)}."
+            )
+        return motion, motion.quaternion, reference
+    if not motion.is_ensemble:
+        raise ValueError("other must be given for one motion, got none. Only members have a median attitude.")
+    return motion, motion.quaternion, median_attitude(motion.quaternion)
+
+
+def _angle_between(one: State | Trajectory, other: Trajectory) -> Array:
+    """Return the angle of the rotation from one attitude to another; where there is none, the smallest one."""
+    angle = np.asarray(rotation_angle(one.quaternion, other.quaternion))
+    smallest = np.min(angle, where=angle > 0, initial=np.inf)
+    return np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
+
+
+def _at_same_times(motion: Trajectory, other: Trajectory) -> bool:
+    """Return whether two motions have the same times; refuse others where the first has no dense output."""
+    slack = SAME_INSTANT / SECONDS.get(motion.system.units["time"], np.inf)
+    if motion.times.shape == other.times.shape and np.all(np.abs(motion.times - other.times) <= slack):
+        return True
+    if not motion.has_dense_output:
+        theirs, ours = (f"{x.times.size} times from {x.times[0]:.6g} to {x.times[-1]:.6g}" for x in (other, motion))
+        raise ValueError(
+            f"other must have the same times, got {theirs} and {ours}. "
+            "Compute both at the same times, or the first with dense output."
+        )
+    return False

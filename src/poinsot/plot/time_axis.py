@@ -1,0 +1,101 @@
+"""Axes of time: numbers in the unit that suits their span, or dates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.mechanics.calendar import Calendar
+from poinsot.plot.labels import Unit, time_unit_of
+from poinsot.propagation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["TimeAxis", "instant", "time_axis"]
+
+Array = NDArray[np.float64]
+
+DATES = ["%Y", "%Y-%m", "%m-%d", "%H:%M", "%H:%M", "%H:%M:%S.%f"]
+FIRST_DATES = ["%Y", "%Y", "%Y-%m-%d", "%m-%d", "%H:%M", "%H:%M:%S"]
+"""How ticks at years, months, days, hours, minutes and seconds are written, and those where a longer unit begins."""
+MOST_DATES = 6
+"""Ticks of an axis of dates."""
+UNIX_EPOCH = 2440587.5
+"""1970-01-01 as a Julian date."""
+
+
+@dataclass(frozen=True)
+class TimeAxis:
+    """How times are drawn.
+
+    Attributes
+    ----------
+    unit : Unit
+        Of numbers.
+    label : str
+    calendar : Calendar, optional
+        Of dates.
+    """
+
+    unit: Unit
+    label: str
+    calendar: Calendar | None = None
+
+    def places(self, times: ArrayLike) -> Array:
+        """Return where times are on the axis."""
+        times = np.asarray(times, dtype=float)
+        if self.calendar is None:
+            return np.asarray(self.unit.factor * times)
+        import matplotlib.dates as mdates
+
+        dates: Any = mdates
+        date = self.calendar.date(times)
+        return np.asarray(date.jd1 - UNIX_EPOCH + date.jd2 + dates.date2num(np.datetime64("1970-01-01")))
+
+    def mark(self, panel: Axes) -> None:
+        """Write dates at the ticks, if it is an axis of dates."""
+        if self.calendar is None:
+            return
+        import matplotlib.dates as mdates
+
+        dates: Any = mdates
+        locator = dates.AutoDateLocator(minticks=3, maxticks=MOST_DATES)
+        written = {"formats": DATES, "zero_formats": FIRST_DATES, "show_offset": False}
+        panel.xaxis.set_major_locator(locator)
+        panel.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator, **written))
+
+
+def time_axis(motion: Trajectory, chosen: str | None, times: ArrayLike | None = None) -> TimeAxis:
+    """Return the axis of times of a motion, all or some: dates where it has a calendar, unless a unit is chosen."""
+    times = np.asarray(motion.times if times is None else times, dtype=float)
+    calendar, units = motion.calendar, motion.system.units
+    if chosen == "date" and calendar is None:
+        raise ValueError(
+            "time_unit must not be 'date' where the motion has no calendar, got 'date'. An orbit or a scenario with "
+            "a calendar has one."
+        )
+    if calendar is not None and (chosen == "date" or (chosen is None and find_spec("astropy") is not None)):
+        return TimeAxis(Unit(1.0, "date"), f"date, from {_dated(calendar, float(times[0]))}", calendar)
+    unit = time_unit_of(units, chosen, times)
+    since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
+    return TimeAxis(unit, f"time{unit.label}{since}")
+
+
+def instant(motion: Trajectory, index: int, chosen: str | None) -> str:
+    """Return one of the times of a motion in words: "time 12.5 s", "2029-04-13T21:46:00 TDB"."""
+    axis, time = time_axis(motion, chosen), float(motion.times[index])
+    if axis.calendar is not None:
+        return _dated(axis.calendar, time)
+    written = "" if axis.unit.written == "1" else f" {axis.unit.written}"
+    return f"time {axis.unit.factor * time:.6g}{written}"
+
+
+def _dated(calendar: Calendar, time: float) -> str:
+    """Return the date of a time, to the second: "2029-04-13T21:46:00 TDB"."""
+    date = calendar.date(time)
+    return f"{date.strftime('%Y-%m-%dT%H:%M:%S')} {date.scale.upper()}"
