@@ -6,15 +6,19 @@ mpl.use("Agg")
 
 import matplotlib.pyplot as plt
 
-STYLE = {
-    "poinsot_taylor": ("#c1272d", "o", 2.4),
-    "heyoka_by_hand": ("#1f4e9c", "s", 1.4),
-    "numbalsoda_dop853": ("#2e8b57", "^", 1.4),
-    "diffrax_dopri8": ("#8a5fbf", "D", 1.4),
-    "scipy_dop853": ("#d98c21", "v", 1.4),
-    "mujoco_rk4": ("#444444", "P", 1.4),
-    "basilisk_rkf78": ("#1596a8", "X", 1.4),
+from poinsot.plot.labels import COLOURS
+
+TOOLS = {
+    "poinsot_taylor": ("o", 2.4),
+    "heyoka_by_hand": ("s", 1.4),
+    "numbalsoda_dop853": ("^", 1.4),
+    "diffrax_dopri8": ("D", 1.4),
+    "scipy_dop853": ("v", 1.4),
+    "mujoco_rk4": ("P", 1.4),
+    "basilisk_rkf78": ("X", 1.4),
 }
+STYLE = {name: (color, *looks) for color, (name, looks) in zip(COLOURS, TOOLS.items(), strict=True)}
+"""The colours of all pictures of the package."""
 
 
 def work_precision(key, problem, titles, folder):
@@ -26,8 +30,7 @@ def work_precision(key, problem, titles, folder):
             color, marker, width = STYLE[name]
             axes.loglog(*zip(*points, strict=True), color=color, marker=marker, lw=width, ms=6, label=titles[name])
     axes.set(xlabel="time [ms]", ylabel="attitude error at the end [rad]", title=f"{key}: {problem['title']}")
-    axes.grid(True, which="major", color="#dddddd")
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(alpha=0.25)
     figure.legend(loc="outside right center", frameon=False)
     name = f"benchmark-{key.lower()}"
     folder.mkdir(parents=True, exist_ok=True)

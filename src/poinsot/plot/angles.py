@@ -16,7 +16,7 @@ from poinsot.mechanics.frame import LEVEL, Frame
 from poinsot.mechanics.parameters import same
 from poinsot.plot.curves import Layout, against_time, jumps, reached
 from poinsot.plot.labels import angle_unit_of, one_rotation
-from poinsot.plot.panels import plot
+from poinsot.plot.panels import count_degrees, plot
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ LOCKED = np.radians(5)
 """From gimbal lock, within which the first and the third angle tell little."""
 EDGE = 1e-6
 """Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
-SEVERAL_DEGREES = 100.0
 BROKEN = 0.4
 """Of a turn: by more an angle jumps from one sample to the next where it begins anew."""
 
@@ -143,17 +142,9 @@ def _draw(
     breaks = {name: jumps(angles[..., i], BROKEN * TURN) for i, name in enumerate(names)}
     panel: Axes = against_time(motion, {label + shown.label: curves}, layout, breaks=breaks, shaded=shaded)[0]
     parts: Sequence[Any] = panel.child_axes or [panel]
-    for part in parts:
-        _count_in_right_angles(part, shown.factor)
+    for part in parts if shown.written == "deg" else ():
+        count_degrees(part.yaxis)
     return panel
-
-
-def _count_in_right_angles(panel: Axes, radian: float) -> None:
-    """Put ticks at fractions of a right angle on an axis of degrees that has several."""
-    from matplotlib.ticker import MaxNLocator
-
-    if radian == angle_unit_of("deg", ()).factor and np.ptp(panel.get_ylim()) > SEVERAL_DEGREES:
-        panel.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 3, 4.5, 6, 9, 10]))
 
 
 def _angles(q: Array, sequence: str) -> tuple[Array, NDArray[np.bool_]]:

@@ -21,6 +21,7 @@ __all__ = ["chaos", "map"]
 
 Array = NDArray[np.float64]
 
+SHADES = 512
 TWO_SIDED, ONE_SIDED = "PuOr_r", "cividis"
 """Maps of even lightness that all eyes tell apart: white in the middle, and dark to light."""
 REGULAR = 2.0
@@ -52,7 +53,8 @@ def map(  # noqa: A001
     x_label, y_label, label : str
         Of the axes and of the values, with their units.
     center : float, optional
-        A value that is drawn white, with purple below and orange above: 2 for MEGNO. Default: dark to light.
+        A value that is drawn white, with purple below and orange above, one scale for both: 2 for MEGNO. Default: dark
+        to light.
     limits : pair of floats, optional
         Values at the ends of the colours. Default: what holds 98 % of the values, and the center.
     {options}
@@ -67,24 +69,21 @@ def map(  # noqa: A001
     >>> pt.plot.map(x, y, np.hypot(*np.meshgrid(x, y)), "x [m]", "y [m]", "distance [m]", center=1.0).get_xlabel()
     'x [m]'
     """
-    from matplotlib.colors import Normalize, TwoSlopeNorm
+    from matplotlib.colors import Normalize
 
     columns, rows = (_monotonic(name, axis) for name, axis in (("x", x), ("y", y)))
     grid = _grid(values, (rows.size, columns.size))
     center = None if center is None else float(real_array("center", center, ()))
     low, high = _limits(grid, center) if limits is None else _checked_limits(limits, center)
     panel = one_panel(ax, (7, 5), title)
-    norm, colours = (
-        (Normalize(low, high), ONE_SIDED) if center is None else (TwoSlopeNorm(center, low, high), TWO_SIDED)
-    )
+    colours = ONE_SIDED if center is None else _around(center, low, high)
+    norm = Normalize(low, high)
     mesh = panel.pcolormesh(columns, rows, grid, norm=norm, cmap=colours, shading="nearest", rasterized=True)
     panel.set_facecolor(GREY)
     panel.set(xlabel=x_label, ylabel=y_label)
     beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}
     extend = beyond[bool(np.any(grid < low)), bool(np.any(grid > high))]
-    bar = panel.figure.colorbar(mesh, ax=panel, label=label, extend=extend)
-    if center is not None:
-        bar.set_ticks(sorted({low, center, high, 0.5 * (low + center), 0.5 * (center + high)}))
+    panel.figure.colorbar(mesh, ax=panel, label=label, extend=extend)
     return panel
 
 
@@ -132,6 +131,16 @@ def chaos(
     left.axhline(REGULAR, color=GREY, linestyle="--", linewidth=1.0, zorder=0)
     right.set_xscale("log")
     return drawn
+
+
+def _around(center: float, low: float, high: float) -> Any:
+    """Return colours from one value to another on a straight scale, white at the center."""
+    import matplotlib as mpl
+    from matplotlib.colors import ListedColormap
+
+    both = mpl.colormaps[TWO_SIDED].resampled(SHADES)
+    reach = max(center - low, high - center)
+    return ListedColormap(both(0.5 + 0.5 * (np.linspace(low, high, SHADES) - center) / reach))
 
 
 def _limits(grid: Array, center: float | None) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from poinsot.mechanics.parameters import described
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Pair", "dress", "one_panel", "panels", "plot"]
+__all__ = ["Pair", "count_degrees", "dress", "one_panel", "panels", "plot"]
 
 Pair = Any
 """Two axes of matplotlib, as a sequence or an array, or None."""
@@ -38,6 +38,7 @@ OPTIONS = {
 
 PAD = 28
 """Points between axes and their title: room for a legend."""
+RIGHT_ANGLE = 90.0
 MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
 SAMPLE, CHARACTER = 0.4, 0.06
 """Inches of a legend: of a sample of a line, and of a letter."""
@@ -88,6 +89,14 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
     drawn = np.empty(count, dtype=object)
     drawn[:] = found
     return drawn
+
+
+def count_degrees(axis: Any) -> None:
+    """Put ticks at fractions of a right angle on an axis of degrees that has more than one."""
+    from matplotlib.ticker import MaxNLocator
+
+    if np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:
+        axis.set_major_locator(MaxNLocator(8, steps=[1, 3, 4.5, 6, 9, 10]))
 
 
 def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None) -> None:

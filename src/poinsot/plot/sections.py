@@ -5,29 +5,33 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot.analysis.sections import Section
-from poinsot.plot.labels import COLOURS
-from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.plot.labels import COLOURS, angle_unit_of
+from poinsot.plot.panels import count_degrees, dress, one_panel, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["section"]
 
+Array = NDArray[np.float64]
+
+RADIANS = " [rad]"
 NEIGHBOURS = COLOURS[:5]
 INK = 3e4
 """Points of a picture at which they become single dots."""
 
 
 @plot
-def section(section: Section, *, ax: Axes | None = None, title: str = "") -> Axes:
+def section(section: Section, *, ax: Axes | None = None, angle_unit: str | None = None, title: str = "") -> Axes:
     """Draw the points of a section; neighbouring members have different colours.
 
     Parameters
     ----------
     section : Section
-        Labels of the axes are its own.
+        Labels of the axes are its own; coordinates in "[rad]" are angles, which are drawn in degrees or another unit.
     {options}
 
     Returns
@@ -43,11 +47,26 @@ def section(section: Section, *, ax: Axes | None = None, title: str = "") -> Axe
     """
     axes = one_panel(ax, (7, 6), title)
     points = np.isfinite(section.x)
+    (x, x_label), (y, y_label) = (
+        _in_unit(values, label, angle_unit)
+        for values, label in zip((section.x, section.y), section.labels, strict=True)
+    )
     size = float(np.clip(INK / max(int(np.count_nonzero(points)), 1), 0.1, 6.0))
     for k, colour in enumerate(NEIGHBOURS):
         mine = points.copy()
         mine[np.arange(len(mine)) % len(NEIGHBOURS) != k] = False
-        axes.scatter(section.x[mine], section.y[mine], s=size, color=colour, linewidths=0, rasterized=True)
+        axes.scatter(x[mine], y[mine], s=size, color=colour, linewidths=0, rasterized=True)
     axes.margins(0.01)
-    dress(axes, *section.labels)
+    for axis, label in ((axes.xaxis, x_label), (axes.yaxis, y_label)):
+        if label.endswith("[deg]"):
+            count_degrees(axis)
+    dress(axes, x_label, y_label)
     return axes
+
+
+def _in_unit(values: Array, label: str, angle_unit: str | None) -> tuple[Array, str]:
+    """Return coordinates and their label, of angles in the unit of an axis."""
+    if not label.endswith(RADIANS):
+        return values, label
+    unit = angle_unit_of(angle_unit, values)
+    return unit.factor * values, label.removesuffix(RADIANS) + unit.label

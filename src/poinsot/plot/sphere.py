@@ -45,7 +45,8 @@ def momentum_sphere(
     ----------
     motion : Trajectory or Body
         A trajectory is drawn by its path and its last sample on the sphere of its body; with forces or parts the path
-        crosses the curves. The sphere is in the principal axes, numbered as the moments are.
+        crosses the curves, which are those of the body free of torques, as the title says. The sphere is in the
+        principal axes, numbered as the moments are.
     state : State, optional
         It is marked with its curve, and so is each of an array of states.
     view : array (2,), optional
@@ -77,7 +78,8 @@ def momentum_sphere(
     n, marked = _directions("motion", path) @ axes, _directions("state", state) @ axes
     shown = np.concatenate([marked, n])
     eye = _facing(moments, shown[-1] if len(shown) else np.ones(3)) if view is None else view_direction(view)
-    panel: Axes3D = solid_axes(eye, _title(moments), ax)
+    forced = path is not None and (bool(path.system.forces) or not path.system.moves_alone)
+    panel: Axes3D = solid_axes(eye, _title(moments, forced), ax)
     solid = Solid(panel, UNIT_SPHERE, eye)
     _draw_modes(solid, moments)
     _draw_states(solid, moments, marked)
@@ -167,8 +169,9 @@ def _names(moments: Array) -> list[str]:
     return names
 
 
-def _title(moments: Array) -> str:
+def _title(moments: Array, forced: bool) -> str:
     listed = "$I$ = (" + ", ".join(f"{moment:.4g}" for moment in moments) + ")"
     if spherical(moments):
         return f"Spherical body: every direction of the angular momentum is fixed\n{listed}"
-    return f"Directions of the angular momentum in the principal axes\n{listed}"
+    whose = ", curves of the body free of torques" if forced else ""
+    return f"Directions of the angular momentum in the principal axes{whose}\n{listed}"

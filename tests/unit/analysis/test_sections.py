@@ -156,6 +156,16 @@ def test_the_picture_has_all_points_and_the_labels():
     mpl.pyplot.close("all")
 
 
+def test_angles_of_a_section_are_drawn_in_degrees():
+    found = pt.analysis.andoyer_section(FREE, BODY.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2)), 50.0)
+    axes = pt.plot.section(found)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("l [deg]", "L / G")
+    drawn = np.concatenate([dots.get_offsets() for dots in axes.collections])
+    np.testing.assert_allclose(drawn, np.stack([found.x[0] * 180 / np.pi, found.y[0]], axis=-1), rtol=1e-14)
+    assert pt.plot.section(found, angle_unit="rad").get_xlabel() == "l [rad]"
+    mpl.pyplot.close("all")
+
+
 def test_wrong_arguments_are_refused_in_a_sentence():
     motion = pt.propagate(FREE, spinning(1.0), [5.0], events=[ACROSS])
     orbit = pt.KeplerOrbit(

@@ -435,6 +435,16 @@ def test_labels_without_units_say_so():
     assert pt.plot.poinsot_construction(motion).figure.get_suptitle() == "Poinsot's construction at time 2.5"
 
 
+def test_the_sphere_of_a_forced_body_says_whose_curves_are_drawn(top):
+    start = BODIES["paper"].state((0.1, 0.7, -0.5, 0.5), omega_body=(0.1, 0.2, 0.3))
+    forced = pt.propagate(top, start, np.linspace(0, 1, 11))
+    damper = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.parts.KaneDamper(0.1, 0.05))
+    damped = pt.propagate(damper, damper.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
+    free = motion_of(BODIES["paper"])
+    said = [pt.plot.momentum_sphere(each).figure.get_suptitle() for each in (forced, damped, free, BODIES["paper"])]
+    assert ["curves of the body free of torques" in title for title in said] == [True, True, False, False]
+
+
 @pytest.mark.parametrize("kind", ["png", "svg"])
 def test_pictures_are_painted(kind):
     motion = motion_of(BODIES["paper"])

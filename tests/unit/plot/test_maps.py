@@ -37,11 +37,22 @@ def test_a_map_has_the_values_where_they_belong(values):
     assert (panel.get_xlabel(), panel.get_ylabel(), panel.figure.get_suptitle()) == ("angle [deg]", "rate", "A moon")
     assert bar(panel).get_ylabel() == "MEGNO"
     assert 2 in bar(panel).get_yticks()
-    middle = np.array(mesh.cmap(mesh.norm(2.0))[:3])
-    assert np.all(middle > 0.95)  # white
-    purple, orange = (mesh.cmap(mesh.norm(value))[:3] for value in (0.5, 8.0))
+    colour = {value: np.array(mesh.cmap(mesh.norm(value))[:3]) for value in (0.0, 2.0, 4.0, 8.0)}
+    assert np.all(colour[2.0] > 0.95)  # white
+    purple, orange = colour[0.0], colour[8.0]
     assert purple[2] > purple[0] > purple[1]
     assert orange[0] > orange[1] > orange[2]
+
+
+def test_colours_about_a_center_have_one_scale():
+    """What is as far below it as above it is as dark, and the bar counts evenly."""
+    panel = pt.plot.map(X, Y, VALUES, center=2, limits=(0, 10))
+    (mesh,) = panel.collections
+    below, above = (np.mean(mesh.cmap(mesh.norm(value))[:3]) for value in (0.5, 3.5))
+    assert below == pytest.approx(above, abs=0.05)
+    assert np.mean(mesh.cmap(mesh.norm(9.0))[:3]) < above - 0.2
+    ticks = panel.figure.axes[1].yaxis.get_transform().transform(np.array([0.0, 5.0, 10.0]))
+    assert np.ptp(np.diff(ticks)) == 0
 
 
 def test_limits_by_default_hold_nearly_all_values():
