@@ -324,7 +324,12 @@ def test_one_member_and_one_time(top, tmp_path):
 def test_pictures_and_pages_of_some_times(top, tmp_path, monkeypatch):
     call("run", top)
     path, seen = tmp_path / "top.nc", []
-    monkeypatch.setattr(plots, "viewed", lambda motion, path, _: seen.append(motion.times))
+
+    def watch(motion, path, _):
+        seen.append(motion.times)
+        return path
+
+    monkeypatch.setattr(plots, "viewed", watch)
     for window, first, count in (("2:3", 20, 11), ("2:", 20, 81), (":3", 0, 31), (":", 0, 101)):
         call("view", path, f"--time={window}")
         assert np.array_equal(seen[-1], pt.load(path).times[first : first + count])

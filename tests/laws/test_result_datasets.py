@@ -14,7 +14,7 @@ ONE = BODY.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
 RATES = [(0.1, 1.0, 0.2), (0.2, 1.0, 0.1), (0.3, 0.9, 0.1)]
 THREE = BODY.state((1, 0, 0, 0), omega_body=RATES)
 TIMES = np.array([1.0, 2.0])
-RESULTS = {
+RESULTS: dict[str, tuple[Callable[[pt.State], Any], tuple[str, ...], tuple[str, ...]]] = {
     "trajectory": (lambda state: pt.propagate(TOP, state, TIMES), ("quaternion", "omega_body"), ("time",)),
     "closed form": (lambda state: pt.free_motion(BODY, state, TIMES), ("quaternion", "omega_body"), ("time",)),
     "indicators": (

@@ -21,6 +21,7 @@ __all__ = [
     "GREEN",
     "GREY",
     "PURPLE",
+    "TIME_UNITS",
     "VERMILION",
     "Unit",
     "angle_unit_of",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 import textwrap
 from collections.abc import Mapping
@@ -21,12 +20,15 @@ from poinsot.plot.labels import (
     GREEN,
     GREY,
     PURPLE,
+    TIME_UNITS,
     VERMILION,
     bracketed,
     momentum_label,
     one_member,
     rate_unit_of,
 )
+from poinsot.plot.page_arrays import base64_of, packed, rows_of
+from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
 from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
@@ -50,6 +52,11 @@ COLOURS = {
     "primary": BLUE,
     "secondary": VERMILION,
     "orbit": VERMILION,
+    "orbit_frame": "#999933",
+    "sun": "#E69F00",
+    "shadow": GREY,
+    "wheels": GREY,
+    "events": VERMILION,
     "centres": GREY,
     "components": [BLACK, BLUE, VERMILION, GREEN],
 }
@@ -73,36 +80,41 @@ def content_of(motion: Trajectory) -> dict[str, Any]:
     """Return what the page shows, of one body or of two."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
-    forwards = slice(None, None, 1 if motion.times[1] > motion.times[0] else -1)
-    times = motion.times[forwards]
     own = _of_pair(motion) if isinstance(motion, PairTrajectory) else _of_body(motion)
-    momentum = motion.angular_momentum_space
-    own["arrays"]["angular_momentum_space"] = momentum
+    rates, plots = own.pop("rates"), own.pop("plots")
+    momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
     own["largest"]["angular_momentum"] = _longest(momentum)
-    span, mean_rate = float(times[-1] - times[0]), own["mean_rate"]
+    numbers = sum(values.shape[-1] for values in own["arrays"].values())
+    rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers)
+    times, mean_rate = rows.times, own["mean_rate"]
     turn = 2 * np.pi / mean_rate if mean_rate else np.inf
     name = motion.provenance.get("title") or "poinsot"
     return {
         **own,
         "title": textwrap.shorten(f"{name}: {_rounded(repr(motion.system))}", 300, placeholder=" ..."),
+        "note": _note(times, {body: rate[rows.at] for body, rate in rates.items()}),
+        "stored": motion.times.size,
         "labels": _labels(motion.system.units),
         "colours": COLOURS,
-        "times": _base64(times, "<f8"),
-        "arrays": {name: _packed(values[forwards]) for name, values in own["arrays"].items()},
-        "rate": min(turn / SECONDS_PER_TURN, span / SHORTEST),
+        "times": base64_of(times, "<f8"),
+        "arrays": {name: rows.packed(values) for name, values in own["arrays"].items()},
+        "envelopes": {} if rows.are_all else {name: rows.envelope(values) for name, values in plots.items()},
+        "rate": min(turn / SECONDS_PER_TURN, float(times[-1] - times[0]) / SHORTEST),
+        "second": 1 / TIME_UNITS[units] if (units := motion.system.units["time"]) in TIME_UNITS else None,
+        "calendar": calendar_of(motion),
+        "events": events_of(motion),
     }
 
 
 def _of_body(motion: Trajectory) -> dict[str, Any]:
     """Return what is shown of one body."""
     rate = np.linalg.norm(motion.omega_body, axis=-1)
+    around = surroundings_of(motion)
     return {
-        "note": _note(motion.times, {"body": rate}),
-        "arrays": {
-            "quaternion": motion.quaternion,
-            "momenta": motion.conjugate_momenta,
-            "omega_body": motion.omega_body,
-        },
+        "rates": {"body": rate},
+        "plots": {"quaternion": motion.quaternion, "momenta": motion.conjugate_momenta},
+        "arrays": {"quaternion": motion.quaternion, "omega_body": motion.omega_body, **around.arrays},
+        "around": around.content,
         "largest": {"omega": float(np.max(rate))},
         "mean_rate": float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0])),
         "solids": _solids(motion),
@@ -113,7 +125,7 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
 def _of_pair(motion: PairTrajectory) -> dict[str, Any]:
     """Return what is shown of two bodies."""
     pair, distance = motion.system.pair, motion.distance
-    arrays = {"position": motion.position, "velocity": motion.velocity, "distance": distance[:, None]}
+    arrays = {"position": motion.position, "velocity": motion.velocity}
     rates, bodies, largest, reach = {}, {}, {}, 0.0
     for (name, one), mass, sign in zip(motion.of_bodies.items(), pair.masses, (-1, 1), strict=True):
         arrays |= {f"{name}_quaternion": one.quaternion, f"{name}_omega_body": one.omega_body}
@@ -124,7 +136,8 @@ def _of_pair(motion: PairTrajectory) -> dict[str, Any]:
         reach = max(reach, abs(share) * float(np.max(distance)) + bodies[name]["radius"])
     turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
     return {
-        "note": _note(motion.times, rates),
+        "rates": rates,
+        "plots": {"distance": distance[:, None], "secondary_omega_body": motion.secondary.omega_body},
         "arrays": arrays,
         "largest": largest,
         "mean_rate": float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0])),
@@ -176,8 +189,8 @@ def _note(times: Array, rates: Mapping[str, Array]) -> str:
     if turns[fastest] < np.pi:
         return ""
     return (
-        f"Between two stored times the {fastest} turns by up to {np.degrees(turns[fastest]):.0f}°, and what is shown "
-        "there is a guess: it goes the shorter way. Store more times."
+        f"Between two times of the page the {fastest} turns by up to {np.degrees(turns[fastest]):.0f}°, and what is "
+        "shown there is a guess from the rates at both. Store more times, or view a part of the motion."
     )
 
 
@@ -204,11 +217,11 @@ def _shape(shape: Shape | None) -> list[dict[str, Any]] | None:
 def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:
     """Return what one part looks like, all lengths times a scale."""
     if isinstance(part, Mesh):
-        return {"triangles": _packed(scale * (part.vertices - center)[part.faces])}
+        return {"triangles": packed(scale * (part.vertices - center)[part.faces])}
     if isinstance(part, Mascons):
         heaviest = np.sort(np.argsort(part.masses)[-MOST_SPHERES:])
         sizes = min(LARGEST_SPHERE, 0.6 / np.cbrt(heaviest.size)) * np.cbrt(part.masses[heaviest] / np.max(part.masses))
-        return {"spheres": _packed(np.column_stack([scale * (part.positions[heaviest] - center), sizes]))}
+        return {"spheres": packed(np.column_stack([scale * (part.positions[heaviest] - center), sizes]))}
     sides = part.semiaxes if isinstance(part, Ellipsoid) else (part.radius, part.radius, part.height / 2)
     return {
         "solid": "ellipsoid" if isinstance(part, Ellipsoid) else "cylinder",
@@ -235,13 +248,3 @@ def _rolls(motion: Trajectory) -> bool:
         return False
     energy = motion.kinetic_energy
     return bool(energy[0] > 0 and is_constant(energy[:, None]))
-
-
-def _packed(values: Array) -> dict[str, Any]:
-    """Return rows as numbers of single precision and their largest size, which may be beyond its range."""
-    scale = float(np.max(np.abs(values))) or 1.0
-    return {"scale": scale, "data": _base64(values / scale, "<f4")}
-
-
-def _base64(values: Array, kind: str) -> str:
-    return base64.b64encode(values.astype(kind).tobytes()).decode()

@@ -7,10 +7,11 @@ import hashlib
 import html
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -19,12 +20,30 @@ from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["View", "view"]
 
-SCRIPTS = ("three.min.js", "motion.js", "scene.js", "{seen}.js", "plots.js", "page.js")
+OF_BODY = ("surroundings.js", "fittings.js", "views.js")
+SCRIPTS = {
+    seen: (
+        *("three.min.js", "algebra.js", "motion.js", "theme.js", "stage.js", "scene.js", *own, f"{seen}.js"),
+        *("plots.js", "time.js", "controls.js", "page.js"),
+    )
+    for seen, own in {"body": OF_BODY, "pair": ()}.items()
+}
 SEEN = {
     "body": ("The body", {"quaternion": [f"<i>q</i>{i}" for i in "₀₁₂₃"], "momenta": [f"<i>Q</i>{i}" for i in "₀₁₂₃"]}),
     "pair": ("Two bodies", {"distance": ["<i>r</i>"], "secondary_omega_body": [f"<i>ω</i>{i}" for i in "₁₂₃"]}),
 }
 """By what is seen: its name, and the plots beside it with the symbols of their components."""
+
+VIEWS = {
+    "body": '<label>camera fixed to <select id="view" data-choice="look"></select></label>',
+    "pair": '<label>view about <select id="centre" data-choice="follow"><option>barycentre</option>'
+    "<option>primary</option><option>secondary</option></select></label>",
+}
+SAID = {
+    "orbit": "Orbit and attractor are to scale with each other, the body is larger.",
+    "facets": "Facets: dark ones absorb light, white ones scatter it, blue ones mirror it.",
+}
+SCALED_PAIR = "Bodies and orbits are to scale."
 
 
 @dataclass(frozen=True)
@@ -44,8 +63,8 @@ class View:
 
     def _repr_html_(self) -> str:
         return (
-            f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts" title="A motion in three dimensions" '
-            'style="width: 100%; height: 680px; border: 0"></iframe>'
+            f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-downloads" '
+            'title="A motion in three dimensions" style="width: 100%; height: 680px; border: 0"></iframe>'
         )
 
 
@@ -110,7 +129,8 @@ def _page(motion: Trajectory) -> str:
     seen = "pair" if "bodies" in content else "body"
     name, plots = SEEN[seen]
     folder = resources.files("poinsot.plot") / "page"
-    files = ("page.html", f"{seen}.html", "page.css", *(name.format(seen=seen) for name in SCRIPTS))
+    files = ("page.html", f"{seen}.html", "page.css", *SCRIPTS[seen])
+    around = content.get("around", {})
     template, parts, style, *scripts = ((folder / file).read_text(encoding="utf-8") for file in files)
     allowed = " ".join(map(_hash, scripts))
     policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
@@ -120,7 +140,11 @@ def _page(motion: Trajectory) -> str:
         "style": style,
         "seen": name,
         "plots": "\n".join(_figure(*plot) for plot in plots.items()),
+        "view": VIEWS[seen],
+        "scale": SCALED_PAIR if seen == "pair" else " ".join(text for part, text in SAID.items() if around.get(part)),
+        "alone": "" if "orbit" in around else " checked",
         "herpolhode": " checked" if content.get("plane") else "",
+        "around": "\n".join(_labels_around(around)),
         "motion": json.dumps(content, allow_nan=False).replace("<", "\\u003c"),
         "scripts": "\n".join(f"<script>{script}</script>" for script in scripts),
     }
@@ -134,6 +158,39 @@ def _figure(name: str, symbols: list[str]) -> str:
         f'<figure id="{name}">\n<figcaption><span class="label"></span>\n<span class="values">{values}</span>'
         '</figcaption>\n<canvas></canvas><div class="cursor"></div>\n</figure>'
     )
+
+
+def _labels_around(around: dict[str, Any]) -> Iterator[str]:
+    """Yield the controls of what is around a body."""
+    orbit = around.get("orbit", {})
+    if orbit:
+        known = "" if orbit["radius"] else " (its size is unknown)"
+        yield _label("orbit", f"orbit and {orbit['attractor']}{known}")
+    if orbit.get("moves"):
+        yield _label(
+            "orbit_frame", "axes of the orbit: <i>r</i> radial, <i>t</i> transverse, <i>n</i> normal", marked=True
+        )
+    if "sun" in around:
+        seen = f", {_reading('sunlight', ' of its disc seen')}" if around["sunlight"] else ""
+        yield _label("sun", f"Sun{seen}", marked=True)
+        if orbit.get("radius"):
+            yield _label("shadow", f"shadow of {orbit['attractor']}")
+    for vector in around.get("vectors", ()):
+        name, unit = html.escape(vector["name"]), html.escape(vector["unit"])
+        words = f"<i>{vector['letter']}</i> {name} {_reading(vector['array'], unit)}"
+        yield _label(vector["array"], words, vector["colour"], marked=True)
+    if around.get("wheels"):
+        yield _label("wheels", "wheels, on their axes", marked=True)
+
+
+def _label(part: str, words: str, colour: str = "", marked: bool = False) -> str:
+    own = f' data-colour="{colour}"' if colour else ""
+    words = words if marked else html.escape(words)
+    return f'<label><input type="checkbox" data-part="{part}"{own} checked><b>{words}</b></label>'
+
+
+def _reading(array: str, unit: str) -> str:
+    return f'<output data-size="{array}" data-unit="{unit}"></output>'
 
 
 def _hash(text: str) -> str:

@@ -1,6 +1,7 @@
 """The page of the 3D view: what it is told, what it may do, and where it is written."""
 
 import base64
+import datetime as dt
 import hashlib
 import html
 import json
@@ -46,7 +47,6 @@ def test_the_page_has_the_motion_forwards_in_time(order):
     np.testing.assert_array_equal(np.frombuffer(base64.b64decode(data["times"])), motion.times[::order])
     for name, values in {
         "quaternion": motion.quaternion,
-        "momenta": motion.conjugate_momenta,
         "omega_body": motion.omega_body,
         "angular_momentum_space": motion.angular_momentum_space,
     }.items():
@@ -57,8 +57,8 @@ def test_the_page_has_the_motion_forwards_in_time(order):
 def test_sizes_beyond_single_precision_are_kept():
     jupiter = pt.Body((2.4e42, 2.4e42, 2.5e42))
     motion = free(jupiter, (1e38, 2e38, 4.4e38), np.linspace(0, 1e6, 11))
-    found = decoded(content(motion)["arrays"]["momenta"], 4)
-    np.testing.assert_allclose(found, motion.conjugate_momenta, rtol=0, atol=1e32)
+    found = decoded(content(motion)["arrays"]["angular_momentum_space"], 3)
+    np.testing.assert_allclose(found, motion.angular_momentum_space, rtol=0, atol=1e32)
 
 
 def test_units_label_what_is_shown():
@@ -119,7 +119,7 @@ def test_the_speed_of_the_start_is_a_turn_in_four_seconds():
 def test_a_turn_too_large_between_stored_times_is_said(steps, noted):
     spin = free(pt.Body((1.0, 1.0, 1.0)), (0, 0, 2.0), np.linspace(0, 20, steps + 1))
     note = content(spin)["note"]
-    assert note.startswith("Between two stored times the body turns by up to 191°") == noted
+    assert note.startswith("Between two times of the page the body turns by up to 191°") == noted
     assert bool(note) == noted
 
 
@@ -190,6 +190,159 @@ def test_numbers_in_the_title_are_short():
     assert content(free(body))["title"] == "poinsot: System(Body(moments=[1.0, 1.33333, 1.5]))"
 
 
+# ---------------------------------------------------------------------- very many times
+
+
+def shown_numbers(packed, columns):
+    kind = {"f4": "<f4", "i2": "<i2"}[packed["kind"]]
+    return np.frombuffer(base64.b64decode(packed["data"]), kind).astype(float).reshape(-1, columns) * packed["scale"]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_very_many_times_a_page_has_those_after_equal_turns_and_the_extremes_of_all(order):
+    """A slow half and a fast one of 2e5 times each: the fast one has as many more times as it turns more."""
+    body = pt.Body((1.0, 1.0, 1.0))
+    slow, fast = 0.01, 1.0
+    times = np.linspace(0, 4000, 400_001)
+    angle = np.where(times < 2000, slow * times, slow * 2000 + fast * (times - 2000))
+    rate = np.where(times < 2000, slow, fast)
+    q = np.stack([np.cos(angle / 2), 0 * angle, 0 * angle, np.sin(angle / 2)], axis=-1)
+    phase = {"quaternion": q[::order], "angular_momentum_body": (np.array([[0, 0, 1]]) * rate[:, None])[::order]}
+    made = free(body, (0, 0, 1), (0.0, 1.0))
+    motion = pt.Trajectory(made.system, made.initial, times[::order], lambda: phase, made.run)
+    page = pt.view(motion).html
+    assert len(page) < 5e6
+    data = content(motion)
+    assert data["stored"] == times.size
+    kept = np.frombuffer(base64.b64decode(data["times"]))
+    assert np.all(np.diff(kept) > 0)
+    assert (kept[0], kept[-1]) == (0, 4000)
+    at = np.searchsorted(times, kept)
+    np.testing.assert_allclose(shown_numbers(data["arrays"]["quaternion"], 4), q[at], atol=1 / 32767)
+    share = np.mean(kept < 2000)
+    assert share == pytest.approx(0.5 * (0.5 + slow / (slow + fast)), abs=0.01)
+    envelope = {side: shown_numbers(data["envelopes"]["quaternion"][side], 4) for side in ("low", "high")}
+    edges = np.append(np.searchsorted(times, np.linspace(0, 4000, 1024, endpoint=False)), times.size)
+    for first, last, low, high in list(zip(edges, edges[1:], envelope["low"], envelope["high"], strict=False))[::97]:
+        np.testing.assert_allclose(low, np.min(q[first:last], axis=0), atol=1 / 32767)
+        np.testing.assert_allclose(high, np.max(q[first:last], axis=0), atol=1 / 32767)
+
+
+# ---------------------------------------------------------------------- what is around a body
+
+MU, RADIUS, DISTANCE = 3.986004418e14, 6.3781e6, 7.2e6
+SUN = (-1.2e11, 8e10, 2e10)
+FACETS = pt.forces.Facets.from_box(
+    (0.2, 0.3, 0.4),
+    (0.01, 0, 0),
+    wing_areas=[0.09],
+    wing_normals=[(0, 0, 1)],
+    wing_positions=[(0, 0.5, 0)],
+    specular=0.25,
+)
+
+
+@pytest.fixture(scope="module")
+def orbiting():
+    orbit = pt.KeplerOrbit(MU, semimajor_axis=DISTANCE, eccentricity=0.1, inclination=0.7, node=0.3)
+    earth = pt.orbits.RotationModel(0, np.pi / 2, 0, rate=7.29e-5)
+    forces = (
+        pt.GravityGradient(orbit),
+        pt.forces.RadiationPressure(
+            pt.orbits.FixedPosition(1.327e20, position=SUN), FACETS, [pt.forces.Occulter(orbit, RADIUS)]
+        ),
+        pt.forces.MagneticMoment((0.1, 0, 0.2), pt.forces.TiltedDipole(orbit, earth, -3e-5, 0.0, 0.0, 6.3712e6)),
+        pt.parts.Gyrostat((0, 0.1, 0.2)),
+    )
+    system = pt.System(pt.Body((4.0, 5.0, 6.0)), *forces, units=SI)
+    start = system.state((0.5, 0.5, -0.5, 0.5), omega_body=(1e-3, 2e-3, 5e-3))
+    event = pt.events.SpinFlip((0, 0, 1))
+    motion = pt.propagate(system, start, np.linspace(0, 7000, 701), events=[event])
+    return motion, content(motion)
+
+
+def test_orbit_sun_and_shadow_are_those_of_the_forces(orbiting):
+    """The Sun is in one direction, and all of it is behind the Earth in the cylinder behind that."""
+    motion, data = orbiting
+    around = data["around"]["orbit"]
+    assert (around["attractor"], around["radius"], around["moves"]) == ("Earth", RADIUS, True)
+    r, v = (decoded(data["arrays"][f"orbit_{name}"], 3) for name in ("position", "velocity"))
+    distance = np.linalg.norm(r, axis=-1)
+    assert (around["nearest"], around["farthest"]) == pytest.approx((distance.min(), distance.max()), rel=1e-6)
+    np.testing.assert_allclose(np.sum(v**2, axis=-1), MU * (2 / distance - 1 / DISTANCE), rtol=1e-6)
+    np.testing.assert_allclose(np.gradient(r, motion.times, axis=0)[1:-1], v[1:-1], atol=1e-4 * np.abs(v).max())
+    towards = -np.array(SUN) / np.linalg.norm(SUN)
+    np.testing.assert_allclose(decoded(data["arrays"]["sun"], 3), np.broadcast_to(towards, r.shape), atol=1e-7)
+    behind, across = -r @ towards, np.linalg.norm(r - np.outer(r @ towards, towards), axis=-1)
+    seen = decoded(data["arrays"]["sunlight"], 1)[:, 0]
+    assert np.all(seen[(behind > 0) & (across < 0.98 * RADIUS)] == 0)
+    assert np.all(seen[(behind < 0) | (across > 1.02 * RADIUS)] == 1)
+    assert 0.1 < np.mean(seen) < 0.9
+
+
+def test_vectors_are_the_torques_fields_and_momenta_along_the_body_axes(orbiting):
+    """The torque of gravity is 3 mu/r^5 r x I r, the field that of a dipole, and the torque of the moment m x B."""
+    motion, data = orbiting
+    vectors = {vector["name"]: vector for vector in data["around"]["vectors"]}
+    found = {name: decoded(data["arrays"][vector["array"]], 3) for name, vector in vectors.items()}
+    assert set(found) == {
+        *("torque of GravityGradient", "torque of RadiationPressure", "torque of MagneticMoment"),
+        *("magnetic field", "momentum of gyrostat"),
+    }
+    r = motion.attitude.inv().apply(decoded(data["arrays"]["orbit_position"], 3))
+    size = np.linalg.norm(r, axis=-1, keepdims=True)
+    gravity = 3 * MU / size**5 * np.cross(r, r * (4.0, 5.0, 6.0))
+    np.testing.assert_allclose(found["torque of GravityGradient"], gravity, atol=1e-6 * np.abs(gravity).max())
+    field = found["magnetic field"]
+    np.testing.assert_allclose(
+        found["torque of MagneticMoment"], np.cross((0.1, 0, 0.2), field), atol=1e-6 * np.abs(field).max()
+    )
+    pole = motion.attitude.inv().apply((0, 0, 1))
+    dipole = 3e-5 * (6.3712e6 / size) ** 3 * (pole - 3 * np.sum(pole * r, axis=-1, keepdims=True) * r / size**2)
+    np.testing.assert_allclose(field, dipole, atol=1e-6 * np.abs(dipole).max())
+    np.testing.assert_allclose(found["momentum of gyrostat"], np.broadcast_to((0, 0.1, 0.2), r.shape), atol=1e-7)
+    for name, values in found.items():
+        assert vectors[name]["largest"] >= np.linalg.norm(values, axis=-1).max() * (1 - 1e-6)
+
+
+def test_facets_are_drawn_with_their_areas_and_places(orbiting):
+    """The sides of a box are its rectangles, a wing a square, all in one unit of length."""
+    _, data = orbiting
+    drawn = data["around"]["facets"]
+    corners = drawn["size"] * decoded(drawn["corners"], 3).reshape(-1, 4, 3)
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    np.testing.assert_allclose(np.cross(first, second), FACETS.areas[:, None] * FACETS.normals, atol=1e-7)
+    np.testing.assert_allclose(corners.mean(axis=1), FACETS.positions, atol=1e-7)
+    box = corners[:6].reshape(-1, 3) - (0.01, 0, 0)
+    np.testing.assert_allclose(np.abs(box), np.broadcast_to((0.1, 0.15, 0.2), box.shape), atol=1e-7)
+    assert drawn["shares"] == [[0.25, 0.0]] * 8
+
+
+def test_events_are_on_the_line_of_time(orbiting):
+    motion, data = orbiting
+    (found,) = data["events"]
+    assert found["name"] == "SpinFlip"
+    np.testing.assert_array_equal(found["times"], motion.events[0].times)
+
+
+def test_a_known_parameter_names_the_attractor_and_its_size():
+    for mu, length in ((42828.4, 1.0), (4.28284e13, 1000.0)):
+        orbit = pt.KeplerOrbit(mu, semimajor_axis=9376.0 * length, eccentricity=0.01)
+        system = pt.System(pt.Body((1.0, 2.0, 2.5)), pt.GravityGradient(orbit))
+        motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 1e-4)), (0.0, 100.0))
+        found = content(motion)["around"]["orbit"]
+        assert (found["attractor"], found["radius"]) == ("Mars", 3396.19 * length)
+
+
+def test_dates_are_those_of_the_calendar():
+    calendar = pt.Calendar("2029-04-13T21:46:00", "TDB", "min")
+    motion = free()
+    motion.provenance = {"calendar": calendar}
+    found = content(motion)["calendar"]
+    shown = dt.datetime.fromtimestamp((found["zero"] + 1.5 * found["unit"]) / 1000, dt.UTC)
+    assert (shown.isoformat(), found["scale"]) == ("2029-04-13T21:47:30+00:00", "TDB")
+
+
 # ---------------------------------------------------------------------- two bodies
 
 
@@ -211,7 +364,6 @@ def test_the_page_of_two_bodies_has_their_motion(order):
     for name, values in {
         "position": motion.position,
         "velocity": motion.velocity,
-        "distance": motion.distance[:, None],
         "angular_momentum_space": motion.angular_momentum_space,
         "primary_quaternion": motion.primary.quaternion,
         "secondary_quaternion": motion.secondary.quaternion,
@@ -255,7 +407,7 @@ def test_the_faster_of_two_bodies_is_named_where_it_turns_too_far():
     assert turns["primary"] < turns["secondary"]
     note = content(motion)["note"]
     assert note.startswith(
-        f"Between two stored times the secondary turns by up to {np.degrees(turns['secondary']):.0f}°"
+        f"Between two times of the page the secondary turns by up to {np.degrees(turns['secondary']):.0f}°"
     )
 
 
@@ -339,7 +491,8 @@ def test_a_notebook_shows_the_page_in_a_frame():
     shown = pt.view(free())
     assert isinstance(shown, View)
     assert re.fullmatch(r"View\(0\.\d MB of HTML\)", repr(shown))
-    frame = re.fullmatch(r'<iframe srcdoc="([^"]*)" sandbox="allow-scripts" [^<>]*></iframe>', shown._repr_html_())
+    allowed = 'sandbox="allow-scripts allow-downloads"'
+    frame = re.fullmatch(rf'<iframe srcdoc="([^"]*)" {allowed} [^<>]*></iframe>', shown._repr_html_())
     assert html.unescape(frame[1]) == shown.html
 
 

@@ -4,18 +4,22 @@
 const BODY_AXIS = 1.35;
 const LONGEST_OMEGA = 1.55;
 const TAIL_TURNS = 10;
+/** Points of a thin curve that are drawn, half of them before the time: a software renderer draws no more smoothly. */
+const THIN_POINTS = 6000;
 
 /** Return the scene; it draws itself at a time. */
 function sceneOf(motion, canvas) {
   const { page, fine } = motion;
   const { solids, colours } = page;
   const stage = stageOf(canvas);
-  const { scene } = stage;
+  const { world } = stage;
+  const near = new THREE.Group();
+  world.add(near);
 
   // ------------------------------------------------------------ the body and what turns with it
 
   const body = new THREE.Group();
-  scene.add(body);
+  near.add(body);
   const drawn = {};
   function add(name, solid) {
     drawn[name] = solid;
@@ -24,6 +28,7 @@ function sceneOf(motion, canvas) {
   }
   const addPrincipal = (name, geometry, sides) => add(name, along(solids.principal, geometry, sides));
   if (solids.shape) add("shape", new THREE.Group().add(...solids.shape.map(part)));
+  if (page.around.facets) add("facets", facets(page.around.facets));
   addPrincipal("ellipsoid", new THREE.SphereGeometry(1, 64, 48), solids.extent);
   addPrincipal("box", new THREE.BoxGeometry(2, 2, 2, 2, 2, 2), solids.extent);
   if (solids.inertia_ellipsoid) addPrincipal("inertia", new THREE.SphereGeometry(1, 96, 64), solids.inertia_ellipsoid);
@@ -31,34 +36,42 @@ function sceneOf(motion, canvas) {
   // ------------------------------------------------------------ axes, vectors, paths
 
   const parts = {
-    space_axes: axes(scene, "s", SPACE_AXIS, colours.space_axes, 0.008),
-    body_axes: axes(body, "b", BODY_AXIS, colours.body_axes, 0.012),
+    space_axes: axes(near, ["s₁", "s₂", "s₃"], SPACE_AXIS, colours.space_axes, SHAFT.space_axes),
+    body_axes: axes(body, ["b₁", "b₂", "b₃"], BODY_AXIS, colours.body_axes, SHAFT.body_axes),
   };
-  const G = new Arrow(scene, colours.angular_momentum, 0.016, "G");
-  const omega = new Arrow(scene, colours.omega, 0.016, "ω");
+  const G = new Arrow(near, colours.angular_momentum, SHAFT.momentum, "G");
+  const omega = new Arrow(near, colours.omega, SHAFT.omega, "ω");
   parts.angular_momentum = G.group;
   parts.omega = omega.group;
 
   const omegaBody = (t) => motion.vector("omega_body", t);
-  const omegaSpace = (t) => motion.rotate(motion.quaternion(t), omegaBody(t));
+  const omegaSpace = (t) => rotate(motion.quaternion(t), omegaBody(t));
   const paths = { polhode: path(omegaBody), herpolhode: path(omegaSpace) };
   const scaled = { polhode: new THREE.Group(), herpolhode: new THREE.Group() };
   body.add((parts.polhode = scaled.polhode));
-  scene.add((parts.herpolhode = scaled.herpolhode));
+  near.add((parts.herpolhode = scaled.herpolhode));
   const most = TAIL_TURNS * 180;
   const tails = {};
+  const thin = {};
   for (const name of ["polhode", "herpolhode"]) {
-    scaled[name].add(whole(paths[name], colours[name], 0.4));
+    scaled[name].add((thin[name] = whole(paths[name], colours[name], 0.4)));
     tails[name] = new Tail(scaled[name], colours[name], 2.5, paths[name], most);
   }
   if (page.plane) scaled.herpolhode.add(plane(page.plane, colours.herpolhode));
 
   parts.trace = new THREE.Group();
-  scene.add(parts.trace);
+  near.add(parts.trace);
   const traces = [null, null, null];
   const axisTip = (k, t) =>
-    motion.rotate(motion.quaternion(t), [0, 1, 2].map((i) => (i === k ? BODY_AXIS : 0)));
+    rotate(motion.quaternion(t), [0, 1, 2].map((i) => (i === k ? BODY_AXIS : 0)));
   let traced = 2;
+
+  // ------------------------------------------------------------ what is around it, and the views
+
+  const around = surroundingsOf(motion, { world, near, body, parts });
+  const wheels = wheelsOf(page.around.wheels);
+  if (wheels) body.add((parts.wheels = wheels));
+  const views = viewsOf(motion, stage, around);
 
   // ------------------------------------------------------------ what changes
 
@@ -83,33 +96,35 @@ function sceneOf(motion, canvas) {
     const q = motion.quaternion(t);
     body.quaternion.set(q[1], q[2], q[3], q[0]);
     const rate = omegaBody(t);
-    const rateInSpace = motion.rotate(q, rate);
+    const rateInSpace = rotate(q, rate);
     omega.point(rateInSpace, scale);
     const momentum = motion.vector("angular_momentum_space", t);
     G.point(momentum, LONGEST_MOMENTUM / page.largest.angular_momentum);
     const [end] = motion.place(t, fine);
     const [start] = motion.place(t - duration, fine);
+    const from = Math.min(Math.max(end - THIN_POINTS / 2, 0), Math.max(fine.length - THIN_POINTS, 0));
+    for (const line of Object.values(thin)) line.geometry.setDrawRange(from, THIN_POINTS);
     tails.polhode.draw(start, end, rate);
     tails.herpolhode.draw(start, end, rateInSpace);
     traces[traced].draw(start, end, axisTip(traced, t));
+    around.place(t);
+    views.place(t, q, near);
   }
 
+  const choice = ["shape", "facets", page.plane ? "inertia" : "ellipsoid"].find((name) => drawn[name]);
+  const names = [choice, ...Object.keys(drawn).filter((name) => name !== choice)];
   trace(traced);
-  show(Object.keys(drawn)[0]);
-  return { ...stage, body, drawn, parts, paths, tails, traces, solids: Object.keys(drawn), show, trace, place };
+  show(choice);
+  const own = { body, drawn, parts, paths, tails, traces, around, solids: names, views };
+  return { ...stage, ...own, show, trace, look: views.look, place };
 }
 
 /** The invariable plane, a translucent disc across the angular momentum at the tip of omega. */
 function plane({ normal, height, radius }, colour) {
+  const look = { transparent: true, opacity: 0.1, side: THREE.DoubleSide, depthWrite: false };
   const disc = new THREE.Mesh(
     new THREE.CircleGeometry(radius, 96),
-    new THREE.MeshBasicMaterial({
-      color: colour,
-      transparent: true,
-      opacity: 0.1,
-      side: THREE.DoubleSide,
-      depthWrite: false,
-    }),
+    painted(new THREE.MeshBasicMaterial(look), colour),
   );
   disc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...normal));
   disc.position.set(...normal).multiplyScalar(height);

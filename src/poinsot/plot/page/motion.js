@@ -3,16 +3,18 @@
 
 const motion = (() => {
   const page = JSON.parse(document.getElementById("motion").textContent);
+  const KINDS = { f4: Float32Array, i2: Int16Array };
 
   function bytes(base64) {
     return Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
   }
 
-  function unscaled({ data, scale }) {
-    return Float64Array.from(new Float32Array(bytes(data)), (value) => value * scale);
+  function unscaled({ data, scale, kind }) {
+    return Float64Array.from(new KINDS[kind](bytes(data)), (value) => value * scale);
   }
 
-  const times = new Float64Array(bytes(page.times));
+  const timesOf = (base64) => new Float64Array(bytes(base64));
+  const times = timesOf(page.times);
   const arrays = Object.fromEntries(Object.entries(page.arrays).map(([name, array]) => [name, unscaled(array)]));
   const last = times.length - 1;
   const STEP = arrays.position ? Math.PI / 90 : Math.PI / 30;
@@ -29,75 +31,68 @@ const motion = (() => {
     return [low, Math.min(Math.max((t - grid[low]) / (grid[high] - grid[low]), 0), 1)];
   }
 
-  function row(name, i) {
-    const [out, size] = [[], arrays[name].length / times.length];
-    for (let k = size * i; k < size * (i + 1); k++) out.push(arrays[name][k]);
-    return out;
-  }
-
-  function dot(a, b) {
-    let sum = 0;
-    for (let k = 0; k < a.length; k++) sum += a[k] * b[k];
-    return sum;
-  }
-
-  function mix(a, b, u, v) {
+  function row(array, size, i) {
     const out = [];
-    for (let k = 0; k < a.length; k++) out.push(u * a[k] + v * b[k]);
+    for (let k = size * i; k < size * (i + 1); k++) out.push(array[k]);
     return out;
-  }
-
-  function norm(a) {
-    return Math.sqrt(dot(a, a));
-  }
-
-  /** 1, or -1 where the two ends of an interval have quaternions on opposite sides of the sphere. */
-  function sign(i, name = "quaternion") {
-    return dot(row(name, i), row(name, i + 1)) < 0 ? -1 : 1;
-  }
-
-  /** The quaternion on the great circle between the stored ones, of unit norm. */
-  function quaternion(t, name = "quaternion") {
-    const [i, u] = place(t);
-    const a = row(name, i);
-    const b = mix(row(name, i + 1), a, sign(i, name), 0);
-    const angle = 2 * Math.atan2(norm(mix(a, b, 1, -1)), norm(mix(a, b, 1, 1)));
-    const near = angle < 1e-9;
-    const q = mix(a, b, near ? 1 - u : Math.sin((1 - u) * angle), near ? u : Math.sin(u * angle));
-    return mix(q, q, 1 / norm(q), 0);
-  }
-
-  /** The conjugate momenta, linear between the stored ones. */
-  function momenta(t) {
-    const [i, u] = place(t);
-    return mix(row("momenta", i), row("momenta", i + 1), 1 - u, u * sign(i));
   }
 
   /** A stored vector, linear between the times. */
-  function vector(name, t) {
-    const [i, u] = place(t);
-    return mix(row(name, i), row(name, i + 1), 1 - u, u);
+  function linear(array, t, grid = times) {
+    const [[i, u], size] = [place(t, grid), array.length / grid.length];
+    return mix(row(array, size, i), row(array, size, i + 1), 1 - u, u);
   }
 
-  /** Of two bodies the secondary's position from the primary, on the cubic with the stored velocities. */
-  function position(t) {
+  const vector = (name, t) => linear(arrays[name], t);
+
+  /** An attitude at a time, on the cubic that has the stored attitudes and rates at both ends of the interval. */
+  function attitude(quaternions, rates, t, grid = times) {
+    const [i, u] = place(t, grid);
+    const h = grid[i + 1] - grid[i];
+    const ends = [0, 1].map((k) => [row(quaternions, 4, i + k), mix(row(rates, 3, i + k), [0, 0, 0], h, 0)]);
+    const [[before, start], [after, end]] = ends;
+    return unit(product(before, turned(between(before, after, start, end, u))));
+  }
+
+  /** A position at a time, on the cubic that has the stored positions and velocities at both ends of the interval. */
+  function cubic(places, velocities, t) {
     const [i, u] = place(t);
-    const span = times[i + 1] - times[i];
-    const straight = mix(row("position", i), row("position", i + 1), (1 + 2 * u) * (1 - u) ** 2, u * u * (3 - 2 * u));
-    const bent = mix(row("velocity", i), row("velocity", i + 1), u * (1 - u) ** 2 * span, u * u * (u - 1) * span);
+    const h = times[i + 1] - times[i];
+    const straight = mix(row(places, 3, i), row(places, 3, i + 1), (1 + 2 * u) * (1 - u) ** 2, u * u * (3 - 2 * u));
+    const bent = mix(row(velocities, 3, i), row(velocities, 3, i + 1), u * (1 - u) ** 2 * h, u * u * (u - 1) * h);
     return mix(straight, bent, 1, 1);
+  }
+
+  const named = (body, name) => arrays[body ? `${body}_${name}` : name];
+  const quaternion = (t, body = "") => attitude(named(body, "quaternion"), named(body, "omega_body"), t);
+  const position = (t) => cubic(arrays.position, arrays.velocity, t);
+  const orbit = (t) => cubic(arrays.orbit_position, arrays.orbit_velocity, t);
+  /** Q = 2 (0, G) q. */
+  const momenta = (q, G) => mix(product([0, ...G], q), q, 2, 0);
+
+  /** What a plot shows, of all stored times. */
+  function values(name) {
+    const made = {
+      momenta: (i) => momenta(row(arrays.quaternion, 4, i), row(arrays.angular_momentum_space, 3, i)),
+      distance: (i) => [norm(row(arrays.position, 3, i))],
+    }[name];
+    return made ? Float64Array.from(Array.from(times, (_, i) => made(i)).flat()) : arrays[name];
+  }
+
+  /** Of very many times the least and the largest of all stored values in each column of a plot. */
+  function envelope(name) {
+    const found = page.envelopes[name];
+    return found && { low: unscaled(found.low), high: unscaled(found.high) };
   }
 
   /** What a plot shows at a time. */
   function reading(name, t) {
-    const between = { quaternion, momenta, distance: (time) => [norm(position(time))] }[name];
-    return between ? between(t) : vector(name, t);
-  }
-
-  /** Body to space: q v q~. */
-  function rotate([w, x, y, z], [a, b, c]) {
-    const [p, q, r] = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
-    return [a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p];
+    const made = {
+      quaternion: () => quaternion(t),
+      momenta: () => momenta(quaternion(t), vector("angular_momentum_space", t)),
+      distance: () => [norm(position(t))],
+    }[name];
+    return made ? made() : vector(name, t);
   }
 
   /**
@@ -105,13 +100,9 @@ const motion = (() => {
    * two bodies the turn of the line of centres.
    */
   function distance(i) {
-    if (arrays.position) {
-      const [a, b] = [row("position", i), row("position", i + 1)];
-      return Math.acos(Math.min(Math.max(dot(a, b) / (norm(a) * norm(b)), -1), 1));
-    }
-    const cosine = Math.min(Math.abs(dot(row("quaternion", i), row("quaternion", i + 1))), 1);
-    const change = norm(mix(row("omega_body", i + 1), row("omega_body", i), 1, -1));
-    return 2 * Math.acos(cosine) + change / page.largest.omega || 0;
+    const [a, b] = [0, 1].map((k) => row(arrays.position ?? arrays.omega_body, 3, i + k));
+    if (arrays.position) return Math.acos(Math.min(Math.max(dot(a, b) / (norm(a) * norm(b)), -1), 1));
+    return norm(mix(a, b, 0.5, 0.5)) * (times[i + 1] - times[i]) + (norm(mix(b, a, 1, -1)) / page.largest.omega || 0);
   }
 
   /** Times at equal distances along the motion, a step apart, or 1e5 in all: what the curves go through. */
@@ -132,5 +123,6 @@ const motion = (() => {
     return fine;
   }
 
-  return { page, times, arrays, unscaled, place, quaternion, momenta, position, reading, vector, norm, rotate, fine: fineTimes() };
+  const stored = { page, times, arrays, unscaled, timesOf, values, envelope };
+  return { ...stored, place, linear, attitude, quaternion, position, orbit, reading, vector, norm, rotate, fine: fineTimes() };
 })();

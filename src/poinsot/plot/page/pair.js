@@ -13,25 +13,25 @@ function sceneOf(motion, canvas) {
   const { page, fine } = motion;
   const { colours } = page;
   const stage = stageOf(canvas);
-  const { scene, camera, controls } = stage;
-  const unit = REACH / page.reach;
-  const parts = { space_axes: axes(scene, "s", SPACE_AXIS, colours.space_axes, 0.008) };
-  for (const name of ["body_axes", "omega", "orbit", "centres"]) scene.add((parts[name] = new THREE.Group()));
-  const G = new Arrow(scene, colours.angular_momentum, 0.016, "G");
+  const { world, camera, controls } = stage;
+  const length = REACH / page.reach;
+  const parts = { space_axes: axes(world, ["s₁", "s₂", "s₃"], SPACE_AXIS, colours.space_axes, SHAFT.space_axes) };
+  for (const name of ["body_axes", "omega", "orbit", "centres"]) world.add((parts[name] = new THREE.Group()));
+  const G = new Arrow(world, colours.angular_momentum, SHAFT.momentum, "G");
   parts.angular_momentum = G.group;
 
   // ------------------------------------------------------------ the bodies
 
-  const placed = (share, position) => position.map((x) => share * unit * x);
+  const placed = (share, position) => position.map((x) => share * length * x);
   const bodies = {};
   for (const [name, { share, radius, semiaxes, principal, shape }] of Object.entries(page.bodies)) {
-    const size = radius * unit;
+    const size = radius * length;
     const thickness = Math.min(THICKEST, 0.05 * size);
-    const drawn = { ellipsoid: along(principal, new THREE.SphereGeometry(1, 64, 48), semiaxes.map((x) => x * unit)) };
+    const drawn = { ellipsoid: along(principal, new THREE.SphereGeometry(1, 64, 48), semiaxes.map((x) => x * length)) };
     if (shape) drawn.shape = new THREE.Group().add(...shape.map(part));
     drawn.shape?.scale.setScalar(size);
     const body = new THREE.Group().add(...Object.values(drawn));
-    scene.add(body);
+    world.add(body);
     const points = path((t) => placed(share, motion.position(t)));
     parts.orbit.add(whole(points, colours[name], 0.4));
     bodies[name] = {
@@ -41,8 +41,8 @@ function sceneOf(motion, canvas) {
       body,
       points,
       tail: new Tail(parts.orbit, colours[name], 2.5, points, fine.length),
-      axes: axes(parts.body_axes, "b", BODY_AXIS * size, colours.body_axes, thickness),
-      omega: new Arrow(parts.omega, colours.omega, 1.3 * thickness, "ω"),
+      axes: axes(parts.body_axes, ["b₁", "b₂", "b₃"], BODY_AXIS * size, colours.body_axes, thickness),
+      omega: new Arrow(parts.omega, colours.omega, 1.5 * thickness, "ω"),
     };
   }
   for (const each of Object.values(bodies)) {
@@ -86,12 +86,12 @@ function sceneOf(motion, canvas) {
     const [start] = motion.place(t - revolution, fine);
     Object.entries(bodies).forEach(([name, { share, size, body, axes, omega, labels, tail }], k) => {
       const here = placed(share, position);
-      const q = motion.quaternion(t, `${name}_quaternion`);
+      const q = motion.quaternion(t, name);
       for (const each of [body, axes]) {
         each.position.set(...here);
         each.quaternion.copy(quaternion(q));
       }
-      const rate = motion.rotate(q, motion.vector(`${name}_omega_body`, t));
+      const rate = rotate(q, motion.vector(`${name}_omega_body`, t));
       omega.point(rate, (RATE * size) / page.largest[`${name}_omega_body`]);
       omega.group.position.set(...here);
       const legible = size > LEGIBLE * camera.position.distanceTo(body.position);

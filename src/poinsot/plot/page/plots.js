@@ -1,6 +1,8 @@
 "use strict";
 // What is beside the scene, against time, drawn once for a size, under a cursor that follows the time.
 
+const EVENTS = motion.page.colours.events;
+
 /** Round numbers, about `count` of them, within [low, high]. */
 function ticks(low, high, count) {
   const rough = (high - low) / count;
@@ -18,17 +20,18 @@ function short(value) {
 }
 
 /** Return one plot in a figure; `values` are n rows of as many components as it has readings. */
-function plotOf(figure, { times, values, colours, label, timeLabel }) {
+function plotOf(figure, { times, values, envelope, colours, label, timeLabel, events }) {
   const canvas = figure.querySelector("canvas");
   const cursor = figure.querySelector(".cursor");
   const size = values.length / times.length;
   const [first, last] = [times[0], times[times.length - 1]];
   let low = Infinity;
   let high = -Infinity;
-  for (const value of values) {
+  for (const value of envelope ? [...envelope.low, ...envelope.high] : values) {
     low = Math.min(low, value);
     high = Math.max(high, value);
   }
+  canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${short(low)} and ${short(high)}`);
   const room = 0.07 * (high - low) || Math.abs(high) || 1;
   [low, high] = [low - room, high + room];
   const box = { left: 58, right: 10, top: 6, bottom: 36, width: 0, height: 0 };
@@ -38,7 +41,7 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
 
   function frame(pen) {
     pen.font = "11px system-ui, sans-serif";
-    [pen.strokeStyle, pen.fillStyle, pen.lineWidth] = ["#E3E3E3", "#404040", 1];
+    [pen.strokeStyle, pen.fillStyle, pen.lineWidth] = [theme.grid, theme.ink, 1];
     pen.textAlign = "center";
     for (const t of ticks(first, last, box.width / 80)) {
       line(pen, [x(t), box.top], [x(t), box.top + box.height]);
@@ -51,6 +54,8 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
       line(pen, [box.left, y(value)], [box.left + box.width, y(value)]);
       pen.fillText(short(value), box.left - 6, y(value));
     }
+    pen.strokeStyle = theme.of(EVENTS);
+    for (const { t } of events) line(pen, [x(t), box.top], [x(t), box.top + 6]);
     pen.strokeStyle = "#8C8C8C";
     pen.strokeRect(box.left, box.top, box.width, box.height);
   }
@@ -62,10 +67,27 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
     pen.stroke();
   }
 
-  /** One component; of the samples in a column of pixels the first, the least, the most and the last. */
+  /** One component. */
   function curve(pen, k) {
-    [pen.strokeStyle, pen.lineWidth, pen.lineJoin] = [colours[k], 1.3, "round"];
+    [pen.strokeStyle, pen.lineWidth, pen.lineJoin] = [theme.of(colours[k]), 1.3, "round"];
     pen.beginPath();
+    if (envelope) band(pen, k);
+    else samples(pen, k);
+    pen.stroke();
+  }
+
+  /** From the least to the largest of each column. */
+  function band(pen, k) {
+    const count = envelope.low.length / size;
+    for (let i = 0; i < count; i++) {
+      const here = box.left + ((i + 0.5) / count) * box.width;
+      pen.lineTo(here, y(envelope.low[size * i + k]));
+      pen.lineTo(here, y(envelope.high[size * i + k]));
+    }
+  }
+
+  /** Of the samples in a column of pixels the first, the least, the most and the last. */
+  function samples(pen, k) {
     const value = (i) => values[size * i + k];
     const column = (i) => Math.floor(2 * x(times[i]));
     for (let i = 0; i < times.length; ) {
@@ -78,7 +100,6 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
       }
       for (const j of kept.sort((one, other) => one - other)) pen.lineTo(x(times[j]), y(value(j)));
     }
-    pen.stroke();
   }
 
   function resize() {
@@ -99,7 +120,7 @@ function plotOf(figure, { times, values, colours, label, timeLabel }) {
   }
 
   const readings = Array.from(figure.querySelectorAll("output"));
-  readings.forEach((reading, k) => (reading.parentElement.style.borderColor = colours[k]));
+  readings.forEach((reading, k) => theme.paint(() => (reading.parentElement.style.borderColor = theme.of(colours[k]))));
 
   function place(t) {
     cursor.style.transform = `translateX(${x(t)}px)`;

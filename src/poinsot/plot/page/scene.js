@@ -1,12 +1,13 @@
 "use strict";
-// What scenes in three dimensions are made of: solids, axes, vectors and the paths of their tips; light and camera.
+// What scenes in three dimensions are made of: solids, axes, vectors and the paths of their tips.
 
 const SPACE_AXIS = 1.75;
-const LONGEST_MOMENTUM = 1.95;
+const LONGEST_MOMENTUM = 1.9;
 const LIGHT = "#D3E0EA";
 const SHADE = "#9DB6C9";
 const UP = new THREE.Vector3(0, 1, 0);
-const SHARPEST = 2;
+/** Radii of shafts: of those in one place the thinner ones are inside the thicker ones. */
+const SHAFT = { space_axes: 0.007, orbit_frame: 0.009, body_axes: 0.011, sun: 0.0125, momentum: 0.0145, vector: 0.017, omega: 0.0205 };
 
 /** A fat line along a path, of which the last points before a tip are drawn. */
 class Tail {
@@ -32,7 +33,7 @@ class Tail {
     [this.path, this.ends, this.most, this.cut] = [path, this.geometry.attributes.instanceEnd, most, 0];
     this.line = new THREE.LineSegments2(
       this.geometry,
-      new THREE.LineMaterial({ color: colour, linewidth: width, polygonOffset: true, polygonOffsetFactor: -2 }),
+      painted(new THREE.LineMaterial({ linewidth: width, polygonOffset: true, polygonOffsetFactor: -2 }), colour),
     );
     this.line.frustumCulled = false;
     this.line.layers.mask = parent.layers.mask;
@@ -65,7 +66,7 @@ class Tail {
 /** An arrow from the origin whose length is set with its tip; too short to have a head, it is hidden. */
 class Arrow {
   constructor(parent, colour, width, label) {
-    const material = new THREE.MeshBasicMaterial({ color: colour });
+    const material = painted(new THREE.MeshBasicMaterial(), colour);
     this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(width, width, 1, 12), material);
     this.head = new THREE.Mesh(new THREE.ConeGeometry(3.2 * width, 9 * width, 20), material);
     this.head_length = 9 * width;
@@ -91,19 +92,32 @@ class Arrow {
   }
 }
 
+/** A material whose colour goes with the ground. */
+function painted(material, colour) {
+  theme.paint(() => material.color.set(theme.of(colour)));
+  return material;
+}
+
 /** A word that faces the eye. */
 function text(words, colour) {
   const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [128, 64];
   const pen = canvas.getContext("2d");
-  pen.font = "italic 600 44px Georgia, 'DejaVu Serif', serif";
-  [pen.textAlign, pen.textBaseline, pen.lineWidth] = ["center", "middle", 8];
-  [pen.strokeStyle, pen.fillStyle] = ["rgba(255, 255, 255, 0.85)", colour];
-  pen.strokeText(words, 64, 32);
-  pen.fillText(words, 64, 32);
+  const font = "italic 600 44px Georgia, 'DejaVu Serif', serif";
+  pen.font = font;
+  [canvas.width, canvas.height] = [Math.max(128, Math.ceil(pen.measureText(words).width) + 16), 64];
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = "srgb";
-  return new THREE.Sprite(new THREE.SpriteMaterial({ map, depthWrite: false, sizeAttenuation: false }));
+  theme.paint(() => {
+    pen.clearRect(0, 0, canvas.width, 64);
+    [pen.font, pen.textAlign, pen.textBaseline, pen.lineWidth] = [font, "center", "middle", 8];
+    [pen.strokeStyle, pen.fillStyle] = [`${theme.ground}d9`, theme.of(colour)];
+    pen.strokeText(words, canvas.width / 2, 32);
+    pen.fillText(words, canvas.width / 2, 32);
+    map.needsUpdate = true;
+  });
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthWrite: false, sizeAttenuation: false }));
+  sprite.userData.aspect = canvas.width / 64;
+  return sprite;
 }
 
 /** The points that a vector goes through, at the times for curves. */
@@ -116,13 +130,13 @@ function path(point) {
 /** A thin line through points. */
 function whole(points, colour, opacity) {
   const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points, 3));
-  return new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity }));
+  return new THREE.Line(geometry, painted(new THREE.LineBasicMaterial({ transparent: true, opacity }), colour));
 }
 
-function axes(parent, letter, length, colour, width) {
+function axes(parent, letters, length, colour, width) {
   const group = new THREE.Group();
   for (let k = 0; k < 3; k++) {
-    const arrow = new Arrow(group, colour, width, letter + "₁₂₃"[k]);
+    const arrow = new Arrow(group, colour, width, letters[k]);
     arrow.point([0, 1, 2].map((i) => (i === k ? length : 0)));
   }
   parent.add(group);
@@ -192,61 +206,4 @@ function mesh(corners) {
   geometry.setAttribute("position", new THREE.BufferAttribute(Float32Array.from(corners), 3));
   geometry.computeVertexNormals();
   return shaded(geometry);
-}
-
-/** Whether the processor draws, to which smoothed edges cost more than more dots. */
-function drawsWithoutGraphics() {
-  const gl = document.createElement("canvas").getContext("webgl2");
-  const named = gl?.getExtension("WEBGL_debug_renderer_info");
-  const name = named ? gl.getParameter(named.UNMASKED_RENDERER_WEBGL) : "";
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
-}
-
-/** Return an empty scene with a camera; `render` draws it. */
-function stageOf(canvas) {
-  const software = drawsWithoutGraphics();
-  const renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: false });
-  renderer.setClearColor("#ffffff");
-  const scene = new THREE.Scene();
-  const camera = new THREE.PerspectiveCamera(32, 1, 0.1, 100);
-  camera.up.set(0, 0, 1);
-  camera.position.set(3.4, -5.6, 2.6);
-  const controls = new THREE.OrbitControls(camera, canvas);
-  controls.enablePan = false;
-  [controls.minDistance, controls.maxDistance] = [2, 30];
-  const sun = new THREE.DirectionalLight("#ffffff", 2.2);
-  sun.position.set(-1.5, 1.5, 3);
-  camera.add(sun);
-  scene.add(new THREE.AmbientLight("#ffffff", 1.6), camera);
-
-  /** Draw with a part of the dots that the screen has, or without a graphics card with more when at rest. */
-  function sharpen(part) {
-    const dots = Math.min(window.devicePixelRatio, SHARPEST);
-    renderer.setPixelRatio(part === 1 && software ? SHARPEST : dots * part);
-  }
-
-  function resize() {
-    const { clientWidth: width, clientHeight: height } = canvas.parentElement;
-    renderer.setSize(width, height);
-    camera.aspect = width / height;
-    camera.zoom = Math.min(1, camera.aspect * 0.97);
-    camera.updateProjectionMatrix();
-    const label = 36 / height / camera.zoom;
-    scene.traverse((part) => part.isSprite && part.scale.set(2 * label * 0.57, label * 0.57, 1));
-  }
-
-  /** Turn the view by angles about the vertical and about the horizontal across the line of sight, and zoom. */
-  function turn(around, over, zoom) {
-    const from = camera.position.clone().sub(controls.target);
-    const across = new THREE.Vector3().crossVectors(camera.up, from).normalize();
-    const steepness = Math.acos(from.z / from.length());
-    const least = 0.05;
-    from.applyAxisAngle(across, Math.min(Math.max(steepness + over, least), Math.PI - least) - steepness);
-    camera.position.copy(from.applyAxisAngle(camera.up, around).multiplyScalar(zoom).add(controls.target));
-    controls.update();
-  }
-
-  const render = () => renderer.render(scene, camera);
-  return { scene, camera, controls, turn, resize, sharpen, render };
 }

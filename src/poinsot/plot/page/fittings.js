@@ -1,0 +1,44 @@
+"use strict";
+// What is on the body: facets in the colours of what they do with light, and wheels.
+
+const MIRROR = "#7FB4E6";
+const WHITE = "#F2F0EA";
+const DARK = "#2B3350";
+const WHEEL = { radius: 0.17, thickness: 0.07, from: 0.62 };
+
+/** Facets as squares, the darker the more light they absorb, the bluer the more they mirror. */
+function facets({ corners, shares }) {
+  const at = motion.unscaled(corners);
+  const [points, colours] = [[], []];
+  const [mirror, white, dark] = [MIRROR, WHITE, DARK].map((colour) => new THREE.Color(colour));
+  shares.forEach(([specular, diffuse], i) => {
+    const colour = new THREE.Color(0, 0, 0);
+    for (const [each, part] of [[mirror, specular], [white, diffuse], [dark, 1 - specular - diffuse]]) {
+      colour.add(each.clone().multiplyScalar(part));
+    }
+    for (const corner of [0, 1, 2, 0, 2, 3]) {
+      points.push(...at.slice(12 * i + 3 * corner, 12 * i + 3 * corner + 3));
+      colours.push(colour.r, colour.g, colour.b);
+    }
+  });
+  const geometry = new THREE.BufferGeometry()
+    .setAttribute("position", new THREE.BufferAttribute(Float32Array.from(points), 3))
+    .setAttribute("color", new THREE.BufferAttribute(Float32Array.from(colours), 3));
+  geometry.computeVertexNormals();
+  return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
+}
+
+/** Wheels on their axes, at some distance from the centre; nothing where there are none. */
+function wheelsOf(axes) {
+  if (!axes.length) return null;
+  const group = new THREE.Group();
+  const look = new THREE.MeshLambertMaterial({ color: "#6F7B87", transparent: true, opacity: 0.85 });
+  for (const axis of axes) {
+    const wheel = new THREE.Mesh(new THREE.CylinderGeometry(WHEEL.radius, WHEEL.radius, WHEEL.thickness, 32), look);
+    const direction = new THREE.Vector3(...axis);
+    wheel.quaternion.setFromUnitVectors(UP, direction);
+    wheel.position.copy(direction).multiplyScalar(WHEEL.from);
+    group.add(wheel);
+  }
+  return group;
+}

@@ -1,0 +1,74 @@
+"use strict";
+// The stage of a scene: camera, light, size, and how fine the picture is.
+
+const SHARPEST = 2;
+const FROM = new THREE.Vector3(3.7, -6.2, 2.9);
+
+/** Whether the processor draws, to which smoothed edges cost more than more dots. */
+function drawsWithoutGraphics() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const named = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = named ? gl.getParameter(named.UNMASKED_RENDERER_WEBGL) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+/**
+ * Return an empty scene with a camera; `render` draws it. What is in it is in the world, which a view turns and moves
+ * under the camera, so that a body or an orbit stays where it is.
+ */
+function stageOf(canvas) {
+  const software = drawsWithoutGraphics();
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: false });
+  theme.paint(() => renderer.setClearColor(theme.ground));
+  const scene = new THREE.Scene();
+  const world = new THREE.Group();
+  const camera = new THREE.PerspectiveCamera(32, 1, 0.1, 100);
+  camera.up.set(0, 0, 1);
+  camera.position.copy(FROM);
+  const controls = new THREE.OrbitControls(camera, canvas);
+  canvas.style.touchAction = "pan-y"; // one finger scrolls the page up and down, two turn the view and zoom
+  controls.enablePan = false;
+  [controls.minDistance, controls.maxDistance] = [2, 30];
+  const sun = new THREE.DirectionalLight("#ffffff", 2.2);
+  sun.position.set(-1.5, 1.5, 3);
+  camera.add(sun);
+  scene.add(new THREE.AmbientLight("#ffffff", 1.6), camera, world);
+
+  /** Draw with a part of the dots that the screen has, or without a graphics card with more when at rest. */
+  function sharpen(part) {
+    const dots = Math.min(window.devicePixelRatio, SHARPEST);
+    renderer.setPixelRatio(part === 1 && software ? SHARPEST : dots * part);
+  }
+
+  function resize() {
+    const { clientWidth: width, clientHeight: height } = canvas.parentElement;
+    renderer.setSize(width, height);
+    camera.aspect = width / height;
+    camera.zoom = Math.min(1, camera.aspect * 0.97, (1 - 30 / height) * 1.07); // room for the labels
+    camera.updateProjectionMatrix();
+    const label = 36 / height / camera.zoom;
+    scene.traverse((part) => part.isSprite && part.scale.set(part.userData.aspect * label * 0.57, label * 0.57, 1));
+  }
+
+  /** Turn the view by angles about the vertical and about the horizontal across the line of sight, and zoom. */
+  function turn(around, over, zoom) {
+    const from = camera.position.clone().sub(controls.target);
+    const across = new THREE.Vector3().crossVectors(camera.up, from).normalize();
+    const steepness = Math.acos(from.z / from.length());
+    const least = 0.05;
+    from.applyAxisAngle(across, Math.min(Math.max(steepness + over, least), Math.PI - least) - steepness);
+    camera.position.copy(from.applyAxisAngle(camera.up, around).multiplyScalar(zoom).add(controls.target));
+    controls.update();
+  }
+
+  const render = () => renderer.render(scene, camera);
+  /** The picture as it is, in a file's bytes. */
+  function picture(done) {
+    sharpen(1);
+    render();
+    canvas.toBlob(done, "image/png");
+  }
+
+  return { scene, world, camera, controls, turn, resize, sharpen, render, picture };
+}

@@ -1,0 +1,36 @@
+"use strict";
+// Colours on a light or a dark ground, as the reader's system prefers.
+
+const theme = (() => {
+  const prefers = matchMedia("(prefers-color-scheme: dark)");
+  const ON_DARK = {
+    "#000000": "#FFFFFF",
+    "#0072B2": "#56B4E9",
+    "#D55E00": "#FF8A3D",
+    "#009E73": "#2CC79B",
+    "#882255": "#E58BB5",
+    "#332288": "#A99CF0",
+    "#117733": "#5FC784",
+    "#AA4499": "#DD93D4",
+    "#999933": "#CFCF5E",
+  };
+  const painters = [];
+  prefers.addEventListener("change", () => painters.forEach((paint) => paint()));
+  return {
+    of: (colour) => (prefers.matches ? ON_DARK[colour] ?? colour : colour),
+    get ground() {
+      return prefers.matches ? "#15181C" : "#FFFFFF";
+    },
+    get ink() {
+      return prefers.matches ? "#C8CDD3" : "#404040";
+    },
+    get grid() {
+      return prefers.matches ? "#2E343B" : "#E3E3E3";
+    },
+    /** Do what needs a colour, now and whenever the preference changes. */
+    paint(painter) {
+      painters.push(painter);
+      painter();
+    },
+  };
+})();

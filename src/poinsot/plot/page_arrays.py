@@ -1,0 +1,94 @@
+"""The numbers of a page: how they are written, and which of very many stored times it has."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Rows", "base64_of", "packed", "rows_of"]
+
+Array = NDArray[np.float64]
+
+BUDGET = 3.0e6
+"""Bytes of numbers that a page has at most; written in letters they are 4 MB."""
+
+COLUMNS = 1024
+"""Of pixels, for each of which a plot of very many times has the least and the largest value."""
+
+WIDE, NARROW = "<f4", "<i2"
+"""How numbers are stored: in single precision; as parts in 32767 of the largest, where there are very many."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The stored times that a page has, forwards, and how it stores numbers."""
+
+    every: Array
+    at: NDArray[np.intp]
+    kind: str
+
+    @property
+    def times(self) -> Array:
+        """The times that the page has."""
+        return self.every[self.at]
+
+    @property
+    def are_all(self) -> bool:
+        """Whether these are all stored times."""
+        return self.at.size == self.every.size
+
+    def packed(self, values: Array) -> dict[str, Any]:
+        """Return what the page has of the values at all stored times."""
+        return packed(values[self.at], self.kind)
+
+    def envelope(self, values: Array) -> dict[str, Any]:
+        """Return the least and the largest of all stored values in each column of a plot."""
+        forwards = slice(None, None, 1 if self.every[-1] > self.every[0] else -1)
+        times, values = self.every[forwards], values[forwards]
+        edges = np.linspace(times[0], times[-1], COLUMNS, endpoint=False)
+        first = np.searchsorted(times, edges)
+        return {
+            "low": packed(np.minimum.reduceat(values, first), NARROW),
+            "high": packed(np.maximum.reduceat(values, first), NARROW),
+        }
+
+
+def rows_of(times: Array, rate: Array, numbers: int, budget: float = BUDGET) -> Rows:
+    """Return which times a page has of a motion with so many numbers at each: all, or those after equal turns.
+
+    Parameters
+    ----------
+    times, rate : array (n,)
+        The stored times, and the angular velocity of the fastest body there.
+    numbers : int
+    budget : float
+        Bytes.
+    """
+    order = np.arange(times.size)[:: 1 if times[-1] > times[0] else -1]
+    if times.size * (8 + 4 * numbers) <= budget:
+        return Rows(times, order, WIDE)
+    most = int(budget / (8 + 2 * numbers))
+    if times.size <= most:
+        return Rows(times, order, NARROW)
+    dt, rate = np.diff(times[order]), rate[order]
+    turned = np.cumsum(0.5 * (rate[1:] + rate[:-1]) * dt)
+    reached = np.append(0.0, turned / (turned[-1] or 1.0)) + (times[order] - times[order[0]]) / np.sum(dt)
+    nearest = np.searchsorted(reached, np.linspace(0, reached[-1], most))
+    return Rows(times, order[np.unique(np.append(nearest.clip(0, times.size - 1), times.size - 1))], NARROW)
+
+
+def packed(values: Array, kind: str = WIDE) -> dict[str, Any]:
+    """Return rows as numbers of a kind and their scale, which may be beyond the range of single precision."""
+    largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
+    scale = largest / (1 if kind == WIDE else np.iinfo(kind).max)
+    scaled = values / scale
+    return {"scale": scale, "kind": kind[1:], "data": base64_of(scaled if kind == WIDE else np.rint(scaled), kind)}
+
+
+def base64_of(values: Array, kind: str) -> str:
+    """Return numbers as letters."""
+    return base64.b64encode(values.astype(kind).tobytes()).decode()

@@ -1,0 +1,262 @@
+"""What the page of the 3D view has around a body: its orbit, the Sun, torques, fields, wheels, facets and events."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.forces.facets import Facets
+from poinsot.forces.magnetic_fields import MagneticField
+from poinsot.forces.radiation import Occulter, Sunlight
+from poinsot.functions import Vector
+from poinsot.mechanics.calendar import SECONDS
+from poinsot.mechanics.environment import Orbit, within
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import same
+from poinsot.mechanics.part import Part
+from poinsot.mechanics.state import state_of
+from poinsot.mechanics.units import DerivedUnits
+from poinsot.orbits.attractors import MU, RADIUS
+from poinsot.plot.labels import GREEN, PURPLE, bracketed
+from poinsot.plot.page_arrays import packed
+from poinsot.plot.time_series import different_orbits
+from poinsot.propagation.trajectory import Trajectory
+
+__all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
+
+Array = NDArray[np.float64]
+
+TORQUES = ("#882255", "#44AA99", "#332288", "#AA4499", "#117733", "#999933")
+"""Colours of torques, those of Tol's muted scheme; of more torques the largest are drawn."""
+FIELDS = ("#56B4E9", "#0072B2")
+MOMENTA = (PURPLE, GREEN)
+
+SAME_MU = 1e-3
+"""How far, relative, the gravitational parameter of an attractor may be from the known one of a body."""
+METRES = 1000.0
+"""In a kilometre; in a unit of length in which mu is known to be this to the third power times that in km."""
+
+MOST_EVENTS = 1000
+"""Of one kind, on the line of time."""
+
+MOST_FACETS = 1000
+"""That are drawn; more are those of a mesh, which is drawn itself."""
+
+
+class Surroundings(NamedTuple):
+    """What is around a body: as the page reads it, and the arrays at the stored times that go with it."""
+
+    content: dict[str, Any]
+    arrays: dict[str, Array]
+
+
+def surroundings_of(motion: Trajectory) -> Surroundings:
+    """Return what is around a body."""
+    found = Surroundings({"vectors": []}, {})
+    state = state_of(motion.phase, motion.times)
+    instant = motion.system.beside(state.shape).at(state, motion.environment)
+    _add_orbit(found, motion)
+    _add_sun(found, motion, instant)
+    _add_torques(found, motion)
+    _add_fields(found, motion, instant)
+    _add_momenta(found, motion)
+    found.content["facets"] = next(map(_polygons, _within(motion, Facets)), None)
+    found.content["wheels"] = [axis for part in motion.system.parts for axis in _axes_of_wheels(part)]
+    return found
+
+
+# ---------------------------------------------------------------------- orbit and Sun
+
+
+def _add_orbit(found: Surroundings, motion: Trajectory) -> None:
+    """Add the orbit about the attractor that pulls most at the turning of the body, and the size of that."""
+    suns = [force.sun for force in _within(motion, Sunlight)]
+    orbits = different_orbits(motion)
+    orbits = [orbit for orbit in orbits if not any(same(orbit, sun) for sun in suns)] or orbits
+    if not orbits:
+        return
+    places = [_rows(motion.environment.position(orbit), motion) for orbit in orbits]
+    pulls = [_mu(orbit) / np.linalg.norm(place[0]) ** 3 for orbit, place in zip(orbits, places, strict=True)]
+    orbit, position = orbits[int(np.argmax(pulls))], places[int(np.argmax(pulls))]
+    velocity = _rows(motion.environment.velocity(orbit), motion)
+    distance = np.linalg.norm(position, axis=-1)
+    across = np.linalg.norm(np.cross(position, velocity), axis=-1)
+    name, radius = _attractor(orbit, motion)
+    found.content["orbit"] = {
+        "attractor": name,
+        "radius": radius,
+        "nearest": float(np.min(distance)),
+        "farthest": float(np.max(distance)),
+        "moves": bool(np.all(across > 0)),
+        "mean_rate": float(np.mean(across / distance**2)),
+        "unit": motion.system.units.get("length", ""),
+    }
+    found.arrays["orbit_position"], found.arrays["orbit_velocity"] = position, velocity
+
+
+def _attractor(orbit: Orbit, motion: Trajectory) -> tuple[str, float | None]:
+    """Return the name of an attractor, and its radius in the unit of the orbit if that can be known."""
+    told = [each for each in _within(motion, Occulter) if same(each.orbit, orbit)]
+    radius = float(told[0].radius) if told else None
+    for name, mu in MU.items():
+        ratio = _mu(orbit) / mu
+        for unit in (1.0, METRES):
+            if name in RADIUS and abs(ratio / unit**3 - 1) < SAME_MU:
+                return name.capitalize(), radius or RADIUS[name] * unit
+    return orbit.origin.lower().capitalize(), radius
+
+
+def _mu(orbit: Orbit) -> float:
+    return float(np.ravel(orbit.mu)[0])
+
+
+def _add_sun(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
+    """Add the direction to the Sun, and which part of it is seen behind occulters."""
+    force = next(iter(_within(motion.system.beside(motion.times.shape), Sunlight)), None)
+    if force is None:
+        return
+    towards = -_rows(instant.direction(force.sun), motion)
+    found.arrays["sun"] = towards
+    found.content.update(sun=True, sunlight=bool(force.occulters))
+    if force.occulters:
+        found.arrays["sunlight"] = _rows([force.sunlight(instant)], motion)
+
+
+# ---------------------------------------------------------------------- vectors
+
+
+def _add_torques(found: Surroundings, motion: Trajectory) -> None:
+    """Add the torques of the forces, along the body axes, on one scale."""
+    torques = {name: torque for name, torque in motion.torques_body.items() if np.any(torque)}
+    largest = {name: float(np.max(np.linalg.norm(torque, axis=-1))) for name, torque in torques.items()}
+    unit = bracketed(DerivedUnits(motion.system.units).energy)
+    for i, name in enumerate(sorted(torques, key=largest.__getitem__, reverse=True)[: len(TORQUES)]):
+        own = {"letter": f"τ{'₁₂₃₄₅₆'[i]}", "name": f"torque of {name}", "colour": TORQUES[i], "unit": unit}
+        _add_vector(found, f"torque_{i}", torques[name], own, max(largest.values()))
+
+
+def _add_fields(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
+    """Add magnetic fields where the body is."""
+    fields: list[MagneticField] = []
+    for field in _within(motion.system.beside(motion.times.shape), MagneticField):
+        if not any(same(field, known) for known in fields):
+            fields.append(field)
+    for i, field in enumerate(fields[: len(FIELDS)]):
+        values = _rows(field.in_body(instant), motion)
+        own = {"letter": "B", "name": "magnetic field", "colour": FIELDS[i], "unit": " [T]"}
+        _add_vector(found, f"field_{i}", values, own, float(np.max(np.linalg.norm(values, axis=-1))))
+
+
+def _add_momenta(found: Surroundings, motion: Trajectory) -> None:
+    """Add the angular momenta of parts relative to the body."""
+    moving = [part for part in motion.system.parts if type(part).momentum is not Part.momentum]
+    unit = bracketed(DerivedUnits(motion.system.units).momentum)
+    for i, part in enumerate(moving[: len(MOMENTA)]):
+        own = Vector(np.moveaxis(motion.own[part.name], -1, 0) if part.name in motion.own else ())
+        values = _rows(part.momentum(own, motion.times), motion)
+        named = {"letter": "h", "name": f"momentum of {part.name}", "colour": MOMENTA[i], "unit": unit}
+        _add_vector(found, f"momentum_{i}", values, named, float(np.max(np.linalg.norm(values, axis=-1))))
+
+
+def _add_vector(found: Surroundings, array: str, values: Array, own: dict[str, str], largest: float) -> None:
+    if largest > 0:
+        found.arrays[array] = values
+        found.content["vectors"].append({"array": array, "largest": largest, **own})
+
+
+# ---------------------------------------------------------------------- facets and wheels
+
+
+def _polygons(facets: Facets) -> dict[str, Any] | None:
+    """Return facets as squares of their areas, within a unit sphere, with their shares of light."""
+    if facets.count > MOST_FACETS:
+        return None
+    sides = _sides(facets)
+    first = np.cross(facets.normals, np.eye(3)[np.argmin(np.abs(facets.normals), axis=-1)])
+    first /= np.linalg.norm(first, axis=-1, keepdims=True)
+    across = np.stack([first, np.cross(facets.normals, first)], axis=1)
+    reach = np.where(np.isnan(sides[:, :1]), np.sqrt(facets.areas)[:, None, None], np.abs(across) @ sides)
+    half = 0.5 * reach * across
+    corners = np.stack([facets.positions + i * half[:, 0] + j * half[:, 1] for i, j in SQUARE], axis=1)
+    size = np.max(np.linalg.norm(corners, axis=-1)) or 1.0
+    shares = np.stack([facets.specular, facets.diffuse], axis=-1)
+    return {"corners": packed((corners / size).reshape(-1, 3)), "shares": shares.tolist(), "size": float(size)}
+
+
+SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+
+
+def _sides(facets: Facets) -> Array:
+    """Return the lengths of the sides of a box of which facets are a part, as a column; NaN of other facets."""
+    sides = np.full((facets.count, 3, 1), np.nan)
+    normals, areas = facets.normals[:6], np.asarray(facets.areas[:6])
+    box = np.repeat(np.eye(3), 2, axis=0) * np.array([1, -1] * 3)[:, None]
+    if np.array_equal(normals, box) and np.array_equal(areas[::2], areas[1::2]):
+        lengths = np.sqrt(np.prod(areas[::2])) / areas[::2]
+        between = np.diag(facets.positions[:6:2] - facets.positions[1:6:2])
+        if np.allclose(lengths, between, rtol=1e-6):
+            sides[:6] = lengths[:, None]
+    return sides
+
+
+def _axes_of_wheels(part: Part) -> Iterator[list[float]]:
+    """Yield the axes of wheels that are fixed in the body."""
+    for axis in np.reshape(getattr(part, "axes", getattr(part, "axis", ())), (-1, 3)):
+        yield axis.tolist()
+
+
+# ---------------------------------------------------------------------- time
+
+
+def events_of(motion: Trajectory) -> list[dict[str, Any]]:
+    """Return the events of a motion by name, with their times."""
+    found = []
+    for record in motion.events:
+        times, directions = record.times[:MOST_EVENTS], record.directions[:MOST_EVENTS]
+        order = np.argsort(times)
+        name = type(record.event).__name__
+        found.append({"name": name, "times": times[order].tolist(), "directions": directions[order].tolist()})
+    return found
+
+
+def calendar_of(motion: Trajectory) -> dict[str, Any] | None:
+    """Return what time 0 is as milliseconds since 1970 on the clock of a scale, and the unit of time in milliseconds.
+
+    Of UTC the first time is exact, and the others are if no second is inserted on the way.
+    """
+    calendar = motion.calendar
+    if calendar is None:
+        return None
+    zero = _milliseconds(calendar.zero)
+    if calendar.scale == "UTC":
+        try:
+            first = calendar.date(motion.times[0])
+        except ImportError:
+            return None
+        zero = _milliseconds(first.isot) - motion.times[0] * 1000 * SECONDS[calendar.unit]
+    return {"zero": zero, "unit": 1000 * SECONDS[calendar.unit], "scale": calendar.scale}
+
+
+def _milliseconds(date: str) -> float:
+    day, _, clock = date.partition("T")
+    hours, minutes, seconds = clock.split(":")
+    days = (dt.date.fromisoformat(day) - dt.date(1970, 1, 1)).days
+    return 1000 * (86400.0 * days + 3600 * int(hours) + 60 * int(minutes) + float(seconds))
+
+
+# ---------------------------------------------------------------------- reading
+
+
+def _within(record: Any, kind: Any) -> Iterator[Any]:
+    """Yield what is of a kind among the forces of a motion or a system, and within them."""
+    system = record.system if isinstance(record, Trajectory) else record
+    return (each for force in system.forces for each in within(force) if isinstance(each, kind))
+
+
+def _rows(vector: Any, motion: Trajectory) -> Array:
+    """Return the components of a vector at the times of a motion; shape (n, 3)."""
+    return np.stack([np.broadcast_to(np.asarray(x, dtype=float), motion.times.shape) for x in vector], axis=-1)
