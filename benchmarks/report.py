@@ -94,7 +94,13 @@ def text(results):
         (_sweeps, "work_precision"),
     )
     told = [part(results[section]) for part, section in parts if section in results]
-    return "\n".join((_head(results), _targets(results), *told))
+    return "\n".join((_head(results), _targets(results), *told, SEE_ALSO))
+
+
+SEE_ALSO = (
+    "See also: [coming from another tool](coming_from.md), [validation](validation.md), [ensembles](ensembles.md),\n"
+    "[free rotation](free_rotation.md).\n"
+)
 
 
 def not_measured(results):

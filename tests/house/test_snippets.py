@@ -9,7 +9,9 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES_OF_DOCS = sorted(
-    page for page in (ROOT / "docs").rglob("*.md") if not {"_build", "generated"} & set(page.relative_to(ROOT).parts)
+    page
+    for page in (ROOT / "docs").rglob("*.md")
+    if not {"_build", "_static", "generated"} & set(page.relative_to(ROOT).parts)
 )
 PAGES = [page for page in (ROOT / "README.md", *PAGES_OF_DOCS) if "```python" in page.read_text()]
 
@@ -47,3 +49,10 @@ def test_every_page_of_the_docs_is_in_one_table_of_contents():
         if re.fullmatch(r"[\w/-]+", line)
     ]
     assert sorted(name for name in listed if not name.startswith("generated/")) == sorted(pages)
+
+
+def test_pages_with_code_lead_on_to_others():
+    for page in PAGES_OF_DOCS:
+        if "import poinsot" in page.read_text() and page.name != "index.md":
+            _, _, last = page.read_text().rpartition("\nSee also: ")
+            assert len(re.findall(r"\]\([^)]+\.md", last)) >= 2, page.name
