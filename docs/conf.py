@@ -34,6 +34,8 @@ nitpicky = True
 html_theme = "pydata_sphinx_theme"
 html_title = "poinsot"
 html_static_path = ["_static"]
+html_extra_path = ["generated/extra"]
+(ROOT / "docs" / "generated" / "extra").mkdir(parents=True, exist_ok=True)
 html_css_files = ["site.css"]
 html_js_files = ["from_disk.js"]
 html_copy_source = html_show_sourcelink = False

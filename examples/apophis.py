@@ -1,4 +1,6 @@
-"""Apophis passes the Earth at 38,000 km on 13 April 2029, which changes its rotation: the distribution afterwards.
+"""Apophis at the Earth.
+
+Apophis passes the Earth at 38,000 km on 13 April 2029, which changes its rotation: the distribution afterwards.
 
 (99942) Apophis tumbles about its short axis (Pravec et al. 2014, Icarus 233, 48). The effect of the Earth's gravity
 gradient depends on the attitude during the flyby. Here nothing is assumed of it: 4000 Monte Carlo samples have

@@ -1,4 +1,6 @@
-"""Covariance propagation of an attitude over an orbit by the state-transition matrix, and Monte Carlo samples.
+"""Covariance of an attitude over an orbit.
+
+Covariance propagation of an attitude over an orbit by the state-transition matrix, and Monte Carlo samples.
 
 A satellite in the gravity gradient is known at the start to 0.1 degrees and 0.0005 degrees per second, its moments of
 inertia to half a percent. The state-transition matrix propagates the covariance; 4000 Monte Carlo samples agree.

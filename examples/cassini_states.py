@@ -1,4 +1,6 @@
-"""The Cassini states of the Moon (2) and of Mercury (1, 3:2 resonance), and obliquities against the nodal period.
+"""Cassini states of the Moon and of Mercury.
+
+The Cassini states of the Moon (2) and of Mercury (1, 3:2 resonance), and obliquities against the nodal period.
 
 In the frame of the node the rotation is periodic: that of the Moon with one revolution, that of Mercury with two, in
 which it turns three times. `cassini_state` finds the obliquity and the three free librations. The

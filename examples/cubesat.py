@@ -1,4 +1,6 @@
-"""Where a 12U CubeSat points, and which torque disturbs it: an orbit from a two-line element set.
+"""Pointing budget of a CubeSat.
+
+Where a 12U CubeSat points, and which torque disturbs it: an orbit from a two-line element set.
 
 Gravity, air that turns with the Earth, sunlight with the Earth's shadow, and a residual magnetic moment in the IGRF
 disturb it; four wheels in a pyramid, driven by proportional and derivative feedback, hold it to the axes of the orbit.

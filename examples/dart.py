@@ -1,4 +1,6 @@
-"""DART: what the impact did to the orbit of Dimorphos, and how the shape of Dimorphos shows in it.
+"""DART and the shape of Dimorphos.
+
+DART: what the impact did to the orbit of Dimorphos, and how the shape of Dimorphos shows in it.
 
 Didymos is oblate, 394 x 394 x 290 m, and turns in 2.26 h; its moonlet Dimorphos went about it in 11.921481 h at a
 distance of 1189 m, always with the same side to it. The impact took 2.63 mm/s along the orbit: the period becomes

@@ -1,4 +1,6 @@
-"""Momentum management: the wheels of a CubeSat point it along its orbit, and magnetorquers take their momentum away.
+"""Momentum management by magnetorquers.
+
+Momentum management: the wheels of a CubeSat point it along its orbit, and magnetorquers take their momentum away.
 
 Wheels store what external torques bring, up to their largest speed. A magnetic moment m in the field B of the Earth
 gives the torque m x B, across the field alone: with m = k (h x B)/B^2, h the momentum of the wheels, it is

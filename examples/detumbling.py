@@ -1,4 +1,6 @@
-"""Detumbling of 1000 CubeSats by magnetorquers: the B-dot law in the field of a tilted dipole, as one ensemble.
+"""Detumbling of a thousand CubeSats.
+
+Detumbling of 1000 CubeSats by magnetorquers: the B-dot law in the field of a tilted dipole, as one ensemble.
 
 Each satellite of three units begins in any attitude, with 2 to 12 degrees per second about any axis. The torquers make
 a moment against the change of the field that a magnetometer sees, at most 0.1 A m2 along each axis. The gain is that of

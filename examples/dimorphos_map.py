@@ -1,4 +1,6 @@
-"""Where the attitude of Dimorphos is chaotic after the impact of DART: MEGNO over its shape.
+"""Chaos of Dimorphos over its shape.
+
+Where the attitude of Dimorphos is chaotic after the impact of DART: MEGNO over its shape.
 
 Before the impact Dimorphos kept one side to Didymos. The impact has made its orbit eccentric, by 0.03. Where the
 librations that this forces meet resonances with free motions of Dimorphos, it tumbles, as Agrusa et al. (2021, Icarus

@@ -1,4 +1,6 @@
-"""A dual-spin satellite of prolate shape is stable with a damper on its despun platform, not with one on its rotor.
+"""Stability of a dual-spin satellite.
+
+A dual-spin satellite of prolate shape is stable with a damper on its despun platform, not with one on its rotor.
 
 Rotor and platform turn about one axis without friction; the platform points to the Earth, the rotor keeps the angular
 momentum g. The moment A across the axis is larger than both along it. In the platform the nutation goes round at nu =

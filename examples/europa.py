@@ -1,4 +1,6 @@
-"""Three moons in their Cassini states: the free librations of Europa, Io and Titan, and Europa's forced libration.
+"""Librations of Europa, Io and Titan.
+
+Three moons in their Cassini states: the free librations of Europa, Io and Titan, and Europa's forced libration.
 
 The spin axis of a synchronous moon on an ellipse with a precessing plane precesses with the plane: in the frame of the
 node the rotation is periodic with one revolution. `cassini_state` finds it and its free librations: the libration in

@@ -1,4 +1,6 @@
-"""Flat spin of Explorer 1: a spin about the axis of the smallest moment does not last.
+"""Flat spin of Explorer 1.
+
+Flat spin of Explorer 1: a spin about the axis of the smallest moment does not last.
 
 The satellite with its spent motor, 13.97 kg, 2.051 m long and 0.152 m thick (published), is taken as a homogeneous
 cylinder that turns 750 times a minute about its axis (remembered). Its whip antennas bent and took energy; a small

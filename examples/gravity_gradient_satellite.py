@@ -1,4 +1,6 @@
-"""Librations of a satellite with a long boom about the vertical, in the gravity gradient of the Earth.
+"""Librations of a satellite on a boom.
+
+Librations of a satellite with a long boom about the vertical, in the gravity gradient of the Earth.
 
 A bus of 60 kg, and 3 kg at the end of a boom of six metres, on a circle with mean motion n. Linear theory for moments A
 (about the boom), B (along the motion), C (across the orbit), with k = (C - A)/B and l = (C - B)/A (Hughes 1986,

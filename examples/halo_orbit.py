@@ -1,4 +1,6 @@
-"""A spacecraft on a halo orbit about L2 of Earth and Moon, under the gravity gradients of both.
+"""A spacecraft on a halo orbit.
+
+A spacecraft on a halo orbit about L2 of Earth and Moon, under the gravity gradients of both.
 
 The orbit is one of NASA/JPL's catalogue (https://ssd.jpl.nasa.gov/tools/periodic_orbits.html), in units of the
 separation and of the mean motion. Position, velocity and attitude are integrated together: the orbit closes, and keeps

@@ -1,4 +1,6 @@
-"""A free body and a heavy one: the section of Andoyer's variables, with and without a little gravity.
+"""Sections of a free and of a heavy body.
+
+A free body and a heavy one: the section of Andoyer's variables, with and without a little gravity.
 
 Without forces l and L/G move along curves of equal energy. Gravity on a body with a fixed point keeps the energy and
 the momentum about the vertical alone; so weak that it is a thirtieth of the kinetic energy, it turns the separatrix

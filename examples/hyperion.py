@@ -1,4 +1,6 @@
-"""Hyperion cannot rotate regularly: chaos in the plane of its orbit, and tumbling out of it.
+"""Chaotic rotation of Hyperion.
+
+Hyperion cannot rotate regularly: chaos in the plane of its orbit, and tumbling out of it.
 
 With the spin axis kept normal to the orbit the rotation is chaotic: nearby trajectories diverge by a factor of e in
 little more than an orbit. And it is unstable out of the plane: an axis started a tenth of a degree off the normal

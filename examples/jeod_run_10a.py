@@ -1,4 +1,6 @@
-"""A long satellite for eight hours in the gravity gradient of the Earth, against NASA's JEOD.
+"""NASA JEOD, RUN_10A.
+
+A long satellite for eight hours in the gravity gradient of the Earth, against NASA's JEOD.
 
 The run is RUN_10A of JEOD's SIM_dyncomp, case 10A of the orbital check-cases of the NASA Engineering and Safety Center:
 a two-body orbit of 6800 km, a body long along its first axis. The numbers are JEOD's; kg m^2, m, s. The picture shows

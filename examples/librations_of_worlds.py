@@ -1,4 +1,6 @@
-"""Frequencies of the free librations of satellites, planets and spacecraft, compared with linear theory.
+"""Free librations of satellites, planets and spacecraft.
+
+Frequencies of the free librations of satellites, planets and spacecraft, compared with linear theory.
 
 Each body starts 1e-4 rad from its Cassini state, equilibrium or forced libration, and again at twice the distance;
 Mercury 3e-4 rad, because rounding errors accumulate in its long run. `frequencies` decomposes the rotation without the

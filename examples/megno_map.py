@@ -1,4 +1,6 @@
-"""Chaotic rotation of a moon: MEGNO over the angle and the angular velocity at the periapsis.
+"""MEGNO map of a moon.
+
+Chaotic rotation of a moon: MEGNO over the angle and the angular velocity at the periapsis.
 
 The spin axis is kept normal to the orbit, as in Hyperion's section (Wisdom, Peale and Mignard 1984, Icarus 58, 137):
 (B - A)/C = 0.26, eccentricity 0.1. White is regular, MEGNO = 2; purple are the cores of the islands, near periodic

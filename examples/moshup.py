@@ -1,4 +1,6 @@
-"""Moshup and Squannit, 1999 KW4: the moonlet librates, and its libration moves the orbit.
+"""Librations of Squannit about Moshup.
+
+Moshup and Squannit, 1999 KW4: the moonlet librates, and its libration moves the orbit.
 
 Squannit keeps its long axis towards Moshup. Turned away by a degree it would librate about the line of centres at
 n sqrt(3 (B - A) / C) on a given circle (n the rate of the orbit, A < B < C its moments). This is so near n, the

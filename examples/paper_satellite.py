@@ -1,4 +1,6 @@
-"""The satellite of Arribas, Elipe and Palacios (2006), Sec. 6.2: ten revolutions in the gravity gradient of the Earth.
+"""The satellite of the paper.
+
+The satellite of Arribas, Elipe and Palacios (2006), Sec. 6.2: ten revolutions in the gravity gradient of the Earth.
 
 The moments of inertia, the elements and the pair (q, Q) are the printed ones, in kg m^2, km and s. The end is compared
 with the same motion in 42 digits, by Taylor series in multiple precision. The perigee lies below the ground (erratum

@@ -1,4 +1,6 @@
-"""Patroclus and Menoetius, which keep one side to each other: with which periods would they librate?
+"""Periods of Patroclus and Menoetius.
+
+Patroclus and Menoetius, which keep one side to each other: with which periods would they librate?
 
 Two bodies of nearly one size, both of which turn once in a revolution of 4.283 d: a relative equilibrium. The linear
 equations about it have seven frequencies: of the distance and both librations in longitude, in the plane of the orbit,

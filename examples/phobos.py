@@ -1,4 +1,6 @@
-"""Librations of Phobos in longitude: free at 0.62301 n, and forced by the eccentricity with 1.1 degrees.
+"""Librations of Phobos.
+
+Librations of Phobos in longitude: free at 0.62301 n, and forced by the eccentricity with 1.1 degrees.
 
 Linear theory of the angle psi between the long axis and the mean direction to Mars, with mean motion n and
 w^2 = 3 (B - A)/C n^2: psi'' + w^2 psi = 2 e w^2 sin(n t). The free libration has the frequency w, the forced one the

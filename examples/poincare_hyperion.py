@@ -1,4 +1,6 @@
-"""Poincare section of Hyperion: one chaotic sea, and islands of regular motion.
+"""Poincare section of Hyperion.
+
+Poincare section of Hyperion: one chaotic sea, and islands of regular motion.
 
 The rotation in the plane of the orbit is marked at each periapsis, for A = (B - A)/C = 0.26 and e = 0.1 (Wisdom, Peale
 and Mignard 1984, Icarus 58, 137, Fig. 2). The sea surrounds all states from 1:2 to 2:1; islands of regular libration

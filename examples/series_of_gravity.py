@@ -1,4 +1,6 @@
-"""Convergence of the series of a gravity field: the torque on a contact binary, to degree N against all degrees.
+"""Convergence of a series of gravity.
+
+Convergence of the series of a gravity field: the torque on a contact binary, to degree N against all degrees.
 
 Two balls that touch, of unequal size, as points of mass on a lattice. An attractor at the distance r from the centre of
 mass sees the exact torque of `MasconGravity`; that of `HarmonicGravity` to degree N misses a part that falls with the

@@ -1,4 +1,6 @@
-"""A boom that bends in sunlight turns its satellite: thermal snap at the edges of the Earth's shadow.
+"""Thermal snap of a boom.
+
+A boom that bends in sunlight turns its satellite: thermal snap at the edges of the Earth's shadow.
 
 A bus of 60 kg hangs in the gravity gradient of the Earth on a boom of six metres, 3 kg at its end (the satellite of
 gravity_gradient_satellite.py, its boom without mass). Sunlight makes one side of the boom longer: a tube of diameter d

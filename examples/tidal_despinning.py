@@ -1,4 +1,6 @@
-"""Tides slow a captured moon down to the pseudo-synchronous rate, and turn its axis upright.
+"""Tidal despinning of a captured moon.
+
+Tides slow a captured moon down to the pseudo-synchronous rate, and turn its axis upright.
 
 A moon with the size and mass of Triton on an ellipse about Neptune, and forty ways in which it may have come to spin.
 With a constant time lag and without a permanent figure, the averaged equations are linear: the spin tends to a vector

@@ -1,4 +1,6 @@
-"""The tumbling of 4179 Toutatis from November 1992 to 2010, under the gravity-gradient torques of Sun and Earth.
+"""The tumbling of Toutatis.
+
+The tumbling of 4179 Toutatis from November 1992 to 2010, under the gravity-gradient torques of Sun and Earth.
 
 The spin state is that of Takahashi, Busch and Scheeres (2013, Astron. J. 146, 95), with attitudes in the axes of the
 ecliptic of J2000. The orbit is integrated from osculating elements, with the Earth of VSOP2013 and other planets on

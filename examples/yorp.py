@@ -1,4 +1,6 @@
-"""YORP spins an asteroid up or down and turns its axis: averaged over rotation and orbit, beside the full torque.
+"""YORP of an asteroid and its mirror image.
+
+YORP spins an asteroid up or down and turns its axis: averaged over rotation and orbit, beside the full torque.
 
 An asteroid of 500 m at 1.5 au has two hollows and a hump. Its coefficients of YORP by obliquity say to which
 obliquities its axis goes, and whether it ends at the spin barrier of 2.2 hours or turns ever slower. Its mirror image

@@ -13,7 +13,8 @@ ROOT = Path(__file__).parents[2]
 
 
 def write_pages(folder: Path) -> None:
-    """Write those that have changed, and remove those that are no longer made."""
+    """Run the examples, write the pages that have changed, and remove those that are no longer made."""
+    gallery.run_examples(folder / "gallery", folder / "extra" / "scenes")
     made = {
         **api.pages(),
         **gallery.pages(folder / "gallery"),
