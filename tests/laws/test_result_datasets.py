@@ -1,6 +1,8 @@
 """Every result of an ensemble is a dataset: members first, with units and meanings."""
 
 import json
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest

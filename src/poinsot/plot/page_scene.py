@@ -21,9 +21,9 @@ from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import state_of
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.attractors import MU, RADIUS
+from poinsot.plot.angles import different_orbits
 from poinsot.plot.labels import GREEN, PURPLE, bracketed
 from poinsot.plot.page_arrays import packed
-from poinsot.plot.time_series import different_orbits
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
