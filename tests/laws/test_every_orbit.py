@@ -9,9 +9,9 @@ from numpy.polynomial.legendre import leggauss
 import poinsot as pt
 from kinds import concrete_subclasses
 from poinsot.files.scenarios.scenario import rebuilt_system
-from poinsot.files.scenarios.writer import text_of
 from poinsot.orbits.ephemeris import PolynomialArc
 from poinsot.orbits.restricted_three_body import ThreeBodyView
+from poinsot.propagation.system_text import text_of
 
 EPS = np.finfo(float).eps
 ANGLES = {"inclination": 0.7, "node": -0.4, "argument_of_periapsis": 1.9, "epoch": 0.2}

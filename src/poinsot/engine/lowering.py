@@ -158,6 +158,8 @@ class Constants:
     Attributes
     ----------
     values : Replay
+    count : int
+        How many there are.
     switches : bool
         Whether a formula branches on the way.
     """
@@ -167,6 +169,7 @@ class Constants:
         conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
         met = _constants_met(rates)
         self.values = Replay(met, np.longdouble)
+        self.count = len(met)
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
         self.switches = bool(conditions_of(rates))
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, Protocol
 
-__all__ = ["Report", "bar", "later"]
+__all__ = ["Progress", "Report", "bar", "later"]
 
 PATIENCE = 0.5
 """Seconds before it is shown."""
@@ -21,8 +21,14 @@ class Report(Protocol):
         """Tell it."""
 
 
-def bar(what: str, total: float, wanted: bool, console: Any = None) -> AbstractContextManager[Report]:
+Progress = bool | Report
+"""Whether a run is shown, or what it reports to as a part of a longer one."""
+
+
+def bar(what: str, total: float, wanted: Progress, console: Any = None) -> AbstractContextManager[Report]:
     """Show how much of a run is done, its rate or its part, and the time left, if it is wanted; give what reports."""
+    if callable(wanted):
+        return nullcontext(wanted)
     return _shown(what, total, console) if wanted else nullcontext(_nothing)
 
 

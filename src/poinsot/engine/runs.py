@@ -15,6 +15,7 @@ from poinsot.engine import kernels
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.jumps import Clock
 from poinsot.engine.problem import Problem
+from poinsot.engine.progress import Progress
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.errors import PropagationError, PropagationInterrupted
@@ -205,12 +206,14 @@ class Job:
         Of one body; an ensemble has double precision.
     threads : int
         At most, for an ensemble.
-    progress : bool
-        Whether to show a bar of a run that lasts.
+    progress : bool or callable
+        Whether to show a bar of a run that lasts, or what is told of it.
     dense : bool
         Whether to keep the polynomials, of one body.
     device : {"cpu", "cuda"}
         The second of an ensemble alone.
+    zeros : tuple of int, optional
+        Which constants of a looped kernel are zero throughout, where that is decided for more members than these.
     """
 
     problem: Problem
@@ -219,9 +222,10 @@ class Job:
     _: KW_ONLY
     precision: str = "double"
     threads: int = 1
-    progress: bool = False
+    progress: Progress = False
     dense: bool = False
     device: str = "cpu"
+    zeros: tuple[int, ...] | None = None
 
 
 class Run(ABC):

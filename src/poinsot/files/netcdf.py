@@ -20,8 +20,6 @@ from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
-from poinsot.files.scenarios.writer import SYSTEM, WITH_FILES, shape_of, text_of
-from poinsot.files.zarr_store import GROUP, plain, read_store, write_store
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
@@ -30,8 +28,11 @@ from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.dataset import read_parts, told_parts
+from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.stored_motion import failures_in, motion_in, phase_in, result_in, run_in, times_in, told_run
 from poinsot.propagation.stored_trajectory import (
     Record,
     StoredEnvironment,
@@ -39,7 +40,9 @@ from poinsot.propagation.stored_trajectory import (
     StoredTrajectory,
     stored_trajectory_class,
 )
+from poinsot.propagation.system_text import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.trajectory import Method, Run, Trajectory
+from poinsot.propagation.zarr_group import GROUP, StoreError, plain
 
 if TYPE_CHECKING:
     import xarray
@@ -47,9 +50,6 @@ if TYPE_CHECKING:
 __all__ = ["load", "save"]
 
 Array = NDArray[np.float64]
-
-PROVENANCE = ("title", "seed", "scenario", "scenario_of", "scenario_read")
-"""What a trajectory knows of the scenario that made it, and a file too."""
 
 SUFFIXES = (".nc", ".zarr")
 
@@ -113,16 +113,17 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     path = _checked_path(path)
     if motion.run.method is Method.ONE_OF_TWO:
         raise ValueError("motion must be that of both bodies to be saved, got that of one of two.")
-    data = _with_texts(motion)
-    data.attrs["digest"] = _digest(data)
+    data = with_texts(_recorded(motion), motion)
     if path.suffix == ".nc":
+        data.attrs["digest"] = _digest(data)
         with new_file(path, overwrite) as part:
             floats = [name for name, array in data.variables.items() if array.dtype.kind == "f"]
             no_fill_values = {str(name): {"_FillValue": None} for name in floats}  # missing numbers to others
             data.to_netcdf(part, engine="netcdf4", encoding=no_fill_values)
     else:
         with new_folder(path, overwrite, GROUP) as part:
-            write_store(data, part)
+            about = {"failures": motion.failures, "run": told_run(motion.run), "summary": motion.summary}
+            saved_in_chunks(data, part, about)
     return path
 
 
@@ -156,6 +157,8 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     if isinstance(source, xarray.Dataset):
         return _Reading(source, "the dataset").trajectory()
     path = _checked_path(source)
+    if path.suffix == ".zarr":
+        return _in_store(path)
     data = _opened(path)
     reading = _Reading(data, str(path))
     if data.attrs.get("digest") != _digest(data):
@@ -175,40 +178,27 @@ def _checked_path(path: Any) -> Path:
     return Path(path)
 
 
-def _with_texts(motion: Trajectory) -> xarray.Dataset:
-    """Return the dataset of a motion with the text that makes its system again, or why there can be none.
-
-    Arrays that the text names are variables, and so are those of the body's shape, whose text is `shape`.
-    """
-    texts, arrays = _texts_of(motion)
+def _recorded(motion: Trajectory) -> xarray.Dataset:
+    """Return the dataset of a motion, and what of it needs the formulas of parts under names that are read again."""
     data = motion.dataset
-    kept = {f"recorded_{name}": data[name] for name in OF_PARTS} if motion.system.parts else {}
-    about = {"units": "1", "long_name": "named in a text"}
-    named = {
-        name: ([f"{name}_axis{i}" for i in range(np.ndim(values))], values, about) for name, values in arrays.items()
-    }
-    return data.assign({**kept, **named}).assign_attrs(texts)
+    return data.assign({f"recorded_{name}": data[name] for name in OF_PARTS}) if motion.system.parts else data
 
 
-def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the texts of scenario and shape, or why there is none, and the arrays that they name."""
-    known = {key: motion.provenance[key] for key in PROVENANCE if motion.provenance.get(key) is not None}
-    shapes: dict[str, Any] = {}
-    for body, one in zip(motion.initial.of_bodies, motion.system.rigid_bodies, strict=True):
-        name = named(body, "shape")
-        if shape := shape_of(one, name):
-            known[name] = shape.text
-            shapes |= shape.data
-    if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
-        return known, {**motion.provenance.get("data", {}), **shapes}
-    if not isinstance(motion.system, System):
-        return known | {"not_rerunnable": motion.system.not_rerunnable}, shapes
+def _in_store(path: Path) -> Trajectory:
+    """Return what is in a store: a motion, or a dataset where there are no whole states."""
+    if not path.exists():
+        raise FileNotFoundError(f"No such file: {path}")
+    if not (path / GROUP).is_file():
+        raise ValueError(f"{path} must be a Zarr store, got none: it has no {GROUP}.")
     try:
-        text = text_of(motion)
-    except ValueError as error:
-        return known | {"not_rerunnable": str(error)}, shapes
-    read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
-    return known | read, {**text.data, **shapes}
+        store = EnsembleStore(path)
+        store.check_files()
+        if store.chunk and phase_in(store) is None:
+            result: Trajectory = result_in(store)
+            return result
+        return _Reading(store.dataset(), str(path), store).trajectory()
+    except StoreError as error:
+        raise ValueError(f"{path} must be a whole result as save writes it, got another: {error}.") from None
 
 
 def _opened(path: Path) -> xarray.Dataset:
@@ -217,12 +207,9 @@ def _opened(path: Path) -> xarray.Dataset:
 
     if not path.exists():
         raise FileNotFoundError(f"No such file: {path}")
-    if path.suffix == ".zarr" and not (path / GROUP).is_file():
-        raise ValueError(f"{path} must be a Zarr store, got none: it has no {GROUP}.")
-    if path.suffix == ".nc":
-        _check_magic(path)
+    _check_magic(path)
     try:
-        variables, attributes = read_store(path, _is_needed) if path.suffix == ".zarr" else _netcdf_content(path)
+        variables, attributes = _netcdf_content(path)
         return xarray.Dataset(variables, attrs=attributes)
     except FOREIGN as error:
         what = " ".join(str(error).split())[:100].rstrip(".") or type(error).__name__
@@ -270,8 +257,8 @@ def _digest(data: xarray.Dataset) -> str:
 class _Reading:
     """A dataset that is read as a trajectory."""
 
-    def __init__(self, data: xarray.Dataset, name: str) -> None:
-        self.data, self.name = data, name
+    def __init__(self, data: xarray.Dataset, name: str, store: EnsembleStore | None = None) -> None:
+        self.data, self.name, self.store = data, name, store
         said = data.attrs.get("state_variables")
         parts = data.attrs.get("parts", "{}")
         try:
@@ -297,8 +284,8 @@ class _Reading:
         variables = self.data.variables
         first = next(iter(self.sizes))
         shape = variables[first].shape if first in variables else (0, 4)
-        count, members = variables["time"].size if "time" in variables else 0, shape[:-2]
-        allowed: dict[str, list[tuple[int, ...]]] = {"time": [(count,)], "initial_time": [(), members]}
+        count, members = variables[self.time].size if self.time in variables else 0, shape[:-2]
+        allowed: dict[str, list[tuple[int, ...]]] = {self.time: [(count,)], "initial_time": [(), members]}
         for name, size in {**self.sizes, **{f"initial_{each}": n for each, n in self.initial.items()}, **own}.items():
             allowed[name] = [(size,), (*members, size)] if name.startswith("initial_") else [(*members, count, size)]
         of_bodies: dict[str, tuple[int, ...]] = {"moments": (3,), "principal_axes": (3, 3), "mass": ()}
@@ -315,27 +302,42 @@ class _Reading:
     def _variable(self, name: str) -> Any:
         if name not in self.data.variables:
             raise ValueError(f"{self.name} must have the variable {name}, got none.")
-        return self.data[name].values
+        return self.data[name]
 
     def _array(self, name: str) -> Array:
-        return np.array(self._variable(name), dtype=float)
+        return np.array(self._variable(name).values, dtype=float)
+
+    def _rows(self, name: str) -> Any:
+        """Return what lies along the times; of a store none of it is read."""
+        self._variable(name)
+        return self._array(name) if self.store is None or not self.store.chunk else self.store.arrays[name]
+
+    @property
+    def time(self) -> str:
+        """The name of the times."""
+        return "time" if self.store is None or not self.store.chunk else times_in(self.store)
 
     def trajectory(self) -> Trajectory:
         motion = self._motion()
+        motion.failures = self._failures()
+        motion.provenance = self._provenance(isinstance(motion.system, System))
+        return motion
+
+    def _failures(self) -> dict[int, str]:
+        if self.store is not None and self.store.chunk:
+            return failures_in(self.store)
         try:
             failures = json.loads(self.data.attrs.get("failures", "{}"))
         except (ValueError, RecursionError):
             failures = None
         if not isinstance(failures, dict):
             raise ValueError(f"{self.name} must have failures by member, got something else.")
-        motion.failures = {int(member): str(why) for member, why in failures.items()}
-        motion.provenance = self._provenance(isinstance(motion.system, System))
-        return motion
+        return {int(member): str(why) for member, why in failures.items()}
 
     def _provenance(self, whole: bool) -> dict[str, Any]:
         """Return what is known of the scenario; of a system that cannot be run, no more than what its times mean."""
         said, times = self.data.attrs, self.data["time"].attrs
-        known = {key: said[key] for key in PROVENANCE if key in said} if whole and "scenario" in said else {}
+        known = {key: said[key] for key in OF_SCENARIOS if key in said} if whole and "scenario" in said else {}
         if whole and "seed" in said:
             known["seed"] = int(said["seed"])
         if whole and (data := self._named_arrays("system_")):
@@ -364,8 +366,10 @@ class _Reading:
             return self._recorded(str(error))
         for body, one in zip(self.bodies, system.rigid_bodies, strict=True):
             object.__setattr__(one, "shape", self._shape(body) or one.shape)
-        phase, times = self._phase(), self._array("time")
+        phase, times = self._phase(), self._array(self.time)
         initial, run = self._initial(), self._run()
+        if self.store is not None and (motion := motion_in(self.store, system, initial, run)):
+            return motion
         environment = None
         if "carried" in self.data.variables:
             problem = Problem(system)
@@ -424,16 +428,18 @@ class _Reading:
         )
         summary = {key: value for key, value in data.attrs.items() if key in SUMMARY or str(key).startswith("drift_")}
         record = Record(
-            self._array("potential_energy"),
-            {name: self._array(f"integral_{name}") for name in names},
-            {name: self._array(f"drift_{name}") for name in names},
+            self._rows("potential_energy"),
+            {name: self._rows(f"integral_{name}") for name in names},
+            {name: self._rows(f"drift_{name}") for name in names},
             {str(key): value for key, value in summary.items()},
-            **{name: self._array(stored) for name, stored in recorded.items()},
+            **{name: self._rows(stored) for name, stored in recorded.items()},
         )
-        times = self._array("time")
+        times = self._array(self.time)
         environment = StoredEnvironment(times, self._array("carried")) if "carried" in data.variables else None
         made = stored_trajectory_class(system)
-        return made(system, self._initial(), times, self._phase(), self._run(), record, environment)
+        motion = made(system, self._initial(), times, self._phase(), self._run(), record, environment)
+        motion.store = self.store if self.store is not None and self.store.chunk else None
+        return motion
 
     def _units(self) -> dict[str, str]:
         return {name: str(self.data.attrs[f"units_{name}"]) for name in self.measures}
@@ -444,6 +450,8 @@ class _Reading:
         return state_of(_with_orbit(phase), self._array("initial_time"))
 
     def _phase(self) -> Phase:
+        if self.store is not None and (stored := phase_in(self.store)) is not None:
+            return stored
         own = {name: self._array(f"own_{name}") for name in self.own}
         return _with_orbit({name: self._array(name) for name in self.sizes}) | own
 
@@ -455,7 +463,8 @@ class _Reading:
             raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {method[:40]!r}.")
         tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
         kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
-        return Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)
+        run = Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)
+        return run if self.store is None else run_in(self.store, run)
 
 
 def _with_orbit(variables: Phase) -> Phase:

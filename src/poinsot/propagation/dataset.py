@@ -76,6 +76,8 @@ class Motion(NamedTuple):
     system : System
     initial : State
     times : array (n,)
+    leading : tuple of str
+        The first dimensions of what lies along the times.
     columns : mapping
         Arrays along the times, members first, by `COLUMNS`, `OF_TWO`, and `OF_BODY` of each body.
     own, integrals, drift : mapping
@@ -90,6 +92,7 @@ class Motion(NamedTuple):
     system: System
     initial: State
     times: Array
+    leading: tuple[str, ...]
     columns: Mapping[str, Array]
     own: Mapping[str, Array]
     integrals: Mapping[str, Array]
@@ -204,7 +207,7 @@ class _Variables:
     def __init__(self, motion: Motion) -> None:
         self.motion = motion
         self.units = DerivedUnits(motion.system.units)
-        self.leading = ("time",) if motion.columns["norm_error"].ndim == 1 else ("member", "time")
+        self.leading = motion.leading
         self.found: list[tuple[str, tuple[str, ...], Any, dict[str, str]]] = []
         self.said = _said_of_columns(self.units, list(motion.initial.of_bodies))
         self.parts = {part.name: part for part in motion.system.parts if part.size}
@@ -224,8 +227,8 @@ class _Variables:
         for name, values in columns.items():
             unit, meaning, axis, said = self.said[name]
             put(name, values, unit, meaning, axis, **said)
-        for name, part in self.parts.items():
-            put(f"own_{name}", motion.own[name], *self._said_of_part(part))
+        for name, values in motion.own.items():
+            put(f"own_{name}", values, *self._said_of_part(self.parts[name]))
 
     def _proof(self) -> None:
         motion, units, put = self.motion, self.units, self._put
@@ -233,8 +236,10 @@ class _Variables:
         for integral in motion.system.integrals:
             name, kind = integral.name, "energy" if integral.is_energy else "momentum"
             unit = units.energy if integral.is_energy else units.momentum
-            put(f"integral_{name}", values[name], unit, integral.meaning, symbol=integral.symbol, kind=kind)
-            put(f"drift_{name}", drift[name], "1", f"relative drift of {integral.meaning}")
+            if name in values:
+                put(f"integral_{name}", values[name], unit, integral.meaning, symbol=integral.symbol, kind=kind)
+            if name in drift:
+                put(f"drift_{name}", drift[name], "1", f"relative drift of {integral.meaning}")
 
     def _origin(self) -> None:
         """Add what the motion started from, and what was integrated along with it."""

@@ -62,12 +62,12 @@ class PairTrajectory(Trajectory):
     @property
     def position(self) -> Array:
         """The position of the secondary's centre of mass from the primary's, space axes; shape (n, 3)."""
-        return self.phase["orbit"][..., :3]
+        return np.asarray(self.phase["orbit"])[..., :3]
 
     @property
     def momentum(self) -> Array:
         """The relative velocity times the reduced mass, space axes; shape (n, 3)."""
-        return self.phase["orbit"][..., 3:]
+        return np.asarray(self.phase["orbit"])[..., 3:]
 
     @property
     def velocity(self) -> Array:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import functools
 import sys
 from collections.abc import Sequence
 
+from typing_extensions import Unpack
+
 from poinsot.checked import checked
 from poinsot.engine import kernels
-from poinsot.engine.driver import Driver
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
-from poinsot.engine.runs import Memory, OneMotion
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -27,9 +26,10 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
-from poinsot.propagation.event_record import crossings
-from poinsot.propagation.pair_trajectory import trajectory_class
-from poinsot.propagation.trajectory import Method, Run, Trajectory
+from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
+from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
+from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 
 __all__ = ["propagate"]
@@ -49,6 +49,7 @@ def propagate(
     threads: int | None = None,
     progress: bool | None = None,
     device: str = "cpu",
+    **chunking: Unpack[Chunking],
 ) -> Trajectory:
     """Return the motion of a system from a state, at the given times.
 
@@ -105,7 +106,9 @@ def propagate(
     problem = Problem(system, events)
     check_bodies(system, state)
     check_span(problem, state, t)
-    members = members_of(problem, state)
+    members, plan = members_of(problem, state), plan_of(**chunking)
+    if plan and not members:
+        raise ValueError("out, chunk and reduce must be given for an ensemble, got one body. Save its motion.")
     if members:
         _check_single(dense, precision)
         state = broadcast_members(state, members)
@@ -114,26 +117,13 @@ def propagate(
     where = checked_device(device)
     cores = checked_threads(threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
-    driver = Driver(
-        problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense, device=where
+    integrator = Integrator(
+        problem, variables, chosen, asked, precision=precision, threads=cores, dense=dense, device=where
     )
-    along = any(orbit.integrated for orbit in problem.orbits)
-    of_orbits = {"orbits": (variables.size - variables.along_orbits.start,)} if along else {}
-    kept = Memory(variables, members[0], t, **of_orbits) if members else OneMotion()
-    report = driver.run(state, t, kept)
-    method = Method.TAYLOR_OF_MEMBERS if members else Method.TAYLOR
-    motion = trajectory_class(system)(
-        system,
-        state,
-        kept.times,
-        lambda: kept.phase,
-        Run.of(report, method, chosen.name, precision),
-        (report.dense, *report.dense.ends) if report.dense else None,
-        report.failures if members else {},
-        functools.partial(variables.environment, problem, kept.times, kept.rows["orbits"]) if along else None,
-    )
-    if problem.events:
-        motion.events = crossings(system, problem.events, variables, report.events, bool(t[0] <= t[-1]))
+    if members and plan:
+        result: Trajectory = in_chunks(EnsembleOfMotions(integrator.in_chunks(), state, t), plan, shown)
+        return result
+    motion, report = integrator.motion(state, t, shown)
     if members:
         report.check("propagation", float(t[-1]), motion)
     else:

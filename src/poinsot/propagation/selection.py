@@ -12,8 +12,9 @@ from poinsot.errors import array_of
 from poinsot.mechanics.parameters import described, kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.propagation.zarr_group import JoinedArrays, StoredArray
 
-__all__ = ["Chosen", "Index", "checked_index", "numbers_of_members", "state_of_members", "system_of_members"]
+__all__ = ["Chosen", "Index", "checked_index", "numbers_of_members", "rows_of", "state_of_members", "system_of_members"]
 
 Index = int | slice | ArrayLike
 Chosen = int | NDArray[np.intp]
@@ -45,7 +46,17 @@ def _of_slice(name: str, index: slice, count: int) -> Chosen:
         raise TypeError(f"{name} must be a slice of whole numbers, got {index}.") from None
 
 
-def numbers_of_members(record: Any, members: Chosen) -> Any:
+def rows_of(values: Any, members: Chosen | None, at: Any) -> NDArray[Any]:
+    """Return the rows of some members, None: of one body, at some times; of a store no more is read."""
+    if members is None:
+        return np.asarray(values[at])
+    if isinstance(values, StoredArray | JoinedArrays):
+        return values.members(members, at)
+    rows = values[members]
+    return np.asarray(rows[at] if isinstance(members, int) else rows[:, at])
+
+
+def numbers_of_members(record: Any, members: Chosen | slice) -> Any:
     """Return a record with the numbers of some members; those that all members share stay."""
     kinds: dict[str, Any] = {**type(record).beside, **kinds_of(type(record))}
     own: dict[str, Any] = {}
@@ -60,7 +71,7 @@ def numbers_of_members(record: Any, members: Chosen) -> Any:
     return record.unchecked(**own)
 
 
-def system_of_members(system: System, members: Chosen) -> System:
+def system_of_members(system: System, members: Chosen | slice) -> System:
     """Return the system with the numbers of some members, and with their own noise."""
     draws = any(part.jump and part.jump.draws for part in system.parts)
     if not (system.members or draws):
@@ -72,7 +83,7 @@ def system_of_members(system: System, members: Chosen) -> System:
     return chosen
 
 
-def state_of_members(state: State, members: Chosen) -> State:
+def state_of_members(state: State, members: Chosen | slice) -> State:
     """Return the states of some members; one that all members share stays."""
     own = changed(state.phase, lambda x: x[members] if x.ndim > 1 else x)
     return state_of(own, np.asarray(state.time[members]) if np.ndim(state.time) else state.time)

@@ -146,21 +146,18 @@ class StoredTrajectory(Trajectory):
         system: Any = self.system
         initial, known = self.initial, self._record
 
-        def part(values: Array) -> Array:
-            return np.asarray(rows(values[..., None])[..., 0])
-
         if members is not None:
             system, initial = system.of_members(members), state_of_members(initial, members)
         integrals, drift = (
-            {name: part(values) for name, values in each.items()} for each in (known.integrals, known.drift)
+            {name: rows(values) for name, values in each.items()} for each in (known.integrals, known.drift)
         )
         omega, kinetic = known.omega_body, known.kinetic_energy
         record = Record(
-            part(known.potential_energy),
+            rows(known.potential_energy),
             integrals,
             drift,
             omega_body=None if omega is None else rows(omega),
-            kinetic_energy=None if kinetic is None else part(kinetic),
+            kinetic_energy=None if kinetic is None else rows(kinetic),
         )
         values = self.environment.orbit_values
         environment = None if values is None else StoredEnvironment(times, rows(values))
@@ -169,27 +166,29 @@ class StoredTrajectory(Trajectory):
     @property
     @override
     def omega_body(self) -> Array:
-        return super().omega_body if self._record.omega_body is None else self._record.omega_body
+        return super().omega_body if self._record.omega_body is None else np.asarray(self._record.omega_body)
 
     @property
     @override
     def kinetic_energy(self) -> Array:
-        return super().kinetic_energy if self._record.kinetic_energy is None else self._record.kinetic_energy
+        return (
+            super().kinetic_energy if self._record.kinetic_energy is None else np.asarray(self._record.kinetic_energy)
+        )
 
     @property
     @override
     def potential_energy(self) -> Array:
-        return self._record.potential_energy
+        return np.asarray(self._record.potential_energy)
 
     @property
     @override
     def integrals(self) -> dict[str, Array]:
-        return dict(self._record.integrals)
+        return {name: np.asarray(values) for name, values in self._record.integrals.items()}
 
     @property
     @override
     def drift(self) -> dict[str, Array]:
-        return dict(self._record.drift)
+        return {name: np.asarray(values) for name, values in self._record.drift.items()}
 
     @property
     @override

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from importlib import metadata
@@ -27,12 +27,12 @@ from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
-from poinsot.mechanics.state import Phase, State, changed, named, state_of
+from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, crossings_of_members
-from poinsot.propagation.selection import Chosen, Index, checked_index, state_of_members, system_of_members
+from poinsot.propagation.selection import Chosen, Index, checked_index, rows_of, state_of_members, system_of_members
 from poinsot.quantities import Times
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
     from poinsot.engine.runs import Report
+    from poinsot.propagation.ensemble_store import EnsembleStore
 
 
 Array = NDArray[np.float64]
@@ -49,6 +50,8 @@ EVERY = slice(None)
 SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", "wall_time", "kernel", "lanes"}
 SUMMARY |= {"norm_error", "tangency_error", "integrals"}
 """The entries of every summary; the others are drifts, and formulas used outside their range of validity."""
+ORBIT = ("position", "momentum")
+"""What a dataset has for the orbit of two bodies."""
 OF_PARTS = ("title", "calendar", "reference_frame")
 """What a part of a motion, or one of two bodies, has of the provenance of the whole: the scenario is not its own."""
 
@@ -140,6 +143,8 @@ class Trajectory(Summarized):
         Of an ensemble: member -> why it stopped; its rows from there on are NaN. Of one of its members: 0 -> why.
     events : tuple of EventRecord
         What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
+    store : EnsembleStore or None
+        Of an ensemble in a store: what has its arrays, which are read when they are asked for.
     provenance : dict
         Of a motion that a scenario made: its `title`, the `seed` of its spread, and its text, the `scenario`.
 
@@ -178,6 +183,7 @@ class Trajectory(Summarized):
         self.failures = dict(failures or {})
         self._interpolant = interpolant
         self._environment = environment
+        self.store: EnsembleStore | None = None
         self.events: tuple[EventRecord, ...] = ()
         self.provenance: dict[str, Any] = {}
 
@@ -199,7 +205,8 @@ class Trajectory(Summarized):
     @property
     def reached(self) -> NDArray[np.bool_]:
         """At which times there is a motion; shape (n,), of an ensemble (members, n)."""
-        return np.isfinite(next(iter(self.phase.values()))[..., 0])
+        first = np.asarray(next(iter(self.phase.values())))
+        return np.asarray(np.isfinite(first[..., 0]))
 
     @property
     def of_bodies(self) -> dict[str, Trajectory]:
@@ -208,7 +215,7 @@ class Trajectory(Summarized):
 
     @property
     def _state(self) -> State:
-        return state_of(self.phase, self.times)
+        return state_of(changed(self.phase, np.asarray), self.times)
 
     @functools.cached_property
     def environment(self) -> Environment:
@@ -221,7 +228,7 @@ class Trajectory(Summarized):
     @property
     def quaternion(self) -> Array:
         """Euler parameters, scalar first, body -> space; shape (n, 4). Their drift is a measurement."""
-        return self.phase["quaternion"]
+        return np.asarray(self.phase["quaternion"])
 
     @property
     def conjugate_momenta(self) -> Array:
@@ -371,7 +378,7 @@ class Trajectory(Summarized):
         at = checked_index("time", time, self.times.size)
         members = self._members(member)
         if isinstance(at, int):
-            phase = changed(self.phase, lambda x: (x if members is None else x[members])[..., at, :])
+            phase = changed(self.phase, lambda x: rows_of(x, members, at))
             return state_of(phase, np.full(next(iter(phase.values())).shape[:-1], self.times[at]))
         if np.any(np.diff(at) <= 0):
             raise ValueError("time must keep the order of the times of the motion, got places in another order.")
@@ -388,11 +395,9 @@ class Trajectory(Summarized):
     def _selected(self, members: Chosen | None, at: NDArray[np.intp]) -> Trajectory:
         """Return the motion of some members, None: of the one body, at some times."""
         if isinstance(members, int):
-            at = at[self.reached[members, at]]
-
-        def rows(values: Array) -> Array:
-            return np.asarray(values[at] if members is None else values[members][..., at, :])
-
+            first = rows_of(next(iter(self.phase.values())), members, at)
+            at = at[np.isfinite(first[:, 0])]
+        rows = functools.partial(rows_of, members=members, at=at)
         motion = self._made_of(members, rows, self.times[at], changed(self.phase, rows))
         of_whom = range(1) if members is None else np.atleast_1d(members).tolist()
         motion.failures = {new: self.failures[old] for new, old in enumerate(of_whom) if old in self.failures}
@@ -407,7 +412,7 @@ class Trajectory(Summarized):
             events = tuple(crossings_of_members(found, members, system) for found in events)
 
         def environment() -> Environment:
-            values = self.environment.orbit_values
+            values = self._orbits
             if values is None:
                 return Environment(times)
             problem = Problem(system, [found.event for found in events])
@@ -418,6 +423,11 @@ class Trajectory(Summarized):
         motion = own(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
         motion.events = events
         return motion
+
+    @property
+    def _orbits(self) -> Any:
+        """The variables of orbits integrated along, in a store or not; None without any."""
+        return self.environment.orbit_values if self.store is None else self.store.arrays.get("carried")
 
     # ------------------------------------------------------------------ proof
 
@@ -462,11 +472,17 @@ class Trajectory(Summarized):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """How the motion was computed and how far its invariants moved, as one flat record."""
+        """How the motion was computed and how far its invariants moved, as one flat record.
+
+        Of one in a store it says the first alone: the other would read all of it.
+        """
+        run = {key: value for key, value in asdict(self.run).items() if key != "versions"}
+        run |= {"method": str(self.run.method)}
+        if self.store is not None:
+            return run | self.store.summary
         largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
         return {
-            **{key: value for key, value in asdict(self.run).items() if key != "versions"},
-            "method": str(self.run.method),
+            **run,
             "norm_error": _largest(self.norm_error),
             "tangency_error": _largest(self.tangency_error),
             **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
@@ -494,18 +510,25 @@ class Trajectory(Summarized):
         return f"Trajectory of {rounded(repr(self.system))}", {
             "times": told_times(self.times, unit),
             "members": f"{len(self)}, {len(self.failures)} failed" if self.is_ensemble else "",
+            "store": "" if self.store is None else str(self.store),
             "method": str(known["method"]) + (steps if known["steps"] else ""),
             "kernel": told_kernel(known["kernel"], known["lanes"]),
             "variables": f"{known['formulation']}, {known['precision']} precision",
             "wall time": told(known["wall_time"], "s") if np.isfinite(known["wall_time"]) else "",
             "dense output": "any time" if ends[:1] == [-np.inf] else told(ends, unit),
-            "norm error": f"{known['norm_error']:.3g}",
-            "tangency error": told(float(f"{known['tangency_error']:.3g}"), DerivedUnits(self.system.units).momentum),
-            "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or known["integrals"],
+            **self._told_errors(known),
+            "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or known.get("integrals", ""),
             "events": ", ".join(f"{found.event.kind} {len(found)}" for found in self.events),
             "ended": "; ".join(self._ends),
             **{name: text for name, text in known.items() if name not in SUMMARY and not name.startswith("drift_")},
         }
+
+    def _told_errors(self, known: Mapping[str, Any]) -> dict[str, str]:
+        """Return what is said of how far states are off the unit sphere, where that is known."""
+        if "norm_error" not in known:
+            return {}
+        tangency = told(float(f"{known['tangency_error']:.3g}"), DerivedUnits(self.system.units).momentum)
+        return {"norm error": f"{known['norm_error']:.3g}", "tangency error": tangency}
 
     @property
     def _ends(self) -> Iterator[str]:
@@ -517,25 +540,53 @@ class Trajectory(Summarized):
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The motion as an xarray Dataset with units, frames and provenance."""
+        """The motion as an xarray Dataset with units, frames and provenance; of one in a store, what is stored."""
+        known = {key: value for key, value in self.summary.items() if key != "wall_time"}
+        if self.store is None:
+            return self.variables(self.variable_names).assign_attrs(known)
+        stored, start = self.store.dataset(), self.variables(())
+        names = [name for name in self.store.sharded if name in self.variable_names]
+        if any("time" not in stored[name].dims for name in names):
+            return stored
+        return start.assign({name: stored.variables[name] for name in names}).assign_attrs(known)
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """The names of what a dataset has along the times."""
+        integrals = [integral.name for integral in self.system.integrals]
+        proof = [f"{kind}_{name}" for name in integrals for kind in ("integral", "drift")]
+        own = [f"own_{part.name}" for part in self.system.parts if part.size]
+        carried = ["carried"] if self._orbits is not None else []
+        return (*self._columns, *own, *proof, *carried)
+
+    @property
+    def state_variables(self) -> tuple[str, ...]:
+        """The names of those that the motion is made of."""
+        of_two = ORBIT if "quaternion" not in self.phase and "orbit" in self.phase else ()
+        rigid = (name for name in self.phase if name in RIGID)
+        return (*rigid, *of_two, *(f"own_{part.name}" for part in self.system.parts if part.size))
+
+    def variables(self, names: Collection[str]) -> xarray.Dataset:
+        """Return some variables of the dataset, with the start and the body."""
         frame, provenance = self.reference_frame, self.provenance
+        integrals, drift = (self.integrals, self.drift) if any(map(_is_proof, names)) else ({}, {})
+        own = [part.name for part in self.system.parts if part.size]
         return dataset_of(
             Motion(
                 system=self.system,
                 initial=self.initial,
                 times=self.times,
-                columns=self._columns,
-                own=self.own,
-                integrals=self.integrals,
-                drift=self.drift,
-                orbits=self.environment.orbit_values,
+                leading=("member", "time") if self.is_ensemble else ("time",),
+                columns={name: read() for name, read in self._columns.items() if name in names},
+                own={name: np.asarray(self.phase[name]) for name in own if f"own_{name}" in names},
+                integrals={name: values for name, values in integrals.items() if f"integral_{name}" in names},
+                drift={name: values for name, values in drift.items() if f"drift_{name}" in names},
+                orbits=self.environment.orbit_values if "carried" in names else None,
                 calendar=self.calendar,
                 attributes={
-                    "state_variables": " ".join(
-                        (*self._state.rigid, *(part.name for part in self.system.parts if part.size))
-                    ),
-                    **{key: value for key, value in self.summary.items() if key != "wall_time"},
-                    **self.run.attributes(self.failures),
+                    "state_variables": " ".join(name.removeprefix("own_") for name in self.state_variables),
+                    **{f"version_{name}": version for name, version in self.run.versions.items()},
+                    **({"failures": json.dumps(self.failures)} if self.failures else {}),
                     **{key: provenance[key] for key in ("title", "seed") if provenance.get(key) is not None},
                     **({} if frame == SPACE_AXES_UNNAMED else {"reference_frame": frame}),
                 },
@@ -543,10 +594,14 @@ class Trajectory(Summarized):
         )
 
     @property
-    def _columns(self) -> dict[str, Array]:
-        """What a dataset has of the motion."""
-        each = {named(body, name): getattr(one, name) for body, one in self.of_bodies.items() for name in OF_BODY}
-        return each | {name: getattr(self, name) for name in self._of_whole}
+    def _columns(self) -> dict[str, Callable[[], Array]]:
+        """What a dataset may have of the motion, each computed when it is called."""
+        each = {
+            named(body, name): functools.partial(getattr, one, name)
+            for body, one in self.of_bodies.items()
+            for name in OF_BODY
+        }
+        return each | {name: functools.partial(getattr, self, name) for name in self._of_whole}
 
     @property
     def calendar(self) -> Calendar | None:
@@ -601,6 +656,10 @@ class RelativeMotion(Summarized):
     def omega_frame(self) -> Array:
         """The rate relative to the frame, along the frame's axes; shape (n, 3)."""
         return quat.rotate(self.quaternion, self.omega_body)
+
+
+def _is_proof(name: str) -> bool:
+    return name.startswith(("integral_", "drift_"))
 
 
 def told_kernel(kernel: str, lanes: int) -> str:

@@ -14,14 +14,13 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
-from poinsot.files.scenarios.toml_text import MOST_CHARACTERS
-from poinsot.files.scenarios.writer import WHOLE, WITH_FILES, text_of
 from poinsot.files.untrusted import read_text
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
+from poinsot.propagation.system_text import MOST_CHARACTERS, WHOLE, WITH_FILES, text_of
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "repetition"]

@@ -5,21 +5,47 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine.formulations import formulations
-from poinsot.files.scenarios.toml_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Parametric, records_in
+from poinsot.mechanics.state import named
+from poinsot.mechanics.system import System
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.propagation.trajectory import Method, Trajectory
 from poinsot.shapes.assembly import Assembly
 
-__all__ = ["METHODS", "SYSTEM", "WHOLE", "WITH_FILES", "Text", "shape_of", "text_of"]
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = [
+    "METHODS",
+    "MOST_CHARACTERS",
+    "MOST_KEYS",
+    "MOST_NUMBERS",
+    "OF_SCENARIOS",
+    "SYSTEM",
+    "WHOLE",
+    "WITH_FILES",
+    "Text",
+    "shape_of",
+    "text_of",
+    "with_texts",
+]
+
+MOST_CHARACTERS = 1_000_000
+"""Of a scenario: what is read in a second."""
+
+MOST_NUMBERS = 20_000
+MOST_KEYS = 5_000
+
+OF_SCENARIOS = ("title", "seed", "scenario", "scenario_of", "scenario_read")
+"""What a trajectory knows of the scenario that made it, and a file too."""
 
 SYSTEM, WHOLE = "system", "state, times and system"
 """What the text of a scenario in a file is of: the rest is in the variables."""
@@ -69,6 +95,40 @@ def text_of(motion: Trajectory) -> Text:
         given = text.count(",")
         raise ValueError(f"a scenario must have at most {MOST_NUMBERS} numbers to be kept in a file, got {given}.")
     return Text(text, writer.data)
+
+
+def with_texts(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
+    """Return the dataset of a motion with the text that makes its system again, or why there can be none.
+
+    Arrays that the text names are variables, and so are those of the body's shape, whose text is `shape`.
+    """
+    texts, arrays = _texts_of(motion)
+    about = {"units": "1", "long_name": "named in a text"}
+    own = {
+        name: ([f"{name}_axis{i}" for i in range(np.ndim(values))], values, about) for name, values in arrays.items()
+    }
+    return data.assign(own).assign_attrs(texts)
+
+
+def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the texts of scenario and shape, or why there is none, and the arrays that they name."""
+    known = {key: motion.provenance[key] for key in OF_SCENARIOS if motion.provenance.get(key) is not None}
+    shapes: dict[str, Any] = {}
+    for body, one in zip(motion.initial.of_bodies, motion.system.rigid_bodies, strict=True):
+        name = named(body, "shape")
+        if shape := shape_of(one, name):
+            known[name] = shape.text
+            shapes |= shape.data
+    if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
+        return known, {**motion.provenance.get("data", {}), **shapes}
+    if not isinstance(motion.system, System):
+        return known | {"not_rerunnable": motion.system.not_rerunnable}, shapes
+    try:
+        text = text_of(motion)
+    except ValueError as error:
+        return known | {"not_rerunnable": str(error)}, shapes
+    read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
+    return known | read, {**text.data, **shapes}
 
 
 def shape_of(body: Body, name: str) -> Text | None:

@@ -1,0 +1,492 @@
+"""Ensembles in chunks of members, whose results go to a store or to a reduction as they end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
+
+import numpy as np
+
+from poinsot.atomic_write import new_folder
+from poinsot.engine.progress import Progress, bar
+from poinsot.errors import PropagationInterrupted
+from poinsot.mechanics.parameters import described
+from poinsot.propagation.ensemble_store import EnsembleStore, plain_variables, written_store
+from poinsot.propagation.fingerprint import fingerprint
+from poinsot.propagation.lease import lease
+from poinsot.propagation.memory import available_memory
+from poinsot.propagation.trajectory import versions
+from poinsot.propagation.zarr_group import GROUP, StoreError, plain
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = [
+    "Chunking",
+    "Done",
+    "Ensemble",
+    "Part",
+    "Plan",
+    "Task",
+    "in_chunks",
+    "plan_of",
+    "reduced",
+    "saved_in_chunks",
+    "selected",
+]
+
+LARGEST = 128 * 1024**2
+"""Bytes of the rows of a chunk at most: larger ones are no faster."""
+
+SHARE = 16
+"""Parts of the available memory, of which the rows of a chunk take one."""
+
+AT_WORK = 4
+"""The bytes that a chunk takes while it is computed and written, over those of its rows."""
+
+
+class Chunking(TypedDict, total=False):
+    """How an ensemble is cut into chunks of members, and what becomes of these.
+
+    Parameters
+    ----------
+    out : str or Path
+        The name of a store, `.zarr`: each chunk is written when it is done. The same call goes on with a store that
+        is not complete.
+    chunk : int
+        Members of a chunk. Default: as many as memory allows.
+    variables : list of str, or mapping
+        What is stored, by the names in `motion.dataset`; default: what the motion is made of. A mapping has for each
+        name what is special: `{"quaternion": {"dtype": "float32", "every": 10}}`, every tenth time.
+    reduce : callable
+        Takes the dataset of a chunk and returns another one, which is kept in its place.
+    """
+
+    out: str | Path | None
+    chunk: int | None
+    variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
+    reduce: Callable[[xarray.Dataset], xarray.Dataset] | None
+
+
+@dataclass(frozen=True)
+class Kept:
+    """How a variable is kept."""
+
+    dtype: str = "float64"
+    every: int = 1
+
+    def __post_init__(self) -> None:
+        if self.dtype not in ("float64", "float32"):
+            raise ValueError(f"dtype must be 'float64' or 'float32', got {self.dtype!r}.")
+        if type(self.every) is not int or self.every < 1:
+            raise ValueError(f"every must be a positive whole number, got {self.every!r}.")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Arguments of chunks, checked."""
+
+    out: Path | None = None
+    chunk: int | None = None
+    variables: Mapping[str, Kept] = field(default_factory=dict)
+    reduce: Callable[[xarray.Dataset], xarray.Dataset] | None = None
+
+
+class Part(NamedTuple):
+    """What comes of some members.
+
+    Attributes
+    ----------
+    data : xarray.Dataset
+        Along `member`, then `time`.
+    aside : mapping
+        Name -> dimensions, numbers and attributes of what does not lie along members.
+    about : mapping
+        `failures`, by the number in the ensemble, and how they were computed, `run`.
+    interrupted : bool
+    """
+
+    data: xarray.Dataset
+    aside: Mapping[str, Any]
+    about: Mapping[str, Any]
+    interrupted: bool
+
+
+class Ensemble(Protocol):
+    """A computation of members that can be done chunk by chunk. What depends on all of them is decided before.
+
+    Attributes
+    ----------
+    members : int
+    member_bytes : int
+        Of the rows of one member while it is computed.
+    names : tuple of str
+        The variables that its dataset can have.
+    kept : tuple of str
+        Those that are stored by default.
+    problem : mapping
+        What it is by name: values of JSON, or anything that has a fingerprint.
+    last : float
+        Its last time.
+    """
+
+    @property
+    def members(self) -> int: ...  # noqa: D102 - they are above
+
+    @property
+    def member_bytes(self) -> int: ...  # noqa: D102
+
+    @property
+    def names(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    @property
+    def kept(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    @property
+    def problem(self) -> Mapping[str, Any]: ...  # noqa: D102
+
+    @property
+    def last(self) -> float: ...  # noqa: D102
+
+    def fixed(self) -> xarray.Dataset:
+        """Return the variables that are the same for all chunks, and the attributes."""
+
+    def empty(self, names: Iterable[str]) -> xarray.Dataset:
+        """Return the other variables of one member, of any numbers."""
+
+    def computed(self, members: slice, names: Iterable[str], progress: Progress) -> Part:
+        """Compute some members."""
+
+    def opened(self, store: EnsembleStore) -> Any:
+        """Return the result that is in a store."""
+
+
+class Done(NamedTuple):
+    """What is told of a chunk: its number, its members, what a reduction made of it without a store."""
+
+    number: int
+    members: int
+    interrupted: bool = False
+    reduced: Any = None
+
+
+def plan_of(
+    *,
+    out: str | Path | None = None,
+    chunk: int | None = None,
+    variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+    reduce: Callable[[xarray.Dataset], xarray.Dataset] | None = None,
+) -> Plan | None:
+    """Return what the arguments of chunks ask for; None if there are none."""
+    if out is None and chunk is None and variables is None and reduce is None:
+        return None
+    if out is None and reduce is None:
+        raise ValueError(
+            "chunk and variables must come with out= or reduce=, got neither. Name a store: out='run.zarr'."
+        )
+    if out is not None and (not isinstance(out, str | Path) or Path(out).suffix != ".zarr"):
+        raise ValueError(f"out must be the name of a store that ends in .zarr, got {described(out)}.")
+    if chunk is not None and (type(chunk) is not int or chunk < 1):
+        raise ValueError(f"chunk must be a positive whole number of members, got {described(chunk)}.")
+    if reduce is not None and not callable(reduce):
+        raise TypeError(f"reduce must be a function of a dataset, got {described(reduce)}.")
+    return Plan(None if out is None else Path(out), chunk, _kept(variables), reduce)
+
+
+def _kept(variables: Any) -> dict[str, Kept]:
+    if variables is None:
+        return {}
+    given = variables if isinstance(variables, Mapping) else {name: {} for name in _listed(variables)}
+    try:
+        return {str(name): Kept(**special) for name, special in given.items()}
+    except TypeError:
+        rule = "variables must say dtype and every of each name at most"
+        raise TypeError(f"{rule}, got {described(variables)}.") from None
+
+
+def _listed(variables: Any) -> list[str]:
+    if isinstance(variables, str) or not all(isinstance(name, str) for name in variables):
+        raise TypeError(f"variables must be a list of names or a mapping, got {described(variables)}.")
+    return list(variables)
+
+
+# ---------------------------------------------------------------------- one chunk
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is done with each chunk, in this process or in another one.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    plan : Plan
+    chunk : int
+        Members of a chunk.
+    """
+
+    ensemble: Ensemble
+    plan: Plan
+    chunk: int
+
+    def __call__(self, number: int, progress: Progress = False) -> Done:
+        """Compute a chunk and write or reduce it."""
+        members = slice(number * self.chunk, min((number + 1) * self.chunk, self.ensemble.members))
+        count = members.stop - members.start
+        part = self.ensemble.computed(members, self.names, progress)
+        if part.interrupted:
+            return Done(number, 0, True)
+        reduced = None if self.plan.reduce is None else reduction(self.plan.reduce, self._labelled(part, members))
+        if self.plan.out is None:
+            return Done(number, count, reduced=reduced)
+        store, about = EnsembleStore(self.plan.out), {"members": [members.start, members.stop], **part.about}
+        if reduced is None:
+            store.write(number, plain_variables(selected(part.data, self.kept)), part.aside, about)
+        else:
+            store.write(number, {}, plain_variables(reduced), {**reduced.attrs, **about})
+        return Done(number, count)
+
+    @property
+    def kept(self) -> Mapping[str, Kept]:
+        """How each variable is stored."""
+        return self.plan.variables or dict.fromkeys(self.ensemble.kept, Kept())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The variables that are computed."""
+        return tuple(self.kept) if self.plan.reduce is None or self.plan.variables else self.ensemble.names
+
+    def _labelled(self, part: Part, members: slice) -> xarray.Dataset:
+        return selected(part.data, dict.fromkeys(self.names, Kept()) | dict(self.plan.variables)).assign_coords(
+            member=("member", np.arange(members.start, members.stop))
+        )
+
+
+def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> xarray.Dataset:
+    """Return what a user's function makes of a dataset."""
+    import xarray
+
+    found = reduce(data)
+    if isinstance(found, xarray.DataArray):
+        found = found.to_dataset(name=found.name or "reduced")
+    if not isinstance(found, xarray.Dataset):
+        raise TypeError(f"reduce must return a dataset, got {described(found)}.")
+    return found
+
+
+def selected(data: xarray.Dataset, kept: Mapping[str, Kept]) -> xarray.Dataset:
+    """Return some variables of a dataset, each in its kind and at every so many of the times."""
+    import xarray
+
+    found = {}
+    for name, how in kept.items():
+        variable = data.variables[name]
+        if how.every > 1 and "time" in variable.dims:
+            variable = variable.isel(time=slice(None, None, how.every))
+            dims = [times_every(how.every) if dim == "time" else dim for dim in variable.dims]
+            variable = xarray.Variable(dims, variable.values, variable.attrs)
+        found[name] = variable.astype(how.dtype, copy=False) if variable.dtype.kind == "f" else variable
+    return xarray.Dataset(found, attrs=data.attrs)
+
+
+def times_every(every: int) -> str:
+    """Return the name of the dimension of every so many of the times."""
+    return f"time_{every}" if every > 1 else "time"
+
+
+# ---------------------------------------------------------------------- all of them
+
+
+def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
+    """Compute an ensemble chunk by chunk; return the result in the store, or what the reductions have made."""
+    unknown = [name for name in plan.variables if name not in ensemble.names]
+    if unknown:
+        raise ValueError(f"variables must be some of {', '.join(ensemble.names)}, got {unknown[0]!r}.")
+    if plan.out is None:
+        task = Task(ensemble, plan, chunk_of(ensemble, plan.chunk))
+        found: dict[int, Any] = {}
+        try:
+            _run(
+                task,
+                range(-(-ensemble.members // task.chunk)),
+                0,
+                shown,
+                lambda done: found.update({done.number: done}),
+            )
+        except KeyboardInterrupt:
+            raise _interrupted(ensemble, sum(done.members for done in found.values()), None) from None
+        return concatenated(found[number].reduced for number in sorted(found))
+    store = _opened(ensemble, plan, plan.out)
+    with lease(store.folder) as held:
+        store = EnsembleStore(store.folder)
+        store.forget_broken()
+        task = Task(ensemble, plan, store.chunk)
+        left = np.flatnonzero(~store.whole).tolist()
+        try:
+            _run(task, left, store.finished, shown, lambda _: held.check())
+        except KeyboardInterrupt:
+            store = EnsembleStore(store.folder)
+            raise _interrupted(ensemble, store.finished, _result(ensemble, plan, store)) from None
+        except OSError as error:
+            whole = EnsembleStore(store.folder).whole
+            done = f"{whole.sum()} of {whole.size} chunks are whole; the same call goes on."
+            raise OSError(f"{_unwritable(store.folder, error)} {done}") from error
+    return _result(ensemble, plan, EnsembleStore(store.folder))
+
+
+def _run(task: Task, numbers: Sequence[int], done: int, shown: bool, take: Callable[[Done], None]) -> None:
+    """Do the chunks that are left, and hand on what is told of each."""
+    with bar("members", task.ensemble.members, shown) as told:
+        told(done)
+        for each in in_turn(task, numbers, told if shown else False):
+            if each.interrupted:
+                raise KeyboardInterrupt
+            take(each)
+
+
+def in_turn(task: Task, numbers: Iterable[int], progress: Progress) -> Iterator[Done]:
+    """Do chunks one after another in this process."""
+    return (task(number, progress) for number in numbers)
+
+
+def _interrupted(ensemble: Ensemble, members: int, result: Any) -> PropagationInterrupted:
+    goes_on = "" if result is None else " The same call goes on."
+    message = f"propagation was interrupted: {members} of {ensemble.members} members are done.{goes_on}"
+    return PropagationInterrupted(message, ensemble.last, result)
+
+
+def _result(ensemble: Ensemble, plan: Plan, store: EnsembleStore) -> Any:
+    return reduced(store) if plan.reduce is not None else ensemble.opened(store)
+
+
+def reduced(store: EnsembleStore) -> xarray.Dataset:
+    """Return what a reduction has made of the chunks that are whole."""
+    return concatenated(_of_chunk(*each) for each in store.asides())
+
+
+def _of_chunk(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> xarray.Dataset:
+    import xarray
+
+    variables = {name: (a.about.dims, np.asarray(a), dict(a.about.attributes)) for name, a in arrays.items()}
+    coordinates = [name for name, (dims, *_) in variables.items() if dims == (name,)]
+    return xarray.Dataset(variables, attrs=dict(attributes)).set_coords(coordinates)
+
+
+def concatenated(parts: Iterable[xarray.Dataset]) -> xarray.Dataset:
+    """Return datasets of chunks as one: along members where they have them, else along a new dimension `chunk`."""
+    import xarray
+
+    found = [part.drop_attrs(deep=False) for part in parts]
+    if not found:
+        return xarray.Dataset()
+    along = "member" if "member" in found[0].dims else "chunk"
+    plain: Any = {"data_vars": "minimal" if along == "member" else "all", "coords": "minimal", "compat": "override"}
+    return xarray.concat(found, along, join="override", **plain)
+
+
+# ---------------------------------------------------------------------- size and store
+
+
+def chunk_of(ensemble: Ensemble, given: int | None) -> int:
+    """Return how many members a chunk has, for which there is memory."""
+    free, each = available_memory(), max(ensemble.member_bytes, 1)
+    if given is None:
+        most = min(max(min(free // SHARE, LARGEST) // each, 1), ensemble.members)
+        chunk = 1 << (most.bit_length() - 1) if most < ensemble.members else most
+    else:
+        chunk = min(given, ensemble.members)
+    if AT_WORK * chunk * each > free:
+        hint = "Leave chunk out." if given is not None and chunk > 1 else "Give fewer times."
+        raise ValueError(
+            f"chunk must fit into the memory that this process may use, {free / 1e9:.3g} GB, got {chunk} members, "
+            f"which take {AT_WORK * chunk * each / 1e9:.3g} GB. {hint}"
+        )
+    return chunk
+
+
+def saved_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any]) -> None:
+    """Write a dataset into a new folder as a store: what has members and times in chunks of members."""
+    names = [str(name) for name, each in data.variables.items() if each.dims[:2] == ("member", "time")]
+    members = data.sizes["member"] if names else 0
+    bytes_of_all = sum(data.variables[name].size for name in names) * 8
+    chunk = -(-members // max(-(-bytes_of_all // LARGEST), 1)) if names else 0
+    said = {"summary": {name: plain(value) for name, value in about["summary"].items() if name != "wall_time"}}
+    folder.mkdir()
+    fixed, grown = data.drop_vars(names), data[names].drop_vars(data.coords, errors="ignore")
+    store = written_store(folder, fixed, grown.isel(member=slice(0, 1), missing_dims="ignore"), members, chunk, said)
+    for number in range(store.whole.size):
+        own = store.members_of(number)
+        failures = {str(k): why for k, why in about["failures"].items() if own.start <= k < own.stop}
+        store.write(number, plain_variables(grown.isel(member=own)), {}, {"failures": failures, "run": about["run"]})
+
+
+def _opened(ensemble: Ensemble, plan: Plan, out: Path) -> EnsembleStore:
+    """Return the store of a problem, which is made if it is not there; refuse that of another one."""
+    problem = _problem(ensemble, plan)
+    if not out.exists():
+        _make(ensemble, plan, out, problem)
+    try:
+        store = EnsembleStore(out)
+    except StoreError as error:
+        raise ValueError(f"out must be a new name or the store of this problem, got {out}: {error}.") from None
+    said = store.attributes["store"].get("problem") or {}
+    other = [_told(name, said, problem) for name in {**problem, **said} if problem.get(name) != said.get(name)]
+    if not other and plan.chunk not in (None, store.chunk) and store.chunk < ensemble.members:
+        other = [f"chunks, of {store.chunk} members"]
+    if other:
+        raise ValueError(
+            f"out must be a new name or the store of this problem, got {out}, which differs in its "
+            f"{' and '.join(other)}. Give another name."
+        )
+    return store
+
+
+def _make(ensemble: Ensemble, plan: Plan, out: Path, problem: Mapping[str, Any]) -> None:
+    """Make the store of a problem without chunks, unless another run does so at this moment."""
+    chunk = chunk_of(ensemble, plan.chunk)
+    kept = Task(ensemble, plan, chunk).kept if plan.reduce is None else {}
+    fixed, empty = ensemble.fixed(), selected(ensemble.empty(tuple(kept)), kept)
+    try:
+        with new_folder(out, False, GROUP) as part:
+            part.mkdir()
+            written_store(part, _with_times(fixed, kept), empty, ensemble.members, chunk, {"problem": problem})
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        if not out.exists():
+            raise OSError(_unwritable(out, error)) from error
+
+
+def _unwritable(out: Path, error: OSError) -> str:
+    return f"out must be a store that can be written, got {out}: {error.strerror or error}."
+
+
+def _told(name: str, said: Mapping[str, Any], problem: Mapping[str, Any]) -> str:
+    """Return what differs between two problems."""
+    theirs, ours = said.get(name), problem.get(name)
+    if name != "versions" or not isinstance(theirs, dict) or not isinstance(ours, dict):
+        return name
+    packages = [package for package in ours if theirs.get(package) != ours[package]]
+    return "versions, " + ", ".join(f"{package} {theirs.get(package)} and now {ours[package]}" for package in packages)
+
+
+def _problem(ensemble: Ensemble, plan: Plan) -> dict[str, Any]:
+    """Return what a store says of its problem."""
+    kept = Task(ensemble, plan, 1).kept if plan.reduce is None or plan.variables else {}
+    own = {name: fingerprint(value) for name, value in ensemble.problem.items()}
+    of = versions()
+    return {
+        **own,
+        "variables": {name: [how.dtype, how.every] for name, how in kept.items()},
+        "reduce": "" if plan.reduce is None else fingerprint(plan.reduce),
+        "versions": {name: of[name] for name in ("poinsot", "heyoka")},
+    }
+
+
+def _with_times(fixed: xarray.Dataset, kept: Mapping[str, Kept]) -> xarray.Dataset:
+    """Return a dataset with the times at which variables are kept."""
+    times = {times_every(how.every): how.every for how in kept.values() if how.every > 1}
+    about = fixed["time"]
+    return fixed.assign_coords({name: (name, about.values[::every], about.attrs) for name, every in times.items()})

@@ -1,0 +1,165 @@
+"""The motions of an ensemble, chunk by chunk."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.engine.progress import Progress
+from poinsot.engine.runs import Report
+from poinsot.mechanics.state import State
+from poinsot.propagation.chunks import Part
+from poinsot.propagation.ensemble_store import EnsembleStore
+from poinsot.propagation.event_record import EventRecord
+from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.selection import state_of_members
+from poinsot.propagation.stored_motion import events_of, motion_in, run_in, told_run
+from poinsot.propagation.system_text import with_texts
+from poinsot.propagation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["EnsembleOfMotions"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EnsembleOfMotions:
+    """Motions of members from their states, at the same times; see `Ensemble`.
+
+    Parameters
+    ----------
+    integrator : Integrator
+    state : State
+        Of all members.
+    times : array (n,)
+    """
+
+    integrator: Integrator
+    state: State
+    times: Array
+
+    @functools.cached_property
+    def frame(self) -> Trajectory:
+        """The motion of all members, without its numbers."""
+        return self._without_numbers(self.integrator, self.state)
+
+    def _without_numbers(self, integrator: Integrator, state: State) -> Trajectory:
+        return integrator.trajectory(state, _Nothing(integrator, state, self.times), _report(integrator, state))
+
+    @functools.cached_property
+    def _first(self) -> Trajectory:
+        """The motion of the first member, without its numbers."""
+        return self._without_numbers(self.integrator.of_members(FIRST), state_of_members(self.state, FIRST))
+
+    @property
+    def members(self) -> int:
+        """How many there are."""
+        return self.state.time.size
+
+    @property
+    def member_bytes(self) -> int:
+        """Bytes of the rows of a member, as they are integrated and as they are kept."""
+        return 8 * self.times.size * (self.integrator.variables.size + sum(self.integrator.variables.sizes.values()))
+
+    @property
+    def last(self) -> float:
+        """The last time."""
+        return float(self.times[-1])
+
+    @functools.cached_property
+    def names(self) -> tuple[str, ...]:
+        """What a dataset of motions has along the times."""
+        return self._without_numbers(
+            self.integrator.of_members(FIRST), state_of_members(self.state, FIRST)
+        ).variable_names
+
+    @functools.cached_property
+    def kept(self) -> tuple[str, ...]:
+        """What a motion is made of; where its forces cannot be written, also what they alone can tell."""
+        own = (*self.frame.state_variables, *(name for name in self.names if name == "carried"))
+        if "not_rerunnable" not in with_texts(self.frame.variables(()), self.frame).attrs:
+            return own
+        told = (name for name in self.names if name in OF_FORCES or name.startswith(("integral_", "drift_")))
+        return (*own, *told)
+
+    @property
+    def problem(self) -> Mapping[str, Any]:
+        """What the motions are of."""
+        own = self.integrator
+        return {
+            "function": "propagate",
+            "system": own.system,
+            "states": (dict(self.state.phase), self.state.time),
+            "times": self.times,
+            "events": own.problem.events,
+            "settings": (own.formulation.name, own.tolerance, own.device),
+        }
+
+    def fixed(self) -> xarray.Dataset:
+        """Return start, body and the text of the system."""
+        data = with_texts(self.frame.variables(()), self.frame)
+        run = self.frame.run
+        known = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
+        return data.assign_attrs({**known, "tolerance": run.tolerance, "order": 0, "steps": 0})
+
+    def empty(self, names: Iterable[str]) -> xarray.Dataset:
+        """Return the variables of one member."""
+        with np.errstate(all="ignore"):
+            return self._first.variables(tuple(names))
+
+    def computed(self, members: slice, names: Iterable[str], progress: Progress) -> Part:
+        """Integrate some members."""
+        integrator = self.integrator.of_members(members)
+        motion, report = integrator.motion(state_of_members(self.state, members), self.times, progress)
+        failures = {str(members.start + member): why for member, why in motion.failures.items()}
+        aside = {name: each for i, found in enumerate(motion.events) for name, each in _told(i, found, members.start)}
+        about = {"failures": failures, "run": told_run(motion.run)}
+        return Part(motion.variables(tuple(names)), aside, about, report.interrupted)
+
+    def opened(self, store: EnsembleStore) -> Any:
+        """Return the motion in a store, of which is read what is asked for; its dataset if it has no whole states."""
+        events = self.integrator.problem.events
+        motion = motion_in(store, self.integrator.system, self.state, run_in(store, self.frame.run))
+        if motion is None:
+            return store.dataset()
+        motion.events = events_of(store, events, self.integrator.system)
+        return motion
+
+
+FIRST = slice(0, 1)
+
+OF_FORCES = ("potential_energy", "kinetic_energy", "omega_body", "primary_omega_body", "secondary_omega_body")
+"""What cannot be computed from states where the formulas of forces and parts are not at hand."""
+
+
+class _Nothing:
+    """The rows of members that are not integrated, which take no memory."""
+
+    def __init__(self, integrator: Integrator, state: State, times: Array) -> None:
+        self.times, shape = times, (state.time.size, times.size)
+        variables = integrator.variables
+        self.phase = {name: np.broadcast_to(np.nan, (*shape, size)) for name, size in variables.sizes.items()}
+        along = variables.along_orbits
+        self.rows = {"orbits": np.broadcast_to(np.nan, (*shape, along.stop - along.start))}
+
+
+def _report(integrator: Integrator, state: State) -> Report:
+    return Report(np.zeros(state.time.size, dtype=int), tolerance=integrator.tolerance, wall_time=np.nan)
+
+
+def _told(number: int, found: EventRecord, first: int) -> Iterable[tuple[str, Any]]:
+    """Yield what a store has of an event in a chunk."""
+    name = f"event_{number}"
+    yield f"{name}_time", ((name,), found.times, {})
+    yield f"{name}_member", ((name,), found.members + first, {})
+    yield f"{name}_direction", ((name,), found.directions, {})
+    for key, values in found.states.phase.items():
+        yield f"{name}_state_{key}", ((name, f"{name}_{key}_axis"), values, {})

@@ -1,0 +1,262 @@
+"""The store of an ensemble: a Zarr group whose arrays grow by whole chunks of members.
+
+A chunk of members is one shard of every array, and a group of its own in `chunks/`, which has its failures, its events
+or what a reduction made of it. The description of that group is written last: a chunk that has it is whole.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.propagation.zarr_group import (
+    BLOCK,
+    GROUP,
+    Described,
+    StoredArray,
+    StoreError,
+    read_group,
+    synced,
+    write_group,
+)
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["EnsembleStore", "block_of", "plain_variables", "written_store"]
+
+CHUNKS = "chunks"
+
+FORMAT = 1
+"""Of the folders and names in a store."""
+
+Variables = Mapping[str, tuple[tuple[str, ...], NDArray[Any], Mapping[Any, Any]]]
+"""Name -> dimensions, numbers and attributes."""
+
+KINDS = {"f": "float64", "i": "int64", "u": "int64", "b": "int64"}
+
+
+class EnsembleStore:
+    """A store as it was when it was opened.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Attributes
+    ----------
+    described : mapping
+        Name -> what is known of an array.
+    attributes : mapping
+    members, chunk : int
+        How many there are, and in one chunk; 0 where nothing lies along members.
+    whole : array (chunks,) of bool
+        Which chunks are there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.described, self.attributes = read_group(folder)
+        said = self.attributes.get("store")
+        if not isinstance(said, dict) or said.get("format") != FORMAT:
+            raise StoreError("it is not of this format")
+        members, chunk = said.get("members"), said.get("chunk")
+        if not (type(members) is int and type(chunk) is int and 0 <= members < 2**48 and 0 <= chunk < 2**48):
+            raise StoreError("it has no numbers of members")
+        self.members: int = members
+        self.chunk: int = chunk
+        for name, about in self.described.items():
+            if about.chunk and (about.chunk, about.shape[0]) != (self.chunk, self.members):
+                raise StoreError(f"{name} has other chunks than the others")
+        count = -(-self.members // self.chunk) if self.chunk else 0
+        self.whole = np.zeros(count, dtype=bool)
+        self._look()
+
+    def __str__(self) -> str:
+        return f"{self.folder.name}, {self.whole.sum()} of {self.whole.size} chunks of {self.chunk} members"
+
+    def _look(self) -> None:
+        """Find the chunks that are whole."""
+        with contextlib.suppress(FileNotFoundError):
+            for entry in os.scandir(self.folder / CHUNKS):
+                if entry.name.isdecimal() and int(entry.name) < self.whole.size:
+                    self.whole[int(entry.name)] = os.path.exists(os.path.join(entry.path, GROUP))
+
+    @functools.cached_property
+    def arrays(self) -> dict[str, StoredArray]:
+        """The arrays by name, which are read when they are indexed."""
+        return {name: StoredArray(self.folder / name, about, self.whole) for name, about in self.described.items()}
+
+    @property
+    def sharded(self) -> dict[str, Described]:
+        """The arrays that are cut into chunks."""
+        return {name: about for name, about in self.described.items() if about.chunk}
+
+    def members_of(self, number: int) -> slice:
+        """Return the members of a chunk."""
+        return slice(number * self.chunk, min((number + 1) * self.chunk, self.members))
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What is said of all rows: of a store that `save` has written how far invariants moved."""
+        return dict(self.attributes["store"].get("summary", {}))
+
+    @property
+    def finished(self) -> int:
+        """How many members are there."""
+        members = (self.members_of(number) for number in np.flatnonzero(self.whole).tolist())
+        return sum(part.stop - part.start for part in members)
+
+    def check_files(self) -> None:
+        """Refuse a store of which files are missing, or of other sizes than announced."""
+        for array in self.arrays.values():
+            for number in np.flatnonzero(self.whole).tolist() if array.about.chunk else [0]:
+                array.check_file(number)
+
+    # ------------------------------------------------------------------ writing
+
+    def write(self, number: int, rows: Variables, aside: Variables, attributes: Mapping[str, Any]) -> None:
+        """Write a chunk: its rows of the arrays in shards, what it has aside, and what is said of it."""
+        for name, about in self.sharded.items():
+            about.written(self.folder / name, rows[name][1], number)
+            synced(self.folder / name)
+        folder = self.folder / CHUNKS / f"{number:06}"
+        folder.mkdir(exist_ok=True)
+        described = {name: Described.of(*plain_variable(name, *given)) for name, given in aside.items()}
+        for name, about in described.items():
+            (folder / name).mkdir(exist_ok=True)
+            about.written(folder / name, aside[name][1])
+        write_group(folder, described, attributes)
+        synced(folder.parent)
+        self.whole[number] = True
+
+    def forget_broken(self) -> None:
+        """Take the whole chunks anew of which a file is missing or cut short, and remove what writers left."""
+        for part in self.folder.rglob("*.part"):
+            part.unlink(missing_ok=True)
+        for number in np.flatnonzero(self.whole).tolist():
+            try:
+                self.aside(number)
+                for name in self.sharded:
+                    self.arrays[name].check_file(number)
+            except StoreError:
+                (self.folder / CHUNKS / f"{number:06}" / GROUP).unlink(missing_ok=True)
+                self.whole[number] = False
+
+    # ------------------------------------------------------------------ reading
+
+    def aside(self, number: int) -> tuple[dict[str, StoredArray], dict[str, Any]]:
+        """Return what a whole chunk has aside, and what is said of it."""
+        folder = self.folder / CHUNKS / f"{number:06}"
+        described, attributes = read_group(folder)
+        none = np.zeros(0, dtype=bool)
+        arrays = {name: StoredArray(folder / name, about, none) for name, about in described.items()}
+        for array in arrays.values():
+            array.check_file()
+        return arrays, attributes
+
+    def asides(self) -> Iterator[tuple[dict[str, StoredArray], dict[str, Any]]]:
+        """Yield those of all chunks that are whole."""
+        return (self.aside(number) for number in np.flatnonzero(self.whole).tolist())
+
+    def dataset(self) -> xarray.Dataset:
+        """Return all arrays as a dataset, of which chunks are read when they are needed: with dask, as its arrays."""
+        said = {name: value for name, value in self.attributes.items() if name != "store"}
+        return _dataset(self.arrays, said)
+
+
+def written_store(
+    folder: Path, fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Mapping[str, Any]
+) -> EnsembleStore:
+    """Write a store without chunks into an empty folder.
+
+    `fixed` has all variables that are the same for all chunks and the attributes, `empty` those of one member that
+    grow by chunks; `said` is what else the store says: its `problem`, or the `summary` of a motion.
+    """
+    whole = plain_variables(fixed)
+    described = {name: Described.of(*given) for name, given in whole.items()}
+    grown = {name: Described.of(*given) for name, given in plain_variables(empty).items()}
+    block = block_of(chunk, max((about.member_bytes for about in grown.values()), default=1))
+    shards = {name: about.in_shards(members, chunk, block) for name, about in grown.items()}
+    (folder / CHUNKS).mkdir()
+    write_group(folder / CHUNKS, {}, {})
+    for name, given in whole.items():
+        (folder / name).mkdir()
+        described[name].written(folder / name, given[1])
+    store = {"format": FORMAT, "members": members, "chunk": chunk, **said}
+    write_group(folder, {**described, **shards}, {**fixed.attrs, "store": store})
+    return EnsembleStore(folder)
+
+
+def block_of(chunk: int, member_bytes: int) -> int:
+    """Return how many members a block has: as many as it has room for, and a chunk a whole number of."""
+    most = max(BLOCK // max(member_bytes, 1), 1)
+    return next((n for n in range(min(most, chunk), 1, -1) if chunk % n == 0), 1)
+
+
+def plain_variables(data: xarray.Dataset) -> dict[str, tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]]:
+    """Return the variables of a dataset as arrays of numbers; labels that are numbers in letters as numbers."""
+    found = {}
+    for name, variable in data.variables.items():
+        values = np.asarray(variable.values)
+        if values.dtype.kind in "UT":
+            if not all(str(label).isdecimal() for label in values.flat):
+                continue
+            values = values.astype(np.int64)
+        found[str(name)] = plain_variable(str(name), tuple(map(str, variable.dims)), values, variable.attrs)
+    return found
+
+
+def plain_variable(
+    name: str, dims: tuple[str, ...], values: NDArray[Any], attributes: Mapping[Any, Any]
+) -> tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]:
+    """Return a variable as a store has it."""
+    kind = "float32" if values.dtype == np.float32 else KINDS.get(values.dtype.kind)
+    if kind is None or not name.isidentifier():
+        raise TypeError(f"variables of a store must be real numbers with names, got {name!r} of {values.dtype}.")
+    return dims, values.astype(kind, copy=False), dict(attributes)
+
+
+def _dataset(arrays: Mapping[str, StoredArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
+    import xarray
+    from xarray.core import indexing
+
+    variables: dict[str, Any] = {}
+    for name, array in arrays.items():
+        about = array.about
+        values: Any = indexing.LazilyIndexedArray(_backend(array)) if about.chunk else np.asarray(array)
+        variables[name] = xarray.Variable(about.dims, values, dict(about.attributes))
+    coordinates = [name for name in variables if (name,) == arrays[name].about.dims]
+    return xarray.Dataset(variables, attrs=dict(attributes)).set_coords(coordinates)
+
+
+def _backend(array: StoredArray) -> Any:
+    """Return an array as xarray reads it lazily."""
+    from xarray.backends import BackendArray
+    from xarray.core import indexing
+
+    def read(key: tuple[Any, ...]) -> NDArray[Any]:
+        first, *rest = key
+        at = rest[0] if rest else slice(None)
+        rows = array.members(first, at)
+        axis = np.ndim(np.empty(len(array))[first]) + (not isinstance(at, int | np.integer))
+        for index in rest[1:]:
+            rows = rows[(slice(None),) * axis + (index,)]
+            axis += not isinstance(index, int | np.integer)
+        return rows
+
+    class Lazy(BackendArray):
+        shape, dtype = array.shape, array.dtype
+
+        def __getitem__(self, key: Any) -> Any:
+            support = indexing.IndexingSupport.OUTER
+            return indexing.explicit_indexing_adapter(key, self.shape, support, read)
+
+    return Lazy()

@@ -1,0 +1,382 @@
+"""Groups of arrays as Zarr stores of format 3, written whole and read without a library.
+
+Numbers are little-endian and not compressed, and each block of them ends with its CRC-32C. An array is one block, or is
+cut along its first axis into shards, one for each chunk of members, each of blocks of equally many members. The group
+describes all its arrays (`consolidated_metadata`); what is read must be described exactly as it is written here, so
+that no store can name a codec to execute.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import stat
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "GROUP",
+    "Described",
+    "JoinedArrays",
+    "StoreError",
+    "StoredArray",
+    "plain",
+    "read_group",
+    "synced",
+    "write_group",
+]
+
+GROUP = "zarr.json"
+
+KINDS = {"float64": "<f8", "float32": "<f4", "int64": "<i8"}
+
+MOST_OF_JSON = 8 * 1024 * 1024
+"""Bytes of the description of a group: its scenario, and the reason of each member that failed."""
+
+BLOCK = 1_000_000
+"""Bytes of a block of members, about: what is read for one of them."""
+
+ABSENT = np.full(2, 2**64 - 1, dtype="<u8").tobytes()
+BYTES, CHECKSUM = {"name": "bytes", "configuration": {"endian": "little"}}, {"name": "crc32c"}
+SIZE_OF_CHECKSUM = 4
+
+
+class StoreError(ValueError):
+    """A group, or an array in it, is not as it is written here."""
+
+
+@dataclass(frozen=True)
+class Described:
+    """What is known of an array without its numbers.
+
+    Parameters
+    ----------
+    dims : tuple of str
+    shape : tuple of int
+    kind : {"float64", "float32", "int64"}
+    attributes : mapping
+    chunk, block : int
+        Members of a shard, and of a block in it; 0 of an array in one block.
+    """
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    kind: str
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    chunk: int = 0
+    block: int = 0
+
+    @classmethod
+    def of(cls, dims: tuple[str, ...], values: NDArray[Any], attributes: Mapping[Any, Any]) -> Described:
+        """Return that of an array in one block."""
+        return cls(tuple(map(str, dims)), values.shape, values.dtype.name, _plain(attributes))
+
+    def in_shards(self, members: int, chunk: int, block: int) -> Described:
+        """Return that of an array of more members in shards."""
+        return Described(self.dims, (members, *self.shape[1:]), self.kind, self.attributes, chunk, block)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The kind of its numbers, as they are stored."""
+        return np.dtype(KINDS[self.kind])
+
+    @property
+    def member_bytes(self) -> int:
+        """The bytes of one place along its first axis."""
+        return math.prod(self.shape[1:]) * self.dtype.itemsize
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """What Zarr says of it."""
+        inner: list[Any] = [BYTES, CHECKSUM]
+        whole = [max(length, 1) for length in self.shape]
+        chunk, codecs = whole, inner
+        if self.chunk:
+            chunk = [self.chunk, *whole[1:]]
+            sharding = {"chunk_shape": [self.block, *whole[1:]], "codecs": inner, "index_codecs": inner}
+            codecs = [{"name": "sharding_indexed", "configuration": {**sharding, "index_location": "end"}}]
+        return {
+            "zarr_format": 3,
+            "node_type": "array",
+            "shape": list(self.shape),
+            "data_type": self.kind,
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": chunk}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
+            "fill_value": 0 if self.kind == "int64" else "NaN",
+            "codecs": codecs,
+            "attributes": dict(self.attributes),
+            "dimension_names": list(self.dims),
+            "storage_transformers": [],
+        }
+
+    @classmethod
+    def read(cls, name: str, told: Any) -> Described:
+        """Return what a description says, which must be one of those that are written here."""
+        try:
+            shape, chunk = told["shape"], told["chunk_grid"]["configuration"]["chunk_shape"]
+            codec = told["codecs"][0]
+            sharded = codec["name"] == "sharding_indexed"
+            own = (chunk[0], codec["configuration"]["chunk_shape"][0]) if sharded else (0, 0)
+            found = cls(tuple(told["dimension_names"]), tuple(shape), told["data_type"], told["attributes"], *own)
+            whole = all(type(n) is int and 0 <= n < 2**48 for n in (*found.shape, *own))
+            same = whole and found.kind in KINDS and found.metadata == told and (not sharded or own[0] % own[1] == 0)
+        except (KeyError, IndexError, TypeError, ValueError, ZeroDivisionError, AttributeError):
+            same = False
+        if not same or not name.isidentifier():
+            raise StoreError(f"{name!r} is described in another way")
+        return found
+
+    # ------------------------------------------------------------------ numbers
+
+    def key(self, number: int = 0) -> str:
+        """Return the name of the file of a shard, or of the whole array."""
+        return ".".join(["c", str(number), *["0"] * (len(self.shape) - 1)]) if self.shape else "c"
+
+    def written(self, folder: Path, values: NDArray[Any], number: int = 0) -> None:
+        """Write the numbers of the members of one shard, or of all; the file has its name when it is whole."""
+        if not values.size:
+            return
+        path = folder / self.key(number)
+        part = path.with_name(f"{path.name}.{os.getpid()}.part")
+        try:
+            with part.open("wb") as stream:
+                for block in self._blocks(values):
+                    stream.write(block)
+                    stream.write(_checksum(block))
+                stream.write(self._index(len(values)) if self.chunk else b"")
+                stream.flush()
+                os.fsync(stream.fileno())
+            part.replace(path)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
+
+    def _blocks(self, values: NDArray[Any]) -> Iterator[bytes]:
+        if not self.chunk:
+            yield np.ascontiguousarray(values, dtype=self.dtype).tobytes()
+            return
+        for first in range(0, len(values), self.block):
+            block = np.ascontiguousarray(values[first : first + self.block], dtype=self.dtype).tobytes()
+            missing = self.block * self.member_bytes - len(block)
+            if missing:
+                fill = np.zeros(1, self.dtype) if self.kind == "int64" else np.full(1, np.nan, self.dtype)
+                block += fill.tobytes() * (missing // self.dtype.itemsize)
+            yield block
+
+    def _index(self, members: int) -> bytes:
+        """Return where the blocks of a shard are, as Zarr has it."""
+        count, size = -(-members // self.block), self.block * self.member_bytes
+        places = np.empty((count, 2), dtype="<u8")
+        places[:, 0], places[:, 1] = np.arange(count) * (size + SIZE_OF_CHECKSUM), size + SIZE_OF_CHECKSUM
+        index = places.tobytes() + ABSENT * (self.chunk // self.block - count)
+        return index + _checksum(index)
+
+    def size_of(self, members: int) -> int:
+        """Return the bytes of the file of a shard with so many members, or of the whole array."""
+        if not self.chunk:
+            return math.prod(self.shape) * self.dtype.itemsize + SIZE_OF_CHECKSUM
+        blocks = -(-members // self.block) * (self.block * self.member_bytes + SIZE_OF_CHECKSUM)
+        return blocks + 16 * (self.chunk // self.block) + SIZE_OF_CHECKSUM
+
+
+class StoredArray:
+    """An array in a store, of which is read what is asked for; NaN where no chunk is whole.
+
+    Parameters
+    ----------
+    folder : Path
+        That of the array.
+    about : Described
+    whole : sequence of bool
+        Which shards may be read; of an array in one block it is not asked.
+    """
+
+    def __init__(self, folder: Path, about: Described, whole: NDArray[np.bool_]) -> None:
+        self._folder, self.about, self._whole = folder, about, whole
+        self.shape, self.ndim, self.dtype = about.shape, len(about.shape), about.dtype.newbyteorder("=")
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self.members(slice(None)) if self.about.chunk else self._whole_array(), dtype=dtype)
+
+    def members(self, index: Any, at: Any = slice(None)) -> NDArray[Any]:
+        """Return the rows of some members of one in shards, at some places along the second axis."""
+        places = np.arange(len(self))[index]
+        wanted = np.atleast_1d(places)
+        shape = np.empty(self.shape[1:], dtype=bool)[at].shape if self.ndim > 1 else ()
+        fill = 0 if self.about.kind == "int64" else np.nan
+        out = np.full((wanted.size, *shape), fill, dtype=self.dtype)
+        own = wanted // self.about.block
+        order = np.argsort(own, kind="stable")
+        for group in np.split(order, np.flatnonzero(np.diff(own[order])) + 1) if order.size else ():
+            block = int(own[group[0]])
+            number, inside = divmod(block, self.about.chunk // self.about.block)
+            if self._whole[number]:
+                rows = self._block(number, inside)[wanted[group] - block * self.about.block]
+                out[group] = rows[:, at] if self.ndim > 1 else rows
+        return out if places.ndim else out[0]
+
+    def _whole_array(self) -> NDArray[Any]:
+        if not math.prod(self.shape):
+            return np.empty(self.shape, self.dtype)
+        content = self._content(0, 0, math.prod(self.shape) * self.about.dtype.itemsize)
+        return np.frombuffer(content, self.about.dtype).reshape(self.shape).astype(self.dtype, copy=False)
+
+    def _block(self, number: int, inside: int) -> NDArray[Any]:
+        size = self.about.block * self.about.member_bytes
+        content = self._content(number, inside * (size + SIZE_OF_CHECKSUM), size)
+        rows = np.frombuffer(content, self.about.dtype).reshape(self.about.block, *self.shape[1:])
+        return rows.astype(self.dtype, copy=False)
+
+    def _content(self, number: int, place: int, size: int) -> memoryview:
+        """Return some bytes of a shard, behind which there must be their checksum."""
+        with self._opened(number) as stream:
+            stream.seek(place)
+            content = memoryview(stream.read(size + SIZE_OF_CHECKSUM))
+        if _checksum(content[:size]) != content[size:]:
+            raise StoreError(f"{self._folder.name} has other numbers than were written: a checksum differs")
+        return content[:size]
+
+    def _opened(self, number: int) -> BinaryIO:
+        """Return the file of a shard, which is of the size that is announced."""
+        path = self._folder / self.about.key(number)
+        members = min(self.about.chunk, len(self) - number * self.about.chunk) if self.about.chunk else 0
+        if self._folder.is_symlink():
+            raise StoreError(f"{self._folder.name} is a link")
+        try:
+            stream = open(path, "rb", opener=_plain_file)  # noqa: SIM115 - the caller closes it
+        except OSError as error:
+            raise StoreError(f"{path.parent.name}/{path.name}: {error.strerror}") from None
+        found, announced = os.fstat(stream.fileno()).st_size, self.about.size_of(members)
+        if found != announced:
+            stream.close()
+            raise StoreError(f"{path.parent.name}/{path.name} must have {announced} bytes and has {found}")
+        return stream
+
+    def check_file(self, number: int = 0) -> None:
+        """Refuse the file of a shard that is missing, or of another size than announced."""
+        if math.prod(self.shape):
+            self._opened(number).close()
+
+
+class JoinedArrays:
+    """Stored arrays of which rows are joined along their last axis."""
+
+    def __init__(self, arrays: list[StoredArray]) -> None:
+        self._arrays, first = arrays, arrays[0]
+        self.shape = (*first.shape[:-1], sum(array.shape[-1] for array in arrays))
+        self.ndim, self.dtype = first.ndim, first.dtype
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self.members(slice(None)), dtype=dtype)
+
+    def members(self, index: Any, at: Any = slice(None)) -> NDArray[Any]:
+        """Return the rows of some members at some places along the second axis."""
+        return np.concatenate([array.members(index, at) for array in self._arrays], axis=-1)
+
+
+# ---------------------------------------------------------------------- groups
+
+
+def write_group(folder: Path, described: Mapping[str, Described], attributes: Mapping[str, Any]) -> None:
+    """Write what a group in an existing folder has, and last its own description, which makes it whole."""
+    told = {name: about.metadata for name, about in described.items()}
+    for name, metadata in told.items():
+        (folder / name).mkdir(exist_ok=True)
+        _write_json(folder / name / GROUP, metadata)
+        synced(folder / name)
+    _write_json(folder / GROUP, _group(told, _plain(attributes)))
+    synced(folder)
+
+
+def read_group(folder: Path) -> tuple[dict[str, Described], dict[str, Any]]:
+    """Return the arrays of a group and its attributes; a `StoreError` says what is not as it is written here."""
+    path = folder / GROUP
+    try:
+        with open(path, "rb", opener=_plain_file) as stream:
+            content = stream.read(MOST_OF_JSON + 1)
+        if len(content) > MOST_OF_JSON:
+            raise StoreError(f"{GROUP} is longer than {MOST_OF_JSON} bytes")
+        told = json.loads(content)
+        attributes, arrays = dict(told["attributes"]), told["consolidated_metadata"]["metadata"]
+        attributes.pop("digest", None)
+        described = {str(name): Described.read(str(name), metadata) for name, metadata in arrays.items()}
+    except OSError as error:
+        raise StoreError(f"{folder.name}/{GROUP}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise error if isinstance(error, StoreError) else StoreError(f"{GROUP} is no description of a group") from None
+    if _group(arrays, attributes) != told:
+        raise StoreError(f"{GROUP} has other numbers or texts than were written: the digest differs")
+    return described, attributes
+
+
+def _group(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what Zarr says of a group, with the SHA-256 of it all."""
+    consolidated = {"kind": "inline", "must_understand": False, "metadata": dict(arrays)}
+    content = json.dumps([arrays, attributes], sort_keys=True).encode()
+    own = {**attributes, "digest": hashlib.sha256(content).hexdigest()}
+    return {"zarr_format": 3, "node_type": "group", "attributes": own, "consolidated_metadata": consolidated}
+
+
+def _write_json(path: Path, told: Any) -> None:
+    """Write a text that is there whole or not at all."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("w", encoding="utf-8") as stream:
+            json.dump(told, stream, indent=1)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def synced(folder: Path) -> None:
+    """Let the names in a folder survive a power cut, where the file system can."""
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    except OSError:
+        return
+    finally:
+        os.close(number)
+
+
+def _plain_file(path: str, flags: int) -> int:
+    """Open a file, to which no link leads, and which is none to wait for."""
+    number = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+    if not stat.S_ISREG(os.fstat(number).st_mode):
+        os.close(number)
+        raise StoreError(f"{Path(path).name} is no file")
+    return number
+
+
+def _checksum(content: Any) -> bytes:
+    """Return the CRC-32C of some bytes."""
+    import google_crc32c
+
+    return int(google_crc32c.value(bytes(content))).to_bytes(SIZE_OF_CHECKSUM, "little")
+
+
+def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return attributes as JSON gives them back."""
+    out: dict[str, Any] = json.loads(json.dumps({str(name): plain(value) for name, value in attributes.items()}))
+    return out
+
+
+def plain(value: Any) -> Any:
+    """Return a number of NumPy as one of Python."""
+    return value.item() if isinstance(value, np.generic) else str(value) if isinstance(value, np.ndarray) else value

@@ -1,0 +1,149 @@
+"""Ensembles in chunks: the same numbers bit for bit, whatever the chunks, kept or reduced."""
+
+import numpy as np
+import pytest
+import xarray
+
+import poinsot as pt
+
+BODY = pt.Body((1.25, 1.0, 0.75))
+TIMES = np.linspace(0, 5, 11)
+RNG = np.random.default_rng(19)
+COUNT = 23
+STARTS = BODY.state(np.broadcast_to((1.0, 0, 0, 0), (COUNT, 4)), omega_body=RNG.normal(size=(COUNT, 3)))
+KEPLER = pt.KeplerOrbit(mu=1.0, semimajor_axis=1.0, eccentricity=0.1)
+BALL = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+PAIR = pt.TwoBodies(BALL, pt.Body((0.3, 0.4, 0.5), mass=0.5), G=1.0)
+
+
+class Push(pt.Torque):
+    """A force from outside the package, with a number of each member."""
+
+    size: float
+
+    def torque(self, instant):
+        return self.size * pt.functions.Vector((1.0, 0.0, instant.time * 0.1))
+
+
+def run(system, states=STARTS, **options):
+    return pt.propagate(system, states, TIMES, progress=False, **options)
+
+
+def pairs():
+    return PAIR.state(
+        np.add((3.0, 0, 0), RNG.normal(size=(COUNT, 3)) / 10),
+        (0, 0.6, 0),
+        [(1, 0, 0, 0)] * 2,
+        omega_body=[(0, 0, 1), (0.1, 0, 0.5)],
+    )
+
+
+CENTRES = np.zeros((COUNT, 3))
+CENTRES[9, 1] = 0.1  # zero for all members of most chunks: a kernel of their own would leave it out
+SYSTEMS = {
+    "free": (pt.System(BODY), {}),
+    "a top": (pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)), units={"time": "s"}), {"tolerance": 1e-12}),
+    "numbers that are zero for most": (pt.System(BODY, pt.UniformGravity(0.5, CENTRES)), {}),
+    "bodies of members": (pt.System(pt.Body(np.add(BODY.moments, RNG.uniform(0, 0.2, (COUNT, 1))))), {}),
+    "in orbit": (pt.System(BODY, pt.GravityGradient(KEPLER)), {"formulation": "canonical"}),
+    "from outside": (pt.System(BODY, Push(RNG.uniform(0.1, 0.2, COUNT))), {}),
+    "two bodies": (pt.System(PAIR, pt.forces.MutualGravity()), {"states": pairs()}),
+    "with events": (pt.System(BODY), {"events": [pt.events.SpinFlip((0, 1, 0))]}),
+}
+
+
+def assert_same_rows(one, other):
+    assert list(one.phase) == list(other.phase)
+    for name, values in one.phase.items():
+        assert np.asarray(values).tobytes() == np.asarray(other.phase[name]).tobytes(), name
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_members_do_not_depend_on_chunks(name, tmp_path):
+    system, options = SYSTEMS[name]
+    whole = run(system, **options)
+    for chunk, threads in ((1, 1), (5, 2), (COUNT, 1)):
+        stored = run(system, **options, threads=threads, out=tmp_path / f"{chunk}.zarr", chunk=chunk)
+        assert type(stored) is type(whole)
+        assert_same_rows(stored, whole)
+        for found, expected in zip(stored.events, whole.events, strict=True):
+            assert np.array_equal(found.times, expected.times)
+            assert np.array_equal(found.members, expected.members)
+            assert np.array_equal(found.directions, expected.directions)
+            assert np.array_equal(found.states.quaternion, expected.states.quaternion)
+        assert_same_rows(pt.load(tmp_path / f"{chunk}.zarr"), whole)
+    assert len(whole.events) == ("events" in options)
+
+
+@pytest.mark.parametrize("name", ["a top", "bodies of members", "in orbit", "from outside", "two bodies"])
+def test_members_and_slices_are_those_of_the_whole(name, tmp_path):
+    system, options = SYSTEMS[name]
+    whole, stored = run(system, **options), run(system, **options, out=tmp_path / "it.zarr", chunk=4)
+    for motion in (stored, pt.load(tmp_path / "it.zarr")):
+        for chosen in ({"member": 6}, {"member": slice(3, 15, 4)}, {"member": [7, 2], "time": slice(2, 5)}):
+            one, other = motion.isel(**chosen), whole.isel(**chosen)
+            assert_same_rows(one, other)
+            assert np.array_equal(one.energy, other.energy)
+        assert_same_rows(motion.isel(time=3), whole.isel(time=3))
+        assert np.array_equal(np.asarray(motion.energy), whole.energy)
+
+
+def test_a_member_that_fails_is_in_the_store(tmp_path):
+    falling = BODY.state((0.5**0.5, 0.5**0.5, 0, 0), omega_body=[(-1, 0, 0), (0, 0, 1), (-1, 0.1, 0)])
+    system, own = pt.System(BODY), {"formulation": "euler_angles"}
+    whole = run(system, falling, **own)
+    assert list(whole.failures) == [0]
+    stored = run(system, falling, **own, out=tmp_path / "it.zarr", chunk=1)
+    assert stored.failures == whole.failures == pt.load(tmp_path / "it.zarr").failures
+    assert np.array_equal(stored.reached, whole.reached)
+    assert stored.member(0).times.size == whole.member(0).times.size < TIMES.size
+
+
+def test_variables_are_chosen(tmp_path):
+    system, whole = pt.System(BODY), run(pt.System(BODY))
+    kept = {"quaternion": {"dtype": "float32"}, "omega_body": {"every": 5}}
+    data = run(system, out=tmp_path / "some.zarr", chunk=4, variables=kept)
+    for found in (data, pt.load(tmp_path / "some.zarr"), xarray.open_zarr(tmp_path / "some.zarr")):
+        assert found["quaternion"].dtype == np.float32
+        assert np.array_equal(found["quaternion"], whole.quaternion.astype(np.float32))
+        assert np.array_equal(found["omega_body"], whole.omega_body[:, ::5])
+        assert np.array_equal(found["time_5"], TIMES[::5])
+    named = ["quaternion", "angular_momentum_body", "kinetic_energy"]
+    motion = run(system, out=tmp_path / "more.zarr", variables=named)
+    assert np.array_equal(motion.dataset["kinetic_energy"], whole.kinetic_energy)
+    every = {name: {"every": 2} for name in named[:2]}
+    sparse = run(system, out=tmp_path / "sparse.zarr", variables=every)
+    assert_same_rows(sparse, whole.isel(time=slice(None, None, 2)))
+    assert np.array_equal(pt.load(tmp_path / "sparse.zarr").times, TIMES[::2])
+
+
+def largest(data):
+    return data[["omega_body"]].max("time")
+
+
+def spread(data):
+    return xarray.Dataset({"energy": data["kinetic_energy"].mean(), "members": data.sizes["member"]})
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_reductions_are_those_of_the_result(stored, tmp_path):
+    system, whole = pt.System(BODY), run(pt.System(BODY))
+    out = {"out": tmp_path / "it.zarr"} if stored else {}
+    found = run(system, chunk=5, reduce=largest, **out)
+    assert np.array_equal(found["omega_body"], whole.omega_body.max(axis=1))
+    assert np.array_equal(found["member"], np.arange(COUNT))
+    out = {"out": tmp_path / "other.zarr"} if stored else {}
+    found = run(system, chunk=5, reduce=spread, **out)
+    assert found["members"].values.tolist() == [5, 5, 5, 5, 3]
+    assert np.array_equal(found["energy"], [whole.kinetic_energy[i : i + 5].mean() for i in range(0, COUNT, 5)])
+    if stored:
+        assert found.identical(pt.load(tmp_path / "other.zarr"))
+
+
+def test_strangers_read_a_store_without_warnings(tmp_path):
+    whole = run(pt.System(BODY))
+    run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=4)
+    with xarray.open_zarr(tmp_path / "it.zarr") as data:
+        assert np.array_equal(data["quaternion"], whole.quaternion)
+        assert data["quaternion"].attrs["units"] == "1"
+        assert data["quaternion"].chunks[0][0] == 4
