@@ -12,9 +12,10 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_array, real_numbers
+from poinsot.html_text import text_table
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
-from poinsot.mechanics.parameters import described
+from poinsot.mechanics.parameters import described, listed
 from poinsot.quantities import AngularVelocities, Time, Times
 
 if TYPE_CHECKING:
@@ -47,6 +48,17 @@ class Frame(ABC):
     @abstractmethod
     def omega_space(self, time: Times) -> NDArray[np.float64]:
         """Return the angular velocity of the frame, space axes; shape (..., 3)."""
+
+    @property
+    def _told(self) -> dict[str, str]:
+        """What the axes are made of, as text."""
+        return {name: listed(value) for name, value in vars(self).items() if not name.startswith("_")}
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._told.items())})"
+
+    def _repr_html_(self) -> str:
+        return text_table(type(self).__name__, self._told)
 
     def attitude(self, time: Times) -> Rotation:
         """Return the scipy rotation frame -> space."""
@@ -99,6 +111,12 @@ class RotatingFrame(Frame):
         self._start = unit_quaternion(attitude)
         self._omega = real_array("omega_space", omega_space, (3,))
         self._epoch = float(real_array("epoch", epoch, ()))
+
+    @property
+    @override
+    def _told(self) -> dict[str, str]:
+        own = {"attitude": self._start, "omega_space": self._omega, "epoch": self._epoch}
+        return {name: listed(value) for name, value in own.items()}
 
     @override
     def quaternion(self, time: Times) -> NDArray[np.float64]:

@@ -28,6 +28,7 @@ from poinsot.errors import (
     warn_of_negative,
 )
 from poinsot.functions import Scalar
+from poinsot.html_text import rounded, text_table
 from poinsot.quantities import (
     Along,
     BodyVector,
@@ -122,6 +123,12 @@ class Parametric:
     def __repr__(self) -> str:
         fields = ", ".join(f"{name}={listed(getattr(self, name))}" for name in _fields_of(self))
         return f"{type(self).__name__}({fields})"
+
+    def _repr_html_(self) -> str:
+        name, fields = self.definition
+        kinds = said_of(type(self), Quantity)
+        angles = {field for field, quantity in kinds.items() if quantity.kind == "angle"}
+        return text_table(name, {x: rounded(listed(value)) + " rad" * (x in angles) for x, value in fields.items()})
 
     @property
     def records(self) -> Iterator[Parametric]:

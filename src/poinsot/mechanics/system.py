@@ -29,6 +29,7 @@ from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
 from poinsot.mechanics.probing import sample_times, samples
 from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
+from poinsot.mechanics.typeset import system_html, system_latex
 from poinsot.mechanics.units import checked_units, dated_units
 
 if TYPE_CHECKING:
@@ -124,6 +125,12 @@ class System(Dynamics):
 
     def __repr__(self) -> str:
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
+
+    def _repr_html_(self) -> str:
+        return system_html(self)
+
+    def _repr_latex_(self) -> str:
+        return system_latex(self)
 
     @functools.cached_property
     def integrals(self) -> tuple[Integral, ...]:

@@ -179,6 +179,16 @@ class PairTrajectory(Trajectory):
 
     @property
     @override
+    def _sketched(self) -> dict[str, Array]:
+        return {"distance": self.distance}
+
+    @property
+    @override
+    def _sketched_member(self) -> tuple[str, Array]:
+        return "distance", self.distance
+
+    @property
+    @override
     def _momentum_size(self) -> Array:
         own = sum(np.linalg.norm(each.angular_momentum_body, axis=-1) for each in self._state.of_bodies.values())
         return np.asarray(own + np.linalg.norm(np.cross(self.position, self.momentum), axis=-1))

@@ -22,7 +22,7 @@ from poinsot.engine import kernels
 from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.errors import real_numbers
-from poinsot.html_text import Summarized, rounded, told, told_times
+from poinsot.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
@@ -529,6 +529,33 @@ class Trajectory(Summarized):
             return {}
         tangency = told(float(f"{known['tangency_error']:.3g}"), DerivedUnits(self.system.units).momentum)
         return {"norm error": f"{known['norm_error']:.3g}", "tangency error": tangency}
+
+    @override
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + "".join(self._sketches())
+
+    def _sketches(self) -> Iterator[str]:
+        """Yield small plots: of one motion and its errors, or of some members of an ensemble."""
+        unit = self.system.units["time"]
+        if self.is_ensemble:
+            few = np.unique(np.linspace(0, len(self) - 1, 5).astype(int))
+            name, values = self.isel(member=few)._sketched_member
+            yield curves(name, self.times, {f"member {i}": y for i, y in zip(few, values, strict=True)}, unit)
+            return
+        yield curves("motion", self.times, self._sketched, unit)
+        symbols = {integral.name: integral.symbol for integral in self.system.integrals}
+        drift = {f"drift of {symbols[name]}": values for name, values in self.drift.items()}
+        yield curves("largest so far", self.times, {"norm error": self.norm_error, **drift}, unit, errors=True)
+
+    @property
+    def _sketched(self) -> dict[str, Array]:
+        """What a small plot shows of one motion."""
+        return {f"q{i}": self.quaternion[:, i] for i in range(4)}
+
+    @property
+    def _sketched_member(self) -> tuple[str, Array]:
+        """What a small plot shows of each of several members."""
+        return "rate", np.linalg.norm(self.omega_body, axis=-1)
 
     @property
     def _ends(self) -> Iterator[str]:

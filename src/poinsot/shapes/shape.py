@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
+from poinsot.html_text import text_table, told
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
@@ -85,6 +86,17 @@ class Shape(ABC):
         """Return the shape whose points are matrix x + position."""
 
     # ------------------------------------------------------------------ what follows
+
+    def _repr_html_(self) -> str:
+        return text_table(
+            repr(self),
+            {
+                "mass": told(self.mass),
+                "centre of mass": told(self.center_of_mass),
+                "principal moments": told(np.linalg.eigvalsh(self.inertia)),
+                "farthest from the centre of mass": told(self.circumscribing_radius),
+            },
+        )
 
     @property
     def definition(self) -> tuple[str, dict[str, Any]]:

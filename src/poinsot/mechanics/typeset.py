@@ -1,0 +1,356 @@
+"""Formulas of forces as mathematics, in LaTeX and MathML, written from the traces of their code."""
+
+from __future__ import annotations
+
+import html
+import inspect
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from typing_extensions import override
+
+from poinsot.algebra.program import Graph, Node
+from poinsot.functions import Scalar, Vector
+from poinsot.html_text import markup_table, rounded
+from poinsot.mechanics.attitude import Attitude, matrix_of
+from poinsot.mechanics.environment import Environment, Orbit, orbits_of
+from poinsot.mechanics.force import Force, Potential, Torque
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import same
+from poinsot.mechanics.units import DerivedUnits, in_units
+
+__all__ = ["LATEX", "MATHML", "Notation", "formula_of", "system_html", "system_latex"]
+
+LONGEST = 60
+"""Symbols and numbers of the longest formula that is written."""
+
+SYMBOLS = {
+    "q": "attitude quaternion, body to space",
+    "g": "angular momentum, body axes",
+    "N": "torque, body axes",
+    "U": "potential energy",
+    "R": "attitude, body to space",
+    "I": "moments of inertia",
+    "r": "distance from the attractor",
+    "u": "unit vector from the attractor, body axes",
+    "x": "position from the attractor, body axes",
+    "v": "velocity relative to the attractor, body axes",
+    "omega": "angular velocity, body axes",
+    "t": "time",
+}
+"""What letters mean that are no parameters."""
+
+GREEK = frozenset(
+    unicodedata.name(chr(code)).removeprefix("GREEK SMALL LETTER ").lower()
+    for code in (*range(0x3B1, 0x3C2), *range(0x3C3, 0x3CA))
+)
+
+
+class UnwrittenError(Exception):
+    """A formula is too long to be read, or has more in it than operations on numbers."""
+
+
+@dataclass(frozen=True)
+class Notation:
+    """How mathematics is written: templates of its parts, and how a name is."""
+
+    fraction: str
+    power: str
+    root: str
+    below: str
+    call: str
+    brackets: str
+    number: str
+    ten: str
+    times: str
+    equals: str
+    operators: tuple[str, str, str, str]
+    letter: Callable[[str], str]
+
+    def name(self, base: str, index: str) -> str:
+        """Return the name of a variable or a parameter."""
+        return self.below.format(self.letter(base), self.number.format(index)) if index else self.letter(base)
+
+
+def _latex_letter(base: str) -> str:
+    word = base.rstrip("'")
+    if word in GREEK:
+        return f"\\{base}"
+    return base if len(word) == 1 else rf"\mathrm{{{base.replace('_', '~')}}}"
+
+
+def _mathml_letter(base: str) -> str:
+    word = base.rstrip("'")
+    return f"<mi>{html.escape(_shown(word))}{'′' * (len(base) - len(word))}</mi>"
+
+
+def _shown(word: str) -> str:
+    return unicodedata.lookup(f"GREEK SMALL LETTER {word}") if word in GREEK else word.replace("_", " ")
+
+
+LATEX = Notation(
+    fraction=r"\frac{{{}}}{{{}}}",
+    power="{{{}}}^{{{}}}",
+    root=r"\sqrt{{{}}}",
+    below="{}_{{{}}}",
+    call=r"\operatorname{{{}}}\left({}\right)",
+    brackets=r"\left({}\right)",
+    number="{}",
+    ten=r"{} \times 10^{{{}}}",
+    times=r"\,",
+    equals=" = ",
+    operators=(" + ", " - ", ", ", " < "),
+    letter=_latex_letter,
+)
+MATHML = Notation(
+    fraction="<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>",
+    power="<msup><mrow>{}</mrow><mrow>{}</mrow></msup>",
+    root="<msqrt>{}</msqrt>",
+    below="<msub>{}{}</msub>",
+    call="<mi>{}</mi><mo>(</mo>{}<mo>)</mo>",
+    brackets="<mo>(</mo>{}<mo>)</mo>",
+    number="<mn>{}</mn>",
+    ten="<mn>{}</mn><mo>×</mo><msup><mn>10</mn><mn>{}</mn></msup>",
+    times="<mo>&#8290;</mo>",
+    equals="<mo>=</mo>",
+    operators=tuple(f"<mo>{sign}</mo>" for sign in ("+", "−", ",", "&lt;")),  # type: ignore[arg-type]
+    letter=_mathml_letter,
+)
+
+
+def formula_of(force: Any, body: Any, orbits: Sequence[Orbit], notation: Notation) -> str:
+    """Return the formula of a potential or a torque; "" where it is too long, or is none of operations on numbers.
+
+    A parameter is written by its name and the number of its component, what belongs to the motion as in `SYMBOLS`.
+    Letters of the second and third of the orbits have primes.
+    """
+    try:
+        write = _Writer(notation)
+        left, values = _traced(force, body, orbits)
+        letter = notation.letter(left)
+        if len(values) == 1:
+            return f"{letter}{notation.equals}{write.sum(values[0])}"
+        return (
+            f"{letter}{notation.equals}{notation.brackets.format(notation.operators[2].join(map(write.sum, values)))}"
+        )
+    except Exception:
+        return ""
+
+
+def system_latex(system: Any) -> str:
+    """Return the equations of motion of a body, and the formulas of its forces that are short, in LaTeX."""
+    written = (formula_of(force, system.body, _orbits(system), LATEX) for force in system.forces)
+    lines = [_motion(system, *IN_LATEX), *filter(None, written)]
+    return "$$\\begin{gathered}" + r" \\ ".join(filter(None, lines)) + "\\end{gathered}$$"
+
+
+def system_html(system: Any) -> str:
+    """Return the formulas of a system as a table of a notebook, with the numbers in them and what is conserved."""
+    units, orbits = DerivedUnits(system.units), _orbits(system)
+    rows = [("body", html.escape(rounded(in_units(system.body, units))))]
+    if motion := _motion(system, *IN_MATHML):
+        rows.insert(0, ("motion", _math(motion)))
+    for force in system.forces:
+        formula = formula_of(force, system.body, orbits, MATHML)
+        said = _math(formula) if formula else html.escape(rounded(doc_of(force)))
+        rows.append((type(force).__name__, f"{said}<br>{html.escape(rounded(in_units(force, units)))}"))
+    conserved = (f"{integral.symbol}: {integral.meaning}" for integral in system.integrals)
+    rows.append(("conserved", html.escape("; ".join(conserved) or "neither energy nor a momentum")))
+    used = {name: what for name, what in SYMBOLS.items() if any(_mathml_letter(name) in cell for _, cell in rows)}
+    if used:
+        rows.append(("letters", "; ".join(f"{_math(_mathml_letter(name))} {what}" for name, what in used.items())))
+    return markup_table("System", rows)
+
+
+def _motion(system: Any, of_any: str, of_rigid: str) -> str:
+    """Return the equations of motion of one body; those of two have a page of their own."""
+    if len(system.rigid_bodies) > 1:
+        return ""
+    return of_any if system.parts else of_any + of_rigid
+
+
+def doc_of(thing: Any) -> str:
+    """Return the first paragraphs of what a class says of itself, up to its parameters."""
+    text = inspect.cleandoc(type(thing).__doc__ or "")
+    return " ".join(re.split(r"\n\n(?=\w+\n-+\n)", text)[0].split())
+
+
+def _orbits(system: Any) -> list[Orbit]:
+    """Return the orbits of the forces, each once."""
+    found: list[Orbit] = []
+    for orbit in (orbit for force in system.forces for orbit in orbits_of(force)):
+        found += [] if any(same(orbit, one) for one in found) else [orbit]
+    return found
+
+
+def _math(text: str) -> str:
+    return f"<math>{text}</math>"
+
+
+IN_LATEX = (
+    r"\dot q = \tfrac12\, q\, \omega, \quad \dot g = g \times \omega + N",
+    r", \quad \omega = I^{-1} g",
+)
+IN_MATHML = (
+    "<mover><mi>q</mi><mo>˙</mo></mover><mo>=</mo><mfrac><mn>1</mn><mn>2</mn></mfrac><mi>q</mi><mi>ω</mi><mo>,</mo>"
+    '<mspace width="1em"/><mover><mi>g</mi><mo>˙</mo></mover><mo>=</mo>'
+    "<mi>g</mi><mo>×</mo><mi>ω</mi><mo>+</mo><mi>N</mi>",
+    '<mo>,</mo><mspace width="1em"/><mi>ω</mi><mo>=</mo>'
+    "<msup><mi>I</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup><mi>g</mi>",
+)
+"""The equations of motion of one body, and what there is beside them without parts."""
+
+
+def _traced(force: Force, body: Any, orbits: Sequence[Orbit]) -> tuple[str, list[Any]]:
+    """Return the letter of what a force has a formula of, and its values, traced with names."""
+    if not isinstance(force, Potential | Torque):
+        raise UnwrittenError
+    graph = Graph()
+    twin = force.with_numbers(graph.symbol(_parameter(name)) for name, _ in force.number_names())
+    moments = [graph.symbol(("I", str(i))) for i in (1, 2, 3)]
+    numbers = [*moments, *map(float, body.numbers[3:])]
+    pairs = zip(orbits_of(twin), orbits_of(force), strict=True)
+    primes = {id(new): next(i for i, one in enumerate(orbits) if same(one, old)) for new, old in pairs}
+    environment = _NamedEnvironment(graph, primes)
+    attitude = _NamedAttitude(matrix_of([[graph.symbol(("R", f"{i}{j}")) for j in (1, 2, 3)] for i in (1, 2, 3)]))
+    omega = Vector(graph.symbol(("omega", str(i))) for i in (1, 2, 3))
+    instant = Instant(body.with_numbers(numbers), attitude, environment, omega_body=omega)
+    if isinstance(twin, Potential):
+        return "U", [twin.energy(instant)]
+    return "N", list(twin.torque(instant))
+
+
+def _parameter(name: str) -> tuple[str, str]:
+    """Return the name and the index of a parameter: "orbit.mu", "center_of_mass[0]", "C20"."""
+    word, *places = re.split(r"[\[\]]+", name.rpartition(".")[2].rstrip("]"))
+    if letter := re.fullmatch(r"([A-Za-z])(\d+)", word):
+        return letter[1], letter[2]
+    return word, "".join(str(int(place) + 1) for place in places)
+
+
+class _Named(Vector):
+    """A vector in space that has names along the body axes."""
+
+    def __init__(self, graph: Graph, letter: str) -> None:
+        super().__init__(graph.symbol((letter, f"s{i}")) for i in (1, 2, 3))
+        self.in_body = Vector(graph.symbol((letter, str(i))) for i in (1, 2, 3))
+
+
+class _NamedAttitude(Attitude):
+    @override
+    def to_body(self, vector: Any) -> Vector:
+        return vector.in_body if isinstance(vector, _Named) else super().to_body(vector)
+
+
+class _NamedEnvironment(Environment):
+    """An environment in which orbits are letters."""
+
+    def __init__(self, graph: Graph, primes: dict[int, int]) -> None:
+        super().__init__(0.0)
+        self.time = graph.symbol(("t", ""))
+        self._graph, self._primes = graph, primes
+
+    def _vector(self, letter: str, orbit: Orbit) -> Vector:  # type: ignore[override]
+        return _Named(self._graph, letter + "'" * self._primes[id(orbit)])
+
+    @override
+    def position(self, orbit: Orbit) -> Vector:
+        return self._vector("x", orbit)
+
+    @override
+    def velocity(self, orbit: Orbit) -> Vector:
+        return self._vector("v", orbit)
+
+    @override
+    def direction(self, orbit: Orbit) -> Vector:
+        return self._vector("u", orbit)
+
+    @override
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
+        return 1 / self._graph.symbol(("r" + "'" * self._primes[id(orbit)], ""))
+
+
+class _Writer:
+    """What writes the nodes of a graph in a notation, up to a length."""
+
+    def __init__(self, notation: Notation) -> None:
+        self.notation, self.length = notation, 0
+
+    def sum(self, x: Any) -> str:
+        """Return a sum: terms with their signs."""
+        plus, minus, *_ = self.notation.operators
+        text = ""
+        for positive, product in sorted((self.product(term, sign) for sign, term in _terms(x)), key=lambda one: one[1]):
+            text += (plus if text else "") + product if positive else minus + product
+        return text.strip()
+
+    def product(self, x: Any, sign: float) -> tuple[bool, str]:
+        """Return whether a product is positive in its number, and its size as a fraction of powers."""
+        powers = Counter[Node]()
+        number = sign * _gather(x, 1, powers)
+        above = [self.power(base, n) for base, n in powers.items() if n > 0]
+        below = [self.power(base, -n) for base, n in powers.items() if n < 0]
+        if abs(number) != 1 or not above:
+            above.insert(0, self.number(abs(number)))
+        text = self.notation.times.join(above)
+        if below:
+            text = self.notation.fraction.format(text, self.notation.times.join(below))
+        return number >= 0, text
+
+    def power(self, base: Node, n: int) -> str:
+        return (
+            self.atom(base) if n == 1 else self.notation.power.format(self.atom(base), self.notation.number.format(n))
+        )
+
+    def atom(self, x: Any) -> str:
+        """Return what needs no brackets as a factor."""
+        self.length += 1
+        if self.length > LONGEST:
+            raise UnwrittenError
+        if not isinstance(x, Node):
+            return self.number(x)
+        if x.name == "symbol":
+            return self.notation.name(*x.operands[0])
+        if x.name in ("add", "mul", "div", "neg"):
+            return self.notation.brackets.format(self.sum(x))
+        if x.name in ("value", "variable", "input", "ruled"):
+            raise UnwrittenError
+        arguments = [self.sum(operand) for operand in x.operands]
+        if x.name == "sqrt":
+            return self.notation.root.format(*arguments)
+        if x.name == "less":
+            return self.notation.brackets.format(self.notation.operators[3].join(arguments))
+        return self.notation.call.format(x.name.replace("_", " "), self.notation.operators[2].join(arguments))
+
+    def number(self, x: float) -> str:
+        self.length += 1
+        mantissa, _, exponent = f"{x:.6g}".partition("e")
+        return self.notation.ten.format(mantissa, int(exponent)) if exponent else self.notation.number.format(mantissa)
+
+
+def _terms(x: Any, sign: float = 1.0) -> Iterator[tuple[float, Any]]:
+    name = x.name if isinstance(x, Node) else ""
+    if name == "add":
+        for operand in x.operands:
+            yield from _terms(operand, sign)
+    elif name == "neg":
+        yield from _terms(x.operands[0], -sign)
+    else:
+        yield sign, x
+
+
+def _gather(x: Any, exponent: int, powers: Counter[Node]) -> float:
+    """Return the number in a product to a power, and count the powers of its other factors."""
+    if not isinstance(x, Node):
+        return float(x) ** exponent
+    if x.name in ("mul", "div"):
+        a, b = x.operands
+        return _gather(a, exponent, powers) * _gather(b, exponent if x.name == "mul" else -exponent, powers)
+    if x.name == "neg":
+        return (-1.0) ** exponent * _gather(x.operands[0], exponent, powers)
+    powers[x] += exponent
+    return 1.0
