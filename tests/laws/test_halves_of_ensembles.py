@@ -66,7 +66,7 @@ FORCES = {
     "shadow": [Shadowed(ellipse(), np.linspace(0.1, 2.0, COUNT))],
     "damper": [pt.parts.KaneDamper(0.4, 0.1)],
     "mass on a spring": [pt.parts.SpringMass(1, 10, (0.3, 0.2, 1), (0.6, 0, 0.8), np.linspace(2, 90, COUNT), 0.3)],
-    "noise": [Sampled(RateDamping(0.2, 0.4), 0.2, 0.1, NoisySensors(1e-3, 2e-3, 1e-4, 3.0), name="noisy")],
+    "noise": [Sampled(RateDamping(0.2, 0.4), 0.2, 0.1, NoisySensors(1e-3, 2e-3, 1e-4, seed=3.0), name="noisy")],
 }
 EVENTS = [pt.events.RateCrossing((0.2, 1.0, 0.1)), pt.events.AxisCrossing((1, 0, 0), (0, 0, 1), angle=1.2)]
 

@@ -204,7 +204,7 @@ def chaos_indicators(
     unit = np.broadcast_to(unit, starts.shape) if job.members else np.ravel(unit)[0]
     weights, start, report = job.weights(unit), _directions(vectors, job.size), Report(np.zeros(starts.size, dtype=int))
     parts = {name: np.full((starts.size, job.times.size), np.nan) for name in FOUND}
-    for who, step in _alike(np.broadcast_to(2 * np.pi / (SAMPLES * rates), starts.shape), job.times):
+    for who, step in _alike(2 * np.pi / (SAMPLES * rates), starts.size, job.times):
         some = job if who.size == starts.size else job.of_members(who)
         fine, own = _refined(job.times, starts[who], step), np.broadcast_to(weights, (starts.size, job.size))[who, None]
         out = _Indicators(starts[who], fine, job.times, own)
@@ -438,19 +438,24 @@ def _fastest(system: System, state: State) -> Array:
     if isinstance(system, PairSystem):
         return np.asarray(system.pace(state))
     own = np.asarray(system.momentum_scale(state) / np.min(system.body.moments, axis=-1))
-    moving = [functions.norm(orbit.velocity_at(orbit.sample_time)) > 0 for orbit in system.orbits]
-    return np.where(functools.reduce(np.logical_or, moving, False), 1 / time_scales(system), own)
+    each = [functions.norm(orbit.velocity_at(orbit.sample_time)) > 0 for orbit in system.orbits]
+    moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)
+    return np.where(moving, rates, own) if moving.ndim or not moving else rates
 
 
 def _momentum_unit(system: System, rates: Array) -> Array:
     return np.asarray(np.max(system.rigid_bodies[0].moments, axis=-1) * rates)
 
 
-def _alike(steps: Array, times: Array) -> Iterator[tuple[NDArray[np.int_], float]]:
+def _alike(steps: Array, members: int, times: Array) -> Iterator[tuple[NDArray[np.int_], float]]:
     """Yield members whose steps differ little, and one step for all of these, not longer, whoever else there is.
 
-    It is a power of two of a fourth part of an integer times a length of time that all members have in common.
+    It is a power of two of a fourth part of an integer times a length of time that all members have in common, or the
+    step that they share.
     """
+    if not steps.ndim:
+        yield np.arange(members), float(steps)
+        return
     length = float(np.ptp(times) or np.max(np.abs(times)) or 1.0)
     classes = np.floor(SHARES * np.log2(steps / length))
     for each in np.unique(classes):

@@ -31,7 +31,7 @@ from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.engine.termination import INTERRUPTED, reason
 
-__all__ = ["LoopedRun", "constants_of", "zeros_throughout"]
+__all__ = ["LoopedRun", "constants_of"]
 
 SLAB_BYTES = 16_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
@@ -41,9 +41,6 @@ LARGEST = 8000
 
 LARGEST_WITH_ZEROS = 2 * LARGEST
 """Operations of which those that are left beside constants that are zero may be few enough."""
-
-MEMBERS_TOGETHER = 65_536
-"""Of which constants are evaluated at a time."""
 
 NONE = np.empty(0, dtype=int)
 
@@ -81,25 +78,8 @@ def _zeros(
     job: Job, constants: Constants, numbers: Sequence[Any], values: Sequence[Any] | None = None
 ) -> tuple[int, ...]:
     """Return which constants are zero throughout: none that may change at knots, or where tangent vectors may jump."""
-    if job.zeros is not None:
-        return job.zeros
     kept = job.problem.knots.size or kernels.saltation_of(job.problem, job.variables)
     return () if kept else constants.zeros(constants.values(numbers) if values is None else values, numbers)
-
-
-def zeros_throughout(job: Job) -> tuple[int, ...] | None:
-    """Return which constants are zero for all members of a job, found block by block; None if heyoka must do it."""
-    smooth = job.problem.between_knots()
-    constants = constants_of(job)
-    if constants is None:
-        return None
-    numbers, found = kernels.numbers_of(smooth, job.variables), set(range(constants.count))
-    members = max((np.size(number) for number in numbers), default=1)
-    for first in range(0, members, MEMBERS_TOGETHER):
-        block = [x[first : first + MEMBERS_TOGETHER] if np.ndim(x) else x for x in numbers]
-        with np.errstate(all="ignore"):
-            found &= {*_zeros(job, constants, constants.values(block))}
-    return tuple(sorted(found))
 
 
 class Ready(NamedTuple):

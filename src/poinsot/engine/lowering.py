@@ -158,8 +158,6 @@ class Constants:
     Attributes
     ----------
     values : Replay
-    count : int
-        How many there are.
     switches : bool
         Whether a formula branches on the way.
     """
@@ -169,18 +167,17 @@ class Constants:
         conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
         met = _constants_met(rates)
         self.values = Replay(met, np.longdouble)
-        self.count = len(met)
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
         self.switches = bool(conditions_of(rates))
 
     def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
-        """Return which constants are zero for all members; none if one is not finite, which is to stop the run.
+        """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
 
         Those on which a formula branches are not among them, nor those that other numbers of members would change:
         no member depends on who else is in its ensemble.
         """
-        total = sum(values)
-        if not _is_zero_for_all(total - total):
+        total = sum([value for value in values if not np.ndim(value)])
+        if total - total:
             return ()
         found = [number for number in self._never_conditions if _is_zero_for_all(values[number])]
         if found and any(map(np.ndim, numbers)):

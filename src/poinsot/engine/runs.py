@@ -212,8 +212,6 @@ class Job:
         Whether to keep the polynomials, of one body.
     device : {"cpu", "cuda"}
         The second of an ensemble alone.
-    zeros : tuple of int, optional
-        Which constants of a looped kernel are zero throughout, where that is decided for more members than these.
     """
 
     problem: Problem
@@ -225,7 +223,6 @@ class Job:
     progress: Progress = False
     dense: bool = False
     device: str = "cpu"
-    zeros: tuple[int, ...] | None = None
 
 
 class Run(ABC):

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from poinsot.engine.driver import Driver
 from poinsot.engine.formulations import Formulation
-from poinsot.engine.looped_runs import zeros_throughout
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import Progress
 from poinsot.engine.runs import Memory, OneMotion, Report
@@ -41,8 +40,6 @@ class Integrator:
     threads : int
     dense : bool
     device : str
-    zeros : tuple of int, optional
-        Which constants of a kernel are zero for all members of the ensemble that these are some of.
     """
 
     problem: Problem
@@ -53,16 +50,11 @@ class Integrator:
     threads: int = 1
     dense: bool = False
     device: str = "cpu"
-    zeros: tuple[int, ...] | None = None
 
     @property
     def system(self) -> System:
         """The system."""
         return self.problem.system
-
-    def in_chunks(self) -> Integrator:
-        """Return the same for an ensemble of which some members are integrated at a time."""
-        return dataclasses.replace(self, zeros=zeros_throughout(self._driver()))
 
     def of_members(self, members: slice) -> Integrator:
         """Return the same for some members of an ensemble: what is decided stays."""
@@ -116,5 +108,4 @@ class Integrator:
             progress=progress,
             dense=self.dense,
             device=self.device,
-            zeros=self.zeros,
         )

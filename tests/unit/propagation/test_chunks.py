@@ -1,5 +1,7 @@
 """Ensembles in chunks: the same numbers bit for bit, whatever the chunks, kept or reduced."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray
@@ -40,7 +42,7 @@ def pairs():
 
 CENTRES = np.zeros((COUNT, 3))
 CENTRES[9, 1] = 0.1  # zero for all members of most chunks: a kernel of their own would leave it out
-SYSTEMS = {
+SYSTEMS: dict[str, tuple[pt.System, dict[str, Any]]] = {
     "free": (pt.System(BODY), {}),
     "a top": (pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)), units={"time": "s"}), {"tolerance": 1e-12}),
     "numbers that are zero for most": (pt.System(BODY, pt.UniformGravity(0.5, CENTRES)), {}),
