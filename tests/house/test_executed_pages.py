@@ -17,24 +17,27 @@ OWN = [page for page in sorted(DOCS.rglob("*.md")) if not {"_build", "generated"
 PAGES = [page for page in OWN if "{code-cell}" in page.read_text()]
 
 
-def command(line):
-    """Run what a notebook gives to the shell as `!poinsot ...`."""
-    name, *arguments = shlex.split(line)
-    assert name == "poinsot"
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 0, result.output
+def run_commands(lines):
+    """Run what a notebook gives to the shell, lines `poinsot ...`."""
+    for line in lines:
+        name, *arguments = shlex.split(line)
+        assert name == "poinsot"
+        result = CliRunner().invoke(app, arguments)
+        assert result.exit_code == 0, result.output
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
 def test_cells_of_a_page_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")
-    names = {"__name__": "notebook", "_command": command}
+    names = {"__name__": "notebook"}
     for number, (options, code) in enumerate(CELL.findall(page.read_text())):
         if "slow" in options:  # they run when the site is built
             continue
-        plain = re.sub(r"^!(.*)$", lambda line: f"_command({line[1]!r})", code, flags=re.MULTILINE)
-        exec(compile(plain, f"{page.name}, cell {number}", "exec", dont_inherit=True), names)
+        if code.startswith("%%bash\n"):
+            run_commands(code.splitlines()[1:])
+        else:
+            exec(compile(code, f"{page.name}, cell {number}", "exec", dont_inherit=True), names)
     plt.close("all")
 
 
