@@ -1,5 +1,6 @@
 """The site: `make docs` builds it into docs/_build/html, and looks at it in a browser."""
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from docutils import nodes
 from sphinx import addnodes
 
 ROOT = Path(__file__).parents[1]
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])  # cells call `poinsot`
 sys.path.insert(0, str(ROOT))
 
 from tools.site.build import write_pages  # noqa: E402
