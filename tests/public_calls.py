@@ -868,6 +868,13 @@ def public_calls(folder):
         "state_transition": (pt.analysis.state_transition, {**here, **run, "parameters": ("weight",), "order": 1}),
         "tle_orbit": (pt.files.tle_orbit, {"lines": VANGUARD, **dates, "reference_frame": "TEME"}),
         "two_body_orbit": (pt.orbits.two_body_orbit, passage),
+        "animate": (
+            pt.animate,
+            {
+                **{"motion": motion(), "path": folder / "out.gif", "seconds": 0.1, "view": (20.0, -60.0)},
+                "overwrite": True,
+            },
+        ),
         "view": (pt.view, {"motion": motion(), "path": folder / "out.html", "overwrite": True}),
         "write_aem": (
             pt.files.write_aem,

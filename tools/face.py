@@ -37,7 +37,7 @@ SHARED = {
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",
-    "plot": "curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
+    "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* *.different_orbits *.is_constant *.median_attitude",
     "shapes": "cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }

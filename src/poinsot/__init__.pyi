@@ -21,6 +21,7 @@ from .mechanics.part import Jump, Part
 from .mechanics.state import PairState, State, project_to_tangent
 from .mechanics.system import System
 from .orbits.kepler import KeplerOrbit
+from .plot.animation import animate
 from .plot.view import view
 from .propagation.event_record import EventRecord
 from .propagation.free_motion.motion import free_motion
@@ -62,6 +63,7 @@ __all__ = [
     "UniformGravity",
     "Vector",
     "analysis",
+    "animate",
     "control",
     "events",
     "files",

@@ -99,7 +99,7 @@ def test_a_file_of_no_kind_is_told_what_there_is(folder):
     (folder / "x.doc").write_text("")
     assert refused("info", "x.doc").startswith("x.doc must be a result (.nc, .zarr), a scenario (.toml), attitudes")
     assert refused("run", "x.doc") == "x.doc must be a scenario, .toml, or a result, .nc or .zarr, but it is none."
-    for command in ("plot", "view"):
+    for command in ("plot", "view", "animate"):
         assert refused(command, "x.toml").endswith("`poinsot run x.toml` makes one.")
         assert refused(command, "x.aem").endswith("`poinsot convert x.aem NAME.nc --scenario ...` makes one.")
 
@@ -168,6 +168,7 @@ def test_options_of_other_pictures_are_refused_before_the_result_is_read():
         ("new", "{}.toml"),
         ("plot", "sat.nc", "{}.png"),
         ("view", "sat.nc", "{}.html"),
+        ("animate", "sat.nc", "{}.gif"),
         ("convert", "sat.nc", "{}.csv"),
         ("convert", "sat.nc", "{}.zarr"),
     ],
@@ -186,7 +187,7 @@ def test_names_that_cannot_be_written_are_sentences(folder, command):
     assert {path.name for path in folder.iterdir()} == {"sat.nc", last.format("there")}
 
 
-@pytest.mark.parametrize("command", ["run", "plot", "view", "info", "convert"])
+@pytest.mark.parametrize("command", ["run", "plot", "view", "animate", "info", "convert"])
 def test_names_that_cannot_be_read_are_sentences(folder, command):
     more = ("x.csv",) if command == "convert" else ()
     (folder / "folder.nc").mkdir()

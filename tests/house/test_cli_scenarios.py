@@ -439,7 +439,7 @@ def test_convert(top, tmp_path):
 
 
 def test_help_teaches_and_has_the_exit_codes():
-    for command in ("run", "plot", "view", "info", "convert", "new", "paper", "verify"):
+    for command in ("run", "plot", "view", "animate", "info", "convert", "new", "paper", "verify"):
         told = " ".join(call(command, "--help").stdout.split())
         assert f"For example: • poinsot {command}" in told
         assert "Exit status: 0 done;" in told

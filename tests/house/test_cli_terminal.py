@@ -190,13 +190,14 @@ def test_result_is_written_before_an_interrupt_is_heard(tmp_path, interrupting, 
     assert len(result.read_bytes()) == len(before)
 
 
-@pytest.mark.parametrize("command", ["plot", "view"])
+@pytest.mark.parametrize("command", ["plot", "view", "animate"])
 def test_pictures_are_whole_or_not_there(interrupting, result, command):
     from matplotlib.figure import Figure
 
-    from poinsot.plot import view
+    from poinsot.plot import animation, view
 
-    interrupting(*{"plot": (Figure, "savefig"), "view": (view, "view")}[command])
+    where = {"plot": (Figure, "savefig"), "view": (view, "view"), "animate": (animation, "_draw")}
+    interrupting(*where[command])
     said = invoked(command, result).stderr
     assert said == "poinsot: interrupted. What is not named above was not written.\n"
     assert {path.name for path in result.parent.iterdir()} == {"top.toml", "top.nc"}

@@ -9,7 +9,7 @@ import typer
 
 from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
-from poinsot.cli.plots import plot, view
+from poinsot.cli.plots import animate, plot, view
 from poinsot.cli.runs import new, run
 from poinsot.cli.terminal import DIFFERS, STOPPED, Command, Commands, Group, answer, exit_statuses
 
@@ -62,7 +62,7 @@ OWN = {
     verify: {DIFFERS: "a comparison fails"},
 }
 for panel, commands in {
-    "Scenarios and results": (new, run, info, plot, view, convert),
+    "Scenarios and results": (new, run, info, plot, view, animate, convert),
     "Verification": (verify, paper),
 }.items():
     for command in commands:

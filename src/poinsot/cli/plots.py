@@ -1,4 +1,4 @@
-"""Plots and the 3D view: `poinsot plot`, `poinsot view`."""
+"""Plots, the 3D view and films: `poinsot plot`, `poinsot view`, `poinsot animate`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from poinsot.cli.terminal import (
 )
 from poinsot.quantities import ANGLE_UNITS
 
-__all__ = ["KINDS", "drawn", "plot", "usual_kind", "view", "viewed"]
+__all__ = ["KINDS", "animate", "drawn", "plot", "usual_kind", "view", "viewed"]
 
 OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty", "yorp"}
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
@@ -140,6 +140,34 @@ def view(
         motion = _chosen(_loaded(file, member, time), body)
     tell(viewed(motion, path, overwrite))
     advise((path.resolve().as_uri(), "opens in any browser, without a network"))
+
+
+def animate(
+    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
+    film: Annotated[Path | None, typer.Argument(help="Ends in .gif or .mp4; default: a GIF beside the result.")] = None,
+    seconds: Annotated[float, typer.Option(help="How long the film is.")] = 10.0,
+    member: Member = None,
+    body: OfTwo = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a result as a film, GIF or MP4, without a screen.
+
+    For example:
+
+    - `poinsot animate top.nc`
+    - `poinsot animate top.nc talk/top.mp4 --seconds 20`
+    """
+    checked_result(file)
+    path = film or file.with_suffix(".gif")
+    check_new(path, overwrite)
+    check_ending(path, ".gif", ".mp4")
+    with busy(f"Reading {file}"):
+        motion = _chosen(_loaded(file, member), body)
+    from poinsot.plot.animation import animate as film_of
+
+    with writing(path):
+        film_of(motion, path, seconds=seconds, overwrite=overwrite)
+    tell(path)
 
 
 def usual_kind(motion: Any) -> str:

@@ -85,6 +85,7 @@ RESULTS = (".nc", ".zarr")
 OPTIONS = {
     **{name: f"--{name}" for name in ("body", "frame", "member", "orbit", "overwrite", "part", "scenario", "zero")},
     **{"angle_unit": "--angle-unit", "rate_unit": "--rate-unit", "time_unit": "--time-unit", "other": "--with"},
+    "seconds": "--seconds",
     **{"reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},
     **{"scale": "the scale in --zero", "motion": "the result"},
 }

@@ -16,7 +16,7 @@ from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
 from poinsot.shapes.solids import Cylinder, Ellipsoid
 
-__all__ = ["extents", "gyration_radii", "parts_of", "surfaces"]
+__all__ = ["extents", "gyration_radii", "parts_of", "surfaces", "triangles"]
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,9 @@ AROUND = np.linspace(0, 2 * np.pi, 121)
 UP = np.linspace(0, np.pi, 61)[:, None]
 SPHERE = np.stack([np.sin(UP) * np.cos(AROUND), np.sin(UP) * np.sin(AROUND), np.cos(UP) + 0 * AROUND], axis=-1)
 TUBE = np.stack([np.cos(AROUND), np.sin(AROUND), 1 + 0 * AROUND], axis=-1)
+
+MOST_BALLS = 300
+"""Of mass points, the heaviest ones, that are drawn as balls."""
 
 
 def parts_of(shape: Shape | None) -> list[Any] | None:
@@ -61,6 +64,38 @@ def surfaces(body: Body, mass: float) -> list[Array]:
     if parts is None:
         return [(SPHERE * extents(body, mass)).reshape(-1, 3) @ gyration_radii(body)[1].T]
     return [_surface(part) - body.shape.center_of_mass for part in parts]
+
+
+def triangles(body: Body, mass: float = 1.0) -> Array:
+    """Return the surface of a body from its centre of mass, along its axes, as triangles outwards; (m, 3, 3)."""
+    parts = parts_of(body.shape)
+    if parts is None:
+        return np.asarray(_grid(SPHERE[::3, ::5] * extents(body, mass)) @ gyration_radii(body)[1].T)
+    return np.concatenate([_triangles(part) for part in parts]) - body.shape.center_of_mass
+
+
+def _triangles(part: Any) -> Array:
+    if isinstance(part, Mesh):
+        return np.asarray(part.vertices[part.faces])
+    if isinstance(part, Mascons):
+        heaviest = np.argsort(part.masses)[-MOST_BALLS:]
+        radii = 0.6 * part.circumscribing_radius * np.cbrt(part.masses[heaviest] / np.sum(part.masses))
+        ball = _grid(SPHERE[::10, ::15])
+        return np.concatenate([place + r * ball for place, r in zip(part.positions[heaviest], radii, strict=True)])
+    own = _grid(SPHERE[::3, ::5] * part.semiaxes) if isinstance(part, Ellipsoid) else _tube(part.radius, part.height)
+    return np.asarray(part.center_of_mass + own @ part._axes.T)
+
+
+def _tube(radius: float, height: float) -> Array:
+    rim = TUBE[::5] * (radius, radius, 0)
+    rings = np.stack([0 * rim, rim, rim, 0 * rim])
+    return _grid(rings + np.array([1, 1, -1, -1])[:, None, None] * (0, 0, height / 2))
+
+
+def _grid(points: Array) -> Array:
+    """Return the triangles of a grid of points, rows from above down, columns about the third axis; (m, 3, 3)."""
+    a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+    return np.concatenate([np.stack(each, axis=-2).reshape(-1, 3, 3) for each in ((a, b, c), (a, c, d))])
 
 
 def _surface(part: Any) -> Array:

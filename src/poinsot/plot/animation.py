@@ -1,0 +1,306 @@
+"""A motion as a film: GIF or MP4, drawn without a screen."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.algebra import quaternion as quat
+from poinsot.atomic_write import new_file
+from poinsot.checked import checked
+from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_member
+from poinsot.plot.solid_parts import triangles
+from poinsot.plot.solids import right_and_up, view_direction
+from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["animate"]
+
+Array = NDArray[np.float64]
+
+PER_SECOND = 20
+"""Frames; the delays in a GIF are whole hundredths of a second."""
+
+LONGEST = 600
+"""Seconds of a film."""
+
+INCHES, DOTS = 4.8, 100
+VIEW = (22.0, -59.0)
+"""Elevation and azimuth of the eye in degrees, those in which the page starts."""
+
+AXIS, LONGEST_RATE, LONGEST_MOMENTUM, REACH, ROOM = 1.35, 1.55, 1.9, 1.85, 2.1
+"""Lengths in units of the largest extent of the body, as on the page; of two bodies that of their orbits."""
+
+LEGIBLE = 0.5
+"""The size from which on the vectors of a body have names."""
+
+LIGHT, SHADE = np.array([0.83, 0.88, 0.92]), np.array([0.62, 0.71, 0.79])
+"""Colours of alternate octants of a body, by which its turn is seen."""
+
+TRACE = 20
+"""Frames for which the tip of an axis leaves a trace."""
+
+FINE = 8
+"""Points of a trace for each frame."""
+
+
+@checked
+def animate(
+    motion: Trajectory,
+    path: str | Path,
+    *,
+    seconds: float = 10.0,
+    view: ArrayLike | None = None,
+    overwrite: bool = False,
+) -> Path:
+    """Write a motion as a film, drawn without a screen: the body with its axes, G, omega and the trace of an axis.
+
+    Two bodies move about their barycentre, to scale. The film takes equal times of the motion for equal times; between
+    stored times it follows the dense output, or else the great circle from one attitude to the next.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        Of one body or of two, at two times or more.
+    path : str or Path
+        Ends in `.gif`, or in `.mp4` where there is ffmpeg: on the path, or from the package imageio-ffmpeg.
+    seconds : float
+        How long the film is, at most 600, with 20 frames per second. A part of the motion is `motion[:1000]`.
+    view : array (2,), optional
+        Elevation and azimuth of the eye in degrees; (22, -59) by default.
+    overwrite : bool
+        Whether an existing file of that name is replaced.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    TypeError, ValueError, FileNotFoundError, FileExistsError
+        If it is no trajectory, is an ensemble, has fewer than two times, the path cannot be written, or there is no
+        ffmpeg for a film that needs it.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2))
+    >>> pt.animate(pt.free_motion(body, start, np.linspace(0, 20, 201)), "body.gif", seconds=0.2)
+    PosixPath('body.gif')
+    """
+    path = Path(path)
+    if path.suffix not in WRITERS:
+        raise ValueError(f"path must end in {' or '.join(WRITERS)}, got {path.name!r}.")
+    if one_member(motion).times.size < 2:
+        raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
+    if not seconds > 0:
+        raise ValueError(f"seconds must be positive, got {seconds}.")
+    if seconds > LONGEST:
+        raise ValueError(f"seconds must be at most {LONGEST}, got {seconds}.")
+    write = WRITERS[path.suffix]
+    times = np.linspace(np.min(motion.times), np.max(motion.times), max(2, round(seconds * PER_SECOND)))
+    with new_file(path, overwrite) as part:
+        write(part, _frames(motion, times, view_direction(VIEW if view is None else view)))
+    return path
+
+
+# ---------------------------------------------------------------------- what moves
+
+
+@dataclass(frozen=True)
+class _Moving:
+    """One body at the times of the frames: in units of the picture, space axes."""
+
+    corners: Array
+    colours: Array
+    size: float
+    place: Array
+    attitude: Array
+    rate: Array
+    trace: Array
+    colour: str
+
+    def triangles(self, i: int) -> Array:
+        """Return its triangles in a frame; shape (m, 3, 3)."""
+        return np.asarray(self.place[i] + quat.rotate(self.attitude[i], self.corners))
+
+
+def _bodies(motion: Trajectory, times: Array) -> list[_Moving]:
+    """Return the bodies of a motion."""
+    if not isinstance(motion, PairTrajectory):
+        return [_moving(motion, times, triangles(motion.system.body), 1.0, PURPLE)]
+    pair = motion.system.pair
+    shares = [sign * (1 - mass / pair.total_mass) for mass, sign in zip(pair.masses, (-1, 1), strict=True)]
+    solids = [triangles(body, mass) for body, mass in zip(pair.bodies.values(), pair.masses, strict=True)]
+    sizes = [float(np.max(np.linalg.norm(solid, axis=-1))) for solid in solids]
+    reach = max(abs(share) * np.max(motion.distance) + size for share, size in zip(shares, sizes, strict=True))
+    each = zip(motion.of_bodies.values(), solids, shares, (BLUE, VERMILION), strict=True)
+    scale = REACH / reach
+    return [
+        _moving(one, times, solid, scale, colour, share * scale * motion.position) for one, solid, share, colour in each
+    ]
+
+
+def _moving(
+    motion: Trajectory, times: Array, corners: Array, scale: float, colour: str, path: Array | None = None
+) -> _Moving:
+    """Return a body at the times of the frames; one without a path is as large as the unit of the picture."""
+    largest = float(np.max(np.linalg.norm(corners, axis=-1)))
+    size = 1.0 if path is None else scale * largest
+    octants = np.prod(np.mean(corners, axis=1), axis=-1) > 0
+    fine = np.linspace(times[0], times[-1], FINE * (times.size - 1) + 1)
+    attitude = _attitudes(motion, fine)
+    trace = AXIS * quat.rotate(attitude, np.array([0, 0, 1.0])) if path is None else _between(motion.times, path, fine)
+    rate = motion.omega_space
+    return _Moving(
+        corners * (size / largest),
+        np.where(octants[:, None], LIGHT, SHADE),
+        size,
+        np.zeros((times.size, 3)) if path is None else trace[::FINE],
+        attitude[::FINE],
+        _between(motion.times, rate * (LONGEST_RATE * size / (np.max(np.linalg.norm(rate, axis=-1)) or 1.0)), times),
+        trace,
+        colour,
+    )
+
+
+def _attitudes(motion: Trajectory, times: Array) -> Array:
+    """Return the attitudes at the times of the frames."""
+    if motion.has_dense_output:
+        return motion(times).quaternion
+    from scipy.spatial.transform import Slerp
+
+    order = np.argsort(motion.times)
+    turns: Any = Slerp(motion.times[order], motion.attitude[order])
+    return np.asarray(turns(times).as_quat(scalar_first=True))
+
+
+def _between(stored: Array, vectors: Array, times: Array) -> Array:
+    """Return vectors between stored times, linearly."""
+    order = np.argsort(stored)
+    return np.stack([np.interp(times, stored[order], each[order]) for each in vectors.T], axis=-1)
+
+
+# ---------------------------------------------------------------------- frames
+
+
+def _frames(motion: Trajectory, times: Array, eye: Array) -> Iterator[NDArray[np.uint8]]:
+    """Yield the pictures; each (height, width, 3)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(INCHES, INCHES), dpi=DOTS)
+    canvas: Any = FigureCanvasAgg(figure)
+    panel = figure.add_axes((0, 0, 1, 1))
+    bodies = _bodies(motion, times)
+    momentum = _between(motion.times, motion.angular_momentum_space, times)
+    momentum *= LONGEST_MOMENTUM / (np.max(np.linalg.norm(momentum, axis=-1)) or 1.0)
+    across = np.stack(right_and_up(eye), axis=-1)
+    for i, time in enumerate(times):
+        panel.clear()
+        panel.set(xlim=(-ROOM, ROOM), ylim=(-ROOM, ROOM))
+        panel.set_axis_off()
+        _draw(panel, bodies, momentum[i] if len(bodies) == 1 else None, i, across, eye)
+        panel.text(0.02, 0.02, _said(motion, time), transform=panel.transAxes, color=BLACK)
+        canvas.draw()
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _said(motion: Trajectory, time: float) -> str:
+    unit = motion.system.units["time"]
+    return f"t = {time:.6g}" + ("" if unit == "1" else f" {unit}")
+
+
+def _draw(panel: Axes, bodies: list[_Moving], momentum: Array | None, i: int, across: Array, eye: Array) -> None:
+    """Draw one frame: what is behind first."""
+    from matplotlib.collections import PolyCollection
+
+    corners = np.concatenate([body.triangles(i) for body in bodies])
+    colours = np.concatenate([body.colours for body in bodies])
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    facing = normals @ eye / np.maximum(np.linalg.norm(normals, axis=-1), 1e-300)
+    seen = np.flatnonzero(facing > 0)
+    order = seen[np.argsort(np.mean(corners[seen] @ eye, axis=-1))]
+    shaded = colours[order] * (0.62 + 0.38 * facing[order, None])
+    panel.add_collection(
+        PolyCollection(list(corners[order] @ across), facecolors=shaded, edgecolors=shaded, linewidths=0.3, zorder=2)
+    )
+    for body in bodies:
+        _draw_axes(panel, body, i, across, eye)
+    if momentum is not None:
+        _arrow(panel, np.zeros(3), momentum, "G", BLACK, across, eye)
+
+
+def _draw_axes(panel: Axes, body: _Moving, i: int, across: Array, eye: Array) -> None:
+    """Draw the axes of a body, its rate, and the trace of its third axis, or of itself where it moves."""
+    panel.plot(*(body.trace[max(0, i - TRACE) * FINE : i * FINE + 1] @ across).T, color=body.colour, lw=1.2, zorder=3)
+    axes = AXIS * body.size * quat.rotate(body.attitude[i], np.eye(3))
+    named = body.size > LEGIBLE
+    for name, axis in zip(("b₁", "b₂", "b₃"), axes, strict=True):
+        _arrow(panel, body.place[i], axis, name if named else "", PURPLE, across, eye)
+    _arrow(panel, body.place[i], body.rate[i], "ω" if named else "", GREEN, across, eye)
+
+
+def _arrow(panel: Axes, start: Array, vector: Array, name: str, colour: str, across: Array, eye: Array) -> None:
+    """Draw a vector, behind the bodies if it leads away from the eye."""
+    from_eye = start @ across
+    tip = (start + vector) @ across
+    order = 4 if vector @ eye >= 0 else 1
+    style = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
+    panel.annotate("", xy=tuple(tip), xytext=tuple(from_eye), arrowprops={**style, "zorder": order}, zorder=order)
+    if name:
+        where = (start + vector * (1 + 0.12 / max(float(np.linalg.norm(vector)), 0.12))) @ across
+        panel.text(where[0], where[1], name, color=colour, ha="center", va="center", style="italic", zorder=order)
+
+
+# ---------------------------------------------------------------------- files
+
+
+def _write_gif(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
+    from PIL import Image
+
+    first, *others = (Image.fromarray(frame).quantize(64, dither=Image.Dither.NONE) for frame in frames)
+    options: Any = {"duration": 1000 // PER_SECOND, "loop": 0, "optimize": False}
+    first.save(path, "GIF", save_all=True, append_images=others, **options)
+
+
+def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
+    side = round(INCHES * DOTS)
+    taken = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{side}x{side}", "-r", str(PER_SECOND), "-i", "-"]
+    made = ["-an", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
+    command = [_ffmpeg(), "-y", "-loglevel", "error", *taken, *made]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603 - no shell
+        with contextlib.suppress(BrokenPipeError):  # it says below why it stopped
+            for frame in frames:
+                process.stdin.write(frame.tobytes())  # type: ignore[union-attr]
+        _, said = process.communicate()
+    if process.returncode:
+        raise RuntimeError(f"ffmpeg stopped: {said.decode(errors='replace').strip()}")
+
+
+def _ffmpeg() -> str:
+    """Return the path of ffmpeg."""
+    if found := shutil.which("ffmpeg"):
+        return found
+    try:
+        return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
+    except ImportError:
+        raise FileNotFoundError(
+            "ffmpeg must be there for a film in .mp4, got none. `pip install imageio-ffmpeg` has it; a .gif needs none."
+        ) from None
+
+
+WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
+"""By the end of the name of a file."""

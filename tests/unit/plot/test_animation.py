@@ -1,0 +1,137 @@
+"""Films of motions: what is drawn, and how the files are written."""
+
+import re
+import stat
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.plot.solid_parts import triangles
+
+LONG = pt.Body.from_shape(pt.shapes.Mesh.from_box((9.0, 2.0, 1.0), mass=2.0))
+
+
+def spinning(rate=0.5, times=None):
+    start = LONG.state((1, 0, 0, 0), omega_body=(0, 0, rate))
+    return pt.free_motion(LONG, start, np.linspace(0, np.pi, 64) if times is None else times)
+
+
+def pictures(path):
+    with Image.open(path) as film:
+        for i in range(film.n_frames):
+            film.seek(i)
+            yield np.asarray(film.convert("RGB")).astype(int), film.info["duration"]
+
+
+def direction(picture):
+    """The direction of the long side of a body in a picture, modulo half a turn, counterclockwise from the right."""
+    red, green, blue = np.moveaxis(picture[:440], -1, 0)  # without the words below
+    own = (blue > green) & (green > red) & (blue - red < 60) & (red > 80)
+    y, x = np.nonzero(own)
+    assert x.size > 5000
+    covariance = np.cov(x, -y)
+    return 0.5 * np.arctan2(2 * covariance[0, 1], covariance[0, 0] - covariance[1, 1])
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_body_turns_in_the_film_as_it_does_in_the_motion(order, tmp_path):
+    """Seen from the tip of omega it turns counterclockwise, by half a radian per unit of time, forwards in time."""
+    path = pt.animate(spinning(times=np.linspace(0, np.pi, 64)[::order]), tmp_path / "a.gif", seconds=0.5, view=(90, 0))
+    shown = list(pictures(path))
+    assert len(shown) == 10
+    assert {duration for _, duration in shown} == {50}
+    angles = np.unwrap([direction(picture) for picture, _ in shown], period=np.pi)
+    np.testing.assert_allclose(angles - angles[0], 0.5 * np.linspace(0, np.pi, 10), atol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("shape", "rtol"),
+    [
+        (pt.shapes.Mesh.from_box((1.0, 2.0, 3.0), mass=1.0), 1e-12),
+        (pt.shapes.Ellipsoid((1.0, 0.6, 0.4), mass=1.0), 0.05),
+        (pt.shapes.Cylinder(0.5, 2.0, mass=1.0), 0.05),
+    ],
+    ids=["mesh", "ellipsoid", "cylinder"],
+)
+def test_a_body_is_drawn_as_its_shape_from_its_centre_of_mass(shape, rtol):
+    """Volume and first moments of the solid within the triangles, outwards."""
+    moved = shape.moved((3.0, -1.0, 2.0), Rotation.from_rotvec([0.4, 0.7, -0.3]))
+    corners = triangles(pt.Body.from_shape(moved))
+    volumes = np.linalg.det(corners) / 6
+    exact = {"Mesh": 6.0, "Ellipsoid": 4 / 3 * np.pi * 0.24, "Cylinder": 0.5 * np.pi}[type(shape).__name__]
+    assert np.sum(volumes) == pytest.approx(exact, rel=rtol)
+    np.testing.assert_allclose(np.sum(volumes[:, None] * np.mean(corners, axis=1), axis=0), 0, atol=1e-2 * exact)
+
+
+def test_two_bodies_are_both_in_the_film(tmp_path):
+    """Seen from above, the light one goes round the heavy one."""
+    pair = pt.TwoBodies(pt.Body.from_ellipsoid(50.0, (1, 1, 1)), pt.Body.from_ellipsoid(1.0, (0.5, 0.5, 0.5)), G=1.0)
+    start = pair.state((5, 0, 0), (0, np.sqrt(51 / 5), 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 0)] * 2)
+    quarter = 0.5 * np.pi * np.sqrt(5**3 / 51)
+    motion = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, np.linspace(0, quarter, 40))
+    first, *_, last = (
+        picture for picture, _ in pictures(pt.animate(motion, tmp_path / "a.gif", seconds=0.2, view=(90, -90)))
+    )
+    for picture, side in ((first, np.s_[:, 360:]), (last, np.s_[:120, :])):
+        assert np.mean(picture[side] < 240) > 0.02
+    assert np.mean(last[:, 360:] < 240) < 0.02
+
+
+# ---------------------------------------------------------------------- files
+
+
+@pytest.fixture
+def no_ffmpeg(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    return tmp_path
+
+
+def ffmpeg(folder, program):
+    """A program of that name: what it is given is kept, or it fails."""
+    path = folder / "ffmpeg"
+    path.write_text(f"#!{sys.executable}\nimport sys\n{program}")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+
+
+def test_ffmpeg_is_given_every_frame(no_ffmpeg):
+    ffmpeg(no_ffmpeg, "open(sys.argv[-1], 'wb').write(sys.stdin.buffer.read())")
+    path = pt.animate(spinning(), no_ffmpeg / "a.mp4", seconds=0.2)
+    assert path.stat().st_size == 4 * 480 * 480 * 3
+
+
+def test_what_ffmpeg_says_is_told(no_ffmpeg):
+    ffmpeg(no_ffmpeg, "sys.exit('no such codec')")
+    with pytest.raises(RuntimeError, match=r"^ffmpeg stopped: no such codec$"):
+        pt.animate(spinning(), no_ffmpeg / "a.mp4", seconds=0.2)
+    assert {path.name for path in no_ffmpeg.iterdir()} == {"ffmpeg"}
+
+
+def test_without_ffmpeg_there_is_one_sentence(no_ffmpeg):
+    sentence = (
+        "ffmpeg must be there for a film in .mp4, got none. `pip install imageio-ffmpeg` has it; a .gif needs none."
+    )
+    with pytest.raises(FileNotFoundError, match=f"^{re.escape(sentence)}$"):
+        pt.animate(spinning(), no_ffmpeg / "a.mp4")
+    assert not list(no_ffmpeg.iterdir())
+
+
+REFUSED = {
+    "suffix": ({"path": "a.avi"}, "path must end in .gif or .mp4, got 'a.avi'."),
+    "seconds": ({"seconds": 0.0}, "seconds must be positive, got 0.0."),
+    "endless": ({"seconds": np.inf}, "seconds must be at most 600, got inf."),
+    "times": ({"motion": spinning(times=[1.0])}, "motion must have two times or more, got 1."),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_wrong_arguments_are_refused_in_a_sentence(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given, sentence = REFUSED[name]
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        pt.animate(**{"motion": spinning(), "path": "a.gif", **given})
+    assert not list(tmp_path.iterdir())
