@@ -71,7 +71,7 @@ def triangles(body: Body, mass: float = 1.0) -> Array:
     parts = parts_of(body.shape)
     if parts is None:
         return np.asarray(_grid(SPHERE[::3, ::5] * extents(body, mass)) @ gyration_radii(body)[1].T)
-    return np.concatenate([_triangles(part) for part in parts]) - body.shape.center_of_mass
+    return np.asarray(np.concatenate([_triangles(part) for part in parts]) - body.shape.center_of_mass)
 
 
 def _triangles(part: Any) -> Array:
