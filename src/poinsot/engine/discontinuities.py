@@ -225,7 +225,7 @@ class Discontinuities:
         """Return whether a condition holds behind a zero, and come back at the next one if the engine misses it."""
 
         def is_behind(time: Any) -> bool:
-            return bool((self._ahead(engine, lane, time)[number] < 0) == holds)
+            return bool(self._ahead(engine, lane, time)[number] < 0) == holds
 
         passed, due = look_ahead(is_behind, np.ravel(engine.time)[lane], ahead)
         if due is not None:
