@@ -149,11 +149,12 @@ left.plot(1, before.dynamic_moment, "o", color="#000000", markersize=4, label="b
 left.set_xlabel("effective rate 2T/G, over that before")
 left.set_ylabel("dynamic moment G$^2$/2T, over the largest moment")
 periods = [after.long_axis_precession_period[chosen] / hour for chosen in (~long_axis, long_axis)]
-right.hist(periods, bins=np.linspace(15, 65, 51), stacked=True, color=["#0072B2", "#D55E00"])
-right.axvline(before.long_axis_precession_period / hour, color="#000000")
-right.set_xlabel("long axis round the angular momentum [h]")
+looks = {"color": ["#0072B2", "#D55E00"], "label": ["short-axis mode", "long-axis mode"]}
+right.hist(periods, bins=np.linspace(15, 65, 51), stacked=True, **looks)
+right.axvline(before.long_axis_precession_period / hour, color="#000000", label="before")
+right.set_xlabel("precession period of the long axis [h]")
 right.set_ylabel(f"members of {members}")
-left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False, markerscale=2)
 for panel in (left, right):
     panel.grid(alpha=0.25)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False, markerscale=2)
 figure.savefig("apophis.png", dpi=150)

@@ -47,9 +47,9 @@ print(f"standard deviations after an orbit: {np.degrees(predicted[-1, :3]).round
 print(f"{members} Monte Carlo samples over the matrix: {ratio.min():.3f} ... {ratio.max():.3f}")
 assert np.sum(np.abs(ratio - 1) > 0.06) == 1  # the first momentum where it is best known: the second order shows
 
-axes = pt.plot.uncertainty(transition, initial, of_moments)
+axes = pt.plot.uncertainty(transition, initial, of_moments, angle_unit="deg", time_unit="min")
 for ax, sampled in zip(axes, (np.degrees(measured[0]), measured[1]), strict=True):
-    dots = ax.plot(times[every], sampled, ".", color="#8C8C8C")
+    dots = ax.plot(times[every] / 60, sampled, ".", color="#8C8C8C")
     dots[0].set_label(f"{members} samples")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
 axes[0].figure.savefig("attitude_covariance.png", dpi=150)

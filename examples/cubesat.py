@@ -112,14 +112,18 @@ assert abs(dark - geometry) < 0.01
 figure, panels = plt.subplots(2, 2, figsize=(12, 8), layout="constrained")
 pt.plot.torques(motion, ax=panels[0, 0], time_unit="min")
 pt.plot.roll_pitch_yaw(motion, orbit, ax=panels[0, 1], angle_unit="arcmin", time_unit="min")
+colors = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+for panel in panels[1]:
+    panel.set_prop_cycle(color=colors)
 panels[1, 0].plot(motion.times / 60, speeds * 30 / np.pi, label=[f"wheel {i}" for i in (1, 2, 3, 4)])
 panels[1, 0].set(xlabel="time [min]", ylabel="speed of the wheels [rpm]")
 for name, values in budget.items():
     panels[1, 1].semilogy(
         motion.times / 60, np.maximum(values, 1e-3), label=f"{name} alone" if name != "none" else name
     )
-panels[1, 1].set(xlabel="time [min]", ylabel="pointing error under one effect alone [arcmin]", ylim=(2e-3, None))
+panels[1, 1].set(xlabel="time [min]", ylabel="pointing error [arcmin]", ylim=(2e-3, None))
 for panel in panels[1]:
     panel.grid(alpha=0.25)
-    panel.legend(ncols=2, fontsize="small")
+    panel.set_xlim(0, motion.times[-1] / 60)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize="small", frameon=False)
 figure.savefig("cubesat.png", dpi=150)

@@ -69,11 +69,12 @@ for panel, (name, values) in zip(
     }.items(),
     strict=True,
 ):
-    panel.plot(a_to_b, values, "o-", label="this model")
+    panel.plot(a_to_b, values, "o-", color="#0072B2", label="this model")
+    panel.grid(alpha=0.25)
     panel.set_ylabel(name)
     if name in published:
         value, error = published[name]
-        panel.axhspan(value - error, value + error, color="tab:orange", alpha=0.3, label="Naidu et al. 2024")
+        panel.axhspan(value - error, value + error, color="#D55E00", alpha=0.3, label="Naidu et al. 2024")
 panels[0].ticklabel_format(useOffset=False)
 panels[0].legend()
 panels[-1].set_xlabel("a/b of Dimorphos after the impact")
@@ -102,16 +103,22 @@ print(
 assert 0.15 < np.mean(rolls) < 0.6
 
 figure, panels = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-for kind, chosen in {
-    "librates": librates & ~rolls,
-    "rolls about its long axis": librates & rolls,
-    "turns its long axis away": ~librates,
-}.items():
-    panels[0].plot(a_to_b[chosen], a_to_c[chosen], ".", ms=4, label=f"{kind}: {np.mean(chosen):.0%}")
+for kind, chosen, color in (
+    ("librates", librates & ~rolls, "#0072B2"),
+    ("rolls about its long axis", librates & rolls, "#D55E00"),
+    ("turns its long axis away", ~librates, "#009E73"),
+):
+    panels[0].plot(a_to_b[chosen], a_to_c[chosen], ".", color=color, ms=4, label=f"{kind}: {np.mean(chosen):.0%}")
 panels[0].set(xlabel="a/b of Dimorphos after the impact", ylabel="a/c")
-panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3, fontsize="small", frameon=False)
-for name, values in {"libration of the long axis": yaw, "roll about the long axis": roll}.items():
-    panels[1].hist(values, np.arange(0, 181, 5), histtype="step", label=name)
+panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize="small", frameon=False)
+for name, values, color in (
+    ("libration of the long axis", yaw, "#000000"),
+    ("roll about the long axis", roll, "#CC79A7"),
+):
+    panels[1].hist(values, np.arange(0, 181, 5), histtype="step", color=color, label=name)
 panels[1].set(xlabel="largest angle in 90 days [deg]", ylabel=f"of {count} impacts")
-panels[1].legend(fontsize="small")
+panels[1].set(xlim=(0, 180), xticks=range(0, 181, 30))
+panels[1].legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize="small", frameon=False)
+for panel in panels:
+    panel.grid(alpha=0.25)
 figure.savefig("dart_impacts.png", dpi=150)

@@ -107,11 +107,11 @@ for axis, colour in enumerate(("#0072B2", "#D55E00", "#009E73")):
     for panel, name in zip(panels[0], speeds, strict=True):
         panel.plot(hours, speeds[name][:, axis] * 60 / (2 * np.pi), color=colour, label=f"wheel {axis + 1}")
     panels[1, 0].plot(hours, 1e6 * managed.own["torquers"][:, axis], color=colour, label=f"axis {axis + 1}")
-panels[1, 1].plot(hours, 1e3 * error, color="#000000")
+panels[1, 1].plot(hours, 3600 * error, color="#000000")
 panels[0, 0].set(ylabel="speed without magnetorquers [rpm]")
 panels[0, 1].set(ylabel="speed with magnetorquers [rpm]")
 panels[1, 0].set(xlabel="time [h]", ylabel="torque of magnetorquers [µN m]")
-panels[1, 1].set(xlabel="time [h]", ylabel="pointing error [0.001 deg]", xlim=(0, hours[-1]))
+panels[1, 1].set(xlabel="time [h]", ylabel="pointing error [arcsec]", xlim=(0, hours[-1]))
 for panel in panels.flat:
     panel.grid(alpha=0.25)
 panels[0, 1].legend(frameon=False)

@@ -61,13 +61,13 @@ assert 0.8 < ratio < 1.8  # longer where moments are at their limit
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained", width_ratios=(2, 1))
 orbits = motion.times / period
-left.semilogy(orbits, rates[::10].T, color="tab:blue", alpha=0.15, lw=0.7)
+left.semilogy(orbits, rates[::10].T, color="#0072B2", alpha=0.15, lw=0.7)
 left.semilogy(orbits, np.median(rates, axis=0), color="k", lw=1.6, label="median of 1000")
-left.axhline(followed, color="tab:orange", ls="--", label="zero mean torque")
+left.axhline(followed, color="#D55E00", ls="--", label="zero mean torque")
 left.set(xlabel="orbits", ylabel="angular velocity over the orbital rate", xlim=(0, 5))
-left.legend()
+left.legend(frameon=False)
 bins = np.linspace(0, 2.5, 51)
-right.hist(reached / period, bins, color="tab:blue", alpha=0.6, label="satellites")
+right.hist(reached / period, bins, color="#0072B2", alpha=0.6, label="satellites")
 right.hist(expected / period, bins, histtype="step", color="k", label="time constant alone")
 right.set(xlabel="orbits until three times the orbital rate", ylabel="satellites", xlim=(0, 2.5))
 right.legend(loc="lower left", bbox_to_anchor=(0, 1.0), frameon=False)

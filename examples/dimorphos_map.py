@@ -50,6 +50,6 @@ panel = pt.plot.map(
     "b/c of Dimorphos",
     "mean MEGNO after 30 days",
     center=2,
-    limits=(0, 10),
+    limits=(0, 4),
 )
 panel.figure.savefig("dimorphos_map.png", dpi=150)

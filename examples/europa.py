@@ -123,7 +123,7 @@ free = body.state(turned, angular_momentum_body=momentum, time=start.time)
 days = start.time + np.arange(0, 2 * np.pi / europa.precession, orbit.period)
 seen = pt.propagate(system, free, days).relative_to(europa.motion.frame).attitude.apply((0, 0, 1))
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
+figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
 revolutions = (times - start.time) / orbit.period
 left.plot(revolutions, libration / arcsec, color="#0072B2", label="integrated")
 left.plot(revolutions, amplitude * np.sin(anomaly) / arcsec, "--", color="#D55E00", label="linear theory")
@@ -145,6 +145,6 @@ right.plot(0, -60 * np.arccos(normal[2]) / degree, "^", color="#D55E00", label="
 right.set_xlabel("along the node [arcmin]")
 right.set_ylabel("across the node, from the Laplace pole [arcmin]")
 right.set_aspect("equal")
-right.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
+right.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 right.grid(alpha=0.25)
 figure.savefig("europa.png", dpi=150)

@@ -65,7 +65,7 @@ panels[2].plot(minutes, motion.omega_body[:, 2] * 60 / (2 * np.pi), color="#009E
 panels[2].plot(
     minutes, np.linalg.norm(motion.omega_body[:, :2], axis=1) * 60 / (2 * np.pi), color="#CC79A7", label="across it"
 )
-panels[2].set(ylabel="rate [turns/min]", yscale="log")
+panels[2].set(ylabel="angular velocity [rpm]", yscale="log")
 for panel in panels:
     panel.set(xlabel="time [min]", xlim=(0, minutes[-1]))
     panel.legend(frameon=False)

@@ -51,8 +51,15 @@ print(f"Phobos, e = 0.0151: {amplitude(phobos):.3f} deg, observed -1.1 deg")
 assert abs(amplitude(phobos) + 1.1) < 0.03
 assert [each.kind for each in branches[-1].bifurcations if each.kind == "fold"] == ["fold"]
 
-axes = pt.plot.branch(branches, amplitude, ("eccentricity", "forced libration in longitude [deg]"))
-for (name, _), branch in zip(BODIES.items(), branches, strict=True):
-    axes.annotate(name, (branch.values[-1], amplitude(branch.motions[-1])), xytext=(5, 3), textcoords="offset points")
-axes.margins(x=0.15)
+axes = pt.plot.branch(
+    branches,
+    amplitude,
+    ("eccentricity", "forced libration in longitude [deg]"),
+    title="w: free frequency of small librations in longitude over the mean motion",
+)
+for (name, body), branch in zip(BODIES.items(), branches, strict=True):
+    w = np.sqrt(3 * (body.moments[1] - body.moments[0]) / body.moments[2])
+    said = name if "w" in name else f"{name}, w = {w:.2f}"
+    axes.annotate(said, (branch.values[-1], amplitude(branch.motions[-1])), xytext=(5, 3), textcoords="offset points")
+axes.set_xlim(-0.003, 0.305)
 axes.figure.savefig("forced_librations.png", dpi=150)

@@ -28,8 +28,8 @@ def starts(system, l, ratio):
     return state
 
 
-ratio = np.concatenate([np.linspace(-0.93, 0.93, 32), np.linspace(-0.9, 0.9, 8)])
-l = np.concatenate([np.full(32, 0.0), np.full(8, np.pi / 2)])
+ratio = np.concatenate([np.linspace(-0.93, 0.93, 32), np.linspace(0.1, 0.7, 4), np.linspace(0.1, 0.7, 4)])
+l = np.concatenate([np.full(32, 0.0), np.full(4, np.pi / 2), np.full(4, -np.pi / 2)])
 figure, panels = plt.subplots(1, 2, figsize=(10, 4.8), sharey=True, layout="constrained")
 spread = []
 for panel, weight in zip(panels, (0.0, 0.012), strict=True):
@@ -41,11 +41,9 @@ for panel, weight in zip(panels, (0.0, 0.012), strict=True):
     A, B, C = moments
     D = (1 - section.y**2) * (np.sin(section.x) ** 2 / A + np.cos(section.x) ** 2 / B) + section.y**2 / C
     spread.append(np.nanmax(D, axis=1) - np.nanmin(D, axis=1))  # of 2T/G^2, which tells the curves of a free body apart
-    for k, colour in enumerate(("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7")):
-        panel.plot(section.x[k::5].ravel(), section.y[k::5].ravel(), ".", color=colour, markersize=1)
-    panel.set_xlabel(section.labels[0])
+    pt.plot.section(section, ax=panel)
     panel.set_title(f"weight {weight}, energy {energy}")
-panels[0].set_ylabel(section.labels[1])
+panels[1].set_ylabel("")
 figure.savefig("heavy_body_section.png", dpi=150)
 print(
     f"2T/G^2 along a motion spreads by {np.max(spread[0]):.1e} without gravity, by up to {np.max(spread[1]):.3f} with"

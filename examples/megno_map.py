@@ -51,7 +51,7 @@ panel = pt.plot.map(
     "rate over the mean motion",
     "mean MEGNO after 50 orbits",
     center=2,
-    limits=(0, 10),
+    limits=(0, 4),
 )
 panel.figure.savefig("megno_map.png", dpi=150)
 pt.plot.chaos(three, names)[0].figure.savefig("megno_against_time.png", dpi=150)

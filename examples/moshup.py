@@ -63,10 +63,10 @@ assert abs(periods[1] / coupled - 1) < 0.003
 assert periods[20] > periods[1]  # as of a pendulum
 
 figure, panel = plt.subplots(figsize=(8, 4), layout="constrained")
-for degrees, angle in angles.items():
-    panel.plot(times[:480] / DAY, np.degrees(angle[:480]), linewidth=0.8, label=f"{degrees} deg")
+for (degrees, angle), color in zip(angles.items(), ("#0072B2", "#D55E00", "#009E73"), strict=True):
+    panel.plot(times[:480] / DAY, np.degrees(angle[:480]), color=color, linewidth=0.8, label=f"{degrees} deg")
 panel.set_xlabel("time [d]")
 panel.set_ylabel("long axis from the line of centres [deg]")
-panel.legend(title="at the start", frameon=False)
+panel.legend(title="at the start", loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 panel.grid(alpha=0.25)
 figure.savefig("moshup.png", dpi=150)

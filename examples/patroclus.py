@@ -76,13 +76,15 @@ figure, (motions, spectrum) = plt.subplots(1, 2, figsize=(11, 4), layout="constr
 names = {"primary": "Patroclus", "secondary": "Menoetius"}
 shown = times <= 90 * DAY
 for (body, name), angle in angles.items():
-    drawn = {"color": "tab:blue" if body == "primary" else "tab:orange", "ls": "-" if name == "yaw" else ":"}
+    drawn = {"color": "#0072B2" if body == "primary" else "#D55E00", "ls": "-" if name == "yaw" else ":"}
     motions.plot(times[shown] / DAY, np.degrees(angle[shown]), lw=1, label=f"{name} of {names[body]}", **drawn)
-    spectrum.plot(*lines[body, name], marker="o" if name == "yaw" else "s", mfc="none", c=drawn["color"], ls="")
+    mark = {"marker": "o" if name == "yaw" else "s", "mfc": "none", "color": drawn["color"], "ls": ""}
+    spectrum.plot(*lines[body, name], label=f"{name} of {names[body]}", **mark)
 for period in linear:
     spectrum.axvline(period, color="0.7", lw=0.8, zorder=0, label="linear equations" if period == linear[0] else None)
 motions.set(xlabel="time [d]", ylabel="angle to the axes of the orbit [deg]")
-figure.legend(*motions.get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
 spectrum.set(yscale="log", xlabel="period [d]", ylabel="amplitude [deg]")
-spectrum.legend(frameon=False, loc="lower center")
+for panel in (motions, spectrum):
+    panel.grid(alpha=0.25)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, fontsize="small")
 figure.savefig("patroclus.png", dpi=150)

@@ -8,6 +8,8 @@ remain at 1:1, 2:1 and 9:4 and a small one at 1:2, and none at 3:2. A scan over 
 to the state p if angle - p (mean anomaly) stays within half a turn.
 """
 
+import dataclasses
+
 import numpy as np
 
 import poinsot as pt
@@ -21,6 +23,8 @@ n = orbit.mean_motion
 rates = n * np.concatenate([np.linspace(0, 3, 61), np.linspace(0.8, 0.95, 7), np.linspace(1.9, 2.05, 7)])
 angles, rates = (x.ravel() for x in np.meshgrid([0, np.pi / 2], rates))
 section = pt.analysis.spin_orbit_section(system, angles, rates, 400, progress=False)
+labels = "angle of the long axis from the periapsis [rad]", "rate over the mean motion"
+section = dataclasses.replace(section, y=section.y / n, labels=labels)
 axes = pt.plot.section(section, title="Hyperion at each periapsis, (B - A)/C = 0.26, e = 0.1")
 axes.figure.savefig("poincare_hyperion.png", dpi=150)
 

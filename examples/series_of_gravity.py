@@ -18,7 +18,7 @@ import poinsot as pt
 warnings.filterwarnings("ignore", ".* below the sphere that holds the body")  # at 0.8 R, on purpose
 
 DEGREES, DISTANCES = np.arange(2, 17), (0.8, 1.1, 1.5, 2.0, 3.0, 5.0)
-COLOURS = ("#CC79A7", "#D55E00", "#009E73", "#0072B2", "#000000", "#000000")
+COLOURS = plt.colormaps["cividis"](np.linspace(0.9, 0.0, len(DISTANCES)))  # an order, near to far
 
 # A lattice with a step of 0.12 in balls with the radii 0.55 and 0.45.
 line = 0.12 * (np.arange(-10, 11) + 0.5)
@@ -65,9 +65,9 @@ for distance, found in errors.items():
 
 figure, axes = plt.subplots(figsize=(8, 4.5), layout="constrained")
 for (distance, found), colour in zip(errors.items(), COLOURS, strict=True):
-    style = "--" if distance == DISTANCES[-1] else "-"
-    axes.semilogy(DEGREES, found, "o" + style, color=colour, markersize=4, label=f"r = {distance} R")
-axes.set(xlabel="degree N of the field", ylabel="error of the torque / torque", ylim=(1e-13, 10))
+    axes.semilogy(DEGREES, found, "o-", color=colour, markersize=4)
+    axes.annotate(f"{distance} R", (DEGREES[-1], found[-1]), (6, 0), textcoords="offset points", va="center")
+axes.set(xlabel="degree N of the field", ylabel="error of the torque / torque", xlim=(1.5, 17.2), ylim=(1e-13, 10))
 axes.grid(alpha=0.25)
-axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=6, frameon=False)
+axes.set_title("attractor at distances from 0.8 to 5 radii R of the body", fontsize="medium")
 figure.savefig("series_of_gravity.png", dpi=150)

@@ -177,23 +177,28 @@ apart = np.linalg.norm(change - simpson(torque, x=times, axis=0)) / np.linalg.no
 print(f"change of the angular momentum against the integral of the torque: {apart:.1e} of it")
 assert apart < 1e-6
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
+figure, (above, below) = plt.subplots(2, 1, figsize=(10, 6), height_ratios=(2.5, 1), layout="constrained")
 years, seen = 1992.857 + times / (365.25 * day), slice(None, None, 10)  # daily
 colors = {"Sun": "#D55E00", "Earth": "#0072B2", "Sun and Earth": "#000000"}
 for who, motion in motions.items():
     at = rotations(motion, seen)
-    left.plot(years[seen], at.precession_period / day, color=colors[who], label=who)
+    above.plot(years[seen], at.precession_period / day, color=colors[who], linewidth=0.5, label=who)
     longitude, latitude = on_the_ecliptic(motion.angular_momentum_space)
     east = (longitude - longitude[0]) * np.cos(np.radians(latitude))
-    right.plot(east, latitude - latitude[0], color=colors[who], linewidth=0.8)
+    below.plot(east, latitude - latitude[0], color=colors[who], linewidth=0.8)
+flyby = "flyby of the Earth"
 for year in 1992.857 + np.array(flybys) / (365.25 * day):
-    left.axvline(year, color="#CC79A7", linewidth=0.8)
-left.set_xticks(range(1993, 2012, 3))
-left.set_xlabel("year (vertical lines: at the Earth)")
-left.set_ylabel("precession period of the long axis [d]")
-left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
-right.set_xlabel("angular momentum, along the ecliptic [deg]")
-right.set_ylabel("across the ecliptic [deg]")
-for panel in (left, right):
+    above.axvline(year, color="#CC79A7", linewidth=0.8, label=flyby)
+    flyby = ""
+above.set_xticks(range(1993, 2012, 3))
+above.set_xlim(1992.5, 2011.3)
+above.set_xlabel("year")
+above.set_ylabel("precession period of the long axis [d]")
+for line in above.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False).get_lines():
+    line.set_linewidth(2)
+below.set_aspect("equal", adjustable="datalim")
+below.set_xlabel("angular momentum, along the ecliptic [deg]")
+below.set_ylabel("across it [deg]")
+for panel in (above, below):
     panel.grid(alpha=0.25)
 figure.savefig("toutatis.png", dpi=150)

@@ -109,16 +109,18 @@ assert 2e-5 < abs(change) < 2e-3
 # ---------------------------------------------------------------------- picture
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(15, 5), layout="constrained")
 pt.plot.yorp(coefficients, ax=left)
-left.plot(np.degrees(obliquities), lagged.tilt, color="C2", linestyle=":", label="the same with thermal lag")
-left.legend()
+left.plot(np.degrees(obliquities), lagged.tilt / 10, color="#009E73", linestyle=":", label="with thermal lag, over 10")
+left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
 for panel, end in ((middle, "without lag"), (right, "with lag")):
-    for name, color in ((end, "C0"), (f"mirror image, {end}", "C1")):
+    for name, color in ((end, "#0072B2"), (f"mirror image, {end}", "#D55E00")):
         for degrees, track in tracks[name].items():
             label = name if degrees == starts[0] else None
             angles, hours = np.degrees(track.values["obliquity"]), 2 * np.pi / track.values["rate"] / hour
             panel.plot(angles, hours, color=color, linewidth=1, label=label)
-    panel.plot(starts, [6.0] * len(starts), "k.")
-    panel.axhline(2.2, color="black", linestyle="--", linewidth=1)
+    panel.plot(starts, [6.0] * len(starts), "k.", label="starts")
+    panel.axhline(2.2, color="black", linestyle="--", linewidth=1, label="spin barrier")
     panel.set(xlabel="obliquity [deg]", ylabel="rotation period [h]", yscale="log", xlim=(0, 180))
-    panel.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=2, frameon=False)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+for panel in (left, middle, right):
+    panel.set_xticks(range(0, 181, 30))
 figure.savefig("yorp.png", dpi=110)

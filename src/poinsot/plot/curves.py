@@ -18,7 +18,7 @@ from poinsot.propagation.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Layout", "against_time", "jumps", "reached"]
+__all__ = ["PLAIN", "Layout", "against_time", "jumps", "reached"]
 
 Array = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -35,6 +35,7 @@ DENSE = 600
 IN_COLUMN = 4
 ENVELOPE = 0.3
 """Its opacity."""
+FEW_DECADES = 2.5
 SIZES = {1: (8.0, 4.0), 2: (11.0, 4.0), 4: (17.0, 4.2)}
 """Inches of figures, by the number of their panels."""
 GAP = 0.06
@@ -166,8 +167,22 @@ def _scale(panel: Axes, times: Array, log: bool) -> None:
     panel.margins(x=0 if times.size > 1 else None, y=0.08)
     if log:
         panel.set_yscale("log")
+        _count_decades(panel)
     else:
         panel.ticklabel_format(axis="y", scilimits=PLAIN, useMathText=True)
+
+
+def _count_decades(panel: Axes) -> None:
+    """Put ticks at 1, 2 and 5 on a log axis of few decades, which has too few or too many else."""
+    from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter, StrMethodFormatter
+
+    low, high = np.log10(panel.get_ylim())
+    if high - low > FEW_DECADES:
+        return
+    plain = PLAIN[0] < low and high < PLAIN[1]
+    panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    panel.yaxis.set_major_formatter(StrMethodFormatter("{x:g}") if plain else LogFormatterSciNotation())
+    panel.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _shade(panel: Axes, times: Array, where: Booleans, label: str) -> None:

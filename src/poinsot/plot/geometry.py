@@ -18,9 +18,9 @@ from poinsot.plot.solids import (
     draw_arrow,
     draw_path,
     draw_point,
+    finish,
     fit,
     label_axes,
-    legend,
     right_and_up,
     solid_axes,
     view_direction,
@@ -102,9 +102,9 @@ def poinsot_construction(
     G = np.linalg.norm(g)
     polhode = G * energy_curve(moments, g / G) / moments
     solid.curve(polhode @ turned.T, BLUE, 1.8, "polhode, on the inertia ellipsoid")
-    fit(panel, *_draw_invariable_plane(solid, omega, index, herpolhode_radii(moments, g)), eye, ax is None)
+    fit(panel, *_draw_invariable_plane(solid, omega, index, herpolhode_radii(moments, g)), eye)
     label_axes(panel, _upright_labels(unit))
-    legend(panel, ax is None)
+    finish(panel, ax is None)
     return panel
 
 
@@ -167,9 +167,9 @@ def polhode(
         low, high = np.min(omega, axis=0), np.max(omega, axis=0)
         margin = np.maximum(0.05 * (high - low), 0.1 * np.max(high - low) or 0.1 * np.max(np.abs(omega)))
         low, high = low - margin, high + margin
-    fit(panel, low, high, eye, ax is None)
+    fit(panel, low, high, eye)
     label_axes(panel, [rf"$\omega_{i}${unit.label}" for i in (1, 2, 3)])
-    legend(panel, ax is None)
+    finish(panel, ax is None)
     return panel
 
 

@@ -12,7 +12,7 @@ from poinsot.analysis.chaos import ChaosIndicators
 from poinsot.errors import array_of, real_array
 from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLUE, COLOURS, GREY, time_unit_of
-from poinsot.plot.panels import Pair, dress, one_panel, panels, plot
+from poinsot.plot.panels import Pair, count_degrees, dress, one_panel, panels, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,6 +81,8 @@ def map(  # noqa: A001
     mesh = panel.pcolormesh(columns, rows, grid, norm=norm, cmap=colours, shading="nearest", rasterized=True)
     panel.set_facecolor(GREY)
     panel.set(xlabel=x_label, ylabel=y_label)
+    for axis in (panel.xaxis, panel.yaxis):
+        count_degrees(axis)
     beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}
     extend = beyond[bool(np.any(grid < low)), bool(np.any(grid > high))]
     panel.figure.colorbar(mesh, ax=panel, label=label, extend=extend)

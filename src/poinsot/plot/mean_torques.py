@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from poinsot.analysis.yorp import YorpCoefficients
+from poinsot.plot.curves import PLAIN
 from poinsot.plot.labels import BLACK, BLUE, VERMILION, angle_unit_of
-from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.plot.panels import count_degrees, dress, one_panel, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,5 +43,7 @@ def yorp(
     panel.plot(at, 0 * at, color=BLACK, linewidth=0.8)
     panel.plot(at, coefficients.spin, color=BLUE, label="along the spin axis")
     panel.plot(at, coefficients.tilt, color=VERMILION, linestyle="--", label="towards larger obliquity")
+    panel.ticklabel_format(axis="y", scilimits=PLAIN, useMathText=True)
     dress(panel, f"obliquity{unit.label}", "mean torque of unit pressure [length³]")
+    count_degrees(panel.xaxis)
     return panel

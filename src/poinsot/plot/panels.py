@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -92,10 +93,10 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
 
 
 def count_degrees(axis: Any) -> None:
-    """Put ticks at fractions of a right angle on an axis of degrees that has more than one."""
+    """Put ticks at fractions of a right angle on an axis of degrees, by its label, that has more than one."""
     from matplotlib.ticker import MaxNLocator
 
-    if np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:
+    if axis.get_label_text().endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:
         axis.set_major_locator(MaxNLocator(8, steps=[1, 3, 4.5, 6, 9, 10]))
 
 
@@ -110,5 +111,6 @@ def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None
     width = panel.get_position().width * figure.get_figwidth()
     lengths = np.array([SAMPLE + CHARACTER * len(MARKUP.sub("", name)) for name in names])
     fitting = (n for n in range(len(names), 0, -1) if sum(map(max, np.array_split(lengths, n))) <= width)
-    options: Any = {"ncols": next(fitting, 1), "frameon": False}
+    rows = math.ceil(len(names) / next(fitting, 1))
+    options: Any = {"ncols": math.ceil(len(names) / rows), "frameon": False}
     panel.legend(handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0), **options)

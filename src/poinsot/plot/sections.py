@@ -57,10 +57,9 @@ def section(section: Section, *, ax: Axes | None = None, angle_unit: str | None 
         mine[np.arange(len(mine)) % len(NEIGHBOURS) != k] = False
         axes.scatter(x[mine], y[mine], s=size, color=colour, linewidths=0, rasterized=True)
     axes.margins(0.01)
-    for axis, label in ((axes.xaxis, x_label), (axes.yaxis, y_label)):
-        if label.endswith("[deg]"):
-            count_degrees(axis)
     dress(axes, x_label, y_label)
+    for axis in (axes.xaxis, axes.yaxis):
+        count_degrees(axis)
     return axes
 
 

@@ -24,9 +24,9 @@ __all__ = [
     "draw_arrow",
     "draw_path",
     "draw_point",
+    "finish",
     "fit",
     "label_axes",
-    "legend",
     "right_and_up",
     "solid_axes",
     "view_direction",
@@ -43,8 +43,10 @@ MOST_POINTS = 20_000
 LAYERS = 24
 """Of light on a solid."""
 
-HEIGHT, SQUARE, BELOW, ABOVE = 6.8, 5.7, 0.5, 0.4
-"""Inches of a figure, of the picture in it, of the legend below, and free above; a flat picture has a lower figure."""
+SIDE, TALLEST, ROOM = 6.4, 5.6, 0.15
+"""Inches: the width of a figure, the largest height of the picture in it, and what is free around that."""
+BELOW, LINE = 0.45, 0.27
+"""Inches of the legend below, and of a line of the title above."""
 
 PER_CHARACTER = 4
 """Points by which the name of an axis goes away from it for each character of its ticks after the fifth."""
@@ -152,9 +154,9 @@ def solid_axes(eye: Array, title: str, ax: Any = None) -> Any:
     from poinsot.plot.figure import TextFigure
 
     if ax is None:
-        figure = plt.figure(figsize=(6.4, HEIGHT), FigureClass=TextFigure)
-        figure.suptitle(title, y=0.98, fontsize=11)
-        ax = figure.add_axes((0, BELOW / HEIGHT, 1, SQUARE / HEIGHT), projection="3d")
+        figure = plt.figure(figsize=(SIDE, SIDE), FigureClass=TextFigure)
+        figure.suptitle(title, fontsize=11)
+        ax = figure.add_axes((0, 0, 1, 1), projection="3d")
     elif isinstance(ax, Axes3D):
         ax.set_title(title, fontsize=11)
     else:
@@ -169,18 +171,13 @@ def solid_axes(eye: Array, title: str, ax: Any = None) -> Any:
     return ax
 
 
-def fit(axes: Any, low: Array, high: Array, eye: Array, own_figure: bool) -> None:
+def fit(axes: Any, low: Array, high: Array, eye: Array) -> None:
     """Set the limits, one unit as long on all three axes, with room for labels as seen from a direction."""
     sides = high - low
     width, height = (np.abs(across) @ sides for across in right_and_up(eye))
     zoom = min(0.76 / width, 0.82 / height)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(sides, zoom=float(np.linalg.norm(sides) * zoom))
-    if own_figure:
-        spare = (0.82 - zoom * height) * SQUARE
-        total = HEIGHT - ABOVE - spare
-        axes.figure.set_figheight(total)
-        axes.set_position((0, (BELOW - spare / 2) / total, 1, SQUARE / total))
 
 
 def label_axes(axes: Any, labels: Sequence[str]) -> None:
@@ -200,14 +197,56 @@ def label_axes(axes: Any, labels: Sequence[str]) -> None:
     axes.grid(visible=False)
 
 
-def legend(axes: Any, own_figure: bool) -> None:
-    """Put the legend below the picture."""
+def finish(axes: Any, own_figure: bool) -> None:
+    """Put the legend below the picture, and let the picture fill a figure of its own."""
+    if own_figure:
+        _fill(axes)
     if axes.get_legend_handles_labels()[0]:
         style: Any = {"fontsize": 9, "columnspacing": 1.2, "handlelength": 1.5, "handletextpad": 0.5, "frameon": False}
         if own_figure:
             axes.figure.legend(loc="lower center", ncols=5, **style)
         else:
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2, **style)
+
+
+def _fill(axes: Any) -> None:
+    """Scale and move axes so that what is drawn fills the width or the height, and make the figure as high as it."""
+    figure = axes.figure
+    below = BELOW * bool(axes.get_legend_handles_labels()[0]) + ROOM
+    above = LINE * (1 + figure.get_suptitle().count("\n")) + 2 * ROOM
+    size = SIDE
+    for _ in range(2):  # the words keep their size
+        low, high = _extent(axes)
+        size *= min((SIDE - 2 * ROOM) / (high[0] - low[0]), TALLEST / (high[1] - low[1]))
+        axes.set_position((0, 0, size / SIDE, size / figure.get_figheight()))
+    low, high = _extent(axes)
+    total = high[1] - low[1] + below + above
+    left = 0.5 * (SIDE - low[0] - high[0])
+    figure.set_figheight(total)
+    figure.suptitle(figure.get_suptitle(), y=1 - ROOM / total, va="top", fontsize=11)
+    axes.set_position((left / SIDE, (below - low[1]) / total, size / SIDE, size / total))
+
+
+def _corners(text: Any, axes: Any) -> Array:
+    """Return two corners of a text in space as it is seen, pixels: matplotlib says where it would be in the plane."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    *seen, _ = proj_transform(*text.get_position_3d(), axes.get_proj())
+    moved = axes.transData.transform(seen) - axes.transData.transform(text.get_position())
+    return np.asarray(text.get_window_extent().get_points() + moved)
+
+
+def _extent(axes: Any) -> tuple[Array, Array]:
+    """Return the lower left and the upper right corner of what is drawn, inches."""
+    figure = axes.figure
+    figure.draw_without_rendering()
+    drawn = [np.column_stack(line.get_data()) for line in axes.lines]
+    drawn += [path.vertices for each in axes.collections for path in each.get_paths()]
+    shown = (axis for axis in (axes.xaxis, axes.yaxis, axes.zaxis) if axis.get_visible())
+    boxes = [axis.get_tightbbox(figure.canvas.get_renderer()).get_points() for axis in shown]
+    boxes += [_corners(text, axes) for text in axes.texts]
+    places = np.concatenate([axes.transData.transform(np.concatenate(drawn)), *boxes]) / figure.dpi
+    return np.nanmin(places, axis=0), np.nanmax(places, axis=0)
 
 
 # ---------------------------------------------------------------------- parts

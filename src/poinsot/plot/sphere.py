@@ -12,7 +12,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import State
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, one_body
 from poinsot.plot.panels import plot
-from poinsot.plot.solids import Ellipsoid, Solid, legend, solid_axes, view_direction
+from poinsot.plot.solids import Ellipsoid, Solid, finish, solid_axes, view_direction
 from poinsot.plot.time_axis import instant
 from poinsot.propagation.trajectory import Trajectory
 
@@ -90,7 +90,9 @@ def momentum_sphere(
     panel.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
     panel.set_box_aspect((1, 1, 1), zoom=1.2)
     panel.set_axis_off()
-    legend(panel, ax is None)
+    for axis in (panel.xaxis, panel.yaxis, panel.zaxis):
+        axis.set_visible(False)
+    finish(panel, ax is None)
     return panel
 
 
@@ -173,5 +175,5 @@ def _title(moments: Array, forced: bool) -> str:
     listed = "$I$ = (" + ", ".join(f"{moment:.4g}" for moment in moments) + ")"
     if spherical(moments):
         return f"Spherical body: every direction of the angular momentum is fixed\n{listed}"
-    whose = ", curves of the body free of torques" if forced else ""
-    return f"Directions of the angular momentum in the principal axes{whose}\n{listed}"
+    whose = "; curves of the body free of torques" if forced else ""
+    return f"Directions of the angular momentum in the principal axes\n{listed}{whose}"

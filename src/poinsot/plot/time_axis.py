@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,8 @@ Array = NDArray[np.float64]
 DATES = ["%Y", "%Y-%m", "%m-%d", "%H:%M", "%H:%M", "%H:%M:%S.%f"]
 FIRST_DATES = ["%Y", "%Y", "%Y-%m-%d", "%m-%d", "%H:%M", "%H:%M:%S"]
 """How ticks at years, months, days, hours, minutes and seconds are written, and those where a longer unit begins."""
+WHOLE = re.compile(r"\.0*$")
+"""What a date with whole seconds may end in."""
 MOST_DATES = 6
 """Ticks of an axis of dates."""
 UNIX_EPOCH = 2440587.5
@@ -82,7 +85,7 @@ def time_axis(motion: Trajectory, chosen: str | None, times: ArrayLike | None = 
     if calendar is not None and (chosen == "date" or (chosen is None and find_spec("astropy") is not None)):
         return TimeAxis(Unit(1.0, "date"), f"date, from {_dated(calendar, float(times[0]))}", calendar)
     unit = time_unit_of(units, chosen, times)
-    since = "" if calendar is None else f" since {calendar.zero} {calendar.scale}"
+    since = "" if calendar is None else f" since {WHOLE.sub('', calendar.zero)} {calendar.scale}"
     return TimeAxis(unit, f"time{unit.label}{since}")
 
 

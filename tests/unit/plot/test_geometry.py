@@ -445,6 +445,25 @@ def test_the_sphere_of_a_forced_body_says_whose_curves_are_drawn(top):
     assert ["curves of the body free of torques" in title for title in said] == [True, True, False, False]
 
 
+@pytest.mark.parametrize("view", [None, (20, -60), (-35, 200)])
+@pytest.mark.parametrize("plot", [pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.momentum_sphere])
+@pytest.mark.parametrize("name", ["paper", "needle", "plate"])
+def test_the_solid_fills_its_figure(plot, name, view):
+    """The lines take most of the width or the height; all of them, and all names, lie inside and above the legend."""
+    axes = plot(motion_of(BODIES[name], units=SI), view=view)
+    figure = axes.figure
+    figure.canvas.draw()
+    lines = np.concatenate([np.stack(line.get_data(), axis=-1) for line in axes.lines]).astype(float)
+    seen = figure.transFigure.inverted().transform(axes.transData.transform(lines[~np.isnan(lines[:, 0])]))
+    axis_labels = [axis.label for axis in (axes.xaxis, axes.yaxis, axes.zaxis) if axis.get_visible()]
+    names = [label.get_window_extent().get_points() for label in axis_labels]
+    inside = np.concatenate([seen, *map(figure.transFigure.inverted().transform, names)])
+    legend = figure.transFigure.inverted().transform(figure.legends[0].get_window_extent().get_points())
+    assert np.max(np.ptp(seen, axis=0)) > 0.6
+    assert np.all((inside >= 0) & (inside <= 1))
+    assert np.min(inside[:, 1]) >= legend[1, 1]
+
+
 @pytest.mark.parametrize("kind", ["png", "svg"])
 def test_pictures_are_painted(kind):
     motion = motion_of(BODIES["paper"])
