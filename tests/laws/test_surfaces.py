@@ -50,6 +50,21 @@ def test_derivatives_by_a_number_go_through_edges_and_contacts():
         assert np.max(np.abs(found.sensitivity[0, 3:6, i] - slope)) < 1e-5 * np.max(np.abs(slope))
 
 
+def test_derivatives_by_a_length_do_not_depend_on_its_unit():
+    """A number that changes by a small part is not lost beside the attitude, where the light has edges."""
+
+    def slope(unit):
+        mu = 3.986004418e14 / unit**3
+        earth = pt.KeplerOrbit(mu, semimajor_axis=6.9e6 / unit, eccentricity=0.01, inclination=0.5, node=0.2)
+        light = RadiationPressure(SUN, BOX, [Occulter(earth, 6.378137e6 / unit)])
+        system = pt.System(BODY, light)
+        begin = system.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.002, -0.003, 0.001))
+        return pt.analysis.state_transition(system, begin, [1300.0, 5700.0], ["semimajor_axis"]).sensitivity / unit
+
+    small, large = slope(1e-3), slope(1e7)
+    assert np.max(np.abs(small - large)) < 1e-9 * np.max(np.abs(large))
+
+
 def test_an_event_sees_the_light():
     class Dusk(pt.Event):
         """Half of the Sun's disc is left."""

@@ -317,3 +317,60 @@ def test_second_derivatives_at_jumps_and_corners():
                 total += weight * displacement(end(sign * k * size * direction), reference)
         bent = np.einsum("nijk,j,k->ni", found.second, direction, direction)
         np.testing.assert_allclose(bent, total / size**2, rtol=0, atol=1e-9)
+
+
+# ---------------------------------------------------------------------- covariance and Monte Carlo
+
+DRAWN = 200
+
+
+def in_sunlight(semimajor_axis, pressure):
+    earth = pt.KeplerOrbit(3.986004418e14, semimajor_axis=semimajor_axis, eccentricity=0.01, inclination=0.5, node=0.2)
+    sun = pt.orbits.FixedPosition(1.32712440018e20, position=(-1.2e11, 0.8e11, -0.3e11))
+    box = pt.forces.Facets.from_box((0.1, 0.2, 0.3), (0.01, -0.02, 0.015), specular=0.2, diffuse=0.1)
+    light = pt.forces.RadiationPressure(sun, box, [pt.forces.Occulter(earth, 6.378137e6)], pressure=pressure)
+    return pt.System(pt.Body((0.02, 0.03, 0.035)), light)
+
+
+def in_a_cylinder(**numbers):
+    return pt.System(pt.Body(tuple(MOMENTS)), shaded(**numbers))
+
+
+CLOUDS = {  # numbers with their spreads; times, angular velocity, spreads of the start, and a bound
+    "penumbra": (
+        in_sunlight,
+        {"semimajor_axis": (6.9e6, 300.0), "pressure": (4.54e-6, 5e-9)},
+        (np.array([2500.0, 5700.0]), (2e-3, -3e-3, 1e-3), 3e-5, 1e-9, 3e-6),
+    ),
+    "cylinder": (
+        in_a_cylinder,
+        {name: (number, 1e-5) for name, number in CASES["shade"][2].items()},
+        (TIMES, (0.4, -0.3, 0.6), 1e-5, 1e-5, 5e-9),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CLOUDS)
+def test_covariance_through_a_shadow_is_that_of_an_ensemble(name):
+    """Draws in opposite pairs have the given covariance exactly; what is left is the second order, squared."""
+    make, numbers, (times, rate, of_angles, of_momenta, bound) = CLOUDS[name]
+    system = make(**{name: number for name, (number, _) in numbers.items()})
+    start = system.state(START[0], omega_body=rate)
+    spreads = np.array([*[of_angles] * 3, *[of_momenta] * 3, *(spread for _, spread in numbers.values())])
+    found = pt.analysis.state_transition(system, start, times, list(numbers))
+    known = found.covariance(np.diag(spreads[:6] ** 2), np.diag(spreads[6:] ** 2))
+
+    half = np.linalg.qr(np.random.default_rng(9).normal(size=(DRAWN // 2, spreads.size)))[0] * np.sqrt(DRAWN / 2)
+    draws = np.concatenate([half, -half]) * spreads
+    others = make(**{name: numbers[name][0] + draws[:, 6 + i] for i, name in enumerate(numbers)})
+    momenta = start.angular_momentum_body + draws[:, 3:6]
+    attitudes = START[0] * Rotation.from_rotvec(draws[:, :3])
+    cloud = pt.propagate(others, others.state(attitudes, angular_momentum_body=momenta), times)
+    for n, attitude in enumerate(found.motion.attitude):
+        turns = attitude.inv() * Rotation.from_quat(cloud.quaternion[:, n], scalar_first=True)
+        rows = np.hstack([turns.as_rotvec(), cloud.angular_momentum_body[:, n] - found.motion.angular_momentum_body[n]])
+        sizes = np.sqrt(np.diagonal(known[n]))
+        apart = (rows.T @ rows / DRAWN - known[n]) / np.outer(sizes, sizes)
+        assert np.max(np.abs(apart)) < bound
+        shares = np.abs(found.sensitivity[n]) * spreads[6:] / sizes[:, None]
+        assert np.all(np.max(shares, axis=0) > 0.1)  # each number counts for more than a hundredth of a variance

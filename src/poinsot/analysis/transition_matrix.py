@@ -21,7 +21,7 @@ from poinsot.checked import checked
 from poinsot.engine.runs import Memory, Report, Rows
 from poinsot.errors import real_numbers
 from poinsot.html_text import Summarized, rounded, told, told_times
-from poinsot.mechanics.named_parameters import resolve
+from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import components
@@ -197,11 +197,13 @@ def state_transition(
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
     inputs = tuple(resolve(system, name) for name in parameters)
-    whole = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order)
+    sizes = np.array(np.broadcast_arrays(*(binary_size(system, name) for name in parameters)), dtype=int).T
+    whole = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order, sizes)
     out = _Columns(whole, order)
     report = Report(np.zeros(out.members, dtype=int))
     for some, groups in _shares(whole.size, len(inputs), order):
-        job = whole if whole.size <= TOGETHER else whole.repeated(len(groups), tuple(inputs[i] for i in some))
+        of_some = tuple(inputs[i] for i in some), sizes[..., list(some)]
+        job = whole if whole.size <= TOGETHER else whole.repeated(len(groups), *of_some)
         unit = np.eye(whole.size)
         start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
         found = job.integrate(start, whole.times, _Share(out, job, groups))

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from poinsot.algebra.program import Graph, Node, ordered, replaced, tangents
 from poinsot.algebra.replay import Replay
-from poinsot.engine.tangent_vectors import Variations
+from poinsot.engine.tangent_vectors import UNIT, Variations
 from poinsot.engine.variational import TangentVector, VariationalEquations
 from poinsot.functions import Vector, cross
 
@@ -256,7 +256,7 @@ class Jump:
     def _directions(self) -> Array:
         """The tangent vectors with their changes of inputs, shape (k + inputs, vectors)."""
         inputs = np.zeros((len(self._saltation.inputs), len(self._u)), dtype=np.longdouble)
-        inputs[:, self._saltation.variations.count :] = self._saltation.inputs * self._units
+        inputs[:, self._saltation.variations.count :] = self._saltation.inputs * (self._units / UNIT)
         return np.concatenate([self._u.T, inputs])
 
     def _values(self, values: Values, holds: Array, **groups: Array) -> Array:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["STEPS_AT_A_TIME", "Variations"]
+__all__ = ["STEPS_AT_A_TIME", "UNIT", "Variations"]
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,12 @@ COUNTED = 2.0**-20
 """What the variable n counts in, to stay below the attitude for the engine's step control."""
 
 
+UNIT = 2.0**-200
+"""What the units of inputs count in, to stay below the attitude too; `LARGEST` is the greatest exponent of a size."""
+
+LARGEST = 180
+
+
 @dataclass(frozen=True)
 class Variations:
     """Tangent vectors and derivatives by parameters as variables of a kernel.
@@ -49,6 +55,9 @@ class Variations:
         Whether there are second derivatives too, one for each two vectors.
     initial : array (..., count, k)
         The tangent vectors at the start, of size one, with members first.
+    sizes : array of int (inputs,) or (members, inputs)
+        Binary exponents of about what the inputs change by: where the derivative by one is a small number, the step
+        control would not see it.
     """
 
     scaled: tuple[bool, ...]
@@ -56,6 +65,7 @@ class Variations:
     inputs: tuple[tuple[int, ...], ...] = ()
     order: int = 1
     initial: Any = field(default=None, compare=False)
+    sizes: Any = field(default=(), compare=False)
 
     @property
     def size(self) -> int:
@@ -88,7 +98,9 @@ class Variations:
         vectors = np.ldexp(np.asarray(self.initial, dtype=float), INITIAL_EXPONENT)
         rows = np.zeros((*vectors.shape[:-2], self.size))
         rows[..., : self.count * len(self.scaled)] = vectors.reshape(*vectors.shape[:-2], -1)
-        rows[..., self.size - len(self.inputs) :] = 2.0**INITIAL_EXPONENT
+        sizes = np.minimum(self.sizes if np.size(self.sizes) else np.zeros(len(self.inputs), dtype=int), LARGEST)
+        _, _, n, units = self.split(rows)
+        units[...], n[..., self.count :] = UNIT * np.exp2(INITIAL_EXPONENT + sizes), -COUNTED * sizes
         return rows
 
     def rescale(self, rows: Array) -> None:

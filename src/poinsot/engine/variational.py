@@ -23,7 +23,7 @@ import numpy as np
 
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Node, tangents
-from poinsot.engine.tangent_vectors import Variations
+from poinsot.engine.tangent_vectors import UNIT, Variations
 from poinsot.functions import Vector, cross
 
 __all__ = ["TangentVector", "TurningBody", "VariationalEquations"]
@@ -94,7 +94,7 @@ class VariationalEquations:
         """Return the tangent vectors, and the coordinates of pairs."""
         u, pairs, _, units = variations.split(np.array(symbols, dtype=object))
         own = [{}] * variations.count + [
-            {self._inputs(number): unit for number in numbers}
+            {self._inputs(number): unit * (1 / UNIT) for number in numbers}
             for numbers, unit in zip(variations.inputs, units, strict=True)
         ]
         return [self.vector(x, given) for x, given in zip(u, own, strict=True)], pairs

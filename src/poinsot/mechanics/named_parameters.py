@@ -11,8 +11,9 @@ import numpy as np
 
 from poinsot.mechanics.parameters import Parametric, of_each
 from poinsot.mechanics.system import System
+from poinsot.quantities import Quantity, said_of
 
-__all__ = ["NamedNumber", "named_numbers", "resolve"]
+__all__ = ["NamedNumber", "binary_size", "named_numbers", "resolve"]
 
 
 def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
@@ -60,6 +61,35 @@ def _owners(record: Parametric) -> set[int]:
     return {id(record), *(own for part in record.records for own in _owners(part))}
 
 
+def _full_name(system: System, name: str) -> str:
+    indices = resolve(system, name)
+    return next(full for full, numbers in named_numbers(system).items() if numbers == indices)
+
+
+def _found(system: System, name: str) -> tuple[Any, str, tuple[int, ...]]:
+    """Return the record that has a number, by its full name, the field, and the place in an array."""
+    part, *inner, last = name.split(".")
+    record: Any = system.body if part == "body" else system.forces[int(part[len("forces[") : -1])]
+    for field in inner:
+        name, _, number = field.rstrip("]").partition("[")
+        record = getattr(record, name)[int(number)] if number else getattr(record, name)
+    return record, last.partition("[")[0], tuple(int(i) for i in re.findall(r"\[(\d+)\]", last))
+
+
+def binary_size(system: System, name: str) -> Any:
+    """Return the binary exponent of about what a number changes by: of its size above one, 0 of angles and times.
+
+    Of an ensemble whose members have numbers of their own an array (members,).
+
+    Times and angles are counted from anywhere; so may be numbers below one, such as eccentricities.
+    """
+    record, field, index = _found(system, _full_name(system, name))
+    if field in said_of(type(record), Quantity):
+        return 0
+    place: Any = (..., *index)
+    return np.maximum(np.frexp(np.abs(getattr(record, field)[place]))[1], 0)
+
+
 class NamedNumber:
     """One real number of a system, by name; of an orbit that several forces share, one for all of them.
 
@@ -78,17 +108,9 @@ class NamedNumber:
     """
 
     def __init__(self, system: System, name: str) -> None:
-        indices = resolve(system, name)
-        self.name = next(full for full, numbers in named_numbers(system).items() if numbers == indices)
-        self._system = system
-        part, *inner, last = self.name.split(".")
-        record: Any = system.body if part == "body" else system.forces[int(part[len("forces[") : -1])]
-        for field in inner:
-            name, _, number = field.rstrip("]").partition("[")
-            record = getattr(record, name)[int(number)] if number else getattr(record, name)
-        self._owner, self._field = record, last.partition("[")[0]
-        self._index = tuple(int(i) for i in re.findall(r"\[(\d+)\]", last))
-        self.value = float(np.asarray(getattr(record, self._field))[self._index])
+        self._system, self.name = system, _full_name(system, name)
+        self._owner, self._field, self._index = _found(system, self.name)
+        self.value = float(np.asarray(getattr(self._owner, self._field))[self._index])
 
     def system(self, value: float) -> System:
         """Return the system with another value, checked as if it were written so."""

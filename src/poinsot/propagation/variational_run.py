@@ -48,6 +48,8 @@ class VariationalRun:
         As in `propagate`; the formulation is one with tangent coordinates.
     inputs : sequence of tuples of int
         Of derivatives: which numbers of the system change together.
+    sizes : array of int (inputs,) or (members, inputs)
+        Binary exponents of about what each of these changes by; by default of one.
     order : {1, 2}
         Of the derivatives.
 
@@ -77,8 +79,9 @@ class VariationalRun:
         progress: bool | None = None,
         inputs: tuple[tuple[int, ...], ...] = (),
         order: int = 1,
+        sizes: Any = (),
     ) -> None:
-        self._order = order
+        self._order, self._sizes = order, np.asarray(sizes, dtype=int)
         self.times = checked_times(times, system)
         check_span(system, state, self.times)
         chosen = checked_formulation(formulation)
@@ -105,12 +108,14 @@ class VariationalRun:
         self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
         self.parameters = len(inputs)
 
-    def repeated(self, count: int, inputs: tuple[tuple[int, ...], ...] = ()) -> VariationalRun:
-        """Return the run of an ensemble that has each member `count` times, with other inputs."""
-        return self.of_members(np.repeat(np.arange(len(self.state.time)), count), inputs)
+    def repeated(self, count: int, inputs: tuple[tuple[int, ...], ...] = (), sizes: Any = ()) -> VariationalRun:
+        """Return the run of an ensemble that has each member `count` times, with other inputs and their sizes."""
+        return self.of_members(np.repeat(np.arange(len(self.state.time)), count), inputs, sizes)
 
-    def of_members(self, who: NDArray[np.int_], inputs: tuple[tuple[int, ...], ...] = ()) -> VariationalRun:
-        """Return the run of an ensemble of some members, with other inputs."""
+    def of_members(
+        self, who: NDArray[np.int_], inputs: tuple[tuple[int, ...], ...] = (), sizes: Any = ()
+    ) -> VariationalRun:
+        """Return the run of an ensemble of some members, with other inputs and their sizes."""
         if any(part.jump and part.jump.draws for part in self.system.parts):  # each member has noise of its own
             raise ValueError(
                 f"system must have at most {TOGETHER} tangent coordinates where sensors have noise, got "
@@ -126,6 +131,7 @@ class VariationalRun:
             self._progress,
             inputs,
             self._order,
+            sizes[who] if np.ndim(sizes) > 1 else sizes,
         )
 
     def integrate(
@@ -140,7 +146,7 @@ class VariationalRun:
 
         The state is by default that of the run.
         """
-        variations = Variations(self._scaled, vectors.shape[-2], self._inputs, self._order, vectors)
+        variations = Variations(self._scaled, vectors.shape[-2], self._inputs, self._order, vectors, self._sizes)
         variables = dataclasses.replace(self.variables, variations=variations)
         driver = Driver(self.problem, variables, self._tolerance, threads=self._threads, progress=self._progress)
         return driver.run(self.state if state is None else state, times, sink, ways)
