@@ -125,5 +125,5 @@ panels[1, 1].set(xlabel="time [min]", ylabel="pointing error [arcmin]", ylim=(2e
 for panel in panels[1]:
     panel.grid(alpha=0.25)
     panel.set_xlim(0, motion.times[-1] / 60)
-    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize="small", frameon=False)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize="small", frameon=False)
 figure.savefig("cubesat.png", dpi=150)

@@ -110,7 +110,7 @@ assert 2e-5 < abs(change) < 2e-3
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(15, 5), layout="constrained")
 pt.plot.yorp(coefficients, ax=left)
 left.plot(np.degrees(obliquities), lagged.tilt / 10, color="#009E73", linestyle=":", label="with thermal lag, over 10")
-left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.05), ncols=2, frameon=False)
 for panel, end in ((middle, "without lag"), (right, "with lag")):
     for name, color in ((end, "#0072B2"), (f"mirror image, {end}", "#D55E00")):
         for degrees, track in tracks[name].items():

@@ -453,8 +453,10 @@ def test_the_solid_fills_its_figure(plot, name, view):
     axes = plot(motion_of(BODIES[name], units=SI), view=view)
     figure = axes.figure
     figure.canvas.draw()
-    lines = np.concatenate([np.stack(line.get_data(), axis=-1) for line in axes.lines]).astype(float)
-    seen = figure.transFigure.inverted().transform(axes.transData.transform(lines[~np.isnan(lines[:, 0])]))
+    lines = [np.stack(line.get_data(), axis=-1) for line in axes.lines]
+    paths = [path.vertices for each in axes.collections for path in each.get_paths()]
+    flat = np.concatenate([*lines, *paths]).astype(float)
+    seen = figure.transFigure.inverted().transform(axes.transData.transform(flat[~np.isnan(flat[:, 0])]))
     axis_labels = [axis.label for axis in (axes.xaxis, axes.yaxis, axes.zaxis) if axis.get_visible()]
     names = [label.get_window_extent().get_points() for label in axis_labels]
     inside = np.concatenate([seen, *map(figure.transFigure.inverted().transform, names)])
