@@ -180,7 +180,7 @@ def test_a_span_ends_where_a_run_must(orbit):
     assert first < last
     if np.isfinite(last):
         assert np.all(np.isfinite(stacked(orbit.position_at(np.array([first, last])), [0, 0])))
-        with pytest.raises(ValueError, match=r"^times must lie within the span of the orbits, "):
+        with pytest.raises(ValueError, match=r"^times must lie within the span of orbits, fields and tables, "):
             pt.propagate(pt.System(BODY, pt.GravityGradient(orbit)), START, [-0.4, last + 0.1])
 
 

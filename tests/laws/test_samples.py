@@ -384,6 +384,8 @@ def test_times_at_which_samples_cannot_be_told_apart_are_refused():
 def test_two_bodies_have_no_sampled_laws():
     ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
     pair = pt.TwoBodies(ball, ball, G=1.0)
+    with pytest.raises(TypeError, match="forces on two bodies must have no parts, got ReactionWheel in ReactionWheel"):
+        pt.System(pair, pt.parts.ReactionWheel((0, 0, 1), 0.1))
     with pytest.raises(TypeError, match="forces on two bodies must have no parts, got Sampled in"):
         pt.System(pair, pt.forces.MutualGravity(), Sampled(FEEDBACK, 0.3).on("primary"))
 

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.forces import AtmosphericDrag, ExponentialAtmosphere, Facets, Occulter, RadiationPressure
+from poinsot.forces import (
+    AtmosphericDrag,
+    DirectionalTorque,
+    ExponentialAtmosphere,
+    Facets,
+    MeshRadiation,
+    Occulter,
+    RadiationPressure,
+)
 from poinsot.mechanics.named_parameters import NamedNumber
 
 EARTH = pt.KeplerOrbit(3.986004418e14, semimajor_axis=6.9e6, eccentricity=0.01, inclination=0.5, node=0.2)
@@ -47,6 +55,24 @@ def test_derivatives_by_a_number_go_through_edges_and_contacts():
         )
         slope = (after - before) / (2 * step)
         # The square of a thousandth of the change, which turns the body by some radians.
+        assert np.max(np.abs(found.sensitivity[0, 3:6, i] - slope)) < 1e-5 * np.max(np.abs(slope))
+
+
+def test_derivatives_by_coefficients_of_a_smooth_field_go_through_an_eclipse():
+    coefficients = 2e-3 * np.random.default_rng(4).normal(size=(3, 9))
+    occulters = [Occulter(EARTH, 6.378137e6)]
+    names = {"coefficients[0][0]": (0, 0), "coefficients[1][4]": (1, 4), "coefficients[2][7]": (2, 7)}
+
+    def system(changed):
+        return pt.System(BODY, MeshRadiation(SUN, DirectionalTorque(2, changed), occulters))
+
+    found = pt.analysis.state_transition(system(coefficients), start(), [4000.0], list(names))
+    for i, place in enumerate(names.values()):
+        step = np.zeros((3, 9))
+        step[place] = 2e-6
+        ends = [pt.propagate(system(coefficients + s * step), start(), [4000.0]) for s in (1, -1)]
+        slope = (ends[0].angular_momentum_body[0] - ends[1].angular_momentum_body[0]) / 4e-6
+        # A thousandth of a coefficient: what is left out is its square.
         assert np.max(np.abs(found.sensitivity[0, 3:6, i] - slope)) < 1e-5 * np.max(np.abs(slope))
 
 

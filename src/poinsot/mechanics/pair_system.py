@@ -24,7 +24,7 @@ from poinsot.mechanics.formula_trials import PAIR, try_event, try_pair_force
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_integrals import integrals_of_pair
-from poinsot.mechanics.parameters import described
+from poinsot.mechanics.parameters import Parametric, described
 from poinsot.mechanics.part import parts_of
 from poinsot.mechanics.state import PairState, State, refused
 from poinsot.mechanics.system import System
@@ -81,6 +81,8 @@ class PairSystem(System, of=TwoBodies):
     @override
     def _check_kinds(self) -> None:
         for force in self.forces:
+            for part in parts_of(force) if isinstance(force, Parametric) else ():
+                raise TypeError(f"forces on two bodies must have no parts, got {type(part).__name__} in {force!r}.")
             if not isinstance(force, Potential | PairLoad):
                 raise TypeError(
                     "a force on two bodies must be a Potential, a PairLoad or a force on one of them, got "
@@ -88,8 +90,6 @@ class PairSystem(System, of=TwoBodies):
                 )
             if isinstance(force, Potential):
                 force.refuse_moved_orbit()
-            for part in parts_of(force):
-                raise TypeError(f"forces on two bodies must have no parts, got {type(part).__name__} in {force!r}.")
 
     @override
     def _check(self) -> None:

@@ -68,7 +68,7 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
         outside = values[(values < first) | (values > last)]
         if outside.size:
             raise ValueError(
-                f"{name} must lie within the span of the orbits, [{first!r}, {last!r}], got "
+                f"{name} must lie within the span of orbits, fields and tables, [{first!r}, {last!r}], got "
                 f"{float(outside[0])!r}.{hint}"
             )
 

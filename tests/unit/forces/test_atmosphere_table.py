@@ -71,7 +71,9 @@ def test_torques_along_a_motion_are_those_of_the_kernel():
 
 
 def test_a_run_beyond_the_table_is_refused():
-    with pytest.raises(ValueError, match=r"times must lie within the span of the orbits, \[0.0, 3000.0\]"):
+    with pytest.raises(
+        ValueError, match=r"times must lie within the span of orbits, fields and tables, \[0.0, 3000.0\]"
+    ):
         motion(table(), stop=3001.0)
 
 

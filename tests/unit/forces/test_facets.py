@@ -240,6 +240,9 @@ def test_a_facet_inside_out_and_a_whole_surface_inside_out_are_told():
     one = box.normals * np.where(np.arange(6) == 2, -1, 1)[:, None]
     with pytest.raises(ValueError, match=r"normals must close: .* of length 6\. Is a facet inside out"):
         Facets(box.areas, one, box.positions, closed=True)
+    two = box.normals * np.where(np.arange(6) < 2, -1, 1)[:, None]  # opposite ones, whose sum stays zero
+    with pytest.raises(ValueError, match=r"normals and positions must be .* closed surface, .* by 8\. Are two facets"):
+        Facets(box.areas, two, box.positions, closed=True)
     with pytest.raises(ValueError, match=r"normals must point outwards, .* volume -6\. All are inside out"):
         Facets(box.areas, -box.normals, box.positions, closed=True)
 

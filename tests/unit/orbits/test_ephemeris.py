@@ -298,13 +298,13 @@ BAD = {
     ),
     "run outside": (
         lambda e: pt.propagate(pt.System(BODY, pt.GravityGradient(e)), START, [0, 7 * T]),
-        r"times must lie within the span of the orbits, \[-5828.51",
+        r"times must lie within the span of orbits, fields and tables, \[-5828.51",
     ),
     "state outside": (
         lambda e: pt.propagate(
             pt.System(BODY, pt.GravityGradient(e)), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1), time=-1e5), [0]
         ),
-        r"the state's time must lie within the span of the orbits",
+        r"the state's time must lie within the span of orbits, fields and tables",
     ),
     "unsorted": (
         lambda _: table(np.array([0, 60, 50, 70.0])),
