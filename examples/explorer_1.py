@@ -3,7 +3,8 @@
 Flat spin of Explorer 1: a spin about the axis of the smallest moment does not last.
 
 The satellite with its spent motor, 13.97 kg, 2.051 m long and 0.152 m thick (published), is taken as a homogeneous
-cylinder that turns 750 times a minute about its axis (remembered). Its whip antennas bent and took energy; a small
+cylinder that turns 750 times a minute about its axis (assumed; about ten times a second, says Bollay 1967, Spin
+Stability of the Explorer Satellite, Stanford, who has it in flat spin after an orbit). Its whip antennas bent; a small
 sphere in a viscous fluid stands for them here, with a moment of inertia of 1e-4 kg m2 and the coefficient that takes
 most, chosen so that the axis leaves its direction within an orbit of 114.8 minutes, as it did. At constant angular
 momentum g the energy falls from g^2/(2 C) to g^2/(2 A), with C along the axis and A across it. The sphere of moment J
