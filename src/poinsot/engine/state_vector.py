@@ -153,7 +153,7 @@ class StateVector:
     @functools.cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number of the system."""
-        variations = self.variations and replace(self.variations, initial=None)
+        variations = self.variations and replace(self.variations, initial=None, sizes=())
         blocks = tuple(block.structure for block in self.orbits)
         parts = tuple((name, *(factor is None for factor in own)) for name, own in self.parts.items())
         return self.formulation, tuple(self.ratios), parts, blocks, self.views, self.comoving, variations

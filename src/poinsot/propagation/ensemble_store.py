@@ -155,6 +155,8 @@ class EnsembleStore:
     def aside(self, number: int) -> tuple[dict[str, StoredArray], dict[str, Any]]:
         """Return what a whole chunk has aside, and what is said of it."""
         folder = self.folder / CHUNKS / f"{number:06}"
+        if folder.is_symlink() or folder.parent.is_symlink():
+            raise StoreError(f"{folder.name} is a link")
         described, attributes = read_group(folder)
         none = np.zeros(0, dtype=bool)
         arrays = {name: StoredArray(folder / name, about, none) for name, about in described.items()}

@@ -150,7 +150,7 @@ class Described:
                 for block in self._blocks(values):
                     stream.write(block)
                     stream.write(_checksum(block))
-                stream.write(self._index(len(values)) if self.chunk else b"")
+                stream.write(self.index(len(values)) if self.chunk else b"")
                 stream.flush()
                 os.fsync(stream.fileno())
             part.replace(path)
@@ -170,7 +170,7 @@ class Described:
                 block += fill.tobytes() * (missing // self.dtype.itemsize)
             yield block
 
-    def _index(self, members: int) -> bytes:
+    def index(self, members: int) -> bytes:
         """Return where the blocks of a shard are, as Zarr has it."""
         count, size = -(-members // self.block), self.block * self.member_bytes
         places = np.empty((count, 2), dtype="<u8")
@@ -243,13 +243,16 @@ class StoredArray:
             stream.seek(place)
             content = memoryview(stream.read(size + SIZE_OF_CHECKSUM))
         if _checksum(content[:size]) != content[size:]:
-            raise StoreError(f"{self._folder.name} has other numbers than were written: a checksum differs")
+            raise StoreError(f"{self._folder} has other numbers than were written: a checksum differs")
         return content[:size]
+
+    def _members_of(self, number: int) -> int:
+        return min(self.about.chunk, len(self) - number * self.about.chunk) if self.about.chunk else 0
 
     def _opened(self, number: int) -> BinaryIO:
         """Return the file of a shard, which is of the size that is announced."""
         path = self._folder / self.about.key(number)
-        members = min(self.about.chunk, len(self) - number * self.about.chunk) if self.about.chunk else 0
+        members = self._members_of(number)
         if self._folder.is_symlink():
             raise StoreError(f"{self._folder.name} is a link")
         try:
@@ -263,9 +266,15 @@ class StoredArray:
         return stream
 
     def check_file(self, number: int = 0) -> None:
-        """Refuse the file of a shard that is missing, or of another size than announced."""
-        if math.prod(self.shape):
-            self._opened(number).close()
+        """Refuse the file of a shard that is missing, of another size than announced, or with another index."""
+        if not math.prod(self.shape):
+            return
+        with self._opened(number) as stream:
+            if self.about.chunk:
+                index = self.about.index(self._members_of(number))
+                stream.seek(-len(index), os.SEEK_END)
+                if stream.read() != index:
+                    raise StoreError(f"{self._folder.name} has its blocks in other places: the index differs")
 
 
 class JoinedArrays:
