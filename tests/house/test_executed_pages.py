@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from poinsot.cli import app
+from tools import frames
 
 DOCS = Path(__file__).parents[2] / "docs"
 CELL = re.compile(r"```\{code-cell\} ipython3\n((?::[^\n]*\n)*)(.*?)```", re.DOTALL)
@@ -52,3 +53,11 @@ def test_a_page_with_cells_says_its_kernel_and_checks_something(page):
 def test_the_page_of_validation_has_every_oracle():
     oracles = {file.stem for file in (DOCS.parent / "tests" / "oracles").glob("test_*.py")}
     assert set(re.findall(r"`(test_\w+)` \|", (DOCS / "validation.md").read_text())) == oracles
+
+
+def test_the_page_of_conventions_shows_every_figure_of_frames(tmp_path):
+    frames.write(tmp_path)
+    drawn = {file.name for file in tmp_path.iterdir()}
+    page = (DOCS / "theory" / "conventions.md").read_text()
+    assert drawn == set(re.findall(r"\(\.\./images/(frames-[\w-]+\.svg)\)", page))
+    assert drawn == {file.name for file in (DOCS / "images").glob("frames-*")}
