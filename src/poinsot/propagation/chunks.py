@@ -319,20 +319,19 @@ def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
             raise _interrupted(ensemble, sum(done.members for done in found.values()), None) from None
         return concatenated(found[number].reduced for number in sorted(found))
     store = _opened(ensemble, plan, plan.out)
-    with lease(store.folder) as held:
-        store = EnsembleStore(store.folder)
-        store.forget_broken()
-        task = Task(ensemble, plan, store.chunk)
-        left = np.flatnonzero(~store.whole).tolist()
-        try:
-            _run(task, left, store.finished, shown, lambda _: held.check())
-        except KeyboardInterrupt:
+    try:
+        with lease(store.folder) as held:
             store = EnsembleStore(store.folder)
-            raise _interrupted(ensemble, store.finished, _result(ensemble, plan, store)) from None
-        except OSError as error:
-            whole = EnsembleStore(store.folder).whole
-            done = f"{whole.sum()} of {whole.size} chunks are whole; the same call goes on."
-            raise OSError(f"{_unwritable(store.folder, error)} {done}") from error
+            store.forget_broken()
+            task, left = Task(ensemble, plan, store.chunk), np.flatnonzero(~store.whole).tolist()
+            _run(task, left, store.finished, shown, lambda _: held.check())
+    except KeyboardInterrupt:
+        store = EnsembleStore(store.folder)
+        raise _interrupted(ensemble, store.finished, _result(ensemble, plan, store)) from None
+    except OSError as error:
+        whole = EnsembleStore(store.folder).whole
+        done = f"{whole.sum()} of {whole.size} chunks are whole; the same call goes on."
+        raise OSError(f"{_unwritable(store.folder, error)} {done}") from error
     return _result(ensemble, plan, EnsembleStore(store.folder))
 
 

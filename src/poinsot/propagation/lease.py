@@ -79,22 +79,23 @@ class Lease:
 
     def check(self) -> None:
         """Refuse to go on if another run has taken the lease: this one did not renew it for too long."""
-        if not self._is_held():
-            self._refuse({})
+        owner = self._named()
+        if owner.get("token") != self._token["token"]:
+            self._refuse(owner)
 
-    def _is_held(self) -> bool:
+    def _named(self) -> dict[str, Any]:
+        """Return what the file of this name says of who has it."""
         try:
-            told = json.loads(self._path.read_text())
-        except (OSError, ValueError):
-            return False
-        return isinstance(told, dict) and told.get("token") == self._token["token"]
+            return _said(self._path.read_bytes())
+        except OSError:
+            return {}
 
     def close(self) -> None:
         """End the lease; its file goes with it."""
         self._ended.set()
         if self._mine:
             self._renewing.join()
-            if self._is_held():
+            if self._named().get("token") == self._token["token"]:
                 self._path.unlink(missing_ok=True)
         os.close(self._number)
 
@@ -104,12 +105,8 @@ class Lease:
                 os.utime(self._number)
 
     def _owner(self) -> dict[str, Any]:
-        """Return what the file says of who has it."""
-        with contextlib.suppress(OSError, ValueError):
-            said = json.loads(os.pread(self._number, 1000, 0))
-            if isinstance(said, dict):
-                return said
-        return {}
+        """Return what the file that is open says of who has it."""
+        return _said(os.pread(self._number, 1000, 0))
 
     def _age(self) -> float:
         """Return the seconds since the lease was renewed, by the clock of the file system."""
@@ -122,3 +119,11 @@ class Lease:
     def _refuse(self, owner: dict[str, Any]) -> NoReturn:
         who = f"process {owner.get('process', '?')} on {str(owner.get('host', '?'))[:60]}"
         raise ValueError(f"out must be a store that no other run writes, got {self._path.parent}, which {who} writes.")
+
+
+def _said(content: bytes) -> dict[str, Any]:
+    with contextlib.suppress(ValueError):
+        said = json.loads(content)
+        if isinstance(said, dict):
+            return said
+    return {}

@@ -76,7 +76,7 @@ def test_members_do_not_depend_on_chunks(name, tmp_path):
             assert np.array_equal(found.directions, expected.directions)
             assert np.array_equal(found.states.quaternion, expected.states.quaternion)
         assert_same_rows(pt.load(tmp_path / f"{chunk}.zarr"), whole)
-    assert len(whole.events) == ("events" in options)
+    assert len(whole.events) == (name == "with events")
 
 
 @pytest.mark.parametrize("name", ["a top", "bodies of members", "in orbit", "from outside", "two bodies"])
