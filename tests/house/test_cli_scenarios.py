@@ -464,6 +464,64 @@ def test_wrong_files_end_in_one_sentence(tmp_path):
     assert len(list(tmp_path.iterdir())) == 2
 
 
+# ------------------------------------------------------------------ stores
+
+SPREAD = '[ensemble]\nmembers = 20\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
+
+
+@pytest.fixture
+def tops(top):
+    top.write_text(TOP.replace("count = 101", "count = 3") + SPREAD)
+    return top
+
+
+def test_an_ensemble_goes_to_a_store_and_on_with_it(tops, tmp_path):
+    """With chunks gone the same command goes on; the numbers are those of a run in memory."""
+    store, lines = tmp_path / "tops.zarr", ("run", tops, "--out", tmp_path / "tops.zarr")
+    assert call(*lines, "--chunk", 8).stdout == f"{store}\n"
+    call("run", tops, "--out", tmp_path / "memory")
+    whole = pt.load(tmp_path / "memory" / "top.nc")
+    found = pt.load(store)
+    assert found.provenance["scenario"] == tops.read_text()
+    assert found.provenance["seed"] == 1
+    assert np.asarray(found.quaternion).tobytes() == whole.quaternion.tobytes()
+    assert call(*lines, code=2).stderr == f"poinsot: {store} already exists; use --overwrite or --resume.\n"
+    (store / "chunks" / "000001" / "zarr.json").unlink()
+    told = call("info", store).stdout
+    assert "store: tops.zarr, 2 of 3 chunks of 8 members" in told
+    assert "at the last time: 12 of 20 members" in told
+    assert json.loads(call("info", store, "--json").stdout)["finished"] == 12
+    call(*lines, "--resume")
+    assert np.asarray(pt.load(store).quaternion).tobytes() == whole.quaternion.tobytes()
+    assert "at the last time" not in call("info", store).stdout
+    told = call("run", store, "--out", tmp_path / "again").stdout
+    assert told.endswith("The same bit for bit.\n")
+    call(*lines, "--overwrite", "--chunk", 20)
+    assert "1 of 1 chunks of 20 members" in call("info", store).stdout
+    tops.write_text(tops.read_text().replace("seed = 1", "seed = 2"))
+    said = call(*lines, "--resume", code=2).stderr
+    assert said.startswith(
+        f"poinsot: --out must be a new name or the store of this problem, got {store}, which differs"
+    )
+
+
+def test_options_of_stores_are_refused_without_one(tops, tmp_path):
+    for option in (("--chunk", 4), ("--resume",)):
+        said = call("run", tops, *option, code=2).stderr
+        assert said == f"poinsot: {option[0]} must go with an ensemble and --out NAME.zarr, got no store.\n"
+    other = tmp_path / "other.zarr"
+    other.mkdir()
+    (other / "notes.txt").write_text("mine")
+    said = call("run", tops, "--out", other, "--overwrite", code=2).stderr
+    assert said == f"poinsot: {other} must be the store of an ensemble to be replaced, got another folder.\n"
+    assert (other / "notes.txt").exists()
+    tops.write_text(TOP)
+    said = call("run", tops, "--out", tmp_path / "one.zarr", "--resume", code=2).stderr
+    assert said == "poinsot: --resume must go with an ensemble and --out NAME.zarr, got one motion.\n"
+    assert call("run", tops, "--out", tmp_path / "one.zarr").stdout == f"{tmp_path}/one.zarr\n"
+    assert pt.load(tmp_path / "one.zarr").times.size == 101
+
+
 # ------------------------------------------------------------------ two bodies
 
 BINARY = """\

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,7 +43,7 @@ class Contents:
     Attributes
     ----------
     kind : str
-        "result", "scenario", "attitudes" or "other".
+        "result", "ensemble", "store" (of an ensemble, not whole), "dataset", "scenario", "attitudes" or "other".
     lines : list of str
         A title, and "  name: text" for each fact.
     scenario : str, optional
@@ -105,6 +106,14 @@ def _next_steps(kind: str, file: Path) -> tuple[tuple[str, str], ...]:
     """Return what can be done with a file."""
     if kind == "scenario":
         return ((opened("run", file), "computes it"),)
+    if kind == "store":
+        return ((f"{opened('run', Path('NAME.toml'))} --out {shlex.quote(str(file))} --resume", "goes on with it"),)
+    if kind == "ensemble":
+        return (
+            (f"{opened('info', file)} --member 0", "one member"),
+            (f"{opened('view', file)} --member 0", "plays one member in three dimensions"),
+            (opened("plot", file), "draws it"),
+        )
     if kind == "result":
         return tuple((opened(name, file), what) for name, what in OF_RESULTS.items())
     if kind == "attitudes":
@@ -216,8 +225,10 @@ def _of_scenario(file: Path) -> Contents:
 def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
     from poinsot.files.netcdf import load
 
-    motion = load(file)
-    motion = motion if member is None else motion.member(member)
+    found = load(file)
+    if not hasattr(found, "system"):
+        return _of_dataset(file, found)
+    motion = found if member is None else found.member(member)
     reason = getattr(motion.system, "not_rerunnable", None)
     lines = [
         motion.provenance.get("title") or f"Result {file.name}",
@@ -233,11 +244,21 @@ def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
         "times": _ends(motion.times),
         "units": motion.system.units,
         "members": len(motion) if motion.is_ensemble else None,
+        "finished": None if motion.store is None else motion.store.finished,
         "summary": motion.summary,
         "versions": motion.run.versions,
         "rerunnable": reason is None,
     }
-    return Contents("result", lines, motion.provenance.get("scenario"), data)
+    partial = motion.store is not None and not motion.store.whole.all()
+    kind = "store" if partial else "ensemble" if motion.is_ensemble else "result"
+    return Contents(kind, lines, motion.provenance.get("scenario"), data)
+
+
+def _of_dataset(file: Path, found: Any) -> Contents:
+    """Return what a store has that keeps no whole states: variables that were chosen, or what a reduction made."""
+    sizes = ", ".join(f"{size} along {name}" for name, size in found.sizes.items())
+    variables = [f"  variable: {name}, {each.dtype}, along {', '.join(each.dims)}" for name, each in found.items()]
+    return Contents("dataset", [f"Dataset {file.name}", f"  sizes: {sizes}", *variables], data={"sizes": found.sizes})
 
 
 def _ends(times: Any) -> dict[str, Any]:
@@ -267,9 +288,13 @@ def _state_near(motion: Any, time: float | None) -> Lines:
 
 def _members(motion: Any) -> Lines:
     """Return the line about an ensemble of which not all members are there to the end."""
-    if not motion.is_ensemble or motion.reached[:, -1].all():
+    if not motion.is_ensemble:
         return []
-    return [f"  at the last time: {motion.reached[:, -1].sum()} of {len(motion)} members"]
+    if motion.store is not None:
+        done = motion.store.finished - len(motion.failures)
+    else:
+        done = int(motion.reached[:, -1].sum())
+    return [] if done == len(motion) else [f"  at the last time: {done} of {len(motion)} members"]
 
 
 def _seed(job: Any) -> Lines:

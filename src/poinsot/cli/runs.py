@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import sys
 from collections.abc import Iterator
@@ -75,7 +76,15 @@ def new(
 def run(
     file: Annotated[Path, typer.Argument(help="A scenario (.toml), or a result (.nc, .zarr) to repeat.")],
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the outputs; default: that of the file.", file_okay=False)
+        Path | None,
+        typer.Option(
+            help="Folder for the outputs, or NAME.zarr for the result, of an ensemble a store; default: beside FILE.",
+            file_okay=False,
+        ),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the store, if it is there.")] = False,
+    chunk: Annotated[
+        int | None, typer.Option(min=1, help="Members that go to the store together; default: by memory.")
     ] = None,
     overwrite: Overwrite = False,
     threads: Annotated[int | None, typer.Option(min=1, help="For an ensemble; default: all cores.")] = None,
@@ -86,6 +95,9 @@ def run(
     The result is NetCDF-4, named like the scenario, or as the scenario says under outputs (also a plot, a view).
     After Ctrl-C, or if the propagation stops, NAME.partial.nc has the output times reached so far.
 
+    A large ensemble goes to a store, chunk by chunk of members: memory is a few chunks, and after Ctrl-C, SIGTERM,
+    kill -9 or a full disk the same command with --resume goes on with the chunks that are missing.
+
     A result is repeated from its own content, as NAME-again.nc, and compared: with the same versions it is the same
     bit for bit.
 
@@ -94,32 +106,59 @@ def run(
     - `poinsot run top.toml`
     - `poinsot run top.nc`
     - `poinsot run tops.toml --out results --threads 4`
+    - `poinsot run tops.toml --out tops.zarr --resume`
     - `poinsot run top.toml --json`
     """
     job, original = _job_in(file)
-    names = _output_names(job, original is not None, file, out)
-    _check_outputs(job, names, overwrite)
-    motion = _propagated(job, names["partial"], overwrite, threads)
+    store = _store(job, out, resume=resume, chunk=chunk)
+    names = _output_names(job, original is not None, file, out, store)
+    _check_outputs(job, names, overwrite, resume)
+    if store is None:
+        motion = _propagated(job, names["partial"], overwrite, threads)
+    else:
+        goes_on = f"{opened('run', file)} --out {shlex.quote(str(store))} --resume"
+        motion = _stored(job, goes_on, overwrite, threads, {"out": store, "chunk": chunk})
     written: dict[str, Any] = {}
     for kind, path in _write_outputs(motion, names, overwrite):
         written[kind] = str(path)
         if not as_json:
             tell(path)
+    status = _report(motion, original, written if as_json else None)
+    members = " --member 0" * motion.is_ensemble
+    advise(
+        (opened("info", names["result"]), "what is in it"),
+        (opened("plot", names["result"]), "draws it"),
+        (f"{opened('view', names['result'])}{members}", "plays it in three dimensions"),
+    )
+    if status:
+        raise typer.Exit(status)
+
+
+def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
+    """Say how a repeated motion compares and which members failed; return the exit status."""
     same, compared = (True, []) if original is None else _compared(original, motion)
-    if as_json:
+    if written is not None:
         written |= {} if original is None else {"same": same, "compared": compared}
         hand_over_json({**written, "summary": motion.summary, "failures": motion.failures})
     elif compared:
         answer(*compared)
     if motion.failures:
         _tell_failures(motion)
-    advise(*((opened(command, names["result"]), what) for command, what in LOOKS.items()))
-    if not same or motion.failures:
-        raise typer.Exit(STOPPED if same else DIFFERS)
+    return DIFFERS if not same else STOPPED if motion.failures else 0
 
 
-LOOKS = {"info": "what is in it", "plot": "draws it", "view": "plays it in three dimensions"}
-"""What is done with a result first."""
+def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
+    """Return the store of an ensemble if one is asked for; refuse options that go with one alone."""
+    from poinsot.propagation.arguments import members_of
+
+    named = out is not None and out.suffix == ".zarr"
+    if named and members_of(job.system, job.state):
+        return out
+    for name, value in of_stores.items():
+        if value:
+            given = "one motion" if named else "no store"
+            raise ValueError(f"--{name} must go with an ensemble and --out NAME.zarr, got {given}.")
+    return None
 
 
 def _job_in(file: Path) -> tuple[Any, Any]:
@@ -136,10 +175,15 @@ def _job_in(file: Path) -> tuple[Any, Any]:
     return repetition(original, str(file)), original
 
 
-def _output_names(job: Any, repeated: bool, file: Path, out: Path | None) -> dict[str, Path]:
+def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store: Path | None) -> dict[str, Path]:
     """Return the paths of the files to write, by what they are."""
+    if store is not None:
+        others = {kind: store.parent / name for kind, name in job.outputs.items() if kind != "result"}
+        return {"result": store, **others}
     folder = file.parent if out is None else out
-    if repeated:
+    if out is not None and out.suffix == ".zarr":
+        folder, named = out.parent, {**job.outputs, "result": out.name}
+    elif repeated:
         named = {"result": file.name if out is not None else f"{file.stem}-again{file.suffix}"}
     else:
         named = {"result": f"{file.stem}.nc", **job.outputs}
@@ -147,7 +191,7 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None) -> dic
     return names | {"partial": names["result"].with_suffix(f".partial{names['result'].suffix}")}
 
 
-def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
+def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bool) -> None:
     """Refuse before the run what would be refused after it."""
     from poinsot.propagation.arguments import members_of
 
@@ -156,12 +200,13 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool) -> None:
         raise ValueError(f"{names['view']} must be of one motion, but the scenario has an ensemble, which has no view.")
     folder = names["result"].parent
     folder.mkdir(parents=True, exist_ok=True)
-    for path in names.values():
-        check_new(path, overwrite, " or --out DIR")
+    for kind, path in names.items():
+        store = kind == "result" and "partial" not in names
+        check_new(path, overwrite or (store and resume), " or --resume" if store else " or --out DIR")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder} must be a folder that can be written, but it is not.")
     needed, free = BYTES * job.times.size * max(members or (1,)), shutil.disk_usage(folder).free
-    if free < needed:
+    if free < needed and "partial" in names:
         raise OSError(f"{folder} must have room for some {needed / 1e6:.0f} MB, but {free / 1e6:.0f} MB are free.")
 
 
@@ -185,12 +230,41 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
         raise typer.Exit(code) from None
 
 
+def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunking: dict[str, Any]) -> Any:
+    """Return the motions of an ensemble in a store; of one that stops say how to go on, and exit."""
+    from poinsot.errors import PropagationInterrupted
+
+    if overwrite and chunking["out"].exists():
+        _remove_store(chunking["out"])
+    try:
+        return job.propagate(threads=threads, progress=sys.stderr.isatty(), **chunking)
+    except PropagationInterrupted as stopped:
+        said = str(stopped).removesuffix(" The same call goes on.")
+        say(f"poinsot: {said} `{goes_on}` goes on.")
+        raise typer.Exit(INTERRUPTED) from None
+    except OSError as error:
+        raise OSError(str(error).replace("the same call goes on.", f"`{goes_on}` goes on.")) from None
+
+
+def _remove_store(path: Path) -> None:
+    """Remove the store of another run; refuse another folder."""
+    from poinsot.propagation.ensemble_store import EnsembleStore
+    from poinsot.propagation.zarr_group import StoreError
+
+    try:
+        EnsembleStore(path)
+    except StoreError:
+        raise ValueError(f"{path} must be the store of an ensemble to be replaced, got another folder.") from None
+    shutil.rmtree(path)
+
+
 def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iterator[tuple[str, Path]]:
     """Write the files, and yield the kind and the path of each when it is there."""
     from poinsot.files.netcdf import save
 
-    with kept(), writing(names["result"]):
-        save(motion, names["result"], overwrite=overwrite)
+    if "partial" in names:
+        with kept(), writing(names["result"]):
+            save(motion, names["result"], overwrite=overwrite)
     yield "result", names["result"]
     if "plot" in names:
         from poinsot.cli.plots import drawn, usual_kind
@@ -220,13 +294,14 @@ def _compared(original: Any, motion: Any) -> tuple[bool, list[str]]:
         return False, [f"It has other times: {original.times.size} before, {motion.times.size} now."]
     known = original.reached
     again = {name: motion.phase[name] if name in motion.phase else getattr(motion, name) for name in original.phase}
-    pairs = [(values[known], again[name][..., shared, :][known]) for name, values in original.phase.items()]
-    if all(before.tobytes() == now.tobytes() for before, now in pairs):
+    before = {name: np.asarray(values) for name, values in original.phase.items()}
+    pairs = [(values[known], np.asarray(again[name])[..., shared, :][known]) for name, values in before.items()]
+    if all(one.tobytes() == other.tobytes() for one, other in pairs):
         whole = motion.times.size == original.times.size and np.array_equal(known, motion.reached)
         return True, ["The same bit for bit." if whole else "The same bit for bit, as far as the original goes."]
-    largest = max(float(np.nanmax(np.abs(now - before), initial=0.0)) for before, now in pairs)
-    before, now = original.run.versions, motion.run.versions
-    others = [f"{name} {before.get(name)} -> {now[name]}" for name in now if before.get(name) != now[name]]
+    largest = max(float(np.nanmax(np.abs(other - one), initial=0.0)) for one, other in pairs)
+    old, now = original.run.versions, motion.run.versions
+    others = [f"{name} {old.get(name)} -> {now[name]}" for name in now if old.get(name) != now[name]]
     return False, [
         f"It differs by up to {largest:.2g} in q and the momenta.",
         f"Versions that differ: {', '.join(others) or 'none'}.",

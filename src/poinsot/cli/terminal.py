@@ -83,7 +83,8 @@ SMALLEST = 65536
 RESULTS = (".nc", ".zarr")
 
 OPTIONS = {
-    **{name: f"--{name}" for name in ("body", "frame", "member", "orbit", "overwrite", "part", "scenario", "zero")},
+    **{name: f"--{name}" for name in ("body", "chunk", "frame", "member", "orbit", "out", "overwrite")},
+    **{name: f"--{name}" for name in ("part", "scenario", "zero")},
     **{"angle_unit": "--angle-unit", "rate_unit": "--rate-unit", "time_unit": "--time-unit", "other": "--with"},
     "seconds": "--seconds",
     **{"reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},

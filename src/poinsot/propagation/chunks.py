@@ -62,12 +62,15 @@ class Chunking(TypedDict, total=False):
         name what is special: `{"quaternion": {"dtype": "float32", "every": 10}}`, every tenth time.
     reduce : callable
         Takes the dataset of a chunk and returns another one, which is kept in its place.
+    provenance : mapping
+        What the motion knows of the scenario that asks for it, for the store: `title`, `seed`, `scenario`.
     """
 
     out: str | Path | None
     chunk: int | None
     variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
     reduce: Callable[[xarray.Dataset], xarray.Dataset] | None
+    provenance: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,7 @@ class Plan:
     chunk: int | None = None
     variables: Mapping[str, Kept] = field(default_factory=dict)
     reduce: Callable[[xarray.Dataset], xarray.Dataset] | None = None
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Part(NamedTuple):
@@ -178,6 +182,7 @@ def plan_of(
     chunk: int | None = None,
     variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
     reduce: Callable[[xarray.Dataset], xarray.Dataset] | None = None,
+    provenance: Mapping[str, Any] | None = None,
 ) -> Plan | None:
     """Return what the arguments of chunks ask for; None if there are none."""
     if out is None and chunk is None and variables is None and reduce is None:
@@ -192,7 +197,7 @@ def plan_of(
         raise ValueError(f"chunk must be a positive whole number of members, got {described(chunk)}.")
     if reduce is not None and not callable(reduce):
         raise TypeError(f"reduce must be a function of a dataset, got {described(reduce)}.")
-    return Plan(None if out is None else Path(out), chunk, _kept(variables), reduce)
+    return Plan(None if out is None else Path(out), chunk, _kept(variables), reduce, provenance or {})
 
 
 def _kept(variables: Any) -> dict[str, Kept]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,16 +40,21 @@ class EnsembleOfMotions:
     state : State
         Of all members.
     times : array (n,)
+    provenance : mapping
+        Of the motions, which a store keeps.
     """
 
     integrator: Integrator
     state: State
     times: Array
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @functools.cached_property
     def frame(self) -> Trajectory:
         """The motion of all members, without its numbers."""
-        return self._without_numbers(self.integrator, self.state)
+        motion = self._without_numbers(self.integrator, self.state)
+        motion.provenance = dict(self.provenance)
+        return motion
 
     def _without_numbers(self, integrator: Integrator, state: State) -> Trajectory:
         return integrator.trajectory(state, _Nothing(integrator, state, self.times), _report(integrator, state))

@@ -121,7 +121,7 @@ def propagate(
         problem, variables, chosen, asked, precision=precision, threads=cores, dense=dense, device=where
     )
     if members and plan:
-        result: Trajectory = in_chunks(EnsembleOfMotions(integrator, state, t), plan, shown)
+        result: Trajectory = in_chunks(EnsembleOfMotions(integrator, state, t, plan.provenance), plan, shown)
         return result
     motion, report = integrator.motion(state, t, shown)
     if members:

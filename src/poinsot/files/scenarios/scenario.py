@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import override
+from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
 from poinsot.errors import PropagationError, PropagationInterrupted
@@ -18,6 +18,7 @@ from poinsot.files.untrusted import read_text
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.propagation.chunks import Chunking
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.system_text import MOST_CHARACTERS, WHOLE, WITH_FILES, text_of
@@ -72,7 +73,9 @@ class Scenario(Summarized):
         }
 
     @checked
-    def propagate(self, *, threads: int | None = None, progress: bool | None = None) -> Trajectory:
+    def propagate(
+        self, *, threads: int | None = None, progress: bool | None = None, **chunking: Unpack[Chunking]
+    ) -> Trajectory:
         """Return the motion; the arguments are those of `propagate`.
 
         Raises
@@ -81,11 +84,16 @@ class Scenario(Summarized):
             As `propagate`; the partial trajectory knows the scenario too.
         """
         options = {name: value for name, value in self.run.items() if name != "method"}
+        if chunking:
+            chunking = {**chunking, "provenance": self.provenance}
+            if self.run.get("method") == "closed form":
+                raise ValueError("out must go with an integration, got run.method = 'closed form'. Leave it out.")
         try:
             if self.run.get("method") == "closed form":
                 motion = free_motion(self.system.body, self.state, self.times, units=self.system.units)
             else:
-                motion = propagate(self.system, self.state, self.times, **options, threads=threads, progress=progress)
+                options |= {"threads": threads, "progress": progress}
+                motion = propagate(self.system, self.state, self.times, **options, **chunking)
         except (PropagationError, PropagationInterrupted) as stopped:
             stopped.trajectory.provenance = dict(self.provenance)
             raise
