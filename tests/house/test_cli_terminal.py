@@ -364,6 +364,7 @@ USED = {
     "info": "info it.nc",
     "plot": "plot it.nc",
     "view": "view it.nc",
+    "animate": "animate it.nc --seconds 0.1 --time 0:3000",
     "convert": "convert it.nc it.csv",
     "verify": "verify",
     "paper": "paper",
@@ -412,7 +413,7 @@ def test_wrong_command_lines_are_sentences(command):
     for more in wrong:
         said = invoked(*command.split(), more, code=2).stderr
         assert re.fullmatch(r"poinsot: No such .*--help` says what there is\.\n", said), said
-    if command in ("run", "info", "plot", "view", "convert"):
+    if command in ("run", "info", "plot", "view", "animate", "convert"):
         assert invoked(command, code=2).stderr.startswith("poinsot: Missing argument '")
     if command:
         assert invoked(command, *"abc", *"def", code=2).stderr.startswith("poinsot: Got unexpected extra argument")

@@ -146,6 +146,7 @@ def animate(
     file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
     film: Annotated[Path | None, typer.Argument(help="Ends in .gif or .mp4; default: a GIF beside the result.")] = None,
     seconds: Annotated[float, typer.Option(help="How long the film is.")] = 10.0,
+    time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
@@ -155,19 +156,20 @@ def animate(
     For example:
 
     - `poinsot animate top.nc`
-    - `poinsot animate top.nc talk/top.mp4 --seconds 20`
+    - `poinsot animate top.nc talk/top.mp4 --seconds 20 --time 10:20`
     """
     checked_result(file)
     path = film or file.with_suffix(".gif")
     check_new(path, overwrite)
     check_ending(path, ".gif", ".mp4")
     with busy(f"Reading {file}"):
-        motion = _chosen(_loaded(file, member), body)
+        motion = _chosen(_loaded(file, member, time), body)
     from poinsot.plot.animation import animate as film_of
 
     with writing(path):
         film_of(motion, path, seconds=seconds, overwrite=overwrite)
     tell(path)
+    advise((opened("view", file), "the same in a browser, to be turned"))
 
 
 def usual_kind(motion: Any) -> str:
