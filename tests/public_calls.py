@@ -91,6 +91,7 @@ NOT_CALLED = {
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "SecularEvolution", "Section", "StateTransition", "Trajectory", "YorpCoefficients"),
+    "RunEstimate",
     *("Librations", "Load", "OsculatingElements", "PairEquilibrium", "PairInstant", "PairLoad", "Revolutions"),
 }
 """Base classes, what formulas see, and results, which the package makes."""
@@ -825,6 +826,7 @@ def public_calls(folder):
             pt.project_to_tangent,
             {"quaternion": (1.0, 0, 0, 0), "conjugate_momenta": (0.1, 0.1, 0.2, 0.3)},
         ),
+        "estimate_run": (pt.analysis.estimate_run, {**here, **run, "tolerance": 1e-12}),
         "propagate": (
             pt.propagate,
             {**here, **run, "events": [pt.events.SpinFlip((1, 0, 0))], "dense": True, "precision": "double"},

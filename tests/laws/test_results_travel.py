@@ -91,6 +91,9 @@ def of_two(pair=ONE_PAIR, **options):
     return pt.propagate(system, start, np.linspace(0, 40, 5), **options)
 
 
+ESTIMATE = pt.analysis.RunEstimate(TOP, 1000, TIMES, 5_600_000, 2**34, 2, 1.5, 0.2, 32)
+
+
 def scenario(folder):
     return pt.files.read_scenario(text(folder / "top.toml", SCENARIO))
 
@@ -116,6 +119,7 @@ RESULTS = {
     "PeriodicMotion": lambda _: periodic(),
     "PropagationError": lambda _: pt.PropagationError("it stopped.", 1.0, motion()),
     "PropagationInterrupted": lambda _: pt.PropagationInterrupted("it stopped.", 1.0, free()),
+    "RunEstimate": lambda _: ESTIMATE,
     "Scenario": scenario,
     "Section": lambda _: pt.analysis.section(motion(), where),
     "SecularEvolution": lambda _: pt.analysis.secular_evolution([lambda _: {"rate": 0.1}], {"rate": 1.0}, TIMES),

@@ -10,6 +10,7 @@ from .mutual_orbit import Revolutions, apsidal_precession, revolutions
 from .pair_equilibrium import PairEquilibrium, pair_equilibria
 from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from .relaxation import InelasticRelaxation
+from .run_estimate import RunEstimate, estimate_run
 from .sections import Section, andoyer_section, section, spin_orbit_section
 from .secular import SecularEvolution, secular_evolution
 from .transition_matrix import StateTransition, state_transition
@@ -29,6 +30,7 @@ __all__ = [
     "PairEquilibrium",
     "PeriodicMotion",
     "Revolutions",
+    "RunEstimate",
     "Section",
     "SecularEvolution",
     "StateTransition",
@@ -40,6 +42,7 @@ __all__ = [
     "continue_motion",
     "diffusion",
     "equilibria",
+    "estimate_run",
     "frequencies",
     "librations",
     "lyapunov_spectrum",

@@ -1,0 +1,159 @@
+"""What a run will take, from a timed sample of it."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.checked import checked
+from poinsot.engine.runs import allowed_threads
+from poinsot.html_text import Summarized, rounded, told_times
+from poinsot.mechanics.state import State
+from poinsot.mechanics.system import System
+from poinsot.propagation.arguments import broadcast_members, checked_times, members_of
+from poinsot.propagation.memory import available_memory
+from poinsot.propagation.propagate import propagate
+from poinsot.propagation.selection import state_of_members, system_of_members
+from poinsot.quantities import Times
+
+__all__ = ["RunEstimate", "estimate_run"]
+
+LONG_ENOUGH = 0.3
+"""Seconds of a sample from which the whole is estimated."""
+
+AT_ONCE = 16
+"""Members of the first sample for each thread: two batches."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RunEstimate(Summarized):
+    """What a run of `propagate` takes.
+
+    Attributes
+    ----------
+    system : System
+    members : int
+        How many; one body is one member.
+    times : array (n,)
+    bytes : int
+        What the motions are made of, in double precision: that in a store by default, and the memory of a result that
+        is kept there.
+    memory : int
+        Bytes that this process may use: a result that needs more goes to a store, `out=`.
+    threads : int
+    seconds : float
+        On this machine with these threads, without compilation.
+    compilation : float
+        Seconds of the first run of this kind of system in each process.
+    sampled : int
+        Members in the sample.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=np.linspace((0, 0, 1), (1, 2, 3), 1000))
+    >>> found = pt.analysis.estimate_run(pt.System(body), start, range(100))
+    >>> found.members, found.bytes, found.seconds_on(workers=2) < found.seconds
+    (1000, 5600000, True)
+    """
+
+    system: System
+    members: int
+    times: NDArray[np.float64]
+    bytes: int
+    memory: int
+    threads: int
+    seconds: float
+    compilation: float
+    sampled: int
+
+    def seconds_on(self, workers: int, threads: int | None = None) -> float:
+        """Return the seconds on as many workers, each with as many threads as here, on processors like this one."""
+        if workers < 1 or (threads is not None and threads < 1):
+            raise ValueError(f"workers and threads must be positive, got {workers} and {threads}.")
+        return self.seconds * self.threads / (workers * (self.threads if threads is None else threads))
+
+    @override
+    def _summary(self) -> tuple[str, dict[str, str]]:
+        fits = "fits into memory" if 2 * self.bytes < self.memory else "is more than memory has room for: give out="
+        more = (f"{n}: {_duration(self.seconds_on(n))}" for n in (2, 10, 100))
+        return f"Estimate of a run of {rounded(repr(self.system))}", {
+            "members": str(self.members),
+            "times": told_times(self.times, self.system.units["time"]),
+            "result": f"{_size(self.bytes)}, {fits} ({_size(self.memory)})",
+            "time here": f"{_duration(self.seconds)} on {self.threads} thread{'s' * (self.threads > 1)}",
+            "time on workers like this machine": ", ".join(more) if self.members > 1 else "",
+            "compilation": f"{_duration(self.compilation)}, once in each process",
+            "sample": f"{self.sampled} members",
+        }
+
+
+@checked
+def estimate_run(
+    system: System, state: State, times: Times, *, threads: int | None = None, **options: Any
+) -> RunEstimate:
+    """Return what `propagate` with the same arguments takes: a sample of members and times is run and timed.
+
+    Parameters
+    ----------
+    system, state, times, threads
+        As in `propagate`.
+    **options
+        The others of `propagate` that do not say where results go.
+
+    Examples
+    --------
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=np.linspace((0, 0, 1), (1, 2, 3), 1000))
+    >>> pt.analysis.estimate_run(pt.System(body), start, range(100))
+    Estimate of a run of System(Body(moments=[1.25, 1.0, 0.75]))
+      members: 1000
+      times: 100, 0 ... 99
+      result: 5.6 MB, fits into memory ...
+      ...
+    """
+    t, members = checked_times(times, system), members_of(system, state)
+    count, cores = members[0] if members else 1, threads or allowed_threads() if members else 1
+    whole = (system, broadcast_members(state, members)) if members else (system, state)
+    origin = float(np.mean(state.time))
+
+    def run(some: int, rows: int) -> tuple[float, int]:
+        """Return the seconds that a sample of members takes up to some of the times, and the bytes of a row."""
+        who = np.linspace(0, count - 1, some).astype(int)
+        given = (system_of_members(whole[0], who), state_of_members(whole[1], who)) if members else whole
+        began = clock.perf_counter()
+        motion = propagate(*given, t[:rows], threads=threads, progress=False, **options)
+        return clock.perf_counter() - began, sum(8 * x.shape[-1] for x in motion.phase.values())
+
+    some, rows = min(AT_ONCE * cores, count), max(t.size // 64, min(t.size, 2))
+    first, _ = run(some, rows)
+    seconds, row = run(some, rows)
+    compilation = max(first - seconds, 0.0)
+    while seconds < LONG_ENOUGH and (some, rows) != (count, t.size):
+        some, rows = (some, min(4 * rows, t.size)) if rows < t.size else (min(4 * some, count), rows)
+        seconds, row = run(some, rows)
+    span, sampled = (float(np.max(np.abs(part - origin))) for part in (t, t[:rows]))
+    share = sampled / span if span > 0 and sampled > 0 else rows / t.size
+    size = count * t.size * row
+    told = (seconds * count / (some * share), compilation, some)
+    return RunEstimate(system, count, t, size, available_memory(), cores, *told)
+
+
+def _size(count: float) -> str:
+    for unit in ("bytes", "kB", "MB", "GB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} TB"
+
+
+def _duration(seconds: float) -> str:
+    for most, unit in ((120, "s"), (7200, "min"), (172_800, "h")):
+        if seconds < most:
+            return f"{seconds / {'s': 1, 'min': 60, 'h': 3600}[unit]:.2g} {unit}"
+    return f"{seconds / 86_400:.3g} days"
