@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
 
@@ -18,10 +18,12 @@ from poinsot.propagation.fingerprint import fingerprint
 from poinsot.propagation.lease import lease
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.trajectory import versions
+from poinsot.propagation.workers import check_client, on_workers
 from poinsot.propagation.zarr_group import GROUP, StoreError, plain
 
 if TYPE_CHECKING:
     import xarray
+    from distributed import Client
 
 __all__ = [
     "Chunking",
@@ -62,6 +64,8 @@ class Chunking(TypedDict, total=False):
         name what is special: `{"quaternion": {"dtype": "float32", "every": 10}}`, every tenth time.
     reduce : callable
         Takes the dataset of a chunk and returns another one, which is kept in its place.
+    client : dask.distributed.Client
+        Whose workers compute the chunks, each on `threads`, by default one; `out` is a folder that all of them see.
     provenance : mapping
         What the motion knows of the scenario that asks for it, for the store: `title`, `seed`, `scenario`.
     """
@@ -70,6 +74,7 @@ class Chunking(TypedDict, total=False):
     chunk: int | None
     variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
     reduce: Callable[[xarray.Dataset], xarray.Dataset] | None
+    client: Client | None
     provenance: Mapping[str, Any]
 
 
@@ -95,7 +100,12 @@ class Plan:
     chunk: int | None = None
     variables: Mapping[str, Kept] = field(default_factory=dict)
     reduce: Callable[[xarray.Dataset], xarray.Dataset] | None = None
+    client: Client | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def threads(self, given: int | None) -> int | None:
+        """Return on how many threads a chunk is computed: workers do as many at a time as they have in dask."""
+        return 1 if self.client is not None and given is None else given
 
 
 class Part(NamedTuple):
@@ -182,14 +192,15 @@ def plan_of(
     chunk: int | None = None,
     variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
     reduce: Callable[[xarray.Dataset], xarray.Dataset] | None = None,
+    client: Client | None = None,
     provenance: Mapping[str, Any] | None = None,
 ) -> Plan | None:
     """Return what the arguments of chunks ask for; None if there are none."""
-    if out is None and chunk is None and variables is None and reduce is None:
+    if all(given is None for given in (out, chunk, variables, reduce, client)):
         return None
     if out is None and reduce is None:
         raise ValueError(
-            "chunk and variables must come with out= or reduce=, got neither. Name a store: out='run.zarr'."
+            "chunk, variables and client must come with out= or reduce=, got neither. Name a store: out='run.zarr'."
         )
     if out is not None and (not isinstance(out, str | Path) or Path(out).suffix != ".zarr"):
         raise ValueError(f"out must be the name of a store that ends in .zarr, got {described(out)}.")
@@ -197,7 +208,9 @@ def plan_of(
         raise ValueError(f"chunk must be a positive whole number of members, got {described(chunk)}.")
     if reduce is not None and not callable(reduce):
         raise TypeError(f"reduce must be a function of a dataset, got {described(reduce)}.")
-    return Plan(None if out is None else Path(out), chunk, _kept(variables), reduce, provenance or {})
+    if client is not None:
+        check_client(client)
+    return Plan(None if out is None else Path(out), chunk, _kept(variables), reduce, client, provenance or {})
 
 
 def _kept(variables: Any) -> dict[str, Kept]:
@@ -344,15 +357,25 @@ def _run(task: Task, numbers: Sequence[int], done: int, shown: bool, take: Calla
     """Do the chunks that are left, and hand on what is told of each."""
     with bar("members", task.ensemble.members, shown) as told:
         told(done)
-        for each in in_turn(task, numbers, told if shown else False):
+        for each in _done(task, numbers, told if shown else False):
             if each.interrupted:
                 raise KeyboardInterrupt
             take(each)
 
 
-def in_turn(task: Task, numbers: Iterable[int], progress: Progress) -> Iterator[Done]:
-    """Do chunks one after another in this process."""
-    return (task(number, progress) for number in numbers)
+def _done(task: Task, numbers: Sequence[int], progress: Progress) -> Iterator[Done]:
+    """Do chunks one after another in this process, or on workers."""
+    client, out = task.plan.client, task.plan.out
+    if client is None or not numbers:
+        yield from (task(number, progress) for number in numbers)
+        return
+    kept = task.plan.variables or dict.fromkeys(task.names, Kept())
+    plan = replace(task.plan, client=None, variables=kept, out=None if out is None else out.absolute())
+    ensemble: Any = task.ensemble  # without what it has computed and keeps
+    for each in on_workers(client, replace(task, plan=plan, ensemble=replace(ensemble)), numbers):
+        if callable(progress):
+            progress(each.members)
+        yield each
 
 
 def _interrupted(ensemble: Ensemble, members: int, result: Any) -> PropagationInterrupted:

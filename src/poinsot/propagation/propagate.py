@@ -108,14 +108,14 @@ def propagate(
     check_span(problem, state, t)
     members, plan = members_of(problem, state), plan_of(**chunking)
     if plan and not members:
-        raise ValueError("out, chunk and reduce must be given for an ensemble, got one body. Save its motion.")
+        raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its motion.")
     if members:
         _check_single(dense, precision)
         state = broadcast_members(state, members)
     check_starts(problem, state)
     variables = kernels.state_vector(problem, state, chosen, precision)
     where = checked_device(device)
-    cores = checked_threads(threads) if members else 1
+    cores = checked_threads(plan.threads(threads) if plan else threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
     integrator = Integrator(
         problem, variables, chosen, asked, precision=precision, threads=cores, dense=dense, device=where

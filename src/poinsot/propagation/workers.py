@@ -1,0 +1,91 @@
+"""Chunks of an ensemble on the workers of a dask cluster: what dask schedules, and what it is told."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterable, Iterator
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from poinsot.propagation.trajectory import versions
+
+if TYPE_CHECKING:
+    from poinsot.propagation.chunks import Done, Task
+
+__all__ = ["check_client", "on_workers"]
+
+ALIKE = ("poinsot", "heyoka")
+"""Packages whose versions workers have in common with the client: others compute other bits, or do not know a task."""
+
+
+def check_client(client: Any) -> None:
+    """Refuse what is no client of dask, and one without workers."""
+    if not callable(getattr(client, "submit", None)) or not callable(getattr(client, "nthreads", None)):
+        raise TypeError(f"client must be a dask.distributed Client, got {type(client).__name__}.")
+    if not client.nthreads():
+        raise ValueError("client must have workers, got none. Wait for them: client.wait_for_workers(1).")
+
+
+def on_workers(client: Any, task: Task, numbers: Iterable[int]) -> Iterator[Done]:
+    """Do chunks on workers, and yield what is told of each as it ends; those of a worker that dies go to others.
+
+    On an error or on Ctrl-C the chunks that have not begun are given up; those under way end on their workers.
+    """
+    distributed: Any = import_module("distributed")
+    given = client.submit(_unpacked, _packed(task), _own_versions(), pure=False)
+    futures = client.map(_chunk, list(numbers), task=given, pure=False)
+    try:
+        for _, done in distributed.as_completed(futures, with_results=True):
+            yield done
+    except Exception as error:
+        raise _told(error) from error
+    finally:
+        client.cancel([given, *futures], force=True)
+
+
+def _packed(task: Task) -> bytes:
+    """Return a task as bytes; classes and functions of a script are among them."""
+    cloudpickle: Any = import_module("cloudpickle")
+    try:
+        packed: bytes = cloudpickle.dumps(task)
+    except Exception as error:
+        raise TypeError(
+            f"system, events and reduce must travel to the workers, got one that does not: {error}. Let them hold "
+            "numbers, and no open files, locks or connections."
+        ) from error
+    return packed
+
+
+def _unpacked(packed: bytes, known: dict[str, str]) -> Task:
+    """Return the task, on a worker."""
+    own = _own_versions()
+    if own != known:
+        said = " and ".join(f"{name} {own[name]}, not {known[name]}" for name in ALIKE if own[name] != known[name])
+        raise RuntimeError(f"workers must have the versions of the client, got {said}.")
+    try:
+        task: Task = pickle.loads(packed)  # noqa: S301, of the client, to which the worker belongs
+    except ModuleNotFoundError as error:
+        raise RuntimeError(
+            f"workers must have the modules of the system, got none with the name {error.name!r}. Install it there, "
+            "or define the class in the script."
+        ) from error
+    return task
+
+
+def _chunk(number: int, task: Task) -> Done:
+    return task(number)
+
+
+def _own_versions() -> dict[str, str]:
+    return {name: version for name, version in versions().items() if name in ALIKE}
+
+
+def _told(error: Exception) -> Exception:
+    """Return the sentence about what dask says of workers; another error as it is."""
+    if type(error).__name__ == "KilledWorker":
+        died = getattr(error, "allowed_failures", 0) + 1
+        return RuntimeError(
+            f"workers must live as long as a chunk takes, got {died} that died on the same one. "
+            "Give smaller chunks, or workers more memory or time; the same call goes on."
+        )
+    return error
