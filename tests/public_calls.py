@@ -877,7 +877,10 @@ def public_calls(folder):
                 "overwrite": True,
             },
         ),
-        "view": (pt.view, {"motion": motion(), "path": folder / "out.html", "overwrite": True}),
+        "view": (
+            pt.view,
+            {"motion": motion(), "path": folder / "out.html", "beside": motion(), "overwrite": True},
+        ),
         "write_aem": (
             pt.files.write_aem,
             {

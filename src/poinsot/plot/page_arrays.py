@@ -57,7 +57,7 @@ class Rows:
         }
 
 
-def rows_of(times: Array, rate: Array, numbers: int, budget: float = BUDGET) -> Rows:
+def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> Rows:
     """Return which times a page has of a motion with so many numbers at each: all, or those after equal turns.
 
     Parameters
@@ -65,9 +65,10 @@ def rows_of(times: Array, rate: Array, numbers: int, budget: float = BUDGET) -> 
     times, rate : array (n,)
         The stored times, and the angular velocity of the fastest body there.
     numbers : int
-    budget : float
-        Bytes.
+    sharing : int
+        How many motions share the page.
     """
+    budget = BUDGET / sharing
     order = np.arange(times.size)[:: 1 if times[-1] > times[0] else -1]
     if times.size * (8 + 4 * numbers) <= budget:
         return Rows(times, order, WIDE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,7 @@ from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
 from poinsot.shapes.solids import Ellipsoid
 
-__all__ = ["content_of"]
+__all__ = ["content_of", "others_of"]
 
 Array = NDArray[np.float64]
 
@@ -56,6 +56,7 @@ COLOURS = {
     "sun": "#E69F00",
     "shadow": GREY,
     "wheels": GREY,
+    "ghosts": GREY,
     "events": VERMILION,
     "centres": GREY,
     "components": [BLACK, BLUE, VERMILION, GREEN],
@@ -76,8 +77,26 @@ SHORTEST = 10.0
 """How many seconds a whole motion takes at least, at the speed in which the page starts."""
 
 
-def content_of(motion: Trajectory) -> dict[str, Any]:
-    """Return what the page shows, of one body or of two."""
+MOST_GHOSTS = 8
+"""Of other motions beside one."""
+
+
+def others_of(motion: Trajectory, beside: Trajectory | Sequence[Trajectory] | None) -> list[Trajectory]:
+    """Return the motions that are shown beside one: of an ensemble members, equally spaced."""
+    given = [beside] if isinstance(beside, Trajectory) else list(beside or ())
+    others = [each for one in given for each in (one if one.is_ensemble else (one,))]
+    if others and len({len(one.of_bodies) for one in (motion, *others)} | {1}) > 1:
+        raise ValueError("beside must be motions of one body beside one of one body, got two bodies.")
+    if len(others) > MOST_GHOSTS:
+        others = [others[i] for i in np.linspace(0, len(others) - 1, MOST_GHOSTS).astype(int)]
+    for other in others:
+        if other.times.size < 2:
+            raise ValueError(f"beside must be motions at two times or more, got {other.times.size}.")
+    return others
+
+
+def content_of(motion: Trajectory, others: Sequence[Trajectory] = ()) -> dict[str, Any]:
+    """Return what the page shows, of one body or of two, and of other motions of one body."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     own = _of_pair(motion) if isinstance(motion, PairTrajectory) else _of_body(motion)
@@ -85,7 +104,7 @@ def content_of(motion: Trajectory) -> dict[str, Any]:
     momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
     own["largest"]["angular_momentum"] = _longest(momentum)
     numbers = sum(values.shape[-1] for values in own["arrays"].values())
-    rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers)
+    rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers, len(others) + 1)
     times, mean_rate = rows.times, own["mean_rate"]
     turn = 2 * np.pi / mean_rate if mean_rate else np.inf
     name = motion.provenance.get("title") or "poinsot"
@@ -101,6 +120,7 @@ def content_of(motion: Trajectory) -> dict[str, Any]:
         "envelopes": {} if rows.are_all else {name: rows.envelope(values) for name, values in plots.items()},
         "rate": min(turn / SECONDS_PER_TURN, float(times[-1] - times[0]) / SHORTEST),
         "second": 1 / TIME_UNITS[units] if (units := motion.system.units["time"]) in TIME_UNITS else None,
+        "ghosts": [_ghost(other, len(others) + 1) for other in others],
         "calendar": calendar_of(motion),
         "events": events_of(motion),
     }
@@ -120,6 +140,14 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
         "solids": _solids(motion),
         "plane": _invariable_plane(motion),
     }
+
+
+def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
+    """Return the turning of a body in another motion."""
+    omega = other.omega_body
+    rows = rows_of(other.times, np.linalg.norm(omega, axis=-1), 7, sharing)
+    arrays = {"quaternion": other.quaternion, "omega_body": omega}
+    return {"times": base64_of(rows.times, "<f8")} | {name: rows.packed(values) for name, values in arrays.items()}
 
 
 def _of_pair(motion: PairTrajectory) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from poinsot.mechanics.state import state_of
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.attractors import MU, RADIUS
 from poinsot.plot.angles import different_orbits
-from poinsot.plot.labels import GREEN, PURPLE, bracketed
+from poinsot.plot.labels import bracketed
 from poinsot.plot.page_arrays import packed
 from poinsot.propagation.trajectory import Trajectory
 
@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 TORQUES = ("#882255", "#44AA99", "#332288", "#AA4499", "#117733", "#999933")
 """Colours of torques, those of Tol's muted scheme; of more torques the largest are drawn."""
 FIELDS = ("#56B4E9", "#0072B2")
-MOMENTA = (PURPLE, GREEN)
+MOMENTA = ("#B15928", "#6A3D9A")
 
 SAME_MU = 1e-3
 """How far, relative, the gravitational parameter of an attractor may be from the known one of a body."""

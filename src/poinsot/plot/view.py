@@ -7,7 +7,7 @@ import hashlib
 import html
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -15,12 +15,12 @@ from typing import Any, overload
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
-from poinsot.plot.page_content import content_of
+from poinsot.plot.page_content import content_of, others_of
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["View", "view"]
 
-OF_BODY = ("surroundings.js", "fittings.js", "views.js")
+OF_BODY = ("surroundings.js", "ghosts.js", "fittings.js", "views.js")
 SCRIPTS = {
     seen: (
         *("three.min.js", "algebra.js", "motion.js", "theme.js", "stage.js", "scene.js", *own, f"{seen}.js"),
@@ -46,6 +46,9 @@ SAID = {
 SCALED_PAIR = "Bodies and orbits are to scale."
 
 
+Motions = Trajectory | Sequence[Trajectory]
+
+
 @dataclass(frozen=True)
 class View:
     """A page that shows a motion; a notebook shows it as the value of a cell.
@@ -69,11 +72,13 @@ class View:
 
 
 @overload
-def view(motion: Trajectory) -> View: ...
+def view(motion: Trajectory, *, beside: Motions | None = None) -> View: ...
 @overload
-def view(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Path: ...
+def view(motion: Trajectory, path: str | Path, *, beside: Motions | None = None, overwrite: bool = False) -> Path: ...
 @checked
-def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool = False) -> View | Path:
+def view(
+    motion: Trajectory, path: str | Path | None = None, *, beside: Motions | None = None, overwrite: bool = False
+) -> View | Path:
     """Write a motion as a page that plays it in three dimensions, with the plots of q and Q beside it.
 
     Two bodies move about their barycentre, to scale, beside the plots of their distance and of the secondary's rate.
@@ -87,6 +92,8 @@ def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool 
         Of one body or of two, at two times or more. Units on the page are those of its system.
     path : str or Path, optional
         Ends in `.html`. Without it the page is returned, for a notebook.
+    beside : Trajectory, or sequence of these, optional
+        Other motions of one body, drawn as the same body, translucent; of an ensemble its members, 8 at most.
     overwrite : bool
         Whether an existing file of that name is replaced.
 
@@ -113,19 +120,19 @@ def view(motion: Trajectory, path: str | Path | None = None, *, overwrite: bool 
     View(0.7 MB of HTML)
     """
     if path is None:
-        return View(_page(motion))
+        return View(_page(motion, beside))
     path = Path(path)
     if path.suffix != ".html":
         raise ValueError(f"path must end in .html, got {path.name!r}.")
-    return write_text(path, _page(motion), overwrite)
+    return write_text(path, _page(motion, beside), overwrite)
 
 
 # ---------------------------------------------------------------------- the page
 
 
-def _page(motion: Trajectory) -> str:
+def _page(motion: Trajectory, beside: Motions | None) -> str:
     """Return the page, whose policy lets run the scripts below and load nothing."""
-    content = content_of(motion)
+    content = content_of(motion, others_of(motion, beside))
     seen = "pair" if "bodies" in content else "body"
     name, plots = SEEN[seen]
     folder = resources.files("poinsot.plot") / "page"
@@ -144,7 +151,7 @@ def _page(motion: Trajectory) -> str:
         "scale": SCALED_PAIR if seen == "pair" else " ".join(text for part, text in SAID.items() if around.get(part)),
         "alone": "" if "orbit" in around else " checked",
         "herpolhode": " checked" if content.get("plane") else "",
-        "around": "\n".join(_labels_around(around)),
+        "around": "\n".join(_labels_around(around, len(content.get("ghosts", ())))),
         "motion": json.dumps(content, allow_nan=False).replace("<", "\\u003c"),
         "scripts": "\n".join(f"<script>{script}</script>" for script in scripts),
     }
@@ -160,7 +167,7 @@ def _figure(name: str, symbols: list[str]) -> str:
     )
 
 
-def _labels_around(around: dict[str, Any]) -> Iterator[str]:
+def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
     """Yield the controls of what is around a body."""
     orbit = around.get("orbit", {})
     if orbit:
@@ -180,7 +187,9 @@ def _labels_around(around: dict[str, Any]) -> Iterator[str]:
         words = f"<i>{vector['letter']}</i> {name} {_reading(vector['array'], unit)}"
         yield _label(vector["array"], words, vector["colour"], marked=True)
     if around.get("wheels"):
-        yield _label("wheels", "wheels, on their axes", marked=True)
+        yield _label("wheels", "wheels, on their axes")
+    if ghosts:
+        yield _label("ghosts", "the other motion" if ghosts == 1 else f"{ghosts} other motions")
 
 
 def _label(part: str, words: str, colour: str = "", marked: bool = False) -> str:

@@ -1,12 +1,15 @@
 """The page of the 3D view, run in Chromium without a screen or a network."""
 
+import io
 import os
 import re
 import shutil
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -43,15 +46,15 @@ NO_WEBGL = """HTMLCanvasElement.prototype.getContext = (original => function (ki
 class Visit:
     """A page in the browser, with all that it says and asks for."""
 
-    def __init__(self, browser, path, webgl=True, **size):
+    def __init__(self, browser, path, webgl=True, at="", width=480, height=400, **options):
         self.said, self.asked = [], []
-        self.page = browser.new_page(viewport={"width": 480, "height": 400, **size})
+        self.page = browser.new_page(viewport={"width": width, "height": height}, **options)
         if not webgl:  # which loads in a fraction of the time
             self.page.add_init_script(NO_WEBGL)
         self.page.on("console", lambda message: self.said.append(message.text))
         self.page.on("pageerror", lambda error: self.said.append(str(error)))
         self.page.on("request", lambda request: self.asked.append(request.url))
-        self.page.goto(path.as_uri())
+        self.page.goto(f"{path.as_uri()}{at}")
 
     def __call__(self, script, argument=None):
         return self.page.evaluate(script, argument)
@@ -533,9 +536,232 @@ def test_two_views_stand_beside_each_other(browser, tmp_path):
     visit.page.close()
 
 
-def test_without_webgl_the_plots_remain(browser, tmp_path):
+def test_without_webgl_the_plots_and_the_time_remain(browser, tmp_path):
+    """And no control of the scene."""
     visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"), webgl=False)
     assert visit.page.locator("#space").text_content() == "The body cannot be drawn: this browser has no WebGL."
     visit("poinsot.setTime(5)")
     assert visit.page.locator("#now").text_content() == "t = 5"
+    assert visit("Array.from(document.querySelectorAll('input, select, button'), each => each.id)") == [
+        *("play", "time", "rate", "loop", "event")
+    ]
+    shown = visit.page.locator("#G").text_content()
+    assert float(shown) == pytest.approx(np.linalg.norm(MOTION.angular_momentum_space[0]), rel=1e-3)
+    visit.page.close()
+
+
+# ---------------------------------------------------------------------- what is around a body
+
+ORBIT = pt.KeplerOrbit(3.986004418e14, semimajor_axis=7.2e6, eccentricity=0.1, inclination=0.7, node=0.3)
+SUN = (-1.2e11, 8e10, 2e10)
+
+
+@pytest.fixture(scope="module")
+def orbiting(browser, tmp_path_factory):
+    facets = pt.forces.Facets.from_box((0.2, 0.3, 0.4))
+    light = pt.forces.RadiationPressure(
+        pt.orbits.FixedPosition(1.327e20, position=SUN), facets, [pt.forces.Occulter(ORBIT, 6.3781e6)]
+    )
+    wheels = pt.parts.Gyrostat((0, 0.1, 0.2))
+    system = pt.System(pt.Body((4.0, 5.0, 6.0)), pt.GravityGradient(ORBIT), light, wheels, units={"time": "s"})
+    start = system.state((0.5, 0.5, -0.5, 0.5), omega_body=(1e-2, 2e-2, 5e-2))
+    event = pt.events.SpinFlip((1, 0, 0))
+    motion = pt.propagate(system, start, np.linspace(0, 5000, 2001), events=[event], dense=True)
+    motion.provenance = {"calendar": pt.Calendar("2029-04-13T21:46:00", "TDB")}
+    visit = Visit(browser, pt.view(motion, tmp_path_factory.mktemp("view") / "orbit.html"))
+    yield motion, visit
+    assert visit.said == []
+    visit.page.close()
+
+
+WORLD = """() => {
+    poinsot.scene.render();
+    const { world, body, around, parts } = poinsot.scene;
+    const turned = (each) => each.getWorldQuaternion(new THREE.Quaternion());
+    const turn = (each) => { const q = turned(each); return [q.w, q.x, q.y, q.z]; };
+    const place = (each) => each.getWorldPosition(new THREE.Vector3()).toArray();
+    const tip = (each) => new THREE.Vector3(0, 1, 0).applyQuaternion(turned(each)).toArray();
+    return {
+        body: turn(body), world: turn(world), attractor: place(around.far.ball), here: place(body),
+        scale: around.far.scale, size: around.far.size, frame: turn(parts.orbit_frame), sun: tip(parts.sun),
+        lit: tip(around.far.ball), torque: tip(parts.torque_0),
+    };
+}"""
+
+
+def seen_at(visit, time, view):
+    visit.page.select_option("#view", view)
+    visit("t => poinsot.setTime(t)", time)
+    return {name: np.array(value) for name, value in visit(WORLD).items()}
+
+
+@pytest.mark.parametrize("time", [0.0, 1234.5, 4999.0])
+def test_orbit_and_sun_are_where_the_forces_have_them(time, orbiting):
+    _, visit = orbiting
+    seen = seen_at(visit, time, "space")
+    position, velocity = (np.array([float(x) for x in at(time)]) for at in (ORBIT.position_at, ORBIT.velocity_at))
+    np.testing.assert_allclose(seen["attractor"], -seen["scale"] * position, rtol=1e-5, atol=1e-4)
+    assert seen["size"] == pytest.approx(6.3781e6 * seen["scale"])
+    assert np.linalg.norm(seen["attractor"]) - seen["size"] > 2
+    axes = Rotation.from_quat(seen["frame"], scalar_first=True).as_matrix().T
+    normal = np.cross(position, velocity)
+    np.testing.assert_allclose(axes[0], position / np.linalg.norm(position), atol=1e-5)
+    np.testing.assert_allclose(axes[2], normal / np.linalg.norm(normal), atol=1e-5)
+    np.testing.assert_allclose(axes[1], np.cross(axes[2], axes[0]), atol=1e-12)
+    for towards in (seen["sun"], seen["lit"]):
+        np.testing.assert_allclose(towards, -np.array(SUN) / np.linalg.norm(SUN), atol=1e-6)
+
+
+def test_a_torque_turns_with_the_body(orbiting):
+    motion, visit = orbiting
+    i = 777
+    (largest, torque) = max(motion.torques_body.items(), key=lambda each: np.max(np.linalg.norm(each[1], axis=-1)))
+    assert largest == "GravityGradient"
+    tip = seen_at(visit, motion.times[i], "space")["torque"]
+    expected = motion.attitude[i].apply(torque[i])
+    np.testing.assert_allclose(tip, expected / np.linalg.norm(expected), atol=1e-5)
+
+
+def test_the_camera_is_fixed_to_body_orbit_or_attractor(orbiting):
+    """What it is fixed to has one attitude on the screen at all times."""
+    _, visit = orbiting
+    times = (100.0, 1500.0, 3333.0)
+    in_body = [seen_at(visit, t, "body")["body"] for t in times]
+    for q in in_body:
+        np.testing.assert_allclose(np.abs(q), (1, 0, 0, 0), atol=1e-7)
+    frames = [Rotation.from_quat(seen_at(visit, t, "orbit")["frame"], scalar_first=True).as_matrix() for t in times]
+    for frame in frames:  # radial upwards, transverse to the right
+        np.testing.assert_allclose(frame.T, [(0, 0, 1), (1, 0, 0), (0, 1, 0)], atol=1e-7)
+    for t in times:
+        seen = seen_at(visit, t, "attractor")
+        np.testing.assert_allclose(seen["attractor"], 0, atol=1e-6)
+        np.testing.assert_allclose(seen["here"], seen["scale"] * np.array(ORBIT.position_at(t)), rtol=1e-5, atol=1e-4)
+        np.testing.assert_allclose(seen["world"], (1, 0, 0, 0), atol=1e-12)
+    visit.page.select_option("#view", "space")
+
+
+def test_events_and_dates_are_on_the_line_of_time(orbiting):
+    motion, visit = orbiting
+    times = motion.events[0].times
+    listed = visit.page.locator("#event option").all_text_contents()
+    assert len(listed) == times.size + 1
+    visit.page.select_option("#event", index=1)
+    assert visit("poinsot.time") == times[0]
+    visit("poinsot.setTime(61)")
+    assert visit.page.locator("#date").text_content() == "2029-04-13 21:47:01 TDB"
+    assert visit.page.locator("#time").get_attribute("aria-valuetext") == "t = 61 s, 2029-04-13 21:47:01 TDB"
+
+
+def test_real_time_is_one_second_per_second_and_loops_begin_anew(orbiting):
+    _, visit = orbiting
+    visit.page.select_option("#rate", label="real time")
+    assert visit.page.locator("#rate").input_value() == "1"
+    visit("poinsot.setTime(4999.8)")
+    visit.page.check("#loop")
+    visit.page.click("#play")
+    visit.until("poinsot.time < 3")
+    assert visit("poinsot.playing")
+    visit.page.click("#play")
+    visit.page.uncheck("#loop")
+
+
+def test_the_scene_is_saved_as_a_picture(orbiting):
+    _, visit = orbiting
+    visit.page.select_option("#view", "orbit")
+    with visit.page.expect_download() as saved:
+        visit.page.click("#save")
+    assert saved.value.suggested_filename == "poinsot.png"
+    with Image.open(saved.value.path()) as picture:
+        shown = np.asarray(picture.convert("RGB"))
+    assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 50
+
+
+def test_a_link_says_the_time(browser, tmp_path):
+    path = pt.view(MOTION, tmp_path / "free.html")
+    visit = Visit(browser, path, webgl=False, at="#t=12.5")
+    assert visit("poinsot.time") == 12.5
+    visit("poinsot.setTime(7.25)")
+    assert visit.page.url == f"{path.as_uri()}#t=7.25"
+    visit("location.hash = '#t=3'")
+    visit.until("poinsot.time === 3")
+    visit.page.close()
+
+
+def test_other_motions_are_beside_the_own_as_long_as_they_last(browser, tmp_path):
+    starts = BODY.state(STATE.quaternion, angular_momentum_body=[(0.5, -0.7, 1.1 + 0.1 * k) for k in range(1, 4)])
+    others = pt.propagate(pt.System(BODY), starts, np.linspace(-3, 20, 200))
+    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html", beside=others))
+    turns = """t => { poinsot.setTime(t); return poinsot.scene.ghosts.bodies.map(({ quaternion: q, visible }) =>
+        [visible, q.w, q.x, q.y, q.z]); }"""
+    for i in (0, 57, 199):
+        shown = np.array(visit(turns, others.times[i]))
+        assert np.all(shown[:, 0])
+        assert apart(shown[:, 1:], others.quaternion[:, i]) < 2 * SINGLE
+    assert not any(each[0] for each in visit(turns, 21.0))
+    assert visit.said == []
+    visit.page.close()
+
+
+# ---------------------------------------------------------------------- for everybody
+
+AXE = Path(__file__).parent / "data" / "axe.min.js"
+RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)], ids=["desktop", "phone"])
+def test_the_page_keeps_to_the_guidelines_for_accessibility(size, scheme, orbiting, browser, tmp_path):
+    """WCAG 2.2, level AA, as far as axe-core can tell."""
+    width, height = size
+    path = pt.view(orbiting[0], tmp_path / "orbit.html")
+    visit = Visit(browser, path, width=width, height=height, has_touch=width < 500, color_scheme=scheme)
+    visit(AXE.read_text(encoding="utf-8"))
+    found = visit("rules => axe.run(document, rules)", RULES)
+    assert [(each["id"], [node["html"] for node in each["nodes"]]) for each in found["violations"]] == []
+    assert len(found["passes"]) > 10
+    visit.page.close()
+
+
+def test_dark_is_dark_and_light_is_light(browser, tmp_path):
+    path = pt.view(MOTION, tmp_path / "free.html")
+    visit = Visit(browser, path, color_scheme="dark")
+    for scheme, is_dark in (("dark", True), ("light", False)):
+        visit.page.emulate_media(color_scheme=scheme)
+        visit.page.wait_for_timeout(100)
+        with Image.open(io.BytesIO(visit.page.screenshot())) as picture:
+            assert (np.median(np.asarray(picture.convert("L"))) < 60) == is_dark
+    visit.page.close()
+
+
+def test_a_finger_on_the_scene_can_scroll_the_page_and_targets_are_large(browser, tmp_path):
+    visit = Visit(
+        browser, pt.view(MOTION, tmp_path / "free.html"), width=390, height=600, has_touch=True, is_mobile=True
+    )
+    assert visit("getComputedStyle(document.getElementById('scene')).touchAction") == "pan-y"
+    for control in visit.page.locator("input, select, button").all():
+        if control.is_visible():
+            box = control.bounding_box()
+            assert min(box["width"], box["height"]) >= 24
+    visit.page.close()
+
+
+def test_vectors_in_one_place_are_inside_each_other(browser, tmp_path):
+    """Of a steady spin G, omega, an axis of the body and one of space have one direction; no radius is another's."""
+    spin = pt.Body((1.0, 1.0, 2.0))
+    motion = pt.free_motion(spin, spin.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.linspace(0, 30, 301))
+    visit = Visit(browser, pt.view(motion, tmp_path / "spin.html"), width=640, height=480)
+    radii = np.sort(visit("Object.values(SHAFT)"))
+    assert np.all(radii[1:] / radii[:-1] > 1 / np.cos(np.pi / 12))
+    tips = visit("""() => ["angular_momentum", "space_axes"].map(name => {
+        const { scene, camera, parts } = poinsot.scene;
+        scene.updateMatrixWorld();
+        const heights = [];
+        parts[name].traverse(part => {
+            if (!part.isSprite) return;
+            const place = part.getWorldPosition(new THREE.Vector3()).project(camera);
+            heights.push(Math.abs(place.y) + part.scale.y * camera.projectionMatrix.elements[5] / 2);
+        });
+        return Math.max(...heights);
+    })""")
+    assert max(tips) < 1
     visit.page.close()

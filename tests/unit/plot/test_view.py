@@ -343,6 +343,22 @@ def test_dates_are_those_of_the_calendar():
     assert (shown.isoformat(), found["scale"]) == ("2029-04-13T21:47:30+00:00", "TDB")
 
 
+# ---------------------------------------------------------------------- other motions
+
+
+def test_other_motions_share_the_page_and_of_many_some_are_there():
+    starts = OBLIQUE.state((1, 0, 0, 0), omega_body=np.linspace((0.1, 0.2, 0.3), (0.4, 0.1, 0.2), 22))
+    others = pt.propagate(pt.System(OBLIQUE, units=SI), starts, np.linspace(0, 10, 21)[::-1])
+    page = pt.view(free(), beside=[free(), others]).html
+    ghosts = json.loads(re.search(r'id="motion">(.*?)</script>', page, re.DOTALL)[1])["ghosts"]
+    assert len(ghosts) == 8
+    assert ">8 other motions<" in page
+    last = ghosts[-1]
+    np.testing.assert_array_equal(np.frombuffer(base64.b64decode(last["times"])), others.times[::-1])
+    np.testing.assert_allclose(decoded(last["quaternion"], 4), others.quaternion[21][::-1], atol=6e-8)
+    np.testing.assert_allclose(decoded(last["omega_body"], 3), others.omega_body[21][::-1], atol=6e-8)
+
+
 # ---------------------------------------------------------------------- two bodies
 
 
@@ -518,6 +534,16 @@ REFUSED = {
         lambda folder: pt.view(free(), folder / "motion.htm"),
         ValueError,
         "path must end in .html, got 'motion.htm'.",
+    ),
+    "beside_two_bodies": (
+        lambda _: pt.view(pair_motion(), beside=free()),
+        ValueError,
+        "beside must be motions of one body beside one of one body, got two bodies.",
+    ),
+    "beside_one_time": (
+        lambda _: pt.view(free(), beside=free(times=(0.0,))),
+        ValueError,
+        "beside must be motions at two times or more, got 1.",
     ),
     "folder": (
         lambda folder: pt.view(free(), folder / "no" / "motion.html"),

@@ -69,6 +69,8 @@ function sceneOf(motion, canvas) {
   // ------------------------------------------------------------ what is around it, and the views
 
   const around = surroundingsOf(motion, { world, near, body, parts });
+  const ghosts = ghostsOf(page.ghosts, drawn);
+  if (ghosts) near.add((parts.ghosts = ghosts.group));
   const wheels = wheelsOf(page.around.wheels);
   if (wheels) body.add((parts.wheels = wheels));
   const views = viewsOf(motion, stage, around);
@@ -108,6 +110,7 @@ function sceneOf(motion, canvas) {
     tails.herpolhode.draw(start, end, rateInSpace);
     traces[traced].draw(start, end, axisTip(traced, t));
     around.place(t);
+    ghosts?.place(t);
     views.place(t, q, near);
   }
 
@@ -115,7 +118,7 @@ function sceneOf(motion, canvas) {
   const names = [choice, ...Object.keys(drawn).filter((name) => name !== choice)];
   trace(traced);
   show(choice);
-  const own = { body, drawn, parts, paths, tails, traces, around, solids: names, views };
+  const own = { body, drawn, parts, paths, tails, traces, around, ghosts, solids: names, views };
   return { ...stage, ...own, show, trace, look: views.look, place };
 }
 

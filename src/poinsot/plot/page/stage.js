@@ -45,7 +45,7 @@ function stageOf(canvas) {
     const { clientWidth: width, clientHeight: height } = canvas.parentElement;
     renderer.setSize(width, height);
     camera.aspect = width / height;
-    camera.zoom = Math.min(1, camera.aspect * 0.97, (1 - 30 / height) * 1.07); // room for the labels
+    camera.zoom = Math.min(1, camera.aspect * 0.97, (1 - 38 / height) * 1.07); // room for the labels
     camera.updateProjectionMatrix();
     const label = 36 / height / camera.zoom;
     scene.traverse((part) => part.isSprite && part.scale.set(part.userData.aspect * label * 0.57, label * 0.57, 1));

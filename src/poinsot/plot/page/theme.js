@@ -13,6 +13,7 @@ const theme = (() => {
     "#117733": "#5FC784",
     "#AA4499": "#DD93D4",
     "#999933": "#CFCF5E",
+    "#6A3D9A": "#B79BDD",
   };
   const painters = [];
   prefers.addEventListener("change", () => painters.forEach((paint) => paint()));
