@@ -61,6 +61,7 @@ nb_ipywidgets_js = {}
 
 autodoc_typehints = "none"
 autodoc_member_order = "groupwise"
+toc_object_entries_show_parents = "hide"
 autodoc_inherit_docstrings = True
 autosummary_generate = False
 numpydoc_show_class_members = False

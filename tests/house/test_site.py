@@ -1,6 +1,7 @@
 """The pages of the site: what they are made from, and, once `make docs` has built them, what they ask for and show."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from tools.site import api, gallery, names
 
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "docs" / "_build" / "html"
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 REQUEST = re.compile(r"""<(?:script|img|iframe|link|source|video)\b[^>]*?(?:src|href|data)=["'](?:https?:)?//""")
 STYLE_REQUEST = re.compile(r"""(?:url\(|@import\s)\s*["']?(?:https?:)?//""")
@@ -30,3 +32,130 @@ def test_no_page_loads_anything_from_elsewhere():
     assert len(pages) > 100
     assert [str(page) for page in pages if REQUEST.search(page.read_text())] == []
     assert [str(sheet) for sheet in SITE.rglob("*.css") if STYLE_REQUEST.search(sheet.read_text())] == []
+
+
+# ------------------------------------------------------------------ in a browser without a network
+
+SIZES = {"desktop": (1280, 800), "phone": (390, 844)}
+OF_THE_THEME = re.compile(r"\[PST\]|Got invalid theme mode: \. ")
+"""What the theme tells the console of its own settings."""
+
+WIDE = """() => [...document.querySelectorAll("main *")].filter(each => {
+    for (let outer = each; outer; outer = outer.parentElement)
+        if (["auto", "scroll", "hidden"].includes(getComputedStyle(outer).overflowX)) return false;
+    return each.getBoundingClientRect().right > innerWidth + 1;
+}).map(each => each.outerHTML.slice(0, 80))"""
+"""What is cut off at the right, though nothing around it scrolls."""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if BROWSER is None:
+        pytest.skip("no chromium on this machine")
+    flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with playwright.sync_playwright() as session:
+        chromium = session.chromium.launch(executable_path=BROWSER, args=flags)
+        yield chromium
+        chromium.close()
+
+
+class Visit:
+    """Pages from disk, one after another, with all that they say and ask for."""
+
+    def __init__(self, browser, size="desktop"):
+        width, height = SIZES[size]
+        context = browser.new_context(viewport={"width": width, "height": height}, offline=True)
+        self.page = context.new_page()
+        self.said, self.asked = [], []
+        self.page.on("console", lambda message: self.said.append(message.text))
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+
+    def open(self, name, query=""):
+        self.page.goto((SITE / f"{name}.html").as_uri() + query, wait_until="load")
+
+    def complaints(self):
+        elsewhere = [url for url in self.asked if not url.startswith(("file:", "data:", "blob:", "about:"))]
+        return elsewhere + [text for text in self.said if not OF_THE_THEME.match(text)]
+
+
+VISITED = [
+    "index",
+    "install",
+    "guide",
+    "forces",
+    "worlds",
+    "tutorials/satellite",
+    "theory/canonical_quaternions",
+    "generated/gallery/index",
+    "generated/gallery/didymos",
+    "generated/api/index",
+    "generated/api/poinsot.propagate",
+    "generated/api/poinsot.forces.IGRF",
+    "generated/commands",
+    "generated/scenario",
+    "generated/changelog",
+    "benchmarks",
+    "formulas",
+    "cite",
+]
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+@pytest.mark.parametrize("size", SIZES)
+def test_pages_from_disk_are_whole_and_say_nothing(browser, size):
+    visit = Visit(browser, size)
+    for name in VISITED:
+        visit.open(name)
+        assert visit.complaints() == [], name
+        assert visit.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
+        assert visit.page.evaluate(WIDE) == [], name
+        missing = "[...document.images].filter(each => each.complete && !each.naturalWidth).map(each => each.src)"
+        assert visit.page.evaluate(missing) == [], name
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+def test_the_search_from_disk_finds_what_propagates_an_attitude(browser):
+    visit = Visit(browser)
+    visit.open("search", "?q=attitude")
+    visit.page.wait_for_selector("#search-results li a", timeout=20000)
+    visit.page.locator("#search-results li").nth(20).wait_for(timeout=20000)
+    found = visit.page.eval_on_selector_all("#search-results li a", "all => all.map(each => each.getAttribute('href'))")
+    assert any(link.startswith("generated/api/poinsot.propagate.html") for link in found[:10]), found[:20]
+    assert visit.complaints() == []
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+def test_equations_are_typeset(browser):
+    visit = Visit(browser)
+    visit.open("theory/canonical_quaternions")
+    visit.page.wait_for_selector("mjx-container svg", timeout=20000)
+    assert visit.page.evaluate("document.querySelectorAll('mjx-container [data-mml-node=merror]').length") == 0
+    assert visit.complaints() == []
+
+
+@pytest.mark.docs
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "tutorials").glob("*.md")), ids=lambda page: page.stem)
+def test_tutorials_show_the_figures_that_their_cells_draw(page):
+    built = (SITE / "tutorials" / f"{page.stem}.html").read_text()
+    drawing = re.findall(r"```\{code-cell\}.*?\n(.*?)```", page.read_text(), re.DOTALL)
+    drawn = sum(bool(re.search(r"pt\.plot\.|plt\.subplots", cell)) for cell in drawing)
+    shown = re.findall(r'<img [^>]*src="\.\./(_images/[^"]+)"', built)
+    assert len(shown) >= drawn
+    assert all((SITE / picture).stat().st_size > 5000 for picture in shown)
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+def test_a_motion_in_the_gallery_plays_in_its_page(browser):
+    visit = Visit(browser)
+    visit.open("generated/gallery/dual_spin")
+    visit.page.locator("iframe.scene").scroll_into_view_if_needed()
+    scene = visit.page.frame_locator("iframe.scene")
+    scene.locator("canvas").first.wait_for(timeout=20000)
+    assert scene.get_by_role("button", name="Play").is_visible()
+    assert visit.complaints() == []

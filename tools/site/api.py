@@ -29,7 +29,11 @@ TITLES = {
     "parts": "Parts",
     "plot": "Plots",
     "shapes": "Shapes",
+    "functions": "Functions of formulas",
 }
+
+SEARCHED = {"poinsot.propagate": "attitude", "poinsot.free_motion": "Euler-Poinsot motion"}
+"""Words that the search leads to a page whose text has others."""
 
 ANNOTATIONS = {
     "BodyVector": "Annotation of a field of three components along the body axes: ``moment_body: pt.BodyVector``.",
@@ -57,7 +61,8 @@ def titled(title: str, mark: str = "=") -> str:
 
 def index_page() -> str:
     """Return the page of the root, with the namespaces."""
-    spaces = "\n".join(f"   {space}" for space in (*NAMESPACES, "functions"))
+    spaces = "\n".join(f"   {space}" for space in TITLES)
+    listed = ", ".join(f":doc:`{title} <{space}>`" for space, title in TITLES.items())
     groups = "\n".join(
         f"{titled(title, '-')}\n{summaries([f'poinsot.{name}' for name in names.split()])}"
         for title, names in ROOT_GROUPS.items()
@@ -65,8 +70,9 @@ def index_page() -> str:
     return (
         f"{titled('API')}\n"
         "Every public name, with its defining identity, the shapes, units and frames of its arguments, and an example\n"
-        "that runs. ``import poinsot as pt`` gives the names of this page; the others are in its namespaces.\n\n"
-        f".. toctree::\n   :maxdepth: 1\n   :caption: Namespaces\n\n{spaces}\n\n{groups}"
+        "that runs after ``import numpy as np`` and ``import poinsot as pt``; in those of plots ``motion`` is any.\n"
+        f"The names of this page are those of ``pt`` itself. Its namespaces: {listed}.\n\n"
+        f".. toctree::\n   :hidden:\n   :caption: Namespaces\n\n{spaces}\n\n{groups}"
     )
 
 
@@ -88,7 +94,7 @@ def functions_page() -> str:
     module = importlib.import_module("poinsot.functions")
     functions = [name for name in module.__all__ if inspect.isfunction(getattr(module, name))]
     listed = "\n".join(f".. autofunction:: {name}\n" for name in functions)
-    return f"{titled('Functions of formulas')}\n.. automodule:: poinsot.functions\n\n{listed}"
+    return f"{titled(TITLES['functions'])}\n.. automodule:: poinsot.functions\n\n{listed}"
 
 
 def object_page(name: str, thing: object) -> str:
@@ -100,4 +106,5 @@ def object_page(name: str, thing: object) -> str:
         body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n"
     else:
         body = f".. autofunction:: {name}\n"
-    return f"{titled(name.removeprefix('poinsot.'))}\n{body}"
+    word = f".. index:: ! {SEARCHED[name]}\n\n" if name in SEARCHED else ""
+    return f"{word}{titled(name.removeprefix('poinsot.'))}\n{body}"

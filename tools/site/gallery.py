@@ -144,7 +144,8 @@ def page(name: str, folder: Path) -> str:
     if scenario.exists():
         parts += [scene(name, title)]
     if program.exists():
-        parts += ["## Program", f"```{{literalinclude}} ../../../examples/{name}.py\n```"]
+        code = ast.parse(program.read_text()).body[1].lineno
+        parts += ["## Program", f"```{{literalinclude}} ../../../examples/{name}.py\n:lines: {code}-\n```"]
         printed = (folder / "py.txt").read_text().rstrip()
         parts += ["It prints:", f"```text\n{printed}\n```"] if printed else []
     if scenario.exists():

@@ -40,8 +40,7 @@ def canonical_names() -> dict[str, str]:
 def linked_names() -> dict[str, str]:
     """Return the full name of what code in a text stands for: `System`, `pt.System`, `plot.spectrum`, `forces.IGRF`.
 
-    A bare name in lower letters counts if the root or no other namespace has it, and none of those of `plot`, whose
-    names are words.
+    A bare name counts if no other namespace has it, but for those of `plot`, which are words, and `view`, a command.
     """
     canonical = canonical_names()
     found: dict[str, str] = {}
@@ -51,6 +50,6 @@ def linked_names() -> dict[str, str]:
     lasts = [name.rpartition(".")[2] for name in public()]
     for name in public():
         space, _, last = name.rpartition(".")
-        if lasts.count(last) == 1 and space != "poinsot.plot":
+        if lasts.count(last) == 1 and space != "poinsot.plot" and last != "view":
             found[last] = name
     return found

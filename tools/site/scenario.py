@@ -55,7 +55,7 @@ def default(key: str, node: Node, required: list[str]) -> str:
     """Return the value of a key that is left out."""
     if key in required:
         return "required"
-    return "" if node.get("default") is None else f"`{node['default']}`"
+    return "" if node.get("default") in (None, "") else f"`{node['default']}`"
 
 
 def meaning(node: Node) -> str:
