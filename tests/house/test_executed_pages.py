@@ -7,10 +7,10 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pytest
+from tools import frames
 from typer.testing import CliRunner
 
 from poinsot.cli import app
-from tools import frames
 
 DOCS = Path(__file__).parents[2] / "docs"
 CELL = re.compile(r"```\{code-cell\} ipython3\n((?::[^\n]*\n)*)(.*?)```", re.DOTALL)
