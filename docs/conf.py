@@ -57,6 +57,7 @@ nb_execution_mode = "cache"
 nb_execution_in_temp = nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_execution_timeout = 300
+nb_merge_streams = True
 nb_ipywidgets_js = {}
 
 autodoc_typehints = "none"
