@@ -113,7 +113,8 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     path = _checked_path(path)
     if motion.run.method is Method.ONE_OF_TWO:
         raise ValueError("motion must be that of both bodies to be saved, got that of one of two.")
-    data = with_texts(_recorded(motion), motion)
+    of_all = motion.dataset
+    data = with_texts(_recorded(of_all, motion), motion)
     if path.suffix == ".nc":
         data.attrs["digest"] = _digest(data)
         with new_file(path, overwrite) as part:
@@ -122,7 +123,8 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
             data.to_netcdf(part, engine="netcdf4", encoding=no_fill_values)
     else:
         with new_folder(path, overwrite, GROUP) as part:
-            about = {"failures": motion.failures, "run": told_run(motion.run), "summary": motion.summary}
+            summary = {name: of_all.attrs[name] for name in of_all.attrs.keys() - motion.variables(()).attrs.keys()}
+            about = {"failures": motion.failures, "run": told_run(motion.run), "summary": summary}
             saved_in_chunks(data, part, about)
     return path
 
@@ -178,9 +180,8 @@ def _checked_path(path: Any) -> Path:
     return Path(path)
 
 
-def _recorded(motion: Trajectory) -> xarray.Dataset:
+def _recorded(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
     """Return the dataset of a motion, and what of it needs the formulas of parts under names that are read again."""
-    data = motion.dataset
     return data.assign({f"recorded_{name}": data[name] for name in OF_PARTS}) if motion.system.parts else data
 
 

@@ -439,7 +439,7 @@ def saved_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any]
     members = data.sizes["member"] if names else 0
     bytes_of_all = sum(data.variables[name].size for name in names) * 8
     chunk = -(-members // max(-(-bytes_of_all // LARGEST), 1)) if names else 0
-    said = {"summary": {name: plain(value) for name, value in about["summary"].items() if name != "wall_time"}}
+    said = {"summary": {name: plain(value) for name, value in sorted(about["summary"].items())}}
     folder.mkdir()
     fixed, grown = data.drop_vars(names), data[names].drop_vars(data.coords, errors="ignore")
     store = written_store(folder, fixed, grown.isel(member=slice(0, 1), missing_dims="ignore"), members, chunk, said)

@@ -185,15 +185,18 @@ class StoredTrajectory(Trajectory):
     def integrals(self) -> dict[str, Array]:
         return {name: np.asarray(values) for name, values in self._record.integrals.items()}
 
-    @property
     @override
-    def drift(self) -> dict[str, Array]:
+    def _drift_of(self, integrals: Mapping[str, Array]) -> dict[str, Array]:
         return {name: np.asarray(values) for name, values in self._record.drift.items()}
 
     @property
     @override
     def summary(self) -> dict[str, Any]:
         return dict(self._record.summary) or super().summary
+
+    @override
+    def _summary_with(self, norm_error: Array, tangency_error: Array, drift: Mapping[str, Array]) -> dict[str, Any]:
+        return dict(self._record.summary) or super()._summary_with(norm_error, tangency_error, drift)
 
 
 class StoredPairTrajectory(StoredTrajectory, PairTrajectory):

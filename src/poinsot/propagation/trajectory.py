@@ -453,6 +453,10 @@ class Trajectory(Summarized):
 
         Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
         """
+        return self._drift_of(self.integrals)
+
+    def _drift_of(self, integrals: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the drift of integrals along the motion."""
         if not self.system.integrals:
             return {}
         T_and_U = np.abs(self.kinetic_energy) + np.abs(self.potential_energy)
@@ -461,7 +465,7 @@ class Trajectory(Summarized):
         out = {}
         for integral in self.system.integrals:
             scale = energy_scale if integral.is_energy else momentum_scale
-            change = self.integrals[integral.name] - np.asarray(integral.value(self.initial))[..., None]
+            change = integrals[integral.name] - np.asarray(integral.value(self.initial))[..., None]
             out[integral.name] = change / np.where(scale > 0, scale, 1.0)[..., None]
         return out
 
@@ -476,18 +480,24 @@ class Trajectory(Summarized):
 
         Of one in a store it says the first alone: the other would read all of it.
         """
-        run = {key: value for key, value in asdict(self.run).items() if key != "versions"}
-        run |= {"method": str(self.run.method)}
         if self.store is not None:
-            return run | self.store.summary
-        largest = {f"drift_{name}": _largest(values) for name, values in self.drift.items()}
+            return self._told_run | self.store.summary
+        return self._summary_with(self.norm_error, self.tangency_error, self.drift)
+
+    def _summary_with(self, norm_error: Array, tangency_error: Array, drift: Mapping[str, Array]) -> dict[str, Any]:
+        largest = {f"drift_{name}": _largest(values) for name, values in drift.items()}
         return {
-            **run,
-            "norm_error": _largest(self.norm_error),
-            "tangency_error": _largest(self.tangency_error),
+            **self._told_run,
+            "norm_error": _largest(norm_error),
+            "tangency_error": _largest(tangency_error),
             **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
             **self._misuse,
         }
+
+    @property
+    def _told_run(self) -> dict[str, Any]:
+        run = {key: value for key, value in asdict(self.run).items() if key != "versions"}
+        return run | {"method": str(self.run.method)}
 
     @property
     def _misuse(self) -> dict[str, str]:
@@ -568,20 +578,26 @@ class Trajectory(Summarized):
     @property
     def dataset(self) -> xarray.Dataset:
         """The motion as an xarray Dataset with units, frames and provenance; of one in a store, what is stored."""
-        known = {key: value for key, value in self.summary.items() if key != "wall_time"}
         if self.store is None:
-            return self.variables(self.variable_names).assign_attrs(known)
-        stored, start = self.store.dataset(), self.variables(())
-        names = [name for name in self.store.sharded if name in self.variable_names]
-        if any("time" not in stored[name].dims for name in names):
-            return stored
-        return start.assign({name: stored.variables[name] for name in names}).assign_attrs(known)
+            data = self.variables(self.variable_names)
+            drift = {name: data[f"drift_{name}"].values for name in self._integral_names}
+            known = self._summary_with(data["norm_error"].values, data["tangency_error"].values, drift)
+        else:
+            known, stored = self.summary, self.store.dataset()
+            names = [name for name in self.store.sharded if name in self.variable_names]
+            if any("time" not in stored[name].dims for name in names):
+                return stored
+            data = self.variables(()).assign({name: stored.variables[name] for name in names})
+        return data.assign_attrs({key: value for key, value in known.items() if key != "wall_time"})
+
+    @property
+    def _integral_names(self) -> list[str]:
+        return [integral.name for integral in self.system.integrals]
 
     @property
     def variable_names(self) -> tuple[str, ...]:
         """The names of what a dataset has along the times."""
-        integrals = [integral.name for integral in self.system.integrals]
-        proof = [f"{kind}_{name}" for name in integrals for kind in ("integral", "drift")]
+        proof = [f"{kind}_{name}" for name in self._integral_names for kind in ("integral", "drift")]
         own = [f"own_{part.name}" for part in self.system.parts if part.size]
         carried = ["carried"] if self._orbits is not None else []
         return (*self._columns, *own, *proof, *carried)
@@ -596,7 +612,8 @@ class Trajectory(Summarized):
     def variables(self, names: Collection[str]) -> xarray.Dataset:
         """Return some variables of the dataset, with the start and the body."""
         frame, provenance = self.reference_frame, self.provenance
-        integrals, drift = (self.integrals, self.drift) if any(map(_is_proof, names)) else ({}, {})
+        integrals = self.integrals if any(map(_is_proof, names)) else {}
+        drift = self._drift_of(integrals) if any(name.startswith("drift_") for name in names) else {}
         own = [part.name for part in self.system.parts if part.size]
         return dataset_of(
             Motion(

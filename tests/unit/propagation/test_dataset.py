@@ -91,3 +91,19 @@ def test_provenance(top, start):
 def test_integrals_that_do_not_exist_are_not_there(satellite, start):
     data = pt.propagate(satellite, start, TIMES).dataset
     assert not [name for name in data.data_vars if str(name).startswith(("integral", "drift"))]
+
+
+def test_a_dataset_computes_each_energy_as_often_as_it_needs_it(top, start, monkeypatch):
+    """Once for its variable, once for the integral, once for the size of drifts."""
+    motion = pt.propagate(top, start, [0.0, 1.0])
+    calls, energy = [], pt.System.potential_energy
+
+    def counted(system, state, *others):
+        calls.append(np.shape(state.time))
+        return energy(system, state, *others)
+
+    monkeypatch.setattr(pt.System, "potential_energy", counted)
+    assert set(motion.dataset.attrs) > set(motion.summary) - {"wall_time"}
+    calls.clear()
+    assert "drift_energy" in motion.dataset.attrs
+    assert calls.count((2,)) == 3
