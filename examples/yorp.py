@@ -4,10 +4,10 @@ YORP spins an asteroid up or down and turns its axis: averaged over rotation and
 
 An asteroid of 500 m at 1.5 au has two hollows and a hump. Its coefficients of YORP by obliquity say to which
 obliquities its axis goes, and whether it ends at the spin barrier of 2.2 hours or turns ever slower. Its mirror image
-has the opposite coefficients; with thermal lag both go to obliquities of 0 and 180 degrees (Capek and Vokrouhlicky
-2004, Icarus 172, 526), where one is sped up and the other slowed down. The full torque, ten thousand times stronger,
-changes rate and obliquity at the averaged rates. A body of the size of (54509) YORP is sped up or slowed down by the
-order of 1e-4 deg/d2; that one by (2.0 +- 0.2)e-4 deg/d2 (Lowry et al. 2007, Science 316, 272).
+has the opposite coefficients; with thermal lag both go to obliquities of 0 and 180 degrees, where one is sped up and
+the other slowed down. The full torque, ten thousand times stronger, changes rate and obliquity at the averaged rates.
+A body of the size of (54509) YORP is sped up or slowed down by the order of 1e-4 deg/d2; that one by (2.0 +- 0.2)e-4
+deg/d2 (Lowry et al. 2007, Science 316, 272).
 """
 
 import matplotlib.pyplot as plt

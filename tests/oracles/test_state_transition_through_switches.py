@@ -336,7 +336,8 @@ def in_a_cylinder(**numbers):
     return pt.System(pt.Body(tuple(MOMENTS)), shaded(**numbers))
 
 
-CLOUDS = {  # numbers with their spreads; times, angular velocity, spreads of the start, and a bound
+# numbers with their spreads; times, angular velocity, spreads of the start, and a bound
+CLOUDS: dict[str, tuple[Any, dict[str, Any], Any]] = {
     "penumbra": (
         in_sunlight,
         {"semimajor_axis": (6.9e6, 300.0), "pressure": (4.54e-6, 5e-9)},

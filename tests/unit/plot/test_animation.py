@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -22,9 +22,8 @@ def spinning(rate=0.5, times=None):
 
 def pictures(path):
     with Image.open(path) as film:
-        for i in range(film.n_frames):
-            film.seek(i)
-            yield np.asarray(film.convert("RGB")).astype(int), film.info["duration"]
+        for frame in ImageSequence.Iterator(film):
+            yield np.asarray(frame.convert("RGB")).astype(int), frame.info["duration"]
 
 
 def direction(picture):
