@@ -18,13 +18,12 @@ OWN = [page for page in sorted(DOCS.rglob("*.md")) if not {"_build", "generated"
 PAGES = [page for page in OWN if "{code-cell}" in page.read_text()]
 
 
-def run_commands(lines):
-    """Run what a notebook gives to the shell, lines `poinsot ...`."""
-    for line in lines:
-        name, *arguments = shlex.split(line)
-        assert name == "poinsot"
-        result = CliRunner().invoke(app, arguments)
-        assert result.exit_code == 0, result.output
+def run(command):
+    """Run what a notebook gives to the shell, `!poinsot ... 2>/dev/null`."""
+    name, *arguments = shlex.split(command.removeprefix("!").removesuffix("2>/dev/null\n"))
+    assert name == "poinsot"
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
@@ -35,8 +34,8 @@ def test_cells_of_a_page_run(page, tmp_path, monkeypatch):
     for number, (options, code) in enumerate(CELL.findall(page.read_text())):
         if "slow" in options:  # they run when the site is built
             continue
-        if code.startswith("%%bash\n"):
-            run_commands(code.splitlines()[1:])
+        if code.startswith("!"):
+            run(code)
         else:
             exec(compile(code, f"{page.name}, cell {number}", "exec", dont_inherit=True), names)
     plt.close("all")
