@@ -17,6 +17,7 @@ from types import SimpleNamespace, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
+from typing_extensions import Unpack
 
 __all__ = ["checked", "checked_fields", "hint_of"]
 
@@ -44,12 +45,18 @@ def checked(function: Function) -> Function:
     call = function.__qualname__.removesuffix(".__init__") if "__init__" in function.__qualname__ else function.__name__
     order = f" The order is {call}({', '.join(needed)})." if len(needed) > 1 else ""
 
+    others = next((p.name for p in parameters if p.kind is p.VAR_KEYWORD), "")
+
     @functools.cache
     def rules() -> dict[str, tuple[Rule | None, list[Converter]]]:
         hints = {p.name: hint_of(p.annotation, function.__globals__) for p in parameters}
+        if get_origin(hints.get(others)) is Unpack:
+            hints |= _hints_of_group(get_args(hints.pop(others))[0])
         return {name: (_rule(hint), _converters(hint)) for name, hint in hints.items()}
 
     def taken(name: str, value: Any) -> Any:
+        if name not in rules() and others not in rules():
+            raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
         rule, converters = rules().get(name, (None, []))
         if rule:
             _check(name, value, rule, order if name in needed else "")
@@ -64,6 +71,11 @@ def checked(function: Function) -> Function:
 
     same_kind: Any = checking
     return same_kind  # type: ignore[no-any-return]
+
+
+def _hints_of_group(group: Any) -> dict[str, Any]:
+    """Return what the annotations of a TypedDict stand for: arguments that several functions have."""
+    return {name: hint_of(annotation, names_beside(group)) for name, annotation in group.__annotations__.items()}
 
 
 def checked_fields(record: Any) -> None:

@@ -73,8 +73,8 @@ class Chunking(TypedDict, total=False):
     out: str | Path | None
     chunk: int | None
     variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
-    reduce: Callable[[xarray.Dataset], xarray.Dataset] | None
-    client: Client | None
+    reduce: Callable[[Any], Any] | None
+    client: Any
     provenance: Mapping[str, Any]
 
 
@@ -202,32 +202,25 @@ def plan_of(
         raise ValueError(
             "chunk, variables and client must come with out= or reduce=, got neither. Name a store: out='run.zarr'."
         )
-    if out is not None and (not isinstance(out, str | Path) or Path(out).suffix != ".zarr"):
-        raise ValueError(f"out must be the name of a store that ends in .zarr, got {described(out)}.")
-    if chunk is not None and (type(chunk) is not int or chunk < 1):
-        raise ValueError(f"chunk must be a positive whole number of members, got {described(chunk)}.")
-    if reduce is not None and not callable(reduce):
-        raise TypeError(f"reduce must be a function of a dataset, got {described(reduce)}.")
+    if out is not None and Path(out).suffix != ".zarr":
+        raise ValueError(f"out must be the name of a store that ends in .zarr, got {Path(out).name!r}.")
+    if chunk is not None and chunk < 1:
+        raise ValueError(f"chunk must be a positive whole number of members, got {chunk}.")
     if client is not None:
         check_client(client)
-    return Plan(None if out is None else Path(out), chunk, _kept(variables), reduce, client, provenance or {})
+    of_members = None if chunk is None else int(chunk)
+    return Plan(None if out is None else Path(out), of_members, _kept(variables), reduce, client, provenance or {})
 
 
 def _kept(variables: Any) -> dict[str, Kept]:
     if variables is None:
         return {}
-    given = variables if isinstance(variables, Mapping) else {name: {} for name in _listed(variables)}
+    given = variables if isinstance(variables, Mapping) else {name: {} for name in variables}
     try:
         return {str(name): Kept(**special) for name, special in given.items()}
     except TypeError:
         rule = "variables must say dtype and every of each name at most"
         raise TypeError(f"{rule}, got {described(variables)}.") from None
-
-
-def _listed(variables: Any) -> list[str]:
-    if isinstance(variables, str) or not all(isinstance(name, str) for name in variables):
-        raise TypeError(f"variables must be a list of names or a mapping, got {described(variables)}.")
-    return list(variables)
 
 
 # ---------------------------------------------------------------------- one chunk

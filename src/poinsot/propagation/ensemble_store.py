@@ -208,7 +208,7 @@ def plain_variables(data: xarray.Dataset) -> dict[str, tuple[tuple[str, ...], ND
     found = {}
     for name, variable in data.variables.items():
         values = np.asarray(variable.values)
-        if values.dtype.kind in "UT":
+        if name in data.coords and values.dtype.kind in "OUT":
             if not all(str(label).isdecimal() for label in values.flat):
                 continue
             values = values.astype(np.int64)

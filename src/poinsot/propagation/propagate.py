@@ -83,6 +83,8 @@ def propagate(
         Show a bar of a run that lasts; default: of an ensemble, on a terminal.
     device : {"cpu", "cuda"}
         Where an ensemble is integrated: "cuda", on a GPU of NVIDIA (`pip install 'poinsot[cuda]'`).
+    **chunking
+        `out`, `chunk`, `variables`, `reduce`: an ensemble in chunks of members, to a store; docs/stores.md.
 
     Raises
     ------

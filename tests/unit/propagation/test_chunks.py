@@ -1,5 +1,7 @@
 """Ensembles in chunks: the same numbers bit for bit, whatever the chunks, kept or reduced."""
 
+import contextlib
+import shutil
 from typing import Any
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 import xarray
 
 import poinsot as pt
+from poinsot.propagation import chunks
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TIMES = np.linspace(0, 5, 11)
@@ -151,3 +154,79 @@ def test_strangers_read_a_store_without_warnings(tmp_path):
         assert np.array_equal(data["quaternion"], whole.quaternion)
         assert data["quaternion"].attrs["units"] == "1"
         assert data["quaternion"].chunks[0][0] == 4
+
+
+WRONG = {
+    "chunk alone": ({"chunk": 5}, "chunk and variables must come with out= or reduce=, got neither."),
+    "no store": ({"out": "it.nc"}, "out must be the name of a store that ends in .zarr, got 'it.nc'."),
+    "a number": ({"out": 5}, "out must be a path"),
+    "no members": ({"out": "it.zarr", "chunk": 0}, "chunk must be a positive whole number of members, got 0."),
+    "half a member": ({"out": "it.zarr", "chunk": 1.5}, "chunk must be a whole number of at most 63 bits"),
+    "no function": ({"reduce": "mean"}, "reduce must be a function"),
+    "one name": ({"out": "it.zarr", "variables": "quaternion"}, "variables must be a list, each a text"),
+    "another name": ({"out": "it.zarr", "variables": ["spin"]}, "variables must be some of quaternion, conj"),
+    "another kind": (
+        {"out": "it.zarr", "variables": {"quaternion": {"dtype": "int8"}}},
+        "dtype must be 'float64' or 'float32', got 'int8'.",
+    ),
+    "another word": (
+        {"out": "it.zarr", "variables": {"quaternion": {"kind": "int8"}}},
+        "variables must say dtype and every of each name at most",
+    ),
+    "no times": ({"out": "it.zarr", "variables": {"quaternion": {"every": 0}}}, "every must be a positive whole"),
+    "a misprint": ({"output": "it.zarr"}, "propagate() got an unexpected keyword argument 'output'"),
+    "no dataset": ({"reduce": lambda _: 5}, "reduce must return a dataset, got int."),
+    "texts": (
+        {"reduce": lambda data: data[["quaternion"]].isel(time=0).assign(name="x"), "out": "it.zarr"},
+        "variables of a store must be real numbers with names, got 'name'",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_arguments_are_one_sentence(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given, sentence = WRONG[name]
+    with pytest.raises((ValueError, TypeError)) as refused:
+        run(pt.System(BODY), **given)
+    assert str(refused.value).startswith(sentence)
+    assert "\n" not in str(refused.value)
+
+
+def test_one_body_has_no_chunks():
+    with pytest.raises(ValueError, match="out, chunk and reduce must be given for an ensemble, got one body"):
+        run(pt.System(BODY), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1)), out="it.zarr")
+
+
+def test_a_chunk_larger_than_memory_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(chunks, "available_memory", lambda: 100_000)
+    with pytest.raises(ValueError, match=r"chunk must fit into the memory that .* 0.0001 GB, got 23 members, which"):
+        run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=COUNT)
+    monkeypatch.setattr(chunks, "available_memory", lambda: 1000)
+    with pytest.raises(ValueError, match=r"got 1 members, which take .* GB. Give fewer times."):
+        run(pt.System(BODY), out=tmp_path / "it.zarr")
+
+
+def test_memory_chooses_the_chunk(tmp_path, monkeypatch):
+    monkeypatch.setattr(chunks, "available_memory", lambda: 16 * 5000)
+    motion = run(pt.System(BODY), out=tmp_path / "it.zarr")  # 11 rows of 7 + 7 numbers, 1232 bytes a member
+    assert motion.store.chunk == 4
+    assert "it.zarr, 6 of 6 chunks of 4 members" in str(motion)
+
+
+def test_progress_is_over_all_chunks(tmp_path, monkeypatch):
+    told = []
+
+    @contextlib.contextmanager
+    def bar(what, total, wanted):
+        assert (what, total, wanted) == ("members", COUNT, True)
+        yield lambda more: told.append(more)
+
+    monkeypatch.setattr(chunks, "bar", bar)
+    pt.propagate(pt.System(BODY), STARTS, TIMES, progress=True, out=tmp_path / "it.zarr", chunk=5)
+    assert sum(told) == COUNT
+    shutil.rmtree(tmp_path / "it.zarr" / "chunks" / "000002")
+    told.clear()
+    pt.propagate(pt.System(BODY), STARTS, TIMES, progress=True, out=tmp_path / "it.zarr", chunk=5)
+    assert told[0] == COUNT - 5
+    assert sum(told) == COUNT
