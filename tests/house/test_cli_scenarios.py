@@ -522,6 +522,34 @@ def test_options_of_stores_are_refused_without_one(tops, tmp_path):
     assert pt.load(tmp_path / "one.zarr").times.size == 101
 
 
+def test_a_dry_run_says_what_a_run_takes_and_writes_nothing(tops, tmp_path):
+    told = call("run", tops, "--dry-run", "--threads", 1).stdout
+    assert "  members: 20\n" in told
+    assert "  result: 3.36 kB, fits into memory" in told  # 20 members, 3 times, 7 numbers of 8 bytes
+    assert " on 1 thread\n" in told
+    facts = json.loads(call("run", tops, "--dry-run", "--json").stdout)
+    assert (facts["members"], facts["times"], facts["bytes"]) == (20, 3, 20 * 3 * 7 * 8)
+    assert 0 < facts["seconds"] < 10
+    assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
+
+
+def test_workers_of_a_scheduler_fill_a_store(tops, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://", dashboard_address=None
+    ) as cluster:
+        address = cluster.scheduler_address
+        call("run", tops, "--out", tmp_path / "tops.zarr", "--chunk", 8, "--scheduler", address)
+    call("run", tops, "--out", tmp_path / "memory")
+    whole, found = pt.load(tmp_path / "memory" / "top.nc"), pt.load(tmp_path / "tops.zarr")
+    assert np.asarray(found.quaternion).tobytes() == whole.quaternion.tobytes()
+    said = call("run", tops, "--out", tmp_path / "x.zarr", "--scheduler", "nowhere", code=2).stderr
+    assert said == "poinsot: --scheduler must be an address such as tcp://host:8786, got 'nowhere'.\n"
+    said = call("run", tops, "--scheduler", "tcp://127.0.0.1:1", code=2).stderr
+    assert said == "poinsot: --scheduler must go with an ensemble and --out NAME.zarr, got no store.\n"
+    assert not (tmp_path / "x.zarr").exists()
+
+
 # ------------------------------------------------------------------ two bodies
 
 BINARY = """\

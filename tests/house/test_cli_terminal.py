@@ -5,6 +5,7 @@ import dataclasses
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -117,6 +118,24 @@ def test_ensemble_keeps_the_members_that_are_done(tmp_path, number, kernel, name
     finished = np.isfinite(pt.load(tmp_path / "tops.partial.nc").quaternion[..., 0])
     assert np.array_equal(finished.any(axis=1), finished.all(axis=1))
     assert 0 < int(re.search(r"at the last time: (\d+) of 40 members", told)[1]) == finished[:, 0].sum() < 40
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_an_interrupted_store_says_the_command_that_goes_on(tmp_path, number):
+    scenario, store = tmp_path / "my tops.toml", tmp_path / "tops.zarr"
+    scenario.write_text(TOP + "times = {stop = 30, count = 11}\n" + ENSEMBLE)
+    command = ("run", scenario, "--out", store, "--chunk", "8", "--threads", "1")
+    done = interrupted("poinsot.propagation.ensemble_store", "EnsembleStore.write", 3, *command, number=number)
+    goes_on = f"poinsot run '{scenario}' --out {store} --resume"
+    said = re.fullmatch(
+        r"poinsot: propagation was interrupted: (\d+) of 40 members are done\. `(.*)` goes on\.\n", done.stderr
+    )
+    assert said[2] == goes_on
+    assert int(said[1]) in (16, 24)
+    invoked(*shlex.split(goes_on)[1:], code=0)
+    invoked("run", scenario, "--out", tmp_path, code=0)
+    whole, found = pt.load(tmp_path / "my tops.nc"), pt.load(store)
+    assert np.asarray(found.quaternion).tobytes() == whole.quaternion.tobytes()
 
 
 def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 import shlex
 import shutil
 import sys
@@ -21,6 +23,7 @@ from poinsot.cli.terminal import (
     Overwrite,
     advise,
     answer,
+    busy,
     check_ending,
     check_new,
     check_there,
@@ -86,8 +89,17 @@ def run(
     chunk: Annotated[
         int | None, typer.Option(min=1, help="Members that go to the store together; default: by memory.")
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Of dask, such as tcp://host:8786, whose workers compute the chunks."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say how large the run is and how long it takes, by a sample of it.")
+    ] = False,
     overwrite: Overwrite = False,
-    threads: Annotated[int | None, typer.Option(min=1, help="For an ensemble; default: all cores.")] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="For an ensemble; default: all cores, of a worker one.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Propagate a scenario, and write the result with all that is needed to repeat it.
@@ -106,18 +118,27 @@ def run(
     - `poinsot run top.toml`
     - `poinsot run top.nc`
     - `poinsot run tops.toml --out results --threads 4`
+    - `poinsot run tops.toml --dry-run`
     - `poinsot run tops.toml --out tops.zarr --resume`
+    - `poinsot run tops.toml --out /shared/tops.zarr --resume --scheduler tcp://host:8786`
     - `poinsot run top.toml --json`
     """
     job, original = _job_in(file)
-    store = _store(job, out, resume=resume, chunk=chunk)
+    store = _store(job, out, resume=resume, chunk=chunk, scheduler=scheduler)
+    if dry_run:
+        _estimate(job, threads, as_json)
+        advise((opened("run", file), "computes it"))
+        return
     names = _output_names(job, original is not None, file, out, store)
     _check_outputs(job, names, overwrite, resume)
     if store is None:
         motion = _propagated(job, names["partial"], overwrite, threads)
     else:
         goes_on = f"{opened('run', file)} --out {shlex.quote(str(store))} --resume"
-        motion = _stored(job, goes_on, overwrite, threads, {"out": store, "chunk": chunk})
+        goes_on += f" --scheduler {shlex.quote(scheduler)}" if scheduler else ""
+        with _workers(scheduler) as client:
+            chunking = {"out": store, "chunk": chunk, "client": client}
+            motion = _stored(job, goes_on, overwrite, threads, chunking)
     written: dict[str, Any] = {}
     for kind, path in _write_outputs(motion, names, overwrite):
         written[kind] = str(path)
@@ -132,6 +153,48 @@ def run(
     )
     if status:
         raise typer.Exit(status)
+
+
+def _estimate(job: Any, threads: int | None, as_json: bool) -> None:
+    """Say what a run takes."""
+    from poinsot.analysis.run_estimate import estimate_run
+
+    options = {name: value for name, value in job.run.items() if name != "method"}
+    if job.run.get("method") == "closed form":
+        raise ValueError("--dry-run must go with an integration, got run.method = 'closed form'. It takes no time.")
+    with busy("Computing a sample"):
+        found = estimate_run(job.system, job.state, job.times, threads=threads, **options)
+    if as_json:
+        facts = {name: value for name, value in vars(found).items() if name not in ("system", "times")}
+        hand_over_json({**facts, "times": found.times.size})
+    else:
+        answer(*repr(found).replace("give out=", "give --out NAME.zarr").splitlines())
+
+
+@contextlib.contextmanager
+def _workers(scheduler: str | None) -> Iterator[Any]:
+    """Give a client of the workers of a scheduler; None without one."""
+    if scheduler is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ImportError("--scheduler needs dask: pip install 'poinsot[cluster]'.") from None
+    if not re.fullmatch(r"(\w+://)?[^/]+:\d+", scheduler):
+        raise ValueError(f"--scheduler must be an address such as tcp://host:8786, got {scheduler!r}.")
+    with busy(f"Connecting to {scheduler}"):
+        try:
+            client = Client(scheduler, timeout=PATIENCE)
+        except OSError as error:
+            why = f"{error}".split("\n")[0].rstrip(".")
+            raise OSError(f"--scheduler must be the address of one that runs, got {scheduler}: {why}.") from None
+    with client:
+        yield client
+
+
+PATIENCE = "10s"
+"""How long a scheduler is waited for."""
 
 
 def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
