@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import override
+from typing_extensions import Unpack, override
 
 from poinsot import functions
 from poinsot.checked import checked
@@ -28,7 +28,10 @@ from poinsot.mechanics.probing import time_scales
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.propagation.arguments import checked_times
+from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
+from poinsot.propagation.ensemble_of_results import analysed_in_chunks
 from poinsot.propagation.trajectory import Run
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
@@ -157,6 +160,7 @@ def chaos_indicators(
     tolerance: float | None = None,
     threads: int | None = None,
     progress: bool | None = None,
+    **chunking: Unpack[Chunking],
 ) -> ChaosIndicators:
     """Return Lyapunov exponent, FLI, MEGNO and GALI of a motion, or of each member of an ensemble.
 
@@ -173,6 +177,8 @@ def chaos_indicators(
         What a rotation by one radian is compared with. Default: the angular momentum of each body at the rate of its
         fastest orbit, without orbits about its own. Of two bodies it is that of the primary at the rate of their
         orbit, and that of the secondary is smaller as its largest moment is.
+    **chunking
+        As in `propagate`; the result is the dataset of the indicators.
 
     Raises
     ------
@@ -193,6 +199,11 @@ def chaos_indicators(
       mean MEGNO at the last time: 2.00...
       ...
     """
+    if plan := plan_of(**chunking):
+        given = {"vectors": vectors, "formulation": formulation, "tolerance": tolerance, "threads": threads}
+        t, varied = checked_times(times, system), {"momentum_unit": momentum_unit}
+        made: ChaosIndicators = analysed_in_chunks(plan, chaos_indicators, system, state, t, progress, given, varied)
+        return made
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
     if not 1 <= vectors <= job.size:
         raise ValueError(f"vectors must be a whole number from 1 to {job.size}, got {vectors}.")

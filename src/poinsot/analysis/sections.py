@@ -25,7 +25,16 @@ from poinsot.mechanics.parameters import described, same
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.propagation.arguments import checked_time
+from poinsot.propagation.chunks import Plan
 from poinsot.propagation.dataset import dataset_of_result
+from poinsot.propagation.ensemble_of_results import (
+    EnsembleOfResults,
+    analysed_in_chunks,
+    of_each,
+    results_in_chunks,
+    taken_out,
+)
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
@@ -190,7 +199,7 @@ def spin_orbit_section(
     Returns
     -------
     Section
-        x is in [0, pi).
+        x is in [0, pi). In chunks it is the dataset of the points, row after row, each with its `member`.
 
     Raises
     ------
@@ -207,11 +216,14 @@ def spin_orbit_section(
       points: 22
       ...
     """
-    orbit = _only_orbit(system)
+    orbit, plan = _only_orbit(system), taken_out(options)
     refuse_nonpositive("revolutions", revolutions)
     theta, spin = member_array("angle", angle, ()), member_array("rate", rate, ())
     refuse_other_members(angle=theta.shape, rate=spin.shape)
     theta, spin = np.broadcast_arrays(theta, spin)
+    if plan:
+        made: Section = _spin_orbit_in_chunks(plan, system, {"angle": theta, "rate": spin}, revolutions, options)
+        return made
     passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / float(orbit.mean_motion)
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
     omega = spin[..., None] * (0.0, 0.0, 1.0)
@@ -227,6 +239,23 @@ def spin_orbit_section(
     unit = system.units["time"]
     named = "angular velocity [rad / unit of time]" if unit == "1" else f"angular velocity [rad/{unit}]"
     return section(motion, coordinates, labels=("angle from the periapsis [rad]", named))
+
+
+def _spin_orbit_in_chunks(
+    plan: Plan, system: System, starts: dict[str, Any], revolutions: int, options: dict[str, Any]
+) -> Any:
+    """Return the section of motions in chunks: a dataset."""
+    progress, given = options.pop("progress", None), options | {"threads": plan.threads(options.get("threads"))}
+    if not starts["rate"].ndim:
+        raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body.")
+
+    def some(members: NDArray[np.int_]) -> Section:
+        return spin_orbit_section(system, **of_each(starts, members), revolutions=revolutions, **given, progress=False)
+
+    settings = {name: value for name, value in options.items() if name != "threads"}
+    problem = {"function": "spin_orbit_section", "system": system, "starts": starts, "revolutions": revolutions}
+    ensemble = EnsembleOfResults(some, starts["rate"].size, float(revolutions), problem | {"settings": settings})
+    return results_in_chunks(ensemble, plan, progress)
 
 
 @checked
@@ -249,7 +278,7 @@ def andoyer_section(system: OfOneBody, state: State, time: Time, *, angle: Angle
     Returns
     -------
     Section
-        x is l in (-pi, pi], y is L/G.
+        x is l in (-pi, pi], y is L/G. In chunks it is the dataset of the points, row after row, each with its `member`.
 
     Examples
     --------
@@ -268,11 +297,21 @@ def andoyer_section(system: OfOneBody, state: State, time: Time, *, angle: Angle
         variables = Andoyer.from_state(points.states)
         return variables.l, variables.L / variables.G
 
+    if plan := taken_out(options):
+        progress, end = options.pop("progress", None), checked_time("time", time, system)
+        found: Section = analysed_in_chunks(
+            plan, _andoyer_section_until, system, state, np.reshape(end, 1), progress, options, {"angle": angle}
+        )
+        return found
     event = AndoyerCrossing(angle=angle, direction=1)
     times: Any = [time]
     motion = propagate(system, state, times, events=[event], **options)
-    found = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
-    return _with_starts(found, Andoyer.from_state(state), event.angle)
+    points = section(motion, coordinates, 0, labels=("l [rad]", "L / G"))
+    return _with_starts(points, Andoyer.from_state(state), event.angle)
+
+
+def _andoyer_section_until(system: OfOneBody, state: State, times: Array, **options: Any) -> Section:
+    return andoyer_section(system, state, times[0], **options)
 
 
 def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:

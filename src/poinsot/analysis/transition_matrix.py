@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import override
+from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
 from poinsot.engine.runs import Memory, Report, Rows
@@ -24,7 +24,10 @@ from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
+from poinsot.propagation.arguments import checked_times
+from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import components
+from poinsot.propagation.ensemble_of_results import analysed_in_chunks
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
@@ -166,6 +169,7 @@ def state_transition(
     tolerance: float | None = None,
     threads: int | None = None,
     progress: bool | None = None,
+    **chunking: Unpack[Chunking],
 ) -> StateTransition:
     """Return a motion with its state-transition matrix, and its derivatives by parameters.
 
@@ -178,6 +182,8 @@ def state_transition(
         it says which. An orbit that several forces share is one.
     order : {1, 2}
         With second derivatives or without.
+    **chunking
+        As in `propagate`; the result is the dataset of the state transitions.
 
     Raises
     ------
@@ -196,6 +202,11 @@ def state_transition(
     """
     if order not in (1, 2):
         raise ValueError(f"order must be 1 or 2, got {order!r}.")
+    if plan := plan_of(**chunking):
+        given = {"parameters": parameters, "order": order, "formulation": formulation, "tolerance": tolerance}
+        given, t = given | {"threads": threads}, checked_times(times, system)
+        made: StateTransition = analysed_in_chunks(plan, state_transition, system, state, t, progress, given)
+        return made
     inputs = tuple(resolve(system, name) for name in parameters)
     sizes = np.array(np.broadcast_arrays(*(binary_size(system, name) for name in parameters)), dtype=int).T
     whole = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order, sizes)

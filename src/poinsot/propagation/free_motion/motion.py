@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import sys
 import time as clock
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Unpack, override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
+from poinsot.engine.formulations import FORMULATIONS
+from poinsot.engine.kernels import state_vector
+from poinsot.engine.problem import Problem
+from poinsot.engine.progress import Progress
+from poinsot.engine.runs import Report
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, members_of
+from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
+from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
+from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
 from poinsot.quantities import Times
@@ -32,7 +42,9 @@ BLOCK = 4096
 
 
 @checked
-def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, str] | None = None) -> Trajectory:
+def free_motion(
+    body: Body, state: State, times: Times, *, units: Mapping[str, str] | None = None, **chunking: Unpack[Chunking]
+) -> Trajectory:
     """Return the torque-free motion of a body from a state, at the given times, in closed form.
 
     Any time costs the same and is as accurate: the rates are computed in twice the double precision from the
@@ -48,6 +60,8 @@ def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, s
         Strictly monotonic, up or down.
     units : mapping, optional
         The units of the numbers given, as `System` takes them.
+    **chunking
+        As in `propagate`.
 
     Returns
     -------
@@ -75,7 +89,14 @@ def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, s
     system = System(body, units=units)
     t = checked_times(times, system)
     check_bodies(system, state)
-    members = members_of(system, state)
+    members, plan = members_of(system, state), plan_of(**chunking)
+    if plan:
+        if not members:
+            raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body.")
+        result: Trajectory = in_chunks(
+            _in_chunks(system, broadcast_members(state, members), t), plan, sys.stderr.isatty()
+        )
+        return result
     began = clock.perf_counter()
     if members:
         phase = _ensemble(body, broadcast_members(state, members), t)
@@ -86,6 +107,28 @@ def free_motion(body: Body, state: State, times: Times, *, units: Mapping[str, s
         interpolant = (rotation.phase, -np.inf, np.inf)
     run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions())
     return Trajectory(system, state, t, lambda: phase, run, interpolant)
+
+
+class _ClosedForm(Integrator):
+    """The closed form in the place of an integration."""
+
+    @override
+    def motion(self, state: State, times: Array, progress: Progress = False) -> tuple[Trajectory, Report]:
+        motion, done = free_motion(self.system.body, state, times, units=self.system.units), state.time.size
+        if callable(progress):
+            progress(done)
+        return motion, Report(np.zeros(done, dtype=int), finished=done)
+
+    @override
+    def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
+        run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
+        return Trajectory(self.system, state, kept.times, lambda: kept.phase, run)
+
+
+def _in_chunks(system: System, state: State, times: Array) -> EnsembleOfMotions:
+    problem, chart = Problem(system), FORMULATIONS["lie_poisson"]
+    variables = state_vector(problem, state, chart, "double")
+    return EnsembleOfMotions(_ClosedForm(problem, variables, chart, 0.0), state, times)
 
 
 class _Rotation:
