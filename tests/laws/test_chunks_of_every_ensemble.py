@@ -1,5 +1,8 @@
 """Every function of an ensemble computes it in chunks, too: the same bits in a store, and reductions of them."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -22,7 +25,8 @@ PLACES = np.linspace(4, 7, COUNT)[:, None] * (1.0, 0.2, 0.1)
 APART = PAIR.state(PLACES, (-0.1, 0.4, 0.2), [(1, 0, 0, 0)] * 2, omega_body=[(0.1, 0.2, 1.0), (0, 0.1, 0.4)])
 TIMES = np.array([1.0, 2.0, 5.0])
 
-ENSEMBLES = {
+ONE = BODY.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+ENSEMBLES: dict[str, tuple[Callable[..., Any], str]] = {
     "propagate": (lambda **given: pt.propagate(TOP, START, TIMES, **given), "quaternion"),
     "pairs": (lambda **given: pt.propagate(BOTH, APART, TIMES, **given), "position"),
     "free_motion": (lambda **given: pt.free_motion(BODY, START, TIMES, units=UNITS, **given), "quaternion"),
@@ -103,6 +107,3 @@ def test_one_body_is_no_ensemble(call, tmp_path):
         ValueError, match=r"^out, chunk, reduce and client must be given for an ensemble, got one body\."
     ):
         call(out=tmp_path / "run.zarr")
-
-
-ONE = BODY.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))

@@ -157,7 +157,7 @@ def test_strangers_read_a_store_without_warnings(tmp_path):
 
 
 WRONG = {
-    "chunk alone": ({"chunk": 5}, "chunk and variables must come with out= or reduce=, got neither."),
+    "chunk alone": ({"chunk": 5}, "chunk, variables and client must come with out= or reduce=, got neither."),
     "no store": ({"out": "it.nc"}, "out must be the name of a store that ends in .zarr, got 'it.nc'."),
     "a number": ({"out": 5}, "out must be a path"),
     "no members": ({"out": "it.zarr", "chunk": 0}, "chunk must be a positive whole number of members, got 0."),

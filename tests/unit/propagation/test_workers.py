@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -99,7 +100,7 @@ def test_workers_compute_what_threads_do(client, serial, tmp_path, capsys):
     found = pt.propagate(TOP, START, TIMES, chunk=CHUNK, client=client, reduce=lambda data: data.omega_body.max("time"))
     assert np.array_equal(found.omega_body, serial.omega_body.max(axis=1))
     given = pt.System(BODY, Thruster((0.1, 0.2, 0.3))), state_of_members(START, slice(0, 40)), TIMES[1:]
-    chaos = pt.analysis.chaos_indicators(*given, out=tmp_path / "chaos.zarr", chunk=CHUNK, client=client)
+    chaos: Any = pt.analysis.chaos_indicators(*given, out=tmp_path / "chaos.zarr", chunk=CHUNK, client=client)
     assert np.array_equal(chaos.mean_megno.values, pt.analysis.chaos_indicators(*given).mean_megno)
     assert capsys.readouterr().err == ""
 
