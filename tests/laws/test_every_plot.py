@@ -207,6 +207,66 @@ def test_units_scale_the_numbers_and_are_written_beside_them(calls, option):
             assert f"[{WRITTEN.get(unit, unit)}" in said, said
 
 
+OPTION = {
+    option: [name for name in pt.plot.__all__ if option in inspect.signature(getattr(pt.plot, name)).parameters]
+    for option in ("window", "separate")
+}
+
+
+def told(calls, name):
+    """A plot and its arguments, of a motion in seconds with an event where it takes one, in units that stay."""
+    draw, arguments = calls[name]
+    units = {"angle_unit": "rad", "rate_unit": "rad", "time_unit": "s"}
+    return draw, arguments | {each: unit for each, unit in units.items() if each in inspect.signature(draw).parameters}
+
+
+@pytest.mark.parametrize("name", OPTION["window"])
+def test_every_window_draws_the_samples_in_it_and_no_others(calls, name):
+    draw, arguments = told(calls, name)
+    whole = lines_of(draw(**arguments))
+    times = whole[0][0][0]
+    first, last = times[times.size // 4], times[-1 - times.size // 4]
+    for one, other in zip(whole, lines_of(draw(**arguments, window=(first, last))), strict=True):
+        for line, part in zip(one, other, strict=True):
+            drawn = line[:, (line[0] >= first) & (line[0] <= last)]
+            assert np.array_equal(part[:, np.isfinite(part[1])], drawn[:, np.isfinite(drawn[1])])
+    with pytest.raises(ValueError, match=r"^window must hold a time of the motion, which are from .*, got \("):
+        draw(**arguments, window=(-2.0, -1.0))
+    with pytest.raises(ValueError, match=r"^window must have shape \(2,\)"):
+        draw(**arguments, window=(1.0, 2.0, 3.0))
+
+
+@pytest.mark.parametrize("name", OPTION["separate"])
+def test_every_separate_curve_has_a_part_of_its_panel(calls, name):
+    draw, arguments = told(calls, name)
+    together, apart = (np.ravel(draw(**arguments, separate=each)) for each in (False, True))
+    for one, other, lines in zip(together, apart, lines_of(together), strict=True):
+        assert (one.get_xlabel(), one.get_ylabel()) == (other.get_xlabel(), other.get_ylabel())
+        parts = other.child_axes if len(lines) > 1 else [other]
+        for line, [drawn] in zip(lines, lines_of(parts), strict=True):
+            assert np.array_equal(line, drawn, equal_nan=True)
+
+
+@pytest.mark.parametrize("name", [name for name in OPTION["window"] if name in OF_MOTIONS])
+def test_every_plot_against_time_marks_the_events(calls, name):
+    draw, arguments = told(calls, name)
+    motion = flipping()
+    [found] = motion.events
+    assert 2 < len(found) < 20
+    for panel in np.ravel(draw(**given(arguments, motion))):
+        [marks] = [each for each in panel.collections if str(each.get_label()).startswith("SpinFlip")]
+        assert [segment[0, 0] for segment in marks.get_segments()] == pytest.approx(found.times)
+
+
+def flipping():
+    """A motion with events, an orbit, a force and a part."""
+    damper = pt.parts.KaneDamper(0.1, 0.05)
+    system = pt.System(pt.Body((1.0, 1.6, 2.5)), damper, pt.GravityGradient(CIRCLE), units={"time": "s"})
+    start = system.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.1, 1.0, 0.1))
+    event = pt.events.SpinFlip((0, 1, 0))
+    return pt.propagate(system, start, np.linspace(0, 24, 121), events=[event])
+
+
 def test_units_that_are_none_are_refused():
     motion, unnamed = pt.free_motion(BODY, START, TIMES_DRAWN, units={"time": "s"}), free()
     for call, sentence in (

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
 from poinsot.plot.labels import BLACK, COLOURS, GREY
-from poinsot.plot.panels import dress, panels
+from poinsot.plot.panels import PLAIN, dress, panels
 from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["PLAIN", "Layout", "against_time", "jumps", "reached"]
+__all__ = ["Layout", "against_time", "jumps", "reached"]
 
 Array = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -26,8 +26,6 @@ Booleans = NDArray[np.bool_]
 STYLES = ("-", "--", "-.", ":")
 BANDS = ((5, 95, 0.15), (25, 75, 0.25))
 """Percentiles between which a band lies, and its opacity."""
-PLAIN = (-4, 5)
-"""Powers of ten between which numbers on the axes are written without one."""
 COLUMNS = 1500
 """Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
 DENSE = 600

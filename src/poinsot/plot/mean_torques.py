@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from poinsot.analysis.yorp import YorpCoefficients
-from poinsot.plot.curves import PLAIN
 from poinsot.plot.labels import BLACK, BLUE, VERMILION, angle_unit_of
-from poinsot.plot.panels import count_degrees, dress, one_panel, plot
+from poinsot.plot.panels import PLAIN, count_degrees, dress, one_panel, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

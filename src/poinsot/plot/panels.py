@@ -17,7 +17,7 @@ from poinsot.mechanics.parameters import described
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Pair", "count_degrees", "dress", "one_panel", "panels", "plot"]
+__all__ = ["PLAIN", "Pair", "count_degrees", "dress", "one_panel", "panels", "plot"]
 
 Pair = Any
 """Two axes of matplotlib, as a sequence or an array, or None."""
@@ -39,6 +39,10 @@ OPTIONS = {
 
 PAD = 28
 """Points between axes and their title: room for a legend."""
+PLAIN = (-4, 5)
+"""Powers of ten between which numbers on the axes are written without one."""
+POWER = 0.05
+"""Of the height of a panel: what the power of ten above it takes."""
 RIGHT_ANGLE = 90.0
 MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
 SAMPLE, CHARACTER = 0.4, 0.06
@@ -113,4 +117,6 @@ def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None
     fitting = (n for n in range(len(names), 0, -1) if sum(map(max, np.array_split(lengths, n))) <= width)
     rows = math.ceil(len(names) / next(fitting, 1))
     options: Any = {"ncols": math.ceil(len(names) / rows), "frameon": False}
-    panel.legend(handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0), **options)
+    largest = np.max(np.abs(panel.get_ylim()))
+    plain = panel.get_yscale() == "log" or 10.0 ** PLAIN[0] <= largest < 10.0 ** PLAIN[1]
+    panel.legend(handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0 if plain else 1.0 + POWER), **options)

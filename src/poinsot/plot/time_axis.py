@@ -26,8 +26,8 @@ FIRST_DATES = ["%Y", "%Y", "%Y-%m-%d", "%m-%d", "%H:%M", "%H:%M:%S"]
 """How ticks at years, months, days, hours, minutes and seconds are written, and those where a longer unit begins."""
 WHOLE = re.compile(r"\.0*$")
 """What a date with whole seconds may end in."""
-MOST_DATES = 6
-"""Ticks of an axis of dates."""
+MOST_DATES = 7
+"""Ticks of an axis of dates: 36 months, 72 hours, 180 minutes and seconds have so many of their largest intervals."""
 UNIX_EPOCH = 2440587.5
 """1970-01-01 as a Julian date."""
 

@@ -334,6 +334,32 @@ def test_dates_of_a_scenario_or_a_table_are_on_the_axis(motion):
         pt.plot.angular_velocity(motion, time_unit="date")
 
 
+@pytest.mark.parametrize("span", [30, 170, 190, 7e3, 1e5, 2.5e5, 4e6, 9e7, 6e8])
+def test_dates_have_ticks_at_every_span(motion, span):
+    """Without a warning of matplotlib, which has no suitable interval for too few of them."""
+    dated = replaced(motion, motion.quaternion, np.linspace(7e5, 7e5 + span, 61))
+    dated.provenance = {"calendar": pt.Calendar("2011-03-05T06:07:08.5", "TDB")}
+    panel = pt.plot.drift(dated)
+    panel.figure.draw_without_rendering()
+    left, right = panel.get_xlim()
+    boxes = [
+        tick.label1.get_window_extent() for tick in panel.xaxis.get_major_ticks() if left <= tick.get_loc() <= right
+    ]
+    assert 3 <= len(boxes) <= 7
+    assert all(one.x1 < two.x0 for one, two in pairwise(boxes))
+
+
+def test_the_legend_does_not_cover_a_power_of_ten():
+    heavy = pt.Body((4e9, 5e9, 6e9))
+    motion = pt.free_motion(heavy, heavy.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), TIMES, units=SYSTEM.units)
+    panel = pt.plot.angular_momentum(motion)[0]
+    panel.figure.draw_without_rendering()
+    power = panel.yaxis.get_offset_text()
+    assert "10" in power.get_text()
+    sample = panel.get_legend().get_lines()[0].get_window_extent()
+    assert sample.y0 > power.get_window_extent().y1
+
+
 def test_dates_are_those_of_astropy_after_a_leap_second(motion):
     """Counted from before the one at the end of 2016, as the calendar counts."""
     calendar = pt.Calendar("2016-12-31T23:00:00", "UTC")
