@@ -40,12 +40,12 @@ SIZES = {"desktop": (1280, 800), "phone": (390, 844)}
 OF_THE_THEME = re.compile(r"\[PST\]|Got invalid theme mode: \. ")
 """What the theme tells the console of its own settings."""
 
-WIDE = """() => [...document.querySelectorAll("main *")].filter(each => {
-    for (let outer = each; outer; outer = outer.parentElement)
+WIDE = """() => [...document.querySelectorAll("article *")].filter(each => {
+    for (let outer = each; outer.tagName !== "ARTICLE"; outer = outer.parentElement)
         if (["auto", "scroll", "hidden"].includes(getComputedStyle(outer).overflowX)) return false;
     return each.getBoundingClientRect().right > innerWidth + 1;
 }).map(each => each.outerHTML.slice(0, 80))"""
-"""What is cut off at the right, though nothing around it scrolls."""
+"""What is cut off at the right, though nothing around it in the article scrolls."""
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,10 @@ VISITED = [
     "generated/scenario",
     "generated/changelog",
     "benchmarks",
+    "coming_from",
     "formulas",
+    "glossary",
+    "validation",
     "cite",
 ]
 
