@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run test verify slow face docs clean
+.PHONY: run test verify slow face docs package clean
 
 run: $(READY)
 	$(BIN)/poinsot paper --out out --overwrite
@@ -38,6 +38,18 @@ docs: .venv/.docs
 	@echo "== setting up the tools of the site (once)"
 	$(BIN)/python -m pip install --quiet --group docs
 	@touch .venv/.docs
+
+# Wheel and source distribution, in dist/; each is tried in an empty environment: make package PYTHON=python3.13
+FRESH := .venv-package
+package:
+	$(PYTHON) -m venv --clear $(FRESH)
+	$(FRESH)/bin/python -m pip install --quiet --upgrade pip build
+	rm -rf dist
+	$(FRESH)/bin/python -m build --outdir dist
+	for made in dist/*.whl dist/*.tar.gz; do \
+		$(PYTHON) -m venv --clear $(FRESH) && $(FRESH)/bin/python -m pip install --quiet $$made \
+			&& $(FRESH)/bin/poinsot verify || exit 1; \
+	done
 
 $(READY): pyproject.toml
 	@echo "== setting up .venv (once)"
@@ -85,4 +97,4 @@ $(BENCH)/.ready: pyproject.toml
 	@touch $(BENCH)/.ready
 
 clean:
-	rm -rf .venv $(BENCH) out docs/_build docs/generated
+	rm -rf .venv $(BENCH) $(FRESH) dist out docs/_build docs/generated
