@@ -12,7 +12,7 @@ __all__ = ["pages"]
 ROOT_GROUPS = {
     "Bodies and systems": "Body System TwoBodies State PairState Attitude Andoyer Calendar",
     "Motions": "propagate free_motion Trajectory EventRecord PropagationError PropagationInterrupted",
-    "Files and pictures": "save load view",
+    "Files and pictures": "save load view animate",
     "Everyday forces and orbits": "UniformGravity GravityGradient GravityField KeplerOrbit RotatingFrame",
     "To write one's own": "Potential Torque Load PairLoad Part Jump Event Orbit Frame Instant PairInstant Environment "
     "BodyVector SpaceVector Vector project_to_tangent",
