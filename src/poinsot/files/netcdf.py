@@ -32,7 +32,17 @@ from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.dataset import read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.pair_trajectory import trajectory_class
-from poinsot.propagation.stored_motion import failures_in, motion_in, phase_in, result_in, run_in, times_in, told_run
+from poinsot.propagation.stored_motion import (
+    events_in,
+    events_of,
+    failures_in,
+    motion_in,
+    phase_in,
+    result_in,
+    run_in,
+    times_in,
+    told_run,
+)
 from poinsot.propagation.stored_trajectory import (
     Record,
     StoredEnvironment,
@@ -198,8 +208,9 @@ def _in_store(path: Path) -> Trajectory:
             result: Trajectory = result_in(store)
             return result
         return _Reading(store.dataset(), str(path), store).trajectory()
-    except StoreError as error:
-        raise ValueError(f"{path} must be a whole result as save writes it, got another: {error}.") from None
+    except (StoreError, KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
+        what = str(error) if isinstance(error, StoreError) else f"its attributes have no {str(error)[:60]}"
+        raise ValueError(f"{path} must be a whole result as save writes it, got another: {what}.") from None
 
 
 def _opened(path: Path) -> xarray.Dataset:
@@ -322,6 +333,8 @@ class _Reading:
         motion = self._motion()
         motion.failures = self._failures()
         motion.provenance = self._provenance(isinstance(motion.system, System))
+        if self.store is not None:
+            motion.events = events_of(self.store, events_in(self.store), motion.system)
         return motion
 
     def _failures(self) -> dict[int, str]:

@@ -18,7 +18,7 @@ from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.selection import state_of_members
-from poinsot.propagation.stored_motion import events_of, motion_in, run_in, told_run
+from poinsot.propagation.stored_motion import events_of, motion_in, run_in, told_events, told_run
 from poinsot.propagation.system_text import with_texts
 from poinsot.propagation.trajectory import Trajectory
 
@@ -113,7 +113,8 @@ class EnsembleOfMotions:
         data = with_texts(self.frame.variables(()), self.frame)
         run = self.frame.run
         known = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
-        return data.assign_attrs({**known, "tolerance": run.tolerance, "order": 0, "steps": 0})
+        told = {"events": told_events(self.integrator.problem.events)} if self.integrator.problem.events else {}
+        return data.assign_attrs({**known, "tolerance": run.tolerance, "order": 0, "steps": 0, **told})
 
     def empty(self, names: Iterable[str]) -> xarray.Dataset:
         """Return the variables of one member."""

@@ -13,13 +13,15 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
+from poinsot.functions import Scalar
 from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.event import Event
+from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.selection import Chosen, numbers_of_members
 
-__all__ = ["EventRecord", "crossings", "crossings_of_members"]
+__all__ = ["EventRecord", "StoredEvent", "crossings", "crossings_of_members"]
 
 Array = NDArray[Any]
 
@@ -89,6 +91,34 @@ class EventRecord(Summarized):
         """The inertial angular velocity along the body axes; shape (k, 3)."""
         numbers = (number[self.members] if number.ndim else number for number in self.system.numbers)
         return np.asarray(self.system.with_numbers(numbers).omega_body(self.states))
+
+
+class StoredEvent(Event):
+    """An event of which a store has what it is called, and not its formula.
+
+    Parameters
+    ----------
+    name : str
+        Its kind.
+    said : str
+        How it shows itself.
+    """
+
+    name: str
+    said: str
+
+    @override
+    def __repr__(self) -> str:
+        return self.said
+
+    @property
+    @override
+    def kind(self) -> str:
+        return self.name
+
+    @override
+    def value(self, instant: Instant) -> Scalar:
+        raise ValueError(f"{self.name} must have its formula to be computed, got none in the store.")
 
 
 def crossings_of_members(found: EventRecord, members: Chosen, system: System) -> EventRecord:

@@ -18,7 +18,7 @@ from poinsot.mechanics.state import RIGID, Phase, State, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.chunks import reduced
 from poinsot.propagation.ensemble_store import EnsembleStore
-from poinsot.propagation.event_record import EventRecord
+from poinsot.propagation.event_record import EventRecord, StoredEvent
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.trajectory import ORBIT, Run, Trajectory
 from poinsot.propagation.zarr_group import JoinedArrays
@@ -26,7 +26,18 @@ from poinsot.propagation.zarr_group import JoinedArrays
 if TYPE_CHECKING:
     pass
 
-__all__ = ["events_of", "failures_in", "motion_in", "phase_in", "result_in", "run_in", "times_in", "told_run"]
+__all__ = [
+    "events_in",
+    "events_of",
+    "failures_in",
+    "motion_in",
+    "phase_in",
+    "result_in",
+    "run_in",
+    "times_in",
+    "told_events",
+    "told_run",
+]
 
 
 def motion_in(store: EnsembleStore, system: System, initial: State, run: Run) -> Trajectory | None:
@@ -91,6 +102,17 @@ def told_run(run: Run) -> dict[str, Any]:
 def failures_in(store: EnsembleStore) -> dict[int, str]:
     """Return why members stopped, of the chunks that are whole."""
     return {int(member): str(why) for _, about in store.asides() for member, why in about["failures"].items()}
+
+
+def told_events(events: Sequence[Event]) -> list[dict[str, Any]]:
+    """Return what a store says of events; `events_in` reads it."""
+    return [{"name": event.kind, "said": repr(event), "terminal": event.terminal} for event in events]
+
+
+def events_in(store: EnsembleStore) -> list[StoredEvent]:
+    """Return what a store says of the events that were watched for."""
+    told = store.attributes.get("events", [])
+    return [StoredEvent(str(one["name"]), str(one["said"]), terminal=bool(one["terminal"])) for one in told]
 
 
 def events_of(store: EnsembleStore, events: Sequence[Event], system: System) -> tuple[EventRecord, ...]:

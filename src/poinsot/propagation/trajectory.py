@@ -31,7 +31,7 @@ from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_o
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
-from poinsot.propagation.event_record import EventRecord, crossings_of_members
+from poinsot.propagation.event_record import EventRecord, StoredEvent, crossings_of_members
 from poinsot.propagation.selection import Chosen, Index, checked_index, rows_of, state_of_members, system_of_members
 from poinsot.quantities import Times
 
@@ -415,7 +415,8 @@ class Trajectory(Summarized):
             values = self._orbits
             if values is None:
                 return Environment(times)
-            problem = Problem(system, [found.event for found in events])
+            watched = [found.event for found in events if not isinstance(found.event, StoredEvent)]
+            problem = Problem(system, watched)
             variables = kernels.state_vector(problem, initial, formulation_of(self.run.formulation), self.run.precision)
             return variables.environment(problem, times, rows(values))
 

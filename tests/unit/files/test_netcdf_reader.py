@@ -50,11 +50,16 @@ def many(tmp_path):
 
 def edit_array(store, name, **change):
     """Change what a store says of an array, and its digest so that it is right."""
+    edit(store, lambda arrays, _: arrays[name].update(change))
+
+
+def edit(store, change):
+    """Change what a store says of its arrays and itself, and its digest so that it is right."""
     path = store / "zarr.json"
     told = json.loads(path.read_text())
     arrays = told["consolidated_metadata"]["metadata"]
-    arrays[name] |= change
     attributes = {key: value for key, value in told["attributes"].items() if key != "digest"}
+    change(arrays, attributes)
     digest = hashlib.sha256(json.dumps([arrays, attributes], sort_keys=True).encode()).hexdigest()
     told["attributes"] = {**attributes, "digest": digest}
     path.write_text(json.dumps(told))
@@ -209,6 +214,30 @@ def test_other_texts(many, name, text):
     (many / name).write_bytes(TEXTS[text].encode(errors="surrogatepass"))
     with pytest.raises(ValueError, match=NOT_SAVED):
         pt.load(many)
+
+
+ATTRIBUTES = {
+    "no failures": ("chunks/000000", {"failures": None}),
+    "other failures": ("chunks/000000", {"failures": {"x": "y"}}),
+    "no run": ("chunks/000000", {"run": {}}),
+    "another run": ("chunks/000000", {"run": [1]}),
+    "other events": (".", {"events": 5}),
+    "events without names": (".", {"events": [{}]}),
+    "no store": (".", {"store": None}),
+    "members that are none": (".", {"store": {"format": 1, "members": -3, "chunk": 3}}),
+    "other members": (".", {"store": {"format": 1, "members": 4, "chunk": 3}}),
+    "another format": (".", {"store": {"format": 2, "members": 3, "chunk": 3}}),
+    "another method": (".", {"method": "guess"}),
+    "other steps": (".", {"steps": "many"}),
+}
+
+
+@pytest.mark.parametrize("name", ATTRIBUTES)
+def test_other_attributes(many, name):
+    place, change = ATTRIBUTES[name]
+    edit(many / place, lambda _, attributes: attributes.update(change))
+    with pytest.raises(ValueError):
+        np.asarray(pt.load(many).quaternion)
 
 
 def test_changed_attributes_are_found(store):
