@@ -772,6 +772,10 @@ def public_calls(folder):
             pt.plot.euler_angles,
             {"motion": motion(), "sequence": "313", "angle_unit": "deg", **shown},
         ),
+        "plot.histogram": (
+            pt.plot.histogram,
+            {"ensemble": ensemble(), "quantity": "rate", "angle_unit": "deg", "rate_unit": "rad", **drawn},
+        ),
         "plot.herpolhode": (pt.plot.herpolhode, {"motion": free(), **turning, "rate_unit": "deg", "time_unit": None}),
         "plot.map": (
             pt.plot.map,

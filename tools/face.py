@@ -38,7 +38,7 @@ SHARED = {
     "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
     "parts": "",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
-    "time_axis.* *.different_orbits *.is_constant *.median_attitude",
+    "time_axis.* distribution.Q* *.different_orbits *.is_constant *.median_attitude",
     "shapes": "cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""

@@ -19,6 +19,7 @@ import poinsot as pt
 from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
 from poinsot.files.scenarios import scenario as scenarios
+from poinsot.plot.distribution import QUANTITIES
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 WIDE = {"COLUMNS": "400"}
@@ -357,8 +358,8 @@ def test_every_plot_of_the_package_is_a_kind(tmp_path):
     call("run", tmp_path / "free.toml")
     call("run", tmp_path / "free.nc", "--out", tmp_path / "b")
     first = {name: next(iter(inspect.signature(getattr(pt.plot, name)).parameters)) for name in pt.plot.__all__}
-    assert set(KINDS) == {name for name, each in first.items() if each in ("motion", "body")}
-    for kind in sorted({*KINDS} - {"part_variables", *ONLY_OF_TWO}):
+    assert set(KINDS) == {name for name, each in first.items() if each in ("motion", "body", "ensemble")}
+    for kind in sorted({*KINDS} - {"part_variables", "histogram", *ONLY_OF_TWO}):
         more = ("--with", tmp_path / "b" / "free.nc") if kind in WITH_ANOTHER else ()
         arguments = ("plot", tmp_path / "free.nc", "--kind", kind, *more)
         assert call(*arguments).stdout == f"{tmp_path}/free-{kind}.png\n"
@@ -520,6 +521,20 @@ def test_options_of_stores_are_refused_without_one(tops, tmp_path):
     assert said == "poinsot: --resume must go with an ensemble and --out NAME.zarr, got one motion.\n"
     assert call("run", tops, "--out", tmp_path / "one.zarr").stdout == f"{tmp_path}/one.zarr\n"
     assert pt.load(tmp_path / "one.zarr").times.size == 101
+
+
+def test_the_histogram_of_an_ensemble_is_drawn_from_its_store(tops, tmp_path):
+    assert tuple(QUANTITIES) == plots.QUANTITIES
+    call("run", tops, "--out", tmp_path / "tops.zarr")
+    arguments = ("plot", tmp_path / "tops.zarr", "--kind", "histogram")
+    assert call(*arguments, "--quantity", "turn").stdout == f"{tmp_path}/tops-histogram.png\n"
+    assert (tmp_path / "tops-histogram.png").stat().st_size > 5000
+    said = call(*arguments, "--quantity", "mass", "--overwrite", code=2).stderr
+    assert said.startswith(
+        "poinsot: --quantity must be one of effective_rate, rate, angular_momentum, turn, got 'mass'"
+    )
+    said = call(*arguments, "--member", 0, "--overwrite", code=2).stderr
+    assert said == "poinsot: the result must have members, got the motion of one body.\n"
 
 
 def test_a_dry_run_says_what_a_run_takes_and_writes_nothing(tops, tmp_path):

@@ -44,6 +44,8 @@ Window = Annotated[
 ONLY_OF_TWO = {"distance", "librations", "mutual_orbit"}
 OF_TWO = {"angular_velocity", "difference", "drift"} | ONLY_OF_TWO
 """Those that draw two bodies together."""
+QUANTITIES = ("effective_rate", "rate", "angular_momentum", "turn")
+"""Those of a histogram; the module that draws them takes half a second to import."""
 OFTEN = ("angular_velocity", "drift", "polhode")
 
 
@@ -68,6 +70,13 @@ def plot(
     ] = None,
     part: Annotated[
         str | None, typer.Option(help="Name of the part, for --kind part_variables with several parts.")
+    ] = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(
+            help=f"For --kind histogram: {', '.join(QUANTITIES)}; default: the first.",
+            autocompletion=one_of(*QUANTITIES),
+        ),
     ] = None,
     angle_unit: Annotated[
         str | None,
@@ -96,6 +105,7 @@ def plot(
     - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
     - `poinsot plot top.nc --time 10:20 --dpi 300`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
+    - `poinsot plot tops.zarr --kind histogram --quantity effective_rate`: of all members
     - `poinsot plot binary.nc`: the orbit and both bodies, in binary-mutual_orbit.png
     - `poinsot plot binary.nc --kind euler_angles --body secondary`
     """
@@ -104,7 +114,13 @@ def plot(
         motion = _loaded(file, member, time)
     kind = kind or usual_kind(_chosen(motion, body))
     path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
-    words = {"part": part, "angle_unit": angle_unit, "rate_unit": rate_unit, "time_unit": time_unit}
+    words = {
+        "part": part,
+        "quantity": quantity,
+        "angle_unit": angle_unit,
+        "rate_unit": rate_unit,
+        "time_unit": time_unit,
+    }
     _check_options(kind, {"other": other, "orbit": orbit, **words})
     check_new(path, overwrite)
     motion = _chosen(motion, body, kind in OF_TWO)
@@ -241,6 +257,7 @@ def _arguments(
     """Return the arguments of a function of the package, by their names, from a motion and the options."""
     made: dict[str, Callable[[], Any]] = {
         "motion": lambda: motion,
+        "ensemble": lambda: motion,
         "other": lambda: _chosen(_loaded(other, time=time), body),
         "orbit": lambda: _orbit(motion, orbit),
         "title": lambda: motion.provenance.get("title") or "",

@@ -178,14 +178,15 @@ def _workers(scheduler: str | None) -> Iterator[Any]:
         yield None
         return
     try:
-        from distributed import Client
+        import distributed
     except ImportError:
         raise ImportError("--scheduler needs dask: pip install 'poinsot[cluster]'.") from None
     if not re.fullmatch(r"(\w+://)?[^/]+:\d+", scheduler):
         raise ValueError(f"--scheduler must be an address such as tcp://host:8786, got {scheduler!r}.")
     with busy(f"Connecting to {scheduler}"):
         try:
-            client = Client(scheduler, timeout=PATIENCE)
+            made: Any = distributed.Client
+            client = made(scheduler, timeout=PATIENCE)
         except OSError as error:
             why = f"{error}".split("\n")[0].rstrip(".")
             raise OSError(f"--scheduler must be the address of one that runs, got {scheduler}: {why}.") from None

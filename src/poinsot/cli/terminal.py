@@ -84,11 +84,11 @@ RESULTS = (".nc", ".zarr")
 
 OPTIONS = {
     **{name: f"--{name}" for name in ("body", "chunk", "frame", "member", "orbit", "out", "overwrite")},
-    **{name: f"--{name}" for name in ("part", "scenario", "zero")},
+    **{name: f"--{name}" for name in ("part", "quantity", "scenario", "zero")},
     **{"client": "--scheduler"},
     **{"angle_unit": "--angle-unit", "rate_unit": "--rate-unit", "time_unit": "--time-unit", "other": "--with"},
     "seconds": "--seconds",
-    **{"reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},
+    **{"ensemble": "the result", "reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},
     **{"scale": "the scale in --zero", "motion": "the result"},
 }
 """What the command line calls the arguments of functions."""

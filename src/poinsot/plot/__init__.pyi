@@ -3,6 +3,7 @@
 from .angles import euler_angles, roll_pitch_yaw
 from .comparison import attitude_error, difference
 from .continuation import branch
+from .distribution import histogram
 from .frequencies import spectrum
 from .geometry import herpolhode, poinsot_construction, polhode
 from .libration import librations
@@ -25,6 +26,7 @@ __all__ = [
     "drift",
     "euler_angles",
     "herpolhode",
+    "histogram",
     "librations",
     "map",
     "momentum_sphere",
