@@ -57,7 +57,14 @@ def top(tmp_path):
 # ------------------------------------------------------------------ run
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
+LONG = {"apophis_ensemble"}
+
+
+@pytest.mark.parametrize(
+    "example",
+    [pytest.param(one, marks=[pytest.mark.slow] * (one.stem in LONG)) for one in EXAMPLES],
+    ids=lambda example: example.stem,
+)
 def test_example_runs_and_says_what_it_is(example, tmp_path):
     result = call("run", example, "--out", tmp_path)
     motion = pt.load(tmp_path / f"{example.stem}.nc")

@@ -232,3 +232,19 @@ def test_a_digital_slew_ends_as_near_as_its_sensors_see():
     assert error[0] > 4e5
     assert 0.5 < np.sqrt(np.mean(error[400:] ** 2)) < 20
     assert np.std(torque[400:]) > 1e-6
+
+
+def test_a_large_ensemble_has_the_distribution_of_the_program(tmp_path):
+    """The effective rate of Apophis after its flyby over that before: percentiles of apophis.py, of fewer members.
+
+    Its 4000 and these 1500 members have standard errors of 0.009 and 0.015 at the outer percentiles.
+    """
+    text = (EXAMPLES / "apophis_ensemble.toml").read_text()
+    assert "members = 100_000\n" in text
+    (tmp_path / "few.toml").write_text(text.replace("100_000", "1500"))
+    motion = pt.files.read_scenario(tmp_path / "few.toml").propagate(out=tmp_path / "few.zarr", chunk=500)
+    few = motion.isel(time=[0, 1])
+    rate = 2 * few.kinetic_energy / np.linalg.norm(few.angular_momentum_body, axis=-1)
+    found = np.percentile(rate[:, 1] / rate[:, 0], [5, 50, 95])
+    np.testing.assert_allclose(found, [0.66, 1.03, 1.47], atol=0.055)
+    assert np.ptp(rate[:, 0]) < 1e-3 * rate[0, 0]

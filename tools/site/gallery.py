@@ -24,7 +24,7 @@ GROUPS = {
     "Between Earth and Moon": "halo_orbit libration_point",
     "Moons and planets": "hyperion phobos europa io titan moon mercury cassini_states forced_librations "
     "librations_of_worlds tidal_despinning spin_orbit_capture",
-    "Asteroids": "apophis toutatis yorp contact_binary series_of_gravity",
+    "Asteroids": "apophis apophis_ensemble toutatis yorp contact_binary series_of_gravity",
     "Two bodies": "dart didymos dimorphos_map moshup patroclus",
     "Tops": "heavy_top",
     "Sections and maps": "poincare_hyperion heavy_body_section megno_map",
