@@ -513,6 +513,17 @@ def test_an_ensemble_goes_to_a_store_and_on_with_it(tops, tmp_path):
     )
 
 
+def test_closed_forms_go_to_a_store_too(tops, tmp_path):
+    tops.write_text(re.sub(r"(?m)^forces.*$", 'run.method = "closed form"', tops.read_text()))
+    call("run", tops, "--out", tmp_path / "free.zarr", "--chunk", 8)
+    found = pt.load(tmp_path / "free.zarr")
+    assert found.provenance["scenario"] == tops.read_text()
+    assert found.run.method == "closed form"
+    whole = pt.files.read_scenario(tops).propagate()
+    assert np.asarray(found.quaternion).tobytes() == whole.quaternion.tobytes()
+    assert "It takes no time" in call("run", tops, "--dry-run", code=2).stderr
+
+
 def test_options_of_stores_are_refused_without_one(tops, tmp_path):
     for option in (("--chunk", 4), ("--resume",)):
         said = call("run", tops, *option, code=2).stderr

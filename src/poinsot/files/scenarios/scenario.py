@@ -86,11 +86,9 @@ class Scenario(Summarized):
         options = {name: value for name, value in self.run.items() if name != "method"}
         if chunking:
             chunking = {**chunking, "provenance": self.provenance}
-            if self.run.get("method") == "closed form":
-                raise ValueError("out must go with an integration, got run.method = 'closed form'. Leave it out.")
         try:
             if self.run.get("method") == "closed form":
-                motion = free_motion(self.system.body, self.state, self.times, units=self.system.units)
+                motion = free_motion(self.system.body, self.state, self.times, units=self.system.units, **chunking)
             else:
                 options |= {"threads": threads, "progress": progress}
                 motion = propagate(self.system, self.state, self.times, **options, **chunking)

@@ -94,7 +94,7 @@ def free_motion(
         if not members:
             raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body.")
         result: Trajectory = in_chunks(
-            _in_chunks(system, broadcast_members(state, members), t), plan, sys.stderr.isatty()
+            _in_chunks(system, broadcast_members(state, members), t, plan.provenance), plan, sys.stderr.isatty()
         )
         return result
     began = clock.perf_counter()
@@ -125,10 +125,10 @@ class _ClosedForm(Integrator):
         return Trajectory(self.system, state, kept.times, lambda: kept.phase, run)
 
 
-def _in_chunks(system: System, state: State, times: Array) -> EnsembleOfMotions:
+def _in_chunks(system: System, state: State, times: Array, provenance: Mapping[str, Any]) -> EnsembleOfMotions:
     problem, chart = Problem(system), FORMULATIONS["lie_poisson"]
     variables = state_vector(problem, state, chart, "double")
-    return EnsembleOfMotions(_ClosedForm(problem, variables, chart, 0.0), state, times)
+    return EnsembleOfMotions(_ClosedForm(problem, variables, chart, 0.0), state, times, provenance)
 
 
 class _Rotation:
