@@ -23,11 +23,13 @@ ELLIPSE = pt.KeplerOrbit(
 ESCAPE = pt.orbits.EscapeOrbit(
     2.0, periapsis_distance=1.5, eccentricity=1.3, inclination=0.4, node=1.1, argument_of_periapsis=-0.7
 )
+ESTIMATE_OF = {"members": 1000, "bytes": 5_600_000, "memory": 2**34, "threads": 2, "seconds": 1.5}
 PRECESSING = pt.orbits.PrecessingOrbit(ELLIPSE, node_rate=-0.001)
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1.0, 0.2, -0.3)), units={"time": "s"})
 SATELLITE = pt.System(pt.Body((1.0, 1.3, 1.6)), pt.GravityGradient(CIRCLE), units={"time": "s"})
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
 TIMES = np.linspace(0.0, 2.0, 9)
+ESTIMATE = pt.analysis.RunEstimate(TOP, times=TIMES, compilation=0.2, sampled=32, **ESTIMATE_OF)
 CALENDAR = pt.Calendar("2026-11-21T00:00:00", "TAI")
 J2000 = pt.Calendar("2000-01-01T12:00:00", "TDB")
 NAMED = {"calendar": CALENDAR, "reference_frame": "ICRF", "body_frame": "SC_BODY_1", "overwrite": True}
@@ -78,7 +80,7 @@ INTERNAL = {
         "sniff",
     ),
     *("seen_from", "power", "with_attitude", "with_separation", "on", "load", "truncation", "check_start"),
-    *("try_event", "momentum_ratios", "sizes_of_blocks"),
+    *("try_event", "numbered", "momentum_ratios", "sizes_of_blocks"),
     *("from_msis",),  # its package is not among those of the tests
     *("turned", "update", "in_body", "rate_in_body", "moment", "angles_at", "axes_at", "to_planet"),
 }
@@ -719,6 +721,7 @@ def public_calls(folder):
         "Trajectory.__call__": (motion().__call__, {"time": 1.0}),
         "Trajectory.euler": (motion().euler, {"sequence": "313"}),
         "Trajectory.isel": (ensemble().isel, {"time": [0, 2], "member": slice(0, 1)}),
+        "RunEstimate.seconds_on": (ESTIMATE.seconds_on, {"workers": 2, "threads": 4}),
         "Trajectory.member": (ensemble().member, {"member": 1}),
         "Trajectory.relative_to": (motion().relative_to, {"frame": CIRCLE.frame}),
         "UniformGravity": (pt.UniformGravity, {"weight": 0.5, "center_of_mass": (1.0, 0, 0)}),

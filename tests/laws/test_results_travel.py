@@ -16,6 +16,7 @@ from public_calls import (
     CIRCLE,
     CORNERS,
     ELLIPSE,
+    ESTIMATE,
     FACES,
     NOT_CALLED,
     PRECESSING,
@@ -89,9 +90,6 @@ def of_two(pair=ONE_PAIR, **options):
     start = pair.state((6.0, 1.0, 2.0), (-0.1, 0.6, 0.3), TURNS, omega_body=spins)
     system = pt.System(pair, pt.forces.MutualGravity(), pt.forces.LinearDamping(1e-3).on("secondary"))
     return pt.propagate(system, start, np.linspace(0, 40, 5), **options)
-
-
-ESTIMATE = pt.analysis.RunEstimate(TOP, 1000, TIMES, 5_600_000, 2**34, 2, 1.5, 0.2, 32)
 
 
 def scenario(folder):

@@ -72,6 +72,7 @@ class RunEstimate(Summarized):
     compilation: float
     sampled: int
 
+    @checked
     def seconds_on(self, workers: int, threads: int | None = None) -> float:
         """Return the seconds on as many workers, each with as many threads as here, on processors like this one."""
         if workers < 1 or (threads is not None and threads < 1):
@@ -127,7 +128,7 @@ def estimate_run(
         who = np.linspace(0, count - 1, some).astype(int)
         given = (system_of_members(whole[0], who), state_of_members(whole[1], who)) if members else whole
         began = clock.perf_counter()
-        motion = propagate(*given, t[:rows], threads=threads, progress=False, **options)
+        motion = propagate(*given, t[:rows], **options | {"threads": threads, "progress": False})
         return clock.perf_counter() - began, sum(8 * x.shape[-1] for x in motion.phase.values())
 
     some, rows = min(AT_ONCE * cores, count), max(t.size // 64, min(t.size, 2))

@@ -203,7 +203,7 @@ def test_wrong_arguments_are_one_sentence(name, tmp_path, monkeypatch):
 
 
 def test_one_body_has_no_chunks():
-    with pytest.raises(ValueError, match="out, chunk and reduce must be given for an ensemble, got one body"):
+    with pytest.raises(ValueError, match="out, chunk, reduce and client must be given for an ensemble, got one body"):
         run(pt.System(BODY), BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1)), out="it.zarr")
 
 
