@@ -1,11 +1,14 @@
 """Every Python snippet in README and docs runs, in order: in an empty folder, and again where it has left files."""
 
+import operator
 import re
 from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pytest
+
+import poinsot as pt
 
 ROOT = Path(__file__).parents[2]
 PAGES_OF_DOCS = sorted(
@@ -62,3 +65,9 @@ def test_pages_with_code_lead_on_to_others():
         if "import poinsot" in page.read_text() and page.name != "index.md":
             _, _, last = page.read_text().rpartition("\nSee also: ")
             assert len(re.findall(r"\]\([^)]+\.md", last)) >= 2, page.name
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES_OF_DOCS], ids=lambda page: page.name)
+def test_names_of_the_package_on_a_page_exist(page):
+    for name in set(re.findall(r"\bpt\.([A-Za-z_][\w.]*\w)", page.read_text())):
+        operator.attrgetter(name)(pt)
