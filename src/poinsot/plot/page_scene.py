@@ -102,12 +102,13 @@ def _attractor(orbit: Orbit, motion: Trajectory) -> tuple[str, float | None]:
     """Return the name of an attractor, and its radius in the unit of the orbit if that can be known."""
     told = [each for each in _within(motion, Occulter) if same(each.orbit, orbit)]
     radius = float(told[0].radius) if told else None
+    second = 1 / SECONDS.get(motion.system.units["time"], 1.0)
     for name, mu in MU.items():
-        ratio = _mu(orbit) / mu
+        ratio = _mu(orbit) * second**2 / mu
         for unit in (1.0, METRES):
             if name in RADIUS and abs(ratio / unit**3 - 1) < SAME_MU:
                 return name.capitalize(), radius or RADIUS[name] * unit
-    return orbit.origin.lower().capitalize(), radius
+    return orbit.origin if orbit.origin.islower() else orbit.origin.capitalize(), radius
 
 
 def _mu(orbit: Orbit) -> float:

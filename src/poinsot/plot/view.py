@@ -163,7 +163,7 @@ def _figure(name: str, symbols: list[str]) -> str:
     values = "\n".join(f"<span>{symbol} <output></output></span>" for symbol in symbols)
     return (
         f'<figure id="{name}">\n<figcaption><span class="label"></span>\n<span class="values">{values}</span>'
-        '</figcaption>\n<canvas></canvas><div class="cursor"></div>\n</figure>'
+        '</figcaption>\n<canvas role="img"></canvas><div class="cursor"></div>\n</figure>'
     )
 
 

@@ -326,9 +326,9 @@ def test_events_are_on_the_line_of_time(orbiting):
 
 
 def test_a_known_parameter_names_the_attractor_and_its_size():
-    for mu, length in ((42828.4, 1.0), (4.28284e13, 1000.0)):
+    for mu, length, unit in ((42828.4, 1.0, "s"), (4.28284e13, 1000.0, "s"), (42828.4 * 86400**2, 1.0, "d")):
         orbit = pt.KeplerOrbit(mu, semimajor_axis=9376.0 * length, eccentricity=0.01)
-        system = pt.System(pt.Body((1.0, 2.0, 2.5)), pt.GravityGradient(orbit))
+        system = pt.System(pt.Body((1.0, 2.0, 2.5)), pt.GravityGradient(orbit), units={"time": unit})
         motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 1e-4)), (0.0, 100.0))
         found = content(motion)["around"]["orbit"]
         assert (found["attractor"], found["radius"]) == ("Mars", 3396.19 * length)

@@ -29,9 +29,9 @@ function sceneOf(motion, canvas) {
   const addPrincipal = (name, geometry, sides) => add(name, along(solids.principal, geometry, sides));
   if (solids.shape) add("shape", new THREE.Group().add(...solids.shape.map(part)));
   if (page.around.facets) add("facets", facets(page.around.facets));
-  addPrincipal("ellipsoid", new THREE.SphereGeometry(1, 64, 48), solids.extent);
+  addPrincipal("ellipsoid", new THREE.SphereGeometry(1, 64, 40), solids.extent);
   addPrincipal("box", new THREE.BoxGeometry(2, 2, 2, 2, 2, 2), solids.extent);
-  if (solids.inertia_ellipsoid) addPrincipal("inertia", new THREE.SphereGeometry(1, 96, 64), solids.inertia_ellipsoid);
+  if (solids.inertia_ellipsoid) addPrincipal("inertia", new THREE.SphereGeometry(1, 64, 40), solids.inertia_ellipsoid);
 
   // ------------------------------------------------------------ axes, vectors, paths
 

@@ -4,7 +4,7 @@
 const MIRROR = "#7FB4E6";
 const WHITE = "#F2F0EA";
 const DARK = "#2B3350";
-const WHEEL = { radius: 0.17, thickness: 0.07, from: 0.62 };
+const WHEEL = { radius: 0.1, thickness: 0.045, from: 0.36 };
 
 /** Facets as squares, the darker the more light they absorb, the bluer the more they mirror. */
 function facets({ corners, shares }) {

@@ -36,10 +36,13 @@
   );
 
   function draw() {
-    at("time").value = clock.time;
-    plots.forEach((plot) => plot.place(clock.time));
     scene?.place(clock.time);
     scene?.render();
+  }
+
+  function mark() {
+    at("time").value = clock.time;
+    plots.forEach((plot) => plot.place(clock.time));
   }
 
   function read() {
@@ -48,8 +51,8 @@
     for (const reading of sizes) reading.textContent = short(size(reading.dataset.size, clock.time));
   }
 
-  // Where frames come slowly the picture has fewer dots while it moves, and all of them when it rests. Numbers change
-  // as often as an eye can read them.
+  // Where frames come slowly the picture has fewer dots while it moves, and all of them when it rests, and the marks of
+  // time move as seldom as numbers change, as often as an eye can read them: they cost a new picture of the whole page.
 
   const [SLOW, COARSEST, REST, READABLE] = [25, 0.4, 300, 100];
   let part = 1;
@@ -76,7 +79,9 @@
       adapt(now - drawn);
       [changed, rests, drawn] = [false, false, now];
       draw();
-      if (!clock.playing || now - told > READABLE) {
+      const due = !clock.playing || now - told > READABLE;
+      if (due || part === 1) mark();
+      if (due) {
         read();
         told = now;
       }
@@ -84,6 +89,7 @@
       rests = true;
       scene?.sharpen(1);
       draw();
+      mark();
       read();
     }
     requestAnimationFrame(frame);
@@ -130,6 +136,7 @@
       clock.setTime(t);
       changed = false;
       draw();
+      mark();
       read();
     },
   };

@@ -175,7 +175,7 @@ function quaternion([w, x, y, z]) {
 function part({ triangles, spheres, solid, sides, place, turn }) {
   if (triangles) return mesh(motion.unscaled(triangles));
   if (spheres) return beads(motion.unscaled(spheres));
-  const round = solid === "ellipsoid" ? new THREE.SphereGeometry(1, 64, 48) : new THREE.CylinderGeometry(1, 1, 2, 64, 2);
+  const round = solid === "ellipsoid" ? new THREE.SphereGeometry(1, 64, 40) : new THREE.CylinderGeometry(1, 1, 2, 64, 2);
   const drawn = shaded(solid === "ellipsoid" ? round : round.rotateX(Math.PI / 2));
   drawn.scale.set(...sides);
   drawn.position.set(...place);

@@ -83,7 +83,7 @@ function attracted(motion, world, parts) {
     revolution(t);
   }
 
-  return { ball, size, scale, reach: farthest * scale, group: far, place };
+  return { ball, name, size, scale, reach: farthest * scale, group: far, place };
 }
 
 function orbitFrame(near, parts, colour) {

@@ -38,6 +38,7 @@ function viewsOf(motion, stage, around) {
     turns[name](t, q);
     const away = name === "attractor";
     world.position.set(0, 0, 0);
+    if (far) far.name.visible = away;
     if (away) world.position.copy(far.group.position).negate();
     near.scale.setScalar(away ? Math.max(1, SEEN * camera.position.length()) : 1);
     near.traverse((part) => part.isSprite && (part.visible = !away));
