@@ -42,6 +42,7 @@ SECTIONS = {
     "chaos_maps": "variational",
     "two_bodies": "pairs",
     "cubesat": "spacecraft",
+    "in_stores": "stores",
 }
 """Of each section, the function of that name, its module: one process loads one, which older versions can load too."""
 IN_SEVERAL = {
@@ -58,6 +59,7 @@ ON_ALL_CORES = (
     "on_a_device",
     "chaos_maps",
     "two_bodies",
+    "in_stores",
 )  # thread pools count their cores when they are loaded
 PACKAGES = (
     *("poinsot", "heyoka", "numpy", "scipy", "numbalsoda", "numba"),

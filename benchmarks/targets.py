@@ -281,6 +281,18 @@ def of_cubesat(found):
     return [Target(what, seconds and 1e3 * seconds, 60, True, " ms")]
 
 
+def of_stores(found):
+    """Return the targets of ensembles in a store."""
+    million, chunks = found["million"], found["chunks"]
+    what = f"{million['members']} members by {million['times']} times to a store"
+    return [
+        Target(f"{what}, resident", million["peak"] / 1e6, 2000, True, " MB"),
+        Target(
+            "Ensemble in chunks to a store, processor time beyond that in memory", 100 * chunks["over"], 5, True, " %"
+        ),
+    ]
+
+
 GROUPS = (
     (against_the_script, "against_the_script"),
     (of_errors, "errors_beside_the_script"),
@@ -298,6 +310,7 @@ GROUPS = (
     (of_chaos, "chaos_maps"),
     (of_two_bodies, "two_bodies"),
     (of_cubesat, "cubesat"),
+    (of_stores, "in_stores"),
 )
 """What makes targets of which sections."""
 
