@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -62,7 +62,8 @@ def plot(
         ),
     ] = None,
     other: Annotated[
-        Path | None, typer.Option("--with", help="Another result, at the same times, for --kind difference.")
+        Path | None,
+        typer.Option("--with", help="Another result, at the same times, for --kind difference or attitude_error."),
     ] = None,
     orbit: Annotated[
         int | None,
@@ -81,14 +82,15 @@ def plot(
     angle_unit: Annotated[
         str | None,
         typer.Option(
-            help="Unit of angles: deg (default), rad, mrad, arcmin, arcsec, rev.", autocompletion=one_of(*ANGLE_UNITS)
+            help="Unit of angles: deg, rad, mrad, arcmin, arcsec, rev; default: by size.",
+            autocompletion=one_of(*ANGLE_UNITS),
         ),
     ] = None,
     rate_unit: Annotated[
-        str | None, typer.Option(help="Unit of angular velocities, such as deg/s, mrad/h, rpm; default: rad.")
+        str | None, typer.Option(help="Unit of angular velocities, such as deg/s, mrad/h, rpm; default: by size.")
     ] = None,
     time_unit: Annotated[
-        str | None, typer.Option(help="Unit of times: s, min, h, d, yr; default: the result's.")
+        str | None, typer.Option(help="Unit of times: s, min, h, d, yr, date; default: dates, or by the span.")
     ] = None,
     dpi: Annotated[int, typer.Option(min=20, max=1200, help="Dots per inch of a .png.")] = 150,
     time: Window = None,
@@ -234,14 +236,15 @@ def _check_options(kind: str, given: dict[str, Any]) -> None:
         if value and name not in _wanted(kind):
             kinds = " or ".join(known for known in KINDS if name in _wanted(known))
             raise ValueError(f"{OPTIONS[name]} must go with --kind {kinds}, got --kind {kind}.")
-    if "other" in _wanted(kind):
-        if given["other"] is None:
-            raise ValueError("--with must be another result, such as --with other.nc, got none.")
+    needed = [name for name, parameter in _wanted(kind).items() if parameter.default is parameter.empty]
+    if given["other"] is not None:
         checked_result(given["other"])
+    elif "other" in needed:
+        raise ValueError("--with must be another result, such as --with other.nc, got none.")
 
 
-def _wanted(kind: str) -> Iterable[str]:
-    """Return the names of the arguments of a function of the package."""
+def _wanted(kind: str) -> Mapping[str, inspect.Parameter]:
+    """Return the arguments of a function of the package, by name."""
     return inspect.signature(getattr(poinsot.plot, kind)).parameters
 
 
@@ -258,7 +261,7 @@ def _arguments(
     made: dict[str, Callable[[], Any]] = {
         "motion": lambda: motion,
         "ensemble": lambda: motion,
-        "other": lambda: _chosen(_loaded(other, time=time), body),
+        "other": lambda: None if other is None else _chosen(_loaded(other, time=time), body),
         "orbit": lambda: _orbit(motion, orbit),
         "title": lambda: motion.provenance.get("title") or "",
     }
