@@ -1,5 +1,7 @@
 """What the commands say of files of others, of files that are wrong, and in whose words."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -155,6 +157,12 @@ def test_options_of_other_pictures_are_refused_before_the_result_is_read():
         told = refused("plot", "sat.nc", "--kind", "angular_velocity", *option)
         assert told == f"{option[0]} must go with --kind {kinds}, got --kind angular_velocity."
     pt.save(pt.free_motion(BODY, START, [0]), "instant.nc")
+    assert refused("view", "sat.nc", "both.html", "--with", "no.nc") == "No such file: no.nc"
+    assert refused("view", "sat.nc", "both.html", "--with", "instant.nc").startswith(
+        "--with must be motions at two times"
+    )
+    call("view", "sat.nc", "both.html", "--with", "sat.nc")
+    assert "the other motion" in Path("both.html").read_text()
     assert refused("view", "instant.nc") == "the result must have two times or more, got 1."
     assert refused("plot", "sat.nc", "--kind", "difference").startswith("--with must be another result")
     assert refused("plot", "sat.nc", "--kind", "difference", "--with", "no.nc") == ("No such file: no.nc")

@@ -138,6 +138,9 @@ def plot(
 def view(
     file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
     page: Annotated[Path | None, typer.Argument(help="Ends in .html; default: beside the result.")] = None,
+    other: Annotated[
+        Path | None, typer.Option("--with", help="Another result, drawn beside it as a translucent body.")
+    ] = None,
     time: Window = None,
     member: Member = None,
     body: OfTwo = None,
@@ -149,14 +152,17 @@ def view(
 
     - `poinsot view top.nc`
     - `poinsot view top.nc talk/top.html --time 10:20`
+    - `poinsot view top.nc both.html --with nudged.nc`
     """
-    checked_result(file)
+    for result in (file, *((other,) if other else ())):
+        checked_result(result)
     path = page or file.with_suffix(".html")
     check_new(path, overwrite)
     check_ending(path, ".html")
     with busy(f"Reading {file}"):
         motion = _chosen(_loaded(file, member, time), body)
-    tell(viewed(motion, path, overwrite))
+        beside = None if other is None else _chosen(_loaded(other, None, time), body)
+    tell(viewed(motion, path, overwrite, beside))
     advise((path.resolve().as_uri(), "opens in any browser, without a network"))
 
 
@@ -220,12 +226,12 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, *
     return path
 
 
-def viewed(motion: Any, path: Path, overwrite: bool) -> Path:
+def viewed(motion: Any, path: Path, overwrite: bool, beside: Any = None) -> Path:
     """Write the page of a motion, and return its path."""
     from poinsot.plot.view import view as page_of
 
     with writing(path):
-        return page_of(motion, path, overwrite=overwrite)
+        return page_of(motion, path, beside=beside, overwrite=overwrite)
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:

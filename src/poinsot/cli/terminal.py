@@ -85,7 +85,7 @@ RESULTS = (".nc", ".zarr")
 OPTIONS = {
     **{name: f"--{name}" for name in ("body", "chunk", "frame", "member", "orbit", "out", "overwrite")},
     **{name: f"--{name}" for name in ("part", "quantity", "scenario", "zero")},
-    **{"client": "--scheduler"},
+    **{"client": "--scheduler", "beside": "--with"},
     **{"angle_unit": "--angle-unit", "rate_unit": "--rate-unit", "time_unit": "--time-unit", "other": "--with"},
     "seconds": "--seconds",
     **{"ensemble": "the result", "reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},

@@ -29,14 +29,18 @@ function stageOf(canvas) {
   const controls = new THREE.OrbitControls(camera, canvas);
   canvas.style.touchAction = "pan-y"; // one finger scrolls the page up and down, two turn the view and zoom
   controls.enablePan = false;
+  controls.touches.TWO = 3; // THREE.TOUCH.DOLLY_ROTATE
   [controls.minDistance, controls.maxDistance] = [2, 30];
   const sun = new THREE.DirectionalLight("#ffffff", 2.2);
   sun.position.set(-1.5, 1.5, 3);
   camera.add(sun);
   scene.add(new THREE.AmbientLight("#ffffff", 1.6), camera, world);
 
+  let sharpness = 1;
+
   /** Draw with a part of the dots that the screen has, or without a graphics card with more when at rest. */
   function sharpen(part) {
+    sharpness = part;
     const dots = Math.min(window.devicePixelRatio, SHARPEST);
     renderer.setPixelRatio(part === 1 && software ? SHARPEST : dots * part);
   }
@@ -65,9 +69,12 @@ function stageOf(canvas) {
   const render = () => renderer.render(scene, camera);
   /** The picture as it is, in a file's bytes. */
   function picture(done) {
+    const before = sharpness;
     sharpen(1);
     render();
     canvas.toBlob(done, "image/png");
+    sharpen(before);
+    render();
   }
 
   return { scene, world, camera, controls, turn, resize, sharpen, render, picture };
