@@ -29,9 +29,10 @@ face: $(READY)
 slow: $(READY)
 	$(BIN)/python -m pytest -m slow
 
-# The site, in docs/_build/html; a warning is an error.
+# The site, in docs/_build/html; a warning is an error. All pages are read anew, as only then the search has its index;
+# notebooks and examples that have not changed are not run again.
 docs: .venv/.docs
-	$(BIN)/python -m sphinx --nitpicky --fail-on-warning --keep-going --quiet docs docs/_build/html
+	$(BIN)/python -m sphinx --fresh-env --nitpicky --fail-on-warning --keep-going --quiet docs docs/_build/html
 	$(BIN)/python -m pytest -m docs
 
 .venv/.docs: $(READY)
