@@ -142,8 +142,8 @@ def _draw(
     breaks = {name: jumps(angles[..., i], BROKEN * TURN) for i, name in enumerate(names)}
     panel: Axes = against_time(motion, {label + shown.label: curves}, layout, breaks=breaks, shaded=shaded)[0]
     parts: Sequence[Any] = panel.child_axes or [panel]
-    for part in parts if shown.written == "deg" else ():
-        count_degrees(part.yaxis)
+    for part in parts:
+        count_degrees(part.yaxis, panel.get_ylabel())
     return panel
 
 

@@ -82,7 +82,7 @@ def map(  # noqa: A001
     panel.set_facecolor(GREY)
     panel.set(xlabel=x_label, ylabel=y_label)
     for axis in (panel.xaxis, panel.yaxis):
-        count_degrees(axis)
+        count_degrees(axis, axis.get_label_text())
     beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}
     extend = beyond[bool(np.any(grid < low)), bool(np.any(grid > high))]
     panel.figure.colorbar(mesh, ax=panel, label=label, extend=extend)

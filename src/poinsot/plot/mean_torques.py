@@ -44,5 +44,5 @@ def yorp(
     panel.plot(at, coefficients.tilt, color=VERMILION, linestyle="--", label="towards larger obliquity")
     panel.ticklabel_format(axis="y", scilimits=PLAIN, useMathText=True)
     dress(panel, f"obliquity{unit.label}", "mean torque of unit pressure [length³]")
-    count_degrees(panel.xaxis)
+    count_degrees(panel.xaxis, panel.get_xlabel())
     return panel

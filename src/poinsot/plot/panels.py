@@ -96,11 +96,11 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
     return drawn
 
 
-def count_degrees(axis: Any) -> None:
-    """Put ticks at fractions of a right angle on an axis of degrees, by its label, that has more than one."""
+def count_degrees(axis: Any, label: str) -> None:
+    """Put ticks at fractions of a right angle on an axis that has more than one, if its label says degrees."""
     from matplotlib.ticker import MaxNLocator
 
-    if axis.get_label_text().endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:
+    if label.endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:
         axis.set_major_locator(MaxNLocator(8, steps=[1, 3, 4.5, 6, 9, 10]))
 
 

@@ -59,7 +59,7 @@ def section(section: Section, *, ax: Axes | None = None, angle_unit: str | None 
     axes.margins(0.01)
     dress(axes, x_label, y_label)
     for axis in (axes.xaxis, axes.yaxis):
-        count_degrees(axis)
+        count_degrees(axis, axis.get_label_text())
     return axes
 
 

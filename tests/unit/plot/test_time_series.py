@@ -461,6 +461,16 @@ def test_a_window_is_drawn_alone_and_fills_the_panel(motion):
         pt.plot.drift(motion, window=(7000, 8000))
 
 
+@pytest.mark.parametrize("separate", [False, True])
+def test_degrees_are_counted_in_right_angles(motion, separate):
+    panel = pt.plot.roll_pitch_yaw(motion, ORBIT, separate=separate)
+    part: Any = panel.child_axes[0] if separate else panel
+    part.figure.draw_without_rendering()
+    low, high = part.get_ylim()
+    assert {tick for tick in part.get_yticks() if low <= tick <= high} >= {-180, 0, 180}
+    assert all(tick % 30 == 0 for tick in part.get_yticks())
+
+
 def test_separate_curves_are_one_below_the_other_on_one_axis_of_time(motion):
     panels = pt.plot.angular_velocity(motion, separate=True, **IN_SI)
     assert labels(panels) == [f"angular velocity, {axes} axes [rad s⁻¹]" for axes in ("body", "space")]
