@@ -43,7 +43,8 @@ PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
 POWER = 0.05
 """Of the height of a panel: what the power of ten above it takes."""
-RIGHT_ANGLE = 90.0
+RIGHT_ANGLE, TICKS = 90.0, 5
+"""Degrees, and ticks an inch."""
 MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
 SAMPLE, CHARACTER = 0.4, 0.06
 """Inches of a legend: of a sample of a line, and of a letter."""
@@ -101,7 +102,9 @@ def count_degrees(axis: Any, label: str) -> None:
     from matplotlib.ticker import MaxNLocator
 
     if label.endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:
-        axis.set_major_locator(MaxNLocator(8, steps=[1, 3, 4.5, 6, 9, 10]))
+        figure, box = axis.axes.get_figure(root=True), axis.axes.bbox
+        inches = (box.height if axis.axis_name == "y" else box.width) / figure.dpi
+        axis.set_major_locator(MaxNLocator(min(int(TICKS * inches), 8), steps=[1, 3, 4.5, 6, 9, 10]))
 
 
 def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None) -> None:
