@@ -104,7 +104,7 @@ def count_degrees(axis: Any, label: str) -> None:
     if label.endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:
         figure, box = axis.axes.get_figure(root=True), axis.axes.bbox
         inches = (box.height if axis.axis_name == "y" else box.width) / figure.dpi
-        axis.set_major_locator(MaxNLocator(min(int(TICKS * inches), 8), steps=[1, 3, 4.5, 6, 9, 10]))
+        axis.set_major_locator(MaxNLocator(min(math.ceil(TICKS * inches), 8), steps=[1, 3, 4.5, 6, 9, 10]))
 
 
 def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None) -> None:
