@@ -221,9 +221,7 @@ def test_threads_and_failures_of_members(top, tmp_path):
         assert said == "poinsot: --member must lie within [-5, 4], got 5.\n"
     call("plot", tmp_path / "top.nc", "--kind", "attitude_error")  # from the median attitude, which one motion has not
     alone = ("plot", tmp_path / "top.nc", tmp_path / "one.png", "--kind", "attitude_error", "--member", "0")
-    assert (
-        "must be given for one motion, got none. Only members have a median attitude." in call(*alone, code=2).stderr
-    )
+    assert "must be given for one motion, got none. Only members have a median attitude." in call(*alone, code=2).stderr
 
 
 def test_members_that_stop_are_told_and_end_in_their_own_status(top, tmp_path):

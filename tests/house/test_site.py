@@ -21,6 +21,14 @@ def test_every_example_is_in_one_group_of_the_gallery():
     assert sorted(grouped) == sorted({path.stem for path in (ROOT / "examples").glob("*.[pt][yo]*")})
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
+def test_every_example_begins_with_a_title(path):
+    title, text = gallery.told(path.stem)
+    assert 5 < len(title) < 60
+    assert not re.search(r"[:;.]", title)
+    assert len(text) > len(title)
+
+
 def test_every_name_of_the_root_is_in_one_group_of_the_api():
     grouped = [f"poinsot.{name}" for group in api.ROOT_GROUPS.values() for name in group.split()]
     assert sorted(grouped) == sorted(name for name in names.public() if name.count(".") == 1)

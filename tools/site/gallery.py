@@ -117,7 +117,10 @@ def pictures(folder: Path) -> list[str]:
 
 def index(folder: Path) -> str:
     """Return the page of all, with a card for each."""
-    parts = ["# Gallery", "Each example answers one question, checks its answer and draws it; scenarios are files."]
+    parts = [
+        "# Gallery",
+        "Each program answers one question, checks its answer and draws it; scenarios play in their page.",
+    ]
     for group, names in GROUPS.items():
         cards = "\n\n".join(card(name, folder / name) for name in names.split())
         listed = "\n".join(f"{told(name)[0]} <{name}>" for name in names.split())
