@@ -3,6 +3,7 @@
 import re
 import shutil
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 from tools.site import api, gallery, names
@@ -40,6 +41,20 @@ def test_no_page_loads_anything_from_elsewhere():
     assert len(pages) > 100
     assert [str(page) for page in pages if REQUEST.search(page.read_text())] == []
     assert [str(sheet) for sheet in SITE.rglob("*.css") if STYLE_REQUEST.search(sheet.read_text())] == []
+
+
+@pytest.mark.docs
+def test_links_within_the_site_lead_somewhere():
+    pages = {path: path.read_text() for path in SITE.rglob("*.html") if "_static" not in path.parts}
+    names = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in pages.items()}
+    lost = []
+    for path, text in pages.items():
+        for link in re.findall(r'\b(?:href|src)="(?!https?:|data:|mailto:|#")([^"]+)"', text):
+            target, _, anchor = unquote(link).partition("#")
+            found = (path.parent / target.partition("?")[0]).resolve() if target else path
+            if not found.exists() or (anchor and found in names and anchor not in names[found]):
+                lost.append((path.relative_to(SITE).as_posix(), link))
+    assert lost == []
 
 
 # ------------------------------------------------------------------ in a browser without a network
