@@ -207,7 +207,7 @@ def _in_store(path: Path) -> Trajectory:
         if store.chunk and phase_in(store) is None:
             result: Trajectory = result_in(store)
             return result
-        return _Reading(store.dataset(), str(path), store).trajectory()
+        return _Reading(store.variables(), str(path), store).trajectory()
     except (StoreError, KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
         what = str(error) if isinstance(error, StoreError) else f"its attributes have no {str(error)[:60]}"
         raise ValueError(f"{path} must be a whole result as save writes it, got another: {what}.") from None

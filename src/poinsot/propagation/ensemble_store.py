@@ -10,6 +10,7 @@ import contextlib
 import functools
 import os
 from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -170,6 +171,13 @@ class EnsembleStore:
 
     def dataset(self) -> xarray.Dataset:
         """Return all arrays as a dataset, of which chunks are read when they are needed: with dask, as its arrays."""
+        data = self.variables()
+        if find_spec("dask") is None:
+            return data
+        return data.assign({name: data.variables[name].chunk({"member": self.chunk}) for name in self.sharded})
+
+    def variables(self) -> xarray.Dataset:
+        """Return all arrays as a dataset, which reads what it is indexed with."""
         said = {name: value for name, value in self.attributes.items() if name != "store"}
         return _dataset(self.arrays, said)
 

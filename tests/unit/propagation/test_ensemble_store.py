@@ -347,3 +347,27 @@ def test_one_member_is_read_alone(whole, monkeypatch):
     motion.member(7)
     assert {*read} == {1}
     assert textwrap.shorten(str(motion), 1000).count("4 of 4 chunks of 6 members") == 1
+
+
+@pytest.mark.parametrize("with_dask", [True, False])
+def test_datasets_read_chunk_after_chunk(whole, with_dask, monkeypatch):
+    if with_dask:
+        pytest.importorskip("dask")
+    else:
+        monkeypatch.setattr(ensemble_store, "find_spec", lambda _: None)
+    store, motion = whole
+    data, read, content = pt.load(store).dataset, [], zarr_group.StoredArray._content
+
+    def noted(array, number, place, size):
+        read.append(number)
+        return content(array, number, place, size)
+
+    monkeypatch.setattr(zarr_group.StoredArray, "_content", noted)
+    assert (data["quaternion"].chunks is not None) is with_dask
+    some = data["quaternion"].isel(member=[7, 8], time=slice(None, None, 2), parameter=1)
+    assert not read
+    assert np.array_equal(some, motion.quaternion[7:9, ::2, 1])
+    assert {*read} == {1}
+    assert np.array_equal(data["quaternion"].isel(time=-1), motion.quaternion[:, -1])
+    assert np.array_equal(data["quaternion"].isel(member=3), motion.quaternion[3])
+    assert np.allclose(data["angular_momentum_body"].mean("member"), motion.angular_momentum_body.mean(axis=0))
