@@ -45,7 +45,7 @@ def test_bars_count_the_members_at_the_last_time(quantity):
     for lower, upper, count in zip(left, left + width, height, strict=True):
         slack = 1e-9 * upper
         assert abs(np.sum((factor * values > lower + slack) & (factor * values < upper - slack)) - count) <= 1
-    medians = [line.get_xdata()[0] for line in panel.lines]
+    medians = [float(np.ravel(line.get_xdata())[0]) for line in panel.lines]
     np.testing.assert_allclose(medians[:3], factor * np.percentile(values, [5, 95, 50]), rtol=1e-12)
     assert ("[deg h⁻¹]" if options else "[kg m² s⁻¹]") in panel.get_xlabel()
 
@@ -58,7 +58,7 @@ def test_the_turn_is_that_of_the_angular_momentum():
         [np.arccos(a @ b / np.linalg.norm(a) / np.linalg.norm(b)) for a, b in zip(one, other, strict=True)]
     )
     panel = pt.plot.histogram(motion, "turn")
-    assert panel.lines[2].get_xdata()[0] == pytest.approx(np.median(angles), rel=1e-9)
+    assert float(np.ravel(panel.lines[2].get_xdata())[0]) == pytest.approx(np.median(angles), rel=1e-9)
     assert panel.get_xlabel().endswith("[deg]")
 
 

@@ -536,6 +536,39 @@ def test_two_views_stand_beside_each_other(browser, tmp_path):
     visit.page.close()
 
 
+def shown_at(frame, visit, told):
+    """Wait until a page in a notebook shows a time."""
+    for _ in range(250):
+        if frame.locator("#now").text_content() == told:
+            return
+        visit.page.wait_for_timeout(20)
+    raise AssertionError(frame.locator("#now").text_content())
+
+
+def test_an_exported_notebook_has_formulas_plots_and_a_slider_without_a_network(browser, tmp_path):
+    """Formulas are typeset by the browser itself: a fraction stands in two lines, and an index below its letter."""
+    system = pt.System(BODY, pt.GravityGradient(pt.orbits.FixedPosition(1.0, position=(3, 0, 0))))
+    moved = pt.propagate(system, STATE, np.linspace(0, 40, 302))
+    cells = "".join(f"<div>{thing._repr_html_()}</div>" for thing in (system, moved, pt.view(moved), BODY, STATE))
+    (tmp_path / "export.html").write_text(f"<!DOCTYPE html><meta charset=utf-8>{cells}")
+    visit = Visit(browser, tmp_path / "export.html", width=1000)
+    places = "each => { const box = each.getBoundingClientRect(); return [box.top, box.bottom, box.width]; }"
+    fraction = "Array.from(document.querySelectorAll('mfrac')).at(-1)"
+    upper, lower = (visit(f"({places})({fraction}.children[{i}])") for i in (0, 1))
+    assert 0 < upper[1] <= lower[0] + 1
+    letter, index = (visit(f"({places})(document.querySelector('msub').children[{i}])") for i in (0, 1))
+    assert index[1] > letter[1]
+    assert visit("document.querySelectorAll('svg polyline').length") == 5 + len(moved.drift)
+    frame = visit.page.frames[1]
+    frame.frame_element().scroll_into_view_if_needed()  # what is out of sight is not drawn
+    shown_at(frame, visit, "t = 0")
+    frame.locator("#time").evaluate("each => { each.value = 20; each.dispatchEvent(new Event('input')) }")
+    shown_at(frame, visit, "t = 20")
+    assert visit.said == []
+    assert all(url.startswith("file:") or url == "about:srcdoc" for url in visit.asked)
+    visit.page.close()
+
+
 def test_without_webgl_the_plots_and_the_time_remain(browser, tmp_path):
     """And no control of the scene."""
     visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"), webgl=False)
