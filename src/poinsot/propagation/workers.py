@@ -34,8 +34,10 @@ def on_workers(client: Any, task: Task, numbers: Iterable[int]) -> Iterator[Done
     distributed: Any = import_module("distributed")
     given = client.submit(_unpacked, _packed(task), _own_versions(), pure=False)
     futures = client.map(_chunk, list(numbers), task=given, pure=False)
+    with client.as_current():  # another client may be open, whose event loop is another one
+        completed = distributed.as_completed(futures, with_results=True)
     try:
-        for _, done in distributed.as_completed(futures, with_results=True):
+        for _, done in completed:
             yield done
     except Exception as error:
         raise _told(error) from error

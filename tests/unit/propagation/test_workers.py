@@ -154,6 +154,26 @@ def test_an_interrupt_leaves_a_store_that_goes_on(client, serial, tmp_path):
     assert np.array_equal(pt.propagate(TOP, START, TIMES, **asked).quaternion, serial.quaternion[:, [0, -1]])
 
 
+def test_another_client_may_be_open(client, serial, monkeypatch):
+    """Futures are waited for on the event loop of their own client: on another one a run may wait for ever."""
+    loops, plain = [], distributed.as_completed
+
+    def watched(*arguments, **options):
+        found = plain(*arguments, **options)
+        loops.append(found.loop)
+        return found
+
+    monkeypatch.setattr(distributed, "as_completed", watched)
+    with (
+        distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=":0") as other,
+        distributed.Client(other) as last,
+    ):
+        found = pt.propagate(TOP, START, TIMES, chunk=120, client=client, reduce=lambda data: data[["quaternion"]])
+        assert client.loop is not last.loop
+    assert loops == [client.loop]
+    assert np.array_equal(found.quaternion, serial.quaternion)
+
+
 def test_what_cannot_travel_is_said(client, tmp_path):
     lock = threading.Lock()
 
