@@ -28,8 +28,11 @@ def free(body=OBLIQUE, g=(0.5, -0.7, 1.1), times=None, units=SI):
 
 def content(motion):
     """The data in the page, as its script reads them."""
-    block = re.search(r'<script type="application/json" id="motion">(.*?)</script>', pt.view(motion).html, re.DOTALL)
-    return json.loads(block[1])
+    return content_in(pt.view(motion).html)
+
+
+def content_in(page):
+    return json.loads(re.search(r'<script type="application/json" id="motion">(.*?)</script>', page, re.DOTALL)[1])
 
 
 def decoded(packed, columns):
@@ -212,7 +215,7 @@ def test_of_very_many_times_a_page_has_those_after_equal_turns_and_the_extremes_
     motion = pt.Trajectory(made.system, made.initial, times[::order], lambda: phase, made.run)
     page = pt.view(motion).html
     assert len(page) < 5e6
-    data = content(motion)
+    data = content_in(page)
     assert data["stored"] == times.size
     kept = np.frombuffer(base64.b64decode(data["times"]))
     assert np.all(np.diff(kept) > 0)
@@ -350,7 +353,7 @@ def test_other_motions_share_the_page_and_of_many_some_are_there():
     starts = OBLIQUE.state((1, 0, 0, 0), omega_body=np.linspace((0.1, 0.2, 0.3), (0.4, 0.1, 0.2), 22))
     others = pt.propagate(pt.System(OBLIQUE, units=SI), starts, np.linspace(0, 10, 21)[::-1])
     page = pt.view(free(), beside=[free(), others]).html
-    ghosts = json.loads(re.search(r'id="motion">(.*?)</script>', page, re.DOTALL)[1])["ghosts"]
+    ghosts = content_in(page)["ghosts"]
     assert len(ghosts) == 8
     assert ">8 other motions<" in page
     last = ghosts[-1]
