@@ -150,7 +150,10 @@ def test_a_table_of_somebody_is_compared_with_a_motion(folder):
 @pytest.mark.usefixtures("folder")
 def test_options_of_other_pictures_are_refused_before_the_result_is_read():
     for option, kinds in (
-        (("--angle-unit", "rad"), "attitude_error or difference or euler_angles or librations or roll_pitch_yaw"),
+        (
+            ("--angle-unit", "rad"),
+            "attitude_error or difference or euler_angles or histogram or librations or roll_pitch_yaw",
+        ),
         (("--orbit", 1), "roll_pitch_yaw"),
         (("--with", "sat.nc"), "attitude_error or difference"),
     ):

@@ -336,7 +336,7 @@ def test_pictures_and_pages_of_some_times(top, tmp_path, monkeypatch):
     call("run", top)
     path, seen = tmp_path / "top.nc", []
 
-    def watch(motion, path, _):
+    def watch(motion, path, *_):
         seen.append(motion.times)
         return path
 
