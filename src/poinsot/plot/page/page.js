@@ -91,6 +91,7 @@
       draw();
       mark();
       read();
+      clock.keep();
     }
     requestAnimationFrame(frame);
   }
@@ -138,6 +139,7 @@
       draw();
       mark();
       read();
+      clock.keep();
     },
   };
 

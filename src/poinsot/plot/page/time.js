@@ -60,7 +60,11 @@ const clock = (() => {
     const words = [inWords(), date()];
     [at("now").textContent, at("date").textContent] = words;
     slider.setAttribute("aria-valuetext", words.filter(Boolean).join(", "));
-    if (!playing && location.protocol !== "about:") history.replaceState(null, "", `#t=${Number(time.toPrecision(12))}`);
+  }
+
+  /** Put the time into the address of the page; browsers refuse many of these in a row. */
+  function keep() {
+    if (location.protocol !== "about:") history.replaceState(null, "", `#t=${Number(time.toPrecision(12))}`);
   }
 
   function followLink() {
@@ -104,7 +108,7 @@ const clock = (() => {
     }
   }
 
-  const own = { setTime, setPlaying, step, pass, read, resize, followLink, inWords, events };
+  const own = { setTime, setPlaying, step, pass, read, keep, resize, followLink, inWords, events };
   return Object.defineProperties(own, {
     time: { get: () => time },
     playing: { get: () => playing },
