@@ -80,7 +80,7 @@ INTERNAL = {
         "sniff",
     ),
     *("seen_from", "power", "with_attitude", "with_separation", "on", "load", "truncation", "check_start"),
-    *("try_event", "numbered", "momentum_ratios", "sizes_of_blocks"),
+    *("try_event", "numbered", "variables", "momentum_ratios", "sizes_of_blocks"),
     *("from_msis",),  # its package is not among those of the tests
     *("turned", "update", "in_body", "rate_in_body", "moment", "angles_at", "axes_at", "to_planet"),
 }

@@ -159,6 +159,13 @@ def test_noise_is_that_of_the_member():
     assert np.max(np.abs(other.omega_body - whole.omega_body[9])) > 1e-6
 
 
+def test_noise_does_not_depend_on_chunks(tmp_path):
+    system, state = case("noise")
+    whole = pt.propagate(system, state, TIMES)
+    stored = pt.propagate(system, state, TIMES, out=tmp_path / "run.zarr", chunk=5)
+    assert np.array_equal(np.asarray(stored.quaternion), whole.quaternion)
+
+
 def indicators(system, state):
     found = pt.analysis.chaos_indicators(system, state, TIMES[2:], vectors=2)
     names = ("growth", "fli", "megno", "mean_megno", "gali")

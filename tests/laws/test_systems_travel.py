@@ -21,6 +21,7 @@ from laws import (
 )
 from laws.test_results_travel import contents
 from poinsot.forces import IGRF
+from public_calls import public_calls
 
 FAR = pt.orbits.FixedPosition(398600.4, position=(6871.2, 0, 0))
 EARTH = pt.orbits.RotationModel.iau("earth", calendar=pt.Calendar("2026-11-21T00:00:00", "TT"))
@@ -51,6 +52,24 @@ def test_every_record_comes_back_equal(kind, way):
         assert repr(back) == repr(record)
         assert contents(back.numbers) == contents(record.numbers)
         assert contents(back.knots) == contents(record.knots)
+
+
+def test_orbits_of_files_have_their_numbers_with_them(tmp_path):
+    calls = public_calls(tmp_path)
+    for name in ("read_oem", "spice_orbit", "tle_orbit"):
+        read, given = calls[name]
+        orbit = read(**given)
+        packed, (first, last) = pickle.dumps(orbit), orbit.span
+        times = np.linspace(first, last, 7)
+        expected = np.array(list(orbit.position_at(times)))
+        code = "import pickle, sys; orbit, times = pickle.load(sys.stdin.buffer)\n"
+        code += "import numpy as np; sys.stdout.buffer.write(np.array(list(orbit.position_at(times))).tobytes())"
+        sent = pickle.dumps((pickle.loads(packed), times))
+        elsewhere = tmp_path / name
+        elsewhere.mkdir()
+        run = subprocess.run([sys.executable, "-c", code], input=sent, cwd=elsewhere, capture_output=True, check=True)
+        assert run.stdout == expected.tobytes()
+        assert str(tmp_path).encode() not in packed
 
 
 SYSTEMS = {
