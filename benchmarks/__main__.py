@@ -43,6 +43,7 @@ SECTIONS = {
     "two_bodies": "pairs",
     "cubesat": "spacecraft",
     "in_stores": "stores",
+    "on_workers": "workers",
 }
 """Of each section, the function of that name, its module: one process loads one, which older versions can load too."""
 IN_SEVERAL = {
@@ -60,6 +61,7 @@ ON_ALL_CORES = (
     "chaos_maps",
     "two_bodies",
     "in_stores",
+    "on_workers",
 )  # thread pools count their cores when they are loaded
 PACKAGES = (
     *("poinsot", "heyoka", "numpy", "scipy", "numbalsoda", "numba"),

@@ -92,6 +92,7 @@ def text(results):
         (_two_bodies, "two_bodies"),
         (_cubesat, "cubesat"),
         (_in_stores, "in_stores"),
+        (_on_workers, "on_workers"),
         (_sweeps, "work_precision"),
     )
     told = [part(results[section]) for part, section in parts if section in results]
@@ -532,6 +533,21 @@ def _in_stores(found):
             ),
             f"A heavy top at {saving['times']} times, processor times:\n",
             table(("what", "seconds"), [(what, f"{seconds:.2f}") for what, seconds in rows]),
+        )
+    )
+
+
+def _on_workers(found):
+    same = "The members are the same, bit for bit." if found["same"] else "The members **differ**."
+    return "\n".join(
+        (
+            "## Workers of dask beside threads\n",
+            prose(
+                f"{found['members']} satellites of P3 at {found['times']} times to a store, in chunks of",
+                f"{found['chunk']}, each way in turn,",
+                f"without the start of workers and without compilation, medians. {same}",
+            ),
+            table(("on", "members per second"), [(way, f"{rate:.0f}") for way, rate in found["rate"].items()]),
         )
     )
 

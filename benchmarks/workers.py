@@ -11,7 +11,7 @@ import poinsot as pt
 from benchmarks import problems
 from benchmarks.ensembles import SATELLITES, SPREADS
 
-WORKERS, THREADS = "{} workers", "{} threads"
+WORKERS, THREADS = "workers: {}", "threads: {}"
 
 
 def on_workers(short):
