@@ -7,6 +7,8 @@ import inspect
 
 from tools.site.names import NAMESPACES, public
 
+from poinsot.mechanics.parameters import Parametric
+
 __all__ = ["pages"]
 
 ROOT_GROUPS = {
@@ -31,6 +33,9 @@ TITLES = {
     "shapes": "Shapes",
     "functions": "Functions of formulas",
 }
+
+OF_RECORDS = sorted(name for name in vars(Parametric) if not name.startswith("_"))
+"""What every record has for the engine, and no user calls."""
 
 SEARCHED = {"poinsot.propagate": "attitude", "poinsot.free_motion": "Euler-Poinsot motion"}
 """Words that the search leads to a page whose text has others."""
@@ -94,7 +99,7 @@ def functions_page() -> str:
     module = importlib.import_module("poinsot.functions")
     functions = [name for name in module.__all__ if inspect.isfunction(getattr(module, name))]
     listed = "\n".join(f".. autofunction:: {name}\n" for name in functions)
-    return f"{titled(TITLES['functions'])}\n.. automodule:: poinsot.functions\n\n{listed}"
+    return f"{titled(TITLES['functions'])}\n.. automodule:: poinsot.functions\n\n{listed}\n.. autoclass:: Vector\n"
 
 
 def object_page(name: str, thing: object) -> str:
@@ -103,7 +108,8 @@ def object_page(name: str, thing: object) -> str:
     if last in ANNOTATIONS:
         body = f".. py:data:: {name}\n\n   {ANNOTATIONS[last]}\n"
     elif inspect.isclass(thing):
-        body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n"
+        kept_apart = f"   :exclude-members: {', '.join(OF_RECORDS)}\n" if issubclass(thing, Parametric) else ""
+        body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n{kept_apart}"
     else:
         body = f".. autofunction:: {name}\n"
     word = f".. index:: ! {SEARCHED[name]}\n\n" if name in SEARCHED else ""
