@@ -4,6 +4,7 @@ import statistics
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ def on_workers(short):
             count: LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=":0", local_directory=folder)
             for count in (1, 2)
         }
-        clients = {count: Client(cluster) for count, cluster in clusters.items()}
+        clients: dict[int, Any] = {count: Client(cluster) for count, cluster in clusters.items()}
         ways = {THREADS.format(count): {"threads": count} for count in clusters}
         ways |= {WORKERS.format(count): {"client": client} for count, client in clients.items()}
         for turn in range(3 if short else 6):

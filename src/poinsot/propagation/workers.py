@@ -5,17 +5,23 @@ from __future__ import annotations
 import pickle
 from collections.abc import Iterable, Iterator
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol, TypeVar
 
 from poinsot.propagation.trajectory import versions
-
-if TYPE_CHECKING:
-    from poinsot.propagation.chunks import Done, Task
 
 __all__ = ["check_client", "on_workers"]
 
 ALIKE = ("poinsot", "heyoka")
 """Packages whose versions workers have in common with the client: others compute other bits, or do not know a task."""
+
+
+Done = TypeVar("Done", covariant=True)
+
+
+class Task(Protocol[Done]):
+    """What does the chunk of a number, and returns what is told of it."""
+
+    def __call__(self, number: int) -> Done: ...
 
 
 def check_client(client: Any) -> None:
@@ -26,7 +32,7 @@ def check_client(client: Any) -> None:
         raise ValueError("client must have workers, got none. Wait for them: client.wait_for_workers(1).")
 
 
-def on_workers(client: Any, task: Task, numbers: Iterable[int]) -> Iterator[Done]:
+def on_workers(client: Any, task: Task[Done], numbers: Iterable[int]) -> Iterator[Done]:
     """Do chunks on workers, and yield what is told of each as it ends; those of a worker that dies go to others.
 
     On an error or on Ctrl-C the chunks that have not begun are given up; those under way end on their workers.
@@ -45,7 +51,7 @@ def on_workers(client: Any, task: Task, numbers: Iterable[int]) -> Iterator[Done
         client.cancel([given, *futures], force=True)
 
 
-def _packed(task: Task) -> bytes:
+def _packed(task: Task[Any]) -> bytes:
     """Return a task as bytes; classes and functions of a script are among them."""
     cloudpickle: Any = import_module("cloudpickle")
     try:
@@ -58,14 +64,14 @@ def _packed(task: Task) -> bytes:
     return packed
 
 
-def _unpacked(packed: bytes, known: dict[str, str]) -> Task:
+def _unpacked(packed: bytes, known: dict[str, str]) -> Task[Any]:
     """Return the task, on a worker."""
     own = _own_versions()
     if own != known:
         said = " and ".join(f"{name} {own[name]}, not {known[name]}" for name in ALIKE if own[name] != known[name])
         raise RuntimeError(f"workers must have the versions of the client, got {said}.")
     try:
-        task: Task = pickle.loads(packed)  # noqa: S301, of the client, to which the worker belongs
+        task: Task[Any] = pickle.loads(packed)  # noqa: S301, of the client, to which the worker belongs
     except ModuleNotFoundError as error:
         raise RuntimeError(
             f"workers must have the modules of the system, got none with the name {error.name!r}. Install it there, "
@@ -74,7 +80,7 @@ def _unpacked(packed: bytes, known: dict[str, str]) -> Task:
     return task
 
 
-def _chunk(number: int, task: Task) -> Done:
+def _chunk(number: int, task: Task[Done]) -> Done:
     return task(number)
 
 
