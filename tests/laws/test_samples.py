@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.analysis import transition_matrix
 from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
 from poinsot.engine import kernels, looped_kernel
 from poinsot.functions import Vector
@@ -449,3 +450,21 @@ def test_a_spectrum_refuses_digital_controllers():
     system = pt.System(BODY, law)
     with pytest.raises(ValueError, match="system must have no digital controller, got 'sampled'"):
         pt.analysis.lyapunov_spectrum(system, system.state(**START), [1.0])
+
+
+@pytest.mark.parametrize("members", [(), (3,)])
+def test_columns_that_are_computed_apart_are_of_the_same_noise(members, monkeypatch):
+    """Three controllers make fifteen tangent coordinates, each a copy of the member with the member's noise."""
+    sensors = (NoisySensors(1e-2, 2e-2, 1e-3, seed=float(seed)) for seed in range(3))
+    laws = [Sampled(RateDamping(0.2, 0.4), 0.2, 0.1, each, name=f"law{i}") for i, each in enumerate(sensors)]
+    rates = np.random.default_rng(1).normal(size=(*members, 3))
+    system, times = pt.System(BODY, *laws), [0.5, 2.0]
+    state = system.state((1, 0, 0, 0), omega_body=rates)
+    found = pt.analysis.state_transition(system, state, times, ["moments[0]"])
+    motion = pt.propagate(system, state, times)
+    np.testing.assert_allclose(found.motion.omega_body, motion.omega_body, rtol=0, atol=1e-13)
+    monkeypatch.setattr(transition_matrix, "TOGETHER", 16)
+    whole = pt.analysis.state_transition(system, state, times, ["moments[0]"])
+    for name in ("matrix", "sensitivity"):
+        one, other = getattr(found, name), getattr(whole, name)
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-13 * np.max(np.abs(other)))

@@ -116,11 +116,6 @@ class VariationalRun:
         self, who: NDArray[np.int_], inputs: tuple[tuple[int, ...], ...] = (), sizes: Any = ()
     ) -> VariationalRun:
         """Return the run of an ensemble of some members, with other inputs and their sizes."""
-        if any(part.jump and part.jump.draws for part in self.system.parts):  # each member has noise of its own
-            raise ValueError(
-                f"system must have at most {TOGETHER} tangent coordinates where sensors have noise, got "
-                f"{self.size}. Name fewer sampled laws."
-            )
         return VariationalRun(
             system_of_members(self.system, who),
             state_of_members(self.state, who),
