@@ -226,7 +226,7 @@ def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
     from poinsot.files.netcdf import load
 
     found = load(file)
-    if not hasattr(found, "system"):
+    if not hasattr(found, "provenance"):
         return _of_dataset(file, found)
     motion = found if member is None else found.member(member)
     reason = getattr(motion.system, "not_rerunnable", None)

@@ -256,6 +256,8 @@ class Task:
         if reduced is None:
             store.write(number, plain_variables(selected(part.data, self.kept)), part.aside, about)
         else:
+            other = np.flatnonzero(store.whole)[:1].tolist()
+            concatenated([*(_of_chunk(*store.aside(chunk)) for chunk in other), reduced])  # refuses what differs
             store.write(number, {}, plain_variables(reduced), {**reduced.attrs, **about})
         return Done(number, count)
 
@@ -324,7 +326,7 @@ def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
                 range(-(-ensemble.members // task.chunk)),
                 0,
                 shown,
-                lambda done: found.update({done.number: done}),
+                lambda done: _take(found, done),
             )
         except KeyboardInterrupt:
             raise _interrupted(ensemble, sum(done.members for done in found.values()), None) from None
@@ -354,6 +356,12 @@ def _run(task: Task, numbers: Sequence[int], done: int, shown: bool, take: Calla
             if each.interrupted:
                 raise KeyboardInterrupt
             take(each)
+
+
+def _take(found: dict[int, Any], done: Done) -> None:
+    """Keep what a reduction has made of a chunk, if it goes with that of another one."""
+    concatenated([*(one.reduced for one in list(found.values())[:1]), done.reduced])
+    found[done.number] = done
 
 
 def _done(task: Task, numbers: Sequence[int], progress: Progress) -> Iterator[Done]:
@@ -398,12 +406,27 @@ def concatenated(parts: Iterable[xarray.Dataset]) -> xarray.Dataset:
     """Return datasets of chunks as one: along members where they have them, else along a new dimension `chunk`."""
     import xarray
 
-    found = [part.drop_attrs(deep=False) for part in parts]
-    if not found:
-        return xarray.Dataset()
-    along = "member" if "member" in found[0].dims else "chunk"
-    plain: Any = {"data_vars": "minimal" if along == "member" else "all", "coords": "minimal", "compat": "override"}
-    return xarray.concat(found, along, join="override", **plain)
+    found = list(parts)
+    first = found[0] if found else xarray.Dataset()
+    names = dict.fromkeys(name for part in found for name in part.variables)
+    joined = {name: _joined(name, [part.variables.get(name) for part in found], name in first.coords) for name in names}
+    return xarray.Dataset(joined).set_coords([name for name in first.coords if joined[name].dims == first[name].dims])
+
+
+def _joined(name: Any, each: Sequence[Any], coordinate: bool) -> xarray.Variable:
+    """Return a variable of all chunks as one; a coordinate that is the same for all of them as it is."""
+    import xarray
+
+    first = each[0]
+    if any(one is None or dict(one.sizes, member=0) != dict(first.sizes, member=0) for one in each if first is not one):
+        raise ValueError(
+            f"reduce must return the same variables and dimensions for each chunk, got others of {str(name)!r}. "
+            "Let what differs lie along member, or pad it."
+        )
+    plain = [xarray.DataArray(one.values, dims=one.dims) for one in each]
+    if coordinate and "member" not in first.dims and all(plain[0].equals(one) for one in plain):
+        return plain[0].variable
+    return xarray.concat(plain, "member" if "member" in first.dims else "chunk").variable
 
 
 # ---------------------------------------------------------------------- size and store

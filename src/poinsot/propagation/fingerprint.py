@@ -42,6 +42,7 @@ def _pieces(value: Any, within: tuple[int, ...]) -> Iterator[bytes]:
     else:
         for inner in _inside(value):
             yield from _pieces(inner, (*within, id(value)))
+        yield b"the end"
 
 
 def _inside(value: Any) -> Iterator[Any]:
@@ -73,7 +74,8 @@ def _of_code(value: Any) -> Iterator[Any]:
         yield from (value.co_code, value.co_names, value.co_consts)
     else:
         cells = [cell.cell_contents for cell in value.__closure__ or ()]
-        yield from (value.__module__, value.__qualname__, value.__code__, value.__defaults__, cells)
+        yield from (value.__module__, value.__qualname__, value.__code__, cells)
+        yield from (value.__defaults__, value.__kwdefaults__)
 
 
 def _own(value: Any) -> Iterator[Any]:

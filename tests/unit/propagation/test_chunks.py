@@ -156,6 +156,46 @@ def test_reductions_are_those_of_the_result(stored, tmp_path):
         assert found.identical(pt.load(tmp_path / "other.zarr"))
 
 
+@pytest.mark.parametrize("stored", [False, True])
+def test_what_chunks_do_not_share_lies_along_chunks(stored, tmp_path):
+    def reduce(data):
+        counts, edges = np.histogram(data.kinetic_energy, 4)
+        largest = {"largest": data.kinetic_energy.max("time"), "mean": data.kinetic_energy.mean()}
+        return xarray.Dataset({**largest, "counts": ("edge", counts)}, coords={"edge": edges[:-1], "side": [1, 2]})
+
+    out = {"out": tmp_path / "run.zarr"} if stored else {}
+    found, energy = run(pt.System(BODY), chunk=10, reduce=reduce, **out), run(pt.System(BODY)).kinetic_energy
+    parts = energy[:10], energy[10:20], energy[20:]
+    assert np.array_equal(found.largest, energy.max(1))
+    assert found.side.dims == ("side",)
+    for number, part in enumerate(parts):
+        counts, edges = np.histogram(part, 4)
+        assert found["mean"].values[number] == pytest.approx(part.mean(), rel=1e-14)  # sums of 110 numbers
+        assert np.array_equal(found.counts[number], counts)
+        assert np.array_equal(found.edge[number], edges[:-1])
+
+
+@pytest.mark.parametrize("stored", [False, True])
+@pytest.mark.parametrize(
+    "reduce",
+    [
+        lambda data: data[["kinetic_energy"]].isel(time=slice(0, 1 + int(data.member[0]))),
+        lambda data: xarray.Dataset({f"chunk_{int(data.member[0])}": 1.0}),
+    ],
+)
+def test_reductions_that_do_not_go_together_are_refused_at_the_second(stored, reduce, tmp_path):
+    seen = []
+
+    def counted(data):
+        seen.append(data)
+        return reduce(data)
+
+    out = {"out": tmp_path / "run.zarr"} if stored else {}
+    with pytest.raises(ValueError, match=r"^reduce must return the same variables and dimensions for each chunk, got"):
+        run(pt.System(BODY), chunk=5, reduce=counted, **out)
+    assert len(seen) == 2
+
+
 def test_strangers_read_a_store_without_warnings(tmp_path):
     whole = run(pt.System(BODY))
     run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=4)

@@ -105,3 +105,14 @@ def test_what_contains_itself_ends():
     loop: list = [1]
     loop.append(loop)
     assert fingerprint(loop) == fingerprint(loop)
+
+
+def test_nested_lists_and_keyword_defaults_count():
+    def law(n):
+        def inner(data, *, scale=n):
+            return scale * data
+
+        return inner
+
+    values = [[[1], 2], [[1, 2]], [(), 1], [(1,)], {"a": [], "b": 1}, law(1), law(2)]
+    assert len({fingerprint(value) for value in values}) == len(values)
