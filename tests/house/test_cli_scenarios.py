@@ -516,6 +516,27 @@ def test_an_ensemble_goes_to_a_store_and_on_with_it(tops, tmp_path):
     )
 
 
+def test_a_partial_store_goes_on_by_the_scenario_in_it(tops, tmp_path):
+    store = tmp_path / "tops.zarr"
+    call("run", tops, "--out", store, "--chunk", 8)
+    whole = np.asarray(pt.load(store).quaternion).tobytes()
+    tops.unlink()
+    for options in ((), ("--out", store)):
+        (store / "chunks" / "000001" / "zarr.json").unlink()
+        assert call("run", store, "--resume", *options).stdout == f"{store}\n"
+        assert np.asarray(pt.load(store).quaternion).tobytes() == whole
+    assert [path.name for path in tmp_path.iterdir()] == ["tops.zarr"]
+
+
+def test_a_store_without_whole_states_is_not_run_again(tops, tmp_path):
+    store = tmp_path / "rates.zarr"
+    job = pt.files.read_scenario(tops)
+    pt.propagate(job.system, job.state, job.times, out=store, variables=["kinetic_energy"])
+    for options in ((), ("--resume",)):
+        said = call("run", store, *options, code=2).stderr
+        assert said == f"poinsot: {store} must have whole states to be run again, got chosen variables alone.\n"
+
+
 def test_closed_forms_go_to_a_store_too(tops, tmp_path):
     tops.write_text(re.sub(r"(?m)^forces.*$", 'run.method = "closed form"', tops.read_text()))
     call("run", tops, "--out", tmp_path / "free.zarr", "--chunk", 8)

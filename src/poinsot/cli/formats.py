@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -107,7 +106,7 @@ def _next_steps(kind: str, file: Path) -> tuple[tuple[str, str], ...]:
     if kind == "scenario":
         return ((opened("run", file), "computes it"),)
     if kind == "store":
-        return ((f"{opened('run', Path('NAME.toml'))} --out {shlex.quote(str(file))} --resume", "goes on with it"),)
+        return ((f"{opened('run', file)} --resume", "goes on with it"),)
     if kind == "ensemble":
         return (
             (f"{opened('info', file)} --member 0", "one member"),

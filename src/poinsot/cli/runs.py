@@ -108,7 +108,8 @@ def run(
     After Ctrl-C, or if the propagation stops, NAME.partial.nc has the output times reached so far.
 
     A large ensemble goes to a store, chunk by chunk of members: memory is a few chunks, and after Ctrl-C, SIGTERM,
-    kill -9 or a full disk the same command with --resume goes on with the chunks that are missing.
+    kill -9 or a full disk the same command with --resume goes on with the chunks that are missing; so does
+    `poinsot run NAME.zarr --resume`, by the scenario in the store.
 
     A result is repeated from its own content, as NAME-again.nc, and compared: with the same versions it is the same
     bit for bit.
@@ -120,10 +121,13 @@ def run(
     - `poinsot run tops.toml --out results --threads 4`
     - `poinsot run tops.toml --dry-run`
     - `poinsot run tops.toml --out tops.zarr --resume`
+    - `poinsot run tops.zarr --resume`
     - `poinsot run tops.toml --out /shared/tops.zarr --resume --scheduler tcp://host:8786`
     - `poinsot run top.toml --json`
     """
     job, original = _job_in(file)
+    if resume and file.suffix == ".zarr" and out in (None, file):
+        out, original = file, None
     store = _store(job, out, resume=resume, chunk=chunk, scheduler=scheduler)
     if dry_run:
         _estimate(job, threads, as_json)
@@ -229,6 +233,7 @@ def _job_in(file: Path) -> tuple[Any, Any]:
     """Return what a file says is to be computed, and the original if it is a result."""
     from poinsot.files.netcdf import load
     from poinsot.files.scenarios.scenario import read_scenario, repetition
+    from poinsot.propagation.trajectory import Trajectory
 
     check_there(file)
     if file.suffix == ".toml":
@@ -236,6 +241,8 @@ def _job_in(file: Path) -> tuple[Any, Any]:
     if file.suffix not in RESULTS:
         raise ValueError(f"{file} must be a scenario, .toml, or a result, .nc or .zarr, but it is none.")
     original = load(file)
+    if not isinstance(original, Trajectory):
+        raise ValueError(f"{file} must have whole states to be run again, got chosen variables alone.")
     return repetition(original, str(file)), original
 
 
