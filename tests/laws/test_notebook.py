@@ -13,6 +13,9 @@ import poinsot as pt
 from laws.test_results_travel import DESCRIPTIONS, RESULTS
 from public_calls import BODY, START, TIMES, TOP, ensemble, free, motion, pair_motion, public_calls
 
+COMPILED_LONG = {"both ways, in extended precision"}
+"""A trajectory like others, whose kernel takes seconds to compile."""
+
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory):
@@ -22,7 +25,7 @@ def shown(tmp_path_factory):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a periapsis within a body
         made = {name: kind(**given) for name, (kind, given) in calls.items() if inspect.isclass(kind)}
-    made |= {f"result: {name}": RESULTS[name](folder) for name in sorted(RESULTS.keys() - DESCRIPTIONS)}
+    made |= {f"result: {name}": RESULTS[name](folder) for name in sorted(RESULTS.keys() - DESCRIPTIONS - COMPILED_LONG)}
     made |= {"System": TOP, "System of two bodies": pair_motion().system, "system of a table": motion().system}
     return {name: thing[0] if isinstance(thing, list) else thing for name, thing in made.items() if thing is not None}
 

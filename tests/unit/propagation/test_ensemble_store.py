@@ -131,7 +131,8 @@ def started(out):
 
 
 @pytest.mark.parametrize(
-    "signal_", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGINT]
+    "signal_",
+    [*(pytest.param(each, marks=pytest.mark.slow) for each in (signal.SIGKILL, signal.SIGTERM)), signal.SIGINT],
 )
 def test_a_run_that_is_ended_is_resumed(signal_, tmp_path):
     out = tmp_path / "it.zarr"
