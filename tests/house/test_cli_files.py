@@ -97,6 +97,19 @@ def test_shapes_and_fields_are_told_with_their_reader(folder):
     ]
 
 
+def test_a_store_without_whole_states_has_no_motion(folder):
+    system = pt.System(pt.Body((1.25, 1.0, 0.75)))
+    starts = system.body.state([(1, 0, 0, 0)] * 3, omega_body=(0.1, 0.2, 1))
+    pt.propagate(system, starts, [0.0, 1.0, 2.0], out=folder / "some.zarr", variables=["quaternion"])
+    pt.propagate(
+        system, starts, [0.0, 1.0, 2.0], out=folder / "less.zarr", reduce=lambda data: data[["norm_error"]].max("time")
+    )
+    for name in ("some.zarr", "less.zarr"):
+        assert call("info", name).stdout.startswith(f"Dataset {name}\n")
+        for command in ("run", "plot", "view"):
+            assert refused(command, name).startswith(f"{name} must have a motion, quaternions and momenta at the same ")
+
+
 def test_a_file_of_no_kind_is_told_what_there_is(folder):
     (folder / "x.doc").write_text("")
     assert refused("info", "x.doc").startswith("x.doc must be a result (.nc, .zarr), a scenario (.toml), attitudes")

@@ -21,6 +21,7 @@ from poinsot.cli.terminal import (
     check_ending,
     check_new,
     checked_result,
+    loaded_motion,
     one_of,
     opened,
     tell,
@@ -299,9 +300,7 @@ def _chosen(motion: Any, body: str | None, whole: bool = True) -> Any:
 
 def _loaded(file: Any, member: int | None = None, time: str | None = None) -> Any:
     """Return a result, or one of its members, at its times or at those within a window."""
-    from poinsot.files.netcdf import load
-
-    motion = load(checked_result(file))
+    motion = loaded_motion(checked_result(file))
     motion = motion if member is None else motion.member(member)
     return motion if time is None else motion.isel(time=_places(motion.times, time))
 

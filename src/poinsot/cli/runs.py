@@ -30,6 +30,7 @@ from poinsot.cli.terminal import (
     hand_over,
     hand_over_json,
     kept,
+    loaded_motion,
     opened,
     say,
     tell,
@@ -231,18 +232,14 @@ def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
 
 def _job_in(file: Path) -> tuple[Any, Any]:
     """Return what a file says is to be computed, and the original if it is a result."""
-    from poinsot.files.netcdf import load
     from poinsot.files.scenarios.scenario import read_scenario, repetition
-    from poinsot.propagation.trajectory import Trajectory
 
     check_there(file)
     if file.suffix == ".toml":
         return read_scenario(file), None
     if file.suffix not in RESULTS:
         raise ValueError(f"{file} must be a scenario, .toml, or a result, .nc or .zarr, but it is none.")
-    original = load(file)
-    if not isinstance(original, Trajectory):
-        raise ValueError(f"{file} must have whole states to be run again, got chosen variables alone.")
+    original = loaded_motion(file)
     return repetition(original, str(file)), original
 
 

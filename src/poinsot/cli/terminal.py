@@ -49,6 +49,7 @@ __all__ = [
     "hand_over_json",
     "kept",
     "listed_formats",
+    "loaded_motion",
     "one_of",
     "opened",
     "say",
@@ -327,6 +328,19 @@ def check_there(path: Path) -> None:
     """Refuse a name under which there is nothing."""
     if not path.exists():
         raise FileNotFoundError(f"No such file: {path}")
+
+
+def loaded_motion(file: Path) -> Any:
+    """Return the motion in a result; a store may have other things."""
+    from poinsot.files.netcdf import load
+
+    motion = load(file)
+    if not hasattr(motion, "provenance"):
+        raise ValueError(
+            f"{file} must have a motion, quaternions and momenta at the same times, got another dataset. "
+            "poinsot info says what is in it."
+        )
+    return motion
 
 
 def check_ending(path: Path, *endings: str) -> None:

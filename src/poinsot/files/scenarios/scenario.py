@@ -93,9 +93,11 @@ class Scenario(Summarized):
                 options |= {"threads": threads, "progress": progress}
                 motion = propagate(self.system, self.state, self.times, **options, **chunking)
         except (PropagationError, PropagationInterrupted) as stopped:
-            stopped.trajectory.provenance = dict(self.provenance)
+            if isinstance(stopped.trajectory, Trajectory):
+                stopped.trajectory.provenance = dict(self.provenance)
             raise
-        motion.provenance = dict(self.provenance)
+        if isinstance(motion, Trajectory):  # a store of chosen variables or of reductions is a dataset
+            motion.provenance = dict(self.provenance)
         return motion
 
 
