@@ -279,3 +279,18 @@ def test_progress_is_over_all_chunks(tmp_path, monkeypatch):
     pt.propagate(pt.System(BODY), STARTS, TIMES, progress=True, out=tmp_path / "it.zarr", chunk=5)
     assert told[0] == COUNT - 5
     assert sum(told) == COUNT
+
+
+def test_a_scenario_gives_datasets_where_it_keeps_no_motion(tmp_path):
+    path = tmp_path / "tops.toml"
+    path.write_text(
+        "body.moments = [1.25, 1.0, 0.75]\n[state]\nquaternion = [1, 0, 0, 0]\nomega_body = [0.1, 0.2, 3]\n"
+        "[times]\nstart = 0\nstop = 2\ncount = 3\n[ensemble]\nmembers = 5\nseed = 1\n"
+        '[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
+    )
+    scenario = pt.files.read_scenario(path)
+    whole = scenario.propagate(progress=False)
+    kept = scenario.propagate(progress=False, out=tmp_path / "kept.zarr", variables=["omega_body"])
+    assert np.array_equal(kept.omega_body, whole.omega_body)
+    means = scenario.propagate(progress=False, chunk=2, reduce=lambda data: data.omega_body.mean("member"))
+    assert means.sizes["chunk"] == 3
