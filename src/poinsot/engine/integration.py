@@ -409,17 +409,20 @@ class Integration:
     def _sound(
         self, taken: int, found: Any, before: Array, under_way: list[int], back: Callable[[], None]
     ) -> tuple[int, Any]:
-        """Take fewer steps where as many as were rehearsed fail, or one more where they lead nowhere; return them.
+        """Take fewer steps where as many as were rehearsed fail, or more where they lead nowhere; return them.
 
-        For an event at the start of a chunk the engine takes a step of length 0, in a rehearsal or in the chunk alone.
+        For each event at the start of a chunk the engine takes a step of length 0, in a rehearsal or here alone.
         """
-        stepper, kernel = self._stepper, self._kernel
+        stepper, kernel, most = self._stepper, self._kernel, self._chunk
         while taken > 1 and kernel.failing(under_way, found[0]):
             taken //= 2
             back()
             found = stepper.advance(taken)
-        stands = np.array_equal(stepper.times(), before)
-        if stands and all(kernel.outcome(found[0][lane][0], lane) == "step_limit" for lane in under_way):
+        while (
+            taken < most
+            and np.array_equal(stepper.times(), before)
+            and all(kernel.outcome(found[0][lane][0], lane) == "step_limit" for lane in under_way)
+        ):
             taken += 1
             back()
             found = stepper.advance(taken)
