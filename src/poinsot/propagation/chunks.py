@@ -333,6 +333,17 @@ def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
         return concatenated(found[number].reduced for number in sorted(found))
     store = _opened(ensemble, plan, plan.out)
     try:
+        return _in_store(ensemble, plan, store, shown)
+    except (StoreError, FileNotFoundError) as error:
+        raise ValueError(
+            f"out must be a whole store, got {plan.out} with parts missing: {error}. Remove it, and the same call "
+            "computes it anew."
+        ) from None
+
+
+def _in_store(ensemble: Ensemble, plan: Plan, store: EnsembleStore, shown: bool) -> Any:
+    """Compute the chunks that a store has not, and return the result in it."""
+    try:
         with lease(store.folder) as held:
             store = EnsembleStore(store.folder)
             store.forget_broken()
@@ -341,6 +352,8 @@ def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
     except KeyboardInterrupt:
         store = EnsembleStore(store.folder)
         raise _interrupted(ensemble, store.finished, _result(ensemble, plan, store)) from None
+    except FileNotFoundError:
+        raise
     except OSError as error:
         whole = EnsembleStore(store.folder).whole
         done = f"{whole.sum()} of {whole.size} chunks are whole; the same call goes on."
@@ -468,6 +481,8 @@ def saved_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any]
 def _opened(ensemble: Ensemble, plan: Plan, out: Path) -> EnsembleStore:
     """Return the store of a problem, which is made if it is not there; refuse that of another one."""
     problem = _problem(ensemble, plan)
+    if out.is_symlink() and not out.exists():
+        raise ValueError(f"out must be a new name or the store of this problem, got {out}, a link to nothing.")
     if not out.exists():
         _make(ensemble, plan, out, problem)
     try:

@@ -373,3 +373,20 @@ def test_datasets_read_chunk_after_chunk(whole, with_dask, monkeypatch):
     assert np.array_equal(data["quaternion"].isel(time=-1), motion.quaternion[:, -1])
     assert np.array_equal(data["quaternion"].isel(member=3), motion.quaternion[3])
     assert np.allclose(data["angular_momentum_body"].mean("member"), motion.angular_momentum_body.mean(axis=0))
+
+
+@pytest.mark.parametrize("part", ["time", "quaternion", "chunks"])
+def test_a_store_without_one_of_its_folders_says_so(tmp_path, part):
+    out = tmp_path / "it.zarr"
+    run(out)
+    shutil.rmtree(out / part)
+    with pytest.raises(
+        ValueError, match=r"^out must be a (whole store|new name or the store of this problem), got .*it"
+    ):
+        run(out)
+
+
+def test_a_link_to_nothing_is_no_store(tmp_path):
+    (tmp_path / "link.zarr").symlink_to(tmp_path / "nothing.zarr")
+    with pytest.raises(ValueError, match=r"link\.zarr, a link to nothing\.$"):
+        run(tmp_path / "link.zarr")
