@@ -39,6 +39,7 @@ TAKEN: dict[str, Any] = {
     "pair_equilibria": lambda: analysis.pair_equilibria(SYSTEM, PAIR.doubly_synchronous(distance=9.0)),
     "librations": lambda: analysis.librations(MOTION),
     "revolutions": lambda: analysis.revolutions(MOTION),
+    "estimate_run": lambda: analysis.estimate_run(SYSTEM, START, [8.0]),
     "plot.angular_velocity": lambda: plot.angular_velocity(MOTION),
     "plot.difference": lambda: plot.difference(MOTION, MOTION),
     "plot.distance": lambda: plot.distance(MOTION),
@@ -64,6 +65,8 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "plot.branch": (lambda: cast("Any", plot.branch)(MOTION), "must be a Branch"),
     "plot.part_variables": (lambda: plot.part_variables(MOTION), ONE),
     "plot.torques": (lambda: plot.torques(MOTION), ONE),
+    "plot.attitude_error": (lambda: plot.attitude_error(MOTION, MOTION), ONE),
+    "plot.histogram": (lambda: plot.histogram(MOTION), ONE.replace("motion", "ensemble")),
     "plot.roll_pitch_yaw": (lambda: plot.roll_pitch_yaw(MOTION, ORBIT), ONE),
     "free_motion": (lambda: pt.free_motion(PAIR, START, TIMES), "body must be a Body, got TwoBodies"),
 } | {

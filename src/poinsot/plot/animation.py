@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file
 from poinsot.checked import checked
+from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_member
 from poinsot.plot.solid_parts import triangles
 from poinsot.plot.solids import right_and_up, view_direction
@@ -105,8 +106,8 @@ def animate(
         raise ValueError(f"path must end in {' or '.join(WRITERS)}, got {path.name!r}.")
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
-    if not seconds > 0:
-        raise ValueError(f"seconds must be positive, got {seconds}.")
+    seconds = float(real_array("seconds", seconds, ()))
+    refuse_nonpositive("seconds", seconds)
     if seconds > LONGEST:
         raise ValueError(f"seconds must be at most {LONGEST}, got {seconds}.")
     write = WRITERS[path.suffix]

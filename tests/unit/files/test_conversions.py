@@ -35,7 +35,7 @@ def test_there_and_back_without_a_date_on_the_command_line(result, tmp_path, suf
     angle = (motion.attitude.inv() * back.attitude).magnitude()
     assert np.max(angle) < slack
     np.testing.assert_allclose(back.omega_body, motion.omega_body, atol=slack)
-    shown = pt.plot.difference(motion, back)  # whose times are rounded
+    shown = pt.plot.difference(motion, back, angle_unit="rad")  # whose times are rounded
     assert np.max(shown.lines[0].get_ydata()) < slack
     plt.close(shown.figure)
     again = pt.files.read_aem(convert(second, tmp_path / "again.aem"))  # with dates and axes that nobody says again
