@@ -292,5 +292,5 @@ def test_a_scenario_gives_datasets_where_it_keeps_no_motion(tmp_path):
     whole = scenario.propagate(progress=False)
     kept = scenario.propagate(progress=False, out=tmp_path / "kept.zarr", variables=["omega_body"])
     assert np.array_equal(kept.omega_body, whole.omega_body)
-    means = scenario.propagate(progress=False, chunk=2, reduce=lambda data: data.omega_body.mean("member"))
+    means: Any = scenario.propagate(progress=False, chunk=2, reduce=lambda data: data.omega_body.mean("member"))
     assert means.sizes["chunk"] == 3
