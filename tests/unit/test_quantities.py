@@ -7,7 +7,7 @@ import pytest
 from astropy import units as u
 
 import poinsot as pt
-from poinsot.propagation.trajectory import Run
+from poinsot.propagation.run_record import Run
 from public_calls import ELLIPSE, START, TOP, public_calls
 
 ANGLES = {

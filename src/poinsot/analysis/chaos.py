@@ -32,7 +32,7 @@ from poinsot.propagation.arguments import checked_times
 from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import analysed_in_chunks
-from poinsot.propagation.trajectory import Run
+from poinsot.propagation.run_record import Run
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
 

@@ -32,6 +32,7 @@ from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.dataset import read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.stored_motion import (
     events_in,
     events_of,
@@ -51,7 +52,7 @@ from poinsot.propagation.stored_trajectory import (
     stored_trajectory_class,
 )
 from poinsot.propagation.system_text import OF_SCENARIOS, WITH_FILES, with_texts
-from poinsot.propagation.trajectory import Method, Run, Trajectory
+from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.zarr_group import GROUP, StoreError, plain
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from poinsot.propagation.ensemble_store import EnsembleStore, plain_variables, w
 from poinsot.propagation.fingerprint import fingerprint
 from poinsot.propagation.lease import lease
 from poinsot.propagation.memory import available_memory
-from poinsot.propagation.trajectory import versions
+from poinsot.propagation.run_record import versions
 from poinsot.propagation.workers import check_client, on_workers
 from poinsot.propagation.zarr_group import GROUP, StoreError, plain
 

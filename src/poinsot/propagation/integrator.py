@@ -20,8 +20,9 @@ from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.event_record import crossings
 from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.selection import numbers_of_members, system_of_members
-from poinsot.propagation.trajectory import Method, Run, Trajectory
+from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Integrator"]
 

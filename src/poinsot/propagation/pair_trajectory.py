@@ -20,7 +20,8 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation.dataset import COLUMNS, OF_TWO
-from poinsot.propagation.trajectory import OF_PARTS, Method, Trajectory
+from poinsot.propagation.run_record import Method
+from poinsot.propagation.trajectory import OF_PARTS, Trajectory
 from poinsot.quantities import Times
 
 __all__ = ["PairTrajectory", "of_one_body", "trajectory_class"]

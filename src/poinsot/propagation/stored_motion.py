@@ -20,7 +20,8 @@ from poinsot.propagation.chunks import reduced
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import EventRecord, StoredEvent
 from poinsot.propagation.pair_trajectory import trajectory_class
-from poinsot.propagation.trajectory import ORBIT, Run, Trajectory
+from poinsot.propagation.run_record import Run
+from poinsot.propagation.trajectory import ORBIT, Trajectory
 from poinsot.propagation.zarr_group import JoinedArrays
 
 if TYPE_CHECKING:

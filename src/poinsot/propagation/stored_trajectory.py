@@ -17,8 +17,9 @@ from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import StoredPart
 from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.run_record import Run
 from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
-from poinsot.propagation.trajectory import Rows, Run, Trajectory
+from poinsot.propagation.trajectory import Rows, Trajectory
 
 __all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory", "stored_trajectory_class"]
 

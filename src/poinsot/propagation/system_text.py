@@ -17,7 +17,8 @@ from poinsot.mechanics.parameters import Parametric, records_in
 from poinsot.mechanics.state import named
 from poinsot.mechanics.system import System
 from poinsot.orbits.restricted_three_body import CirclingPair
-from poinsot.propagation.trajectory import Method, Trajectory
+from poinsot.propagation.run_record import Method
+from poinsot.propagation.trajectory import Trajectory
 from poinsot.shapes.assembly import Assembly
 
 if TYPE_CHECKING:

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import functools
 import json
-import platform
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from enum import StrEnum
-from importlib import metadata
-from importlib.util import find_spec
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
@@ -26,12 +22,14 @@ from poinsot.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
-from poinsot.mechanics.frame import Frame, checked_frame, roll_pitch_yaw
+from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, StoredEvent, crossings_of_members
+from poinsot.propagation.relative_motion import RelativeMotion
+from poinsot.propagation.run_record import Run, told_kernel
 from poinsot.propagation.selection import Chosen, Index, checked_index, rows_of, state_of_members, system_of_members
 from poinsot.quantities import Times
 
@@ -39,7 +37,6 @@ if TYPE_CHECKING:
     import xarray
     from scipy.spatial.transform import Rotation
 
-    from poinsot.engine.runs import Report
     from poinsot.propagation.ensemble_store import EnsembleStore
 
 
@@ -56,76 +53,6 @@ OF_PARTS = ("title", "calendar", "reference_frame")
 """What a part of a motion, or one of two bodies, has of the provenance of the whole: the scenario is not its own."""
 
 Interpolant = Callable[[Array], Phase]
-
-
-class Method(StrEnum):
-    """What computed a trajectory."""
-
-    TAYLOR = "Taylor"
-    TAYLOR_OF_MEMBERS = "Taylor, members in batches"
-    VARIATIONAL = "Taylor, with variational equations"
-    CLOSED_FORM = "closed form"
-    TABLE = "table"
-    ONE_OF_TWO = "Taylor, one of two bodies"
-
-
-@dataclass(frozen=True)
-class Run:
-    """How a trajectory was computed.
-
-    Attributes
-    ----------
-    method : Method
-    formulation, precision : str
-    tolerance : float
-        Of the integrator, relative, per step.
-    order, steps : int
-        Of the Taylor expansion; steps taken in both directions together.
-    wall_time : float
-        Seconds, without the building of the integrator.
-    versions : mapping
-        Of the package and of what computed.
-    kernel : str
-        "looped", "heyoka" or "cuda"; empty if nothing was integrated.
-    lanes : int
-        How many members it integrates at a time.
-    """
-
-    method: Method
-    formulation: str
-    precision: str
-    tolerance: float
-    order: int
-    steps: int
-    wall_time: float
-    versions: Mapping[str, str] = field(default_factory=dict)
-    kernel: str = ""
-    lanes: int = 0
-
-    @classmethod
-    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
-        """Return what a driver reports of a run."""
-        steps = int(report.steps.sum())
-        own = (report.tolerance, report.order, steps, report.wall_time)
-        return cls(method, formulation, precision, *own, versions(), report.kernel, report.lanes)
-
-    def attributes(self, failures: Mapping[int, str]) -> dict[str, Any]:
-        """Return what a dataset says of it, and why members stopped: nothing of the machine but the versions."""
-        own = {key: value for key, value in asdict(self).items() if key not in ("versions", "wall_time")}
-        return {
-            **own,
-            "method": str(self.method),
-            **({"failures": json.dumps(dict(failures))} if failures else {}),
-            **{f"version_{name}": version for name, version in self.versions.items()},
-        }
-
-
-@functools.cache
-def versions() -> dict[str, str]:
-    """Return the versions of the package and of what computed."""
-    packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
-    packages |= {"llvmlite": metadata.version("llvmlite")} if find_spec("llvmlite") else {}
-    return {**packages, "python": platform.python_version()}
 
 
 class Trajectory(Summarized):
@@ -662,54 +589,8 @@ class Trajectory(Summarized):
         return str(own or self.provenance.get("reference_frame", SPACE_AXES_UNNAMED))
 
 
-@dataclass(frozen=True, repr=False)
-class RelativeMotion(Summarized):
-    """Attitude and rate of the body relative to a frame.
-
-    Attributes
-    ----------
-    times : array (n,)
-    quaternion : array (n, 4)
-        Body -> frame, scalar first.
-    omega_body : array (n, 3)
-        The rate relative to the frame, along the body axes.
-    """
-
-    times: Array
-    quaternion: Array
-    omega_body: Array
-
-    @property
-    def attitude(self) -> Rotation:
-        """The attitudes as a scipy rotation, body -> frame."""
-        return rotation(self.quaternion)
-
-    @override
-    def _summary(self) -> tuple[str, dict[str, str]]:
-        return "Motion relative to a frame", {
-            "times": told_times(self.times),
-            "quaternion (body to frame)": told(self.quaternion),
-            "omega (relative to the frame, body axes)": told(self.omega_body),
-        }
-
-    @property
-    def roll_pitch_yaw(self) -> Array:
-        """Roll, pitch and yaw, radians, if the frame is an orbit's: see `roll_pitch_yaw`; shape (n, 3)."""
-        return roll_pitch_yaw(self.quaternion)
-
-    @property
-    def omega_frame(self) -> Array:
-        """The rate relative to the frame, along the frame's axes; shape (n, 3)."""
-        return quat.rotate(self.quaternion, self.omega_body)
-
-
 def _is_proof(name: str) -> bool:
     return name.startswith(("integral_", "drift_"))
-
-
-def told_kernel(kernel: str, lanes: int) -> str:
-    """Return what is said of the kernel of a run."""
-    return f"{kernel}, {lanes} lanes" if lanes > 1 else kernel
 
 
 def _largest(values: Array) -> float:

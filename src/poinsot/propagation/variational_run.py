@@ -28,8 +28,8 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
+from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.selection import state_of_members, system_of_members
-from poinsot.propagation.trajectory import Method, Run
 
 __all__ = ["TOGETHER", "VariationalRun"]
 

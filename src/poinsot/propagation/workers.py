@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
-from poinsot.propagation.trajectory import versions
+from poinsot.propagation.run_record import versions
 
 __all__ = ["check_client", "on_workers"]
 

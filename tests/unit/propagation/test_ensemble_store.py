@@ -16,7 +16,7 @@ import pytest
 import forked
 import poinsot as pt
 from poinsot.propagation import chunks, ensemble_store, lease, zarr_group
-from poinsot.propagation.trajectory import versions
+from poinsot.propagation.run_record import versions
 
 PROBLEM = """
 import numpy as np, poinsot as pt

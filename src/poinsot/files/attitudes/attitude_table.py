@@ -20,7 +20,8 @@ from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
+from poinsot.propagation.run_record import Method, Run, versions
+from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -29,8 +29,9 @@ from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.run_record import Method, Run, versions
 from poinsot.propagation.selection import state_of_members
-from poinsot.propagation.trajectory import Method, Run, Trajectory, versions
+from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 
 __all__ = ["free_motion"]

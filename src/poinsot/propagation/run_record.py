@@ -1,0 +1,91 @@
+"""How a motion was computed: the method, its order, steps and tolerance, and the versions of what computed it."""
+
+from __future__ import annotations
+
+import functools
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from importlib import metadata
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from poinsot.engine.runs import Report
+
+
+class Method(StrEnum):
+    """What computed a trajectory."""
+
+    TAYLOR = "Taylor"
+    TAYLOR_OF_MEMBERS = "Taylor, members in batches"
+    VARIATIONAL = "Taylor, with variational equations"
+    CLOSED_FORM = "closed form"
+    TABLE = "table"
+    ONE_OF_TWO = "Taylor, one of two bodies"
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a trajectory was computed.
+
+    Attributes
+    ----------
+    method : Method
+    formulation, precision : str
+    tolerance : float
+        Of the integrator, relative, per step.
+    order, steps : int
+        Of the Taylor expansion; steps taken in both directions together.
+    wall_time : float
+        Seconds, without the building of the integrator.
+    versions : mapping
+        Of the package and of what computed.
+    kernel : str
+        "looped", "heyoka" or "cuda"; empty if nothing was integrated.
+    lanes : int
+        How many members it integrates at a time.
+    """
+
+    method: Method
+    formulation: str
+    precision: str
+    tolerance: float
+    order: int
+    steps: int
+    wall_time: float
+    versions: Mapping[str, str] = field(default_factory=dict)
+    kernel: str = ""
+    lanes: int = 0
+
+    @classmethod
+    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
+        """Return what a driver reports of a run."""
+        steps = int(report.steps.sum())
+        own = (report.tolerance, report.order, steps, report.wall_time)
+        return cls(method, formulation, precision, *own, versions(), report.kernel, report.lanes)
+
+    def attributes(self, failures: Mapping[int, str]) -> dict[str, Any]:
+        """Return what a dataset says of it, and why members stopped: nothing of the machine but the versions."""
+        own = {key: value for key, value in asdict(self).items() if key not in ("versions", "wall_time")}
+        return {
+            **own,
+            "method": str(self.method),
+            **({"failures": json.dumps(dict(failures))} if failures else {}),
+            **{f"version_{name}": version for name, version in self.versions.items()},
+        }
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Return the versions of the package and of what computed."""
+    packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
+    packages |= {"llvmlite": metadata.version("llvmlite")} if find_spec("llvmlite") else {}
+    return {**packages, "python": platform.python_version()}
+
+
+def told_kernel(kernel: str, lanes: int) -> str:
+    """Return what is said of the kernel of a run."""
+    return f"{kernel}, {lanes} lanes" if lanes > 1 else kernel
