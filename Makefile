@@ -61,8 +61,9 @@ $(READY): pyproject.toml
 	@touch $(READY)
 
 # `make bench` writes docs/benchmarks.md and appends to benchmarks/history.csv (some minutes); `make bench-short` takes a
-# quick look into out/bench-short. Both go without the peers that do not install; `make bench-peers` tries these again. numbalsoda is built from source
-# where it has no wheel, which needs a Fortran compiler. `make bench ONLY="tops drifts"` prints single sections.
+# quick look into out/bench-short. Both go without the peers that do not install; `make bench-peers` tries these again.
+# numbalsoda is built from source where it has no wheel, which needs a Fortran compiler. `make bench ONLY="tops drifts"`
+# prints single sections; `make bench RESUME=1` goes on where a run stopped.
 BENCH := .venv-bench
 PEERS := numba numbalsoda diffrax mujoco bsk
 
@@ -79,7 +80,7 @@ endef
 .PHONY: bench bench-short bench-peers
 
 bench: $(BENCH)/.peers
-	$(BENCH)/bin/python -m benchmarks $(if $(ONLY),--only $(ONLY))
+	$(BENCH)/bin/python -m benchmarks $(if $(ONLY),--only $(ONLY)) $(if $(RESUME),--resume)
 
 bench-short: $(BENCH)/.peers
 	$(BENCH)/bin/python -m benchmarks --short
@@ -94,7 +95,7 @@ $(BENCH)/.ready: pyproject.toml
 	@echo "== setting up $(BENCH) (once)"
 	$(PYTHON) -m venv $(BENCH)
 	$(BENCH)/bin/python -m pip install --quiet --upgrade pip
-	$(BENCH)/bin/python -m pip install --quiet --editable '.[symbolic,sky]' matplotlib
+	$(BENCH)/bin/python -m pip install --quiet --editable '.[symbolic,sky,cluster]' matplotlib
 	@touch $(BENCH)/.ready
 
 clean:

@@ -21,6 +21,7 @@ from benchmarks import peers, single, variational
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "out" / "benchmark-sections"
 SECTIONS = {
     "work_precision": "single",
     "against_the_script": "single",
@@ -77,9 +78,11 @@ def main():
         return
     try:
         with _older_source() as older:
-            results = {name: _measured(name, given.short, older) for name in given.only or SECTIONS}
+            results = {name: _kept(name, given, older) for name in given.only or SECTIONS}
     except KeyboardInterrupt:
-        sys.exit("stopped; nothing was written.")
+        sys.exit("stopped; no report was written. The option --resume goes on from the last whole section.")
+    if not given.only:
+        shutil.rmtree(KEPT, ignore_errors=True)
     _write({"machine": machine(), "short": given.short, **results}, bool(given.only))
 
 
@@ -104,6 +107,16 @@ def _older_source():
         with tarfile.open(fileobj=io.BytesIO(archive.stdout)) as files:
             files.extractall(folder, filter="data")
         yield Path(folder).resolve() / "src"
+
+
+def _kept(name, given, older):
+    """Measure a section, or take it from a run that did not come to its end; keep it until this one does."""
+    kept = KEPT / f"{name}-{'short' if given.short else 'long'}.json"
+    if not (given.resume and kept.is_file()):
+        found = json.dumps(_measured(name, given.short, older))
+        KEPT.mkdir(parents=True, exist_ok=True)
+        kept.write_text(found)
+    return json.loads(kept.read_text())
 
 
 def _measured(name, short, older):
@@ -151,6 +164,7 @@ def _arguments():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--short", action="store_true", help="a quick look, written into out/bench-short")
     parser.add_argument("--only", nargs="+", choices=SECTIONS, metavar="SECTION", help=ONLY)
+    parser.add_argument("--resume", action="store_true", help="go on where a run stopped")
     parser.add_argument("--section", choices=SECTIONS, help=argparse.SUPPRESS)
     parser.add_argument("--process", type=int, default=0, help=argparse.SUPPRESS)
     parser.add_argument("--into", type=Path, help=argparse.SUPPRESS)
@@ -167,7 +181,7 @@ def _in_a_process(name, short, index=0, source=None):
         paths = {"PYTHONPATH": str(source)} if source else {}
         done = subprocess.run(command, cwd=ROOT, check=False, env=os.environ | paths)
         if done.returncode:
-            sys.exit(f"the section {name} failed; nothing was written.")
+            sys.exit(f"the section {name} failed; no report was written. Mend it, then go on with the option --resume.")
         return json.loads(into.read_text())
 
 
