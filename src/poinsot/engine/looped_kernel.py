@@ -50,6 +50,8 @@ NOTES = 1024
 STEPS_KEPT, BLOCK_BYTES = 256, 16_000_000
 """Room for steps at first, and the most that a block of them takes."""
 
+address_of, byte_of = ctypes.addressof, ctypes.c_char.from_buffer
+
 Doubles = NDArray[np.float64]
 NO_MOMENTA = Momenta()
 
@@ -64,7 +66,7 @@ class Code:
         How many a member has.
     conditions : tuple of int
         The parameters that hold the conditions behind which it stops, and the others beside them.
-    blank : structured array (1,)
+    blank : bytes
         A task without numbers of its own.
     """
 
@@ -73,9 +75,9 @@ class Code:
         self.variables, self.parameters = kernel.variables, kernel.parameters
         self.work, self.task, self.step, self.note = kernel.work, kernel.task, kernel.step, kernel.watch.note
         self.events, self.conditions = kernel.watch.events, kernel.watch.conditions
-        self.blank = np.zeros(1, self.task)
-        self.blank["limit"], self.blank["shortest"], self.blank["pause"] = LONGEST, np.inf, FOREVER
-        self.blank["branches"] = np.nan
+        blank = np.zeros(1, self.task)
+        blank["limit"], blank["shortest"], blank["pause"], blank["branches"] = LONGEST, np.inf, FOREVER, np.nan
+        self.blank = blank.tobytes()
         self.idle: list[Run] = []
         exact = [Fraction(1, n) for n in range(1, kernel.order + 1)]
         self.reciprocals_of_orders = np.array([0.0, *map(float, exact)])
@@ -109,7 +111,7 @@ class Output:
     ----------
     times : array (m,)
     rows : array (members, m, variables)
-        C-contiguous.
+        Both C-contiguous and writable.
     members, first, count, stride : arrays (n,)
         Of each task: which member's rows it writes, from which time on, how many, at least one, and whether to later
         ones of the array (1) or to earlier ones (-1).
@@ -156,7 +158,7 @@ class Queue:
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
         count, parts = output.members.size, times if times.ndim > 1 else times[:, None]
-        tasks = self.tasks = code.blank.repeat(count)
+        tasks = self.tasks = np.ndarray(count, code.task, bytearray(code.blank * count))
         tasks["state"], tasks["parameters"] = states, parameters
         tasks["time"][:, : parts.shape[1]] = parts
         output.into(tasks)
@@ -164,7 +166,7 @@ class Queue:
         times, rows = output.times, output.rows
         if not (times.flags.c_contiguous and rows.flags.c_contiguous and times.itemsize == rows.itemsize == 8):
             raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
-        addresses = _address(self._waiting), _address(tasks), times.__array_interface__["data"][0], _address(rows)
+        addresses = _address(self._waiting), _address(tasks), _address(times), _address(rows)
         self._record = np.array([0, count, *addresses])
         self.address = _address(self._record)
 
@@ -285,7 +287,7 @@ class Run:
 
 def _address(array: Any) -> int:
     """Return where numbers that may be changed are, in a fifth of the time of `array.ctypes.data`."""
-    return ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else 0
+    return address_of(byte_of(array)) if array.size else 0
 
 
 @functools.cache

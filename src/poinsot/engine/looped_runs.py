@@ -44,7 +44,7 @@ LARGEST_WITH_ZEROS = 2 * LARGEST
 
 NONE = np.empty(0, dtype=int)
 
-UNDER_WAY, DONE, PAUSED = int(Status.UNDER_WAY), int(Status.DONE), int(Status.PAUSED)
+UNDER_WAY, DONE, PAUSED, ENDED = map(int, (Status.UNDER_WAY, Status.DONE, Status.PAUSED, Status.ENDED))
 
 Array = NDArray[Any]
 
@@ -447,13 +447,16 @@ class _Tasks:
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""
         report, tasks, members = self._run.report, self.queue.tasks, self._members[self.own]
-        chosen = np.arange(members.size) if self._run.one else np.flatnonzero(self.finished[self.own])
-        np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
+        if self._run.one:  # `add.at` is slow to begin
+            chosen, report.steps[0] = np.arange(members.size), sum(tasks["steps"].tolist())
+        else:
+            chosen = np.flatnonzero(self.finished[self.own])
+            np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
         causes = dict[int, BaseException]()
         if self._noted is not None:
             causes = self._noted.causes
             report.events += [(int(members[k]), record) for k in chosen.tolist() for record in self._noted.records[k]]
-        for k in chosen[(tasks["status"][chosen] != DONE) & (tasks["status"][chosen] != Status.ENDED)].tolist():
+        for k in chosen[(tasks["status"][chosen] != DONE) & (tasks["status"][chosen] != ENDED)].tolist():
             task, why = tasks[k], self._why(k, int(tasks["status"][k]))
             stop = Stop(why, float(task["time"][0]), float(self._ends[k]), causes.get(k))
             report.stops.setdefault(int(members[k]), stop)

@@ -176,11 +176,11 @@ class Constants:
         Those on which a formula branches are not among them, nor those that other numbers of members would change:
         no member depends on who else is in its ensemble.
         """
-        total = sum([value for value in values if not np.ndim(value)])
+        total = sum([value for value in values if not isinstance(value, np.ndarray)])
         if total - total:
             return ()
         found = [number for number in self._never_conditions if _is_zero_for_all(values[number])]
-        if found and any(map(np.ndim, numbers)):
+        if found and np.ndarray in set(map(type, numbers)):
             others = self.values([_other_members(i) if np.ndim(x) else x for i, x in enumerate(numbers)])
             found = [number for number in found if _is_zero_for_all(others[number])]
         return tuple(found)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, orbits_of, within
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
 __all__ = ["Alike", "Collection"]
@@ -54,7 +54,7 @@ class Collection(ABC):
     @functools.cached_property
     def orbits(self) -> tuple[Orbit, ...]:
         """The orbits of its records, one as often as it is there."""
-        return tuple(orbit for record in self.records for orbit in orbits_of(record))
+        return tuple(part for part in self._dated if isinstance(part, Orbit))
 
     @functools.cached_property
     def knots(self) -> NDArray[np.float64]:
@@ -75,10 +75,14 @@ class Collection(ABC):
         """What its times mean as dates; None where no orbit and no rotation model has a calendar."""
         return next((calendar for calendar in self._said("calendar") if calendar is not None), None)
 
+    @functools.cached_property
+    def _dated(self) -> list[Dated]:
+        """The orbits, rotation models and fields of its records."""
+        return [part for record in self.records for part in within(record) if isinstance(part, Dated)]
+
     def _said(self, name: str) -> Iterator[Any]:
         """Yield an attribute of orbits, rotation models and fields."""
-        known = (part for record in self.records for part in within(record) if isinstance(part, Dated))
-        return (getattr(part, name) for part in known)
+        return (getattr(part, name) for part in self._dated)
 
     @functools.cached_property
     def beside_samples(self) -> Self:

@@ -133,7 +133,8 @@ class Parametric:
     @property
     def records(self) -> Iterator[Parametric]:
         """The records among the fields."""
-        return (record for name in _fields_of(self) for record in records_in(getattr(self, name)))
+        kind: Any = type(self)
+        return (record for name in _fields_with_records(kind) for record in records_in(getattr(self, name)))
 
     @property
     def definition(self) -> tuple[str, dict[str, Any]]:
@@ -271,6 +272,15 @@ def _fields(cls: Any) -> tuple[dict[str, Any], list[str]]:
         name
         for name, kind in kinds.items()
         if isinstance(kind, tuple) and any(isinstance(length, str) for length in kind)
+    ]
+
+
+@functools.cache
+def _fields_with_records(cls: Any) -> list[str]:
+    return [
+        name
+        for name, kind in kinds_of(cls).items()
+        if isinstance(kind, Several) or (isinstance(kind, type) and issubclass(kind, Parametric))
     ]
 
 
