@@ -141,7 +141,7 @@ def _rule(hint: Any) -> Rule | None:
         return None
     tests = [rule.holds for rule in known] + [lambda value: value is None] * (type(None) in ways)
     words, is_class = " or ".join(rule.words for rule in known), any(rule.is_class for rule in known)
-    return Rule(lambda value: any(test(value) for test in tests), words, is_class)
+    return Rule(tests[0] if len(tests) == 1 else lambda value: any(test(value) for test in tests), words, is_class)
 
 
 def _rule_of(way: Any) -> Rule | None:

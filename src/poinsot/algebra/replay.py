@@ -77,7 +77,8 @@ class Replay:
         known = (before if last else self._numbers).copy()
         for number in changed:
             if number in self._given:
-                known[self._given[number]] = self._typed(given[number])
+                value = given[number]  # to convert a scalar takes as long as four products
+                known[self._given[number]] = value if type(value) is self._typed else self._typed(value)
         value_at = known.__getitem__
         for place, operation, operands, _ in self._due(bits):
             known[place] = operation(*map(value_at, operands))

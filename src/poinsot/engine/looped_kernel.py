@@ -15,9 +15,8 @@ import platform
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,8 +102,7 @@ class Code:
         self.advance = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)(address)
 
 
-@dataclass
-class Output:
+class Output(NamedTuple):
     """Where rows go, and at what times.
 
     Parameters

@@ -215,7 +215,7 @@ class System(Dynamics):
         largest = self.torque_scale
         for momenta in (state.angular_momentum_body, *own):
             largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
-        return np.maximum(largest, largest == 0)
+        return largest + (largest == 0)
 
     @property
     def rigid_bodies(self) -> tuple[Body, ...]:
