@@ -13,7 +13,7 @@ from poinsot.atomic_write import new_folder
 from poinsot.engine.progress import Progress, bar
 from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.parameters import described
-from poinsot.propagation.ensemble_store import EnsembleStore, plain_variables, written_store
+from poinsot.propagation.ensemble_store import EnsembleStore, Frame, frame_of, plain_variables
 from poinsot.propagation.fingerprint import fingerprint
 from poinsot.propagation.lease import lease
 from poinsot.propagation.memory import available_memory
@@ -346,7 +346,8 @@ def _in_store(ensemble: Ensemble, plan: Plan, store: EnsembleStore, shown: bool)
     try:
         with lease(store.folder) as held:
             store = EnsembleStore(store.folder)
-            store.forget_broken()
+            store.mend(_frame(ensemble, plan, store.chunk, store.attributes["store"]["problem"]))
+            store = EnsembleStore(store.folder)
             task, left = Task(ensemble, plan, store.chunk), np.flatnonzero(~store.whole).tolist()
             _run(task, left, store.finished, shown, lambda _: held.check())
     except KeyboardInterrupt:
@@ -471,7 +472,8 @@ def saved_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any]
     said = {"summary": {name: plain(value) for name, value in sorted(about["summary"].items())}}
     folder.mkdir()
     fixed, grown = data.drop_vars(names), data[names].drop_vars(data.coords, errors="ignore")
-    store = written_store(folder, fixed, grown.isel(member=slice(0, 1), missing_dims="ignore"), members, chunk, said)
+    frame_of(fixed, grown.isel(member=slice(0, 1), missing_dims="ignore"), members, chunk, said).write(folder)
+    store = EnsembleStore(folder)
     for number in range(store.whole.size):
         own = store.members_of(number)
         failures = {str(k): why for k, why in about["failures"].items() if own.start <= k < own.stop}
@@ -503,18 +505,23 @@ def _opened(ensemble: Ensemble, plan: Plan, out: Path) -> EnsembleStore:
 
 def _make(ensemble: Ensemble, plan: Plan, out: Path, problem: Mapping[str, Any]) -> None:
     """Make the store of a problem without chunks, unless another run does so at this moment."""
-    chunk = chunk_of(ensemble, plan.chunk)
-    kept = Task(ensemble, plan, chunk).kept if plan.reduce is None else {}
-    fixed, empty = ensemble.fixed(), selected(ensemble.empty(tuple(kept)), kept)
+    frame = _frame(ensemble, plan, chunk_of(ensemble, plan.chunk), problem)
     try:
         with new_folder(out, False, GROUP) as part:
             part.mkdir()
-            written_store(part, _with_times(fixed, kept), empty, ensemble.members, chunk, {"problem": problem})
+            frame.write(part)
     except FileNotFoundError:
         raise
     except OSError as error:
         if not out.exists():
             raise OSError(_unwritable(out, error)) from error
+
+
+def _frame(ensemble: Ensemble, plan: Plan, chunk: int, problem: Mapping[str, Any]) -> Frame:
+    """Return what the store of a problem has before its chunks."""
+    kept = Task(ensemble, plan, chunk).kept if plan.reduce is None else {}
+    fixed, empty = _with_times(ensemble.fixed(), kept), selected(ensemble.empty(tuple(kept)), kept)
+    return frame_of(fixed, empty, ensemble.members, chunk, {"problem": problem})
 
 
 def _unwritable(out: Path, error: OSError) -> str:

@@ -137,6 +137,7 @@ class EnsembleOfMotions:
         if motion is None:
             return store.dataset()
         motion.events = events_of(store, events, self.integrator.system)
+        motion.provenance = dict(self.provenance)
         return motion
 
 

@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from poinsot.propagation.zarr_group import (
     Described,
     StoredArray,
     StoreError,
+    check_descriptions,
+    own_folder,
+    plain_attributes,
     read_group,
     synced,
     write_group,
@@ -31,7 +34,7 @@ from poinsot.propagation.zarr_group import (
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["EnsembleStore", "block_of", "plain_variables", "written_store"]
+__all__ = ["EnsembleStore", "Frame", "block_of", "frame_of", "plain_variables"]
 
 CHUNKS = "chunks"
 
@@ -104,6 +107,9 @@ class EnsembleStore:
         """Return the members of a chunk."""
         return slice(number * self.chunk, min((number + 1) * self.chunk, self.members))
 
+    def _folder_of(self, number: int) -> Path:
+        return self.folder / CHUNKS / f"{number:06}"
+
     @property
     def summary(self) -> dict[str, Any]:
         """What is said of all rows: of a store that `save` has written how far invariants moved."""
@@ -128,34 +134,58 @@ class EnsembleStore:
         for name, about in self.sharded.items():
             about.written(self.folder / name, rows[name][1], number)
             synced(self.folder / name)
-        folder = self.folder / CHUNKS / f"{number:06}"
-        folder.mkdir(exist_ok=True)
+        folder = own_folder(self._folder_of(number))
         described = {name: Described.of(*plain_variable(name, *given)) for name, given in aside.items()}
         for name, about in described.items():
-            (folder / name).mkdir(exist_ok=True)
-            about.written(folder / name, aside[name][1])
+            about.written(own_folder(folder / name), aside[name][1])
         write_group(folder, described, attributes)
         synced(folder.parent)
         self.whole[number] = True
 
-    def forget_broken(self) -> None:
-        """Take the whole chunks anew of which a file is missing or cut short, and remove what writers left."""
+    def mend(self, frame: Frame) -> None:
+        """Write what is the same for all chunks anew if it is damaged or says other things, such as another title.
+
+        Chunks that are damaged count as missing, and what writers left is removed. All of the store is read.
+        """
         for part in self.folder.rglob("*.part"):
             part.unlink(missing_ok=True)
+        kept = {name: value for name, value in self.attributes.items() if name.startswith("version_")}
+        frame = frame._replace(attributes={**frame.attributes, **kept})
+        if (self.described, self.attributes) != (frame.described, frame.attributes) or not self._is_sound():
+            frame.write(self.folder)
         for number in np.flatnonzero(self.whole).tolist():
             try:
-                self.aside(number)
-                for name in self.sharded:
-                    self.arrays[name].check_file(number)
+                self._check_chunk(number)
             except StoreError:
-                (self.folder / CHUNKS / f"{number:06}" / GROUP).unlink(missing_ok=True)
-                self.whole[number] = False
+                folder = self._folder_of(number)
+                (folder if folder.is_symlink() else folder / GROUP).unlink(missing_ok=True)
+
+    def _is_sound(self) -> bool:
+        """Whether all that is the same for all chunks is as it was written."""
+        try:
+            read_group(self.folder / CHUNKS)
+            check_descriptions(self.folder, self.described)
+            for array in self.arrays.values():
+                if not array.about.chunk:
+                    array.check_content()
+        except StoreError:
+            return False
+        return not (self.folder / CHUNKS).is_symlink()
+
+    def _check_chunk(self, number: int) -> None:
+        """Refuse a chunk that is not as it was written."""
+        arrays, _ = self.aside(number)
+        check_descriptions(self._folder_of(number), {name: array.about for name, array in arrays.items()})
+        for array in arrays.values():
+            array.check_content()
+        for name in self.sharded:
+            self.arrays[name].check_content(number)
 
     # ------------------------------------------------------------------ reading
 
     def aside(self, number: int) -> tuple[dict[str, StoredArray], dict[str, Any]]:
         """Return what a whole chunk has aside, and what is said of it."""
-        folder = self.folder / CHUNKS / f"{number:06}"
+        folder = self._folder_of(number)
         if folder.is_symlink() or folder.parent.is_symlink():
             raise StoreError(f"{folder.name} is a link")
         described, attributes = read_group(folder)
@@ -182,10 +212,32 @@ class EnsembleStore:
         return _dataset(self.arrays, said)
 
 
-def written_store(
-    folder: Path, fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Mapping[str, Any]
-) -> EnsembleStore:
-    """Write a store without chunks into an empty folder.
+class Frame(NamedTuple):
+    """What a store has before its chunks.
+
+    Attributes
+    ----------
+    fixed : mapping
+        The variables that are the same for all chunks.
+    described : mapping
+        Those, and the arrays that grow by chunks.
+    attributes : mapping
+    """
+
+    fixed: Variables
+    described: Mapping[str, Described]
+    attributes: Mapping[str, Any]
+
+    def write(self, folder: Path) -> None:
+        """Write it into a folder, which may have one already, and chunks."""
+        write_group(own_folder(folder / CHUNKS), {}, {})
+        for name, (_, values, _) in self.fixed.items():
+            self.described[name].written(own_folder(folder / name), values)
+        write_group(folder, self.described, self.attributes)
+
+
+def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Mapping[str, Any]) -> Frame:
+    """Return what a store has before its chunks.
 
     `fixed` has all variables that are the same for all chunks and the attributes, `empty` those of one member that
     grow by chunks; `said` is what else the store says: its `problem`, or the `summary` of a motion.
@@ -195,14 +247,8 @@ def written_store(
     grown = {name: Described.of(*given) for name, given in plain_variables(empty).items()}
     block = block_of(chunk, max((about.member_bytes for about in grown.values()), default=1))
     shards = {name: about.in_shards(members, chunk, block) for name, about in grown.items()}
-    (folder / CHUNKS).mkdir()
-    write_group(folder / CHUNKS, {}, {})
-    for name, given in whole.items():
-        (folder / name).mkdir()
-        described[name].written(folder / name, given[1])
     store = {"format": FORMAT, "members": members, "chunk": chunk, **said}
-    write_group(folder, {**described, **shards}, {**fixed.attrs, "store": store})
-    return EnsembleStore(folder)
+    return Frame(whole, {**described, **shards}, plain_attributes({**fixed.attrs, "store": store}))
 
 
 def block_of(chunk: int, member_bytes: int) -> int:

@@ -27,7 +27,10 @@ __all__ = [
     "JoinedArrays",
     "StoreError",
     "StoredArray",
+    "check_descriptions",
+    "own_folder",
     "plain",
+    "plain_attributes",
     "read_group",
     "synced",
     "write_group",
@@ -76,7 +79,7 @@ class Described:
     @classmethod
     def of(cls, dims: tuple[str, ...], values: NDArray[Any], attributes: Mapping[Any, Any]) -> Described:
         """Return that of an array in one block."""
-        return cls(tuple(map(str, dims)), values.shape, values.dtype.name, _plain(attributes))
+        return cls(tuple(map(str, dims)), values.shape, values.dtype.name, plain_attributes(attributes))
 
     def in_shards(self, members: int, chunk: int, block: int) -> Described:
         """Return that of an array of more members in shards."""
@@ -243,7 +246,10 @@ class StoredArray:
             stream.seek(place)
             content = memoryview(stream.read(size + SIZE_OF_CHECKSUM))
         if _checksum(content[:size]) != content[size:]:
-            raise StoreError(f"{self._folder} has other numbers than were written: a checksum differs")
+            raise StoreError(
+                f"{self._folder} has other numbers than were written, a checksum differs; the call that made the store "
+                "computes them again"
+            )
         return content[:size]
 
     def _members_of(self, number: int) -> int:
@@ -276,6 +282,15 @@ class StoredArray:
                 if stream.read() != index:
                     raise StoreError(f"{self._folder.name} has its blocks in other places: the index differs")
 
+    def check_content(self, number: int = 0) -> None:
+        """Refuse a shard, or a whole array, with other numbers than were written; all of it is read."""
+        self.check_file(number)
+        if not self.about.chunk:
+            self._whole_array()
+            return
+        for inside in range(-(-self._members_of(number) // self.about.block)):
+            self._block(number, inside)
+
 
 class JoinedArrays:
     """Stored arrays of which rows are joined along their last axis."""
@@ -303,32 +318,53 @@ def write_group(folder: Path, described: Mapping[str, Described], attributes: Ma
     """Write what a group in an existing folder has, and last its own description, which makes it whole."""
     told = {name: about.metadata for name, about in described.items()}
     for name, metadata in told.items():
-        (folder / name).mkdir(exist_ok=True)
-        _write_json(folder / name / GROUP, metadata)
+        _write_json(own_folder(folder / name) / GROUP, metadata)
         synced(folder / name)
-    _write_json(folder / GROUP, _group(told, _plain(attributes)))
+    _write_json(folder / GROUP, _group(told, plain_attributes(attributes)))
     synced(folder)
+
+
+def own_folder(path: Path) -> Path:
+    """Return the path of a folder, which is made if it is not there, also in the place of a link."""
+    if path.is_symlink():
+        path.unlink()
+    path.mkdir(exist_ok=True)
+    return path
+
+
+def check_descriptions(folder: Path, described: Mapping[str, Described]) -> None:
+    """Refuse a group that describes its arrays in other words than they describe themselves."""
+    for name, about in described.items():
+        if _json_in(folder / name) != about.metadata:
+            raise StoreError(f"{name} is described in another way")
 
 
 def read_group(folder: Path) -> tuple[dict[str, Described], dict[str, Any]]:
     """Return the arrays of a group and its attributes; a `StoreError` says what is not as it is written here."""
-    path = folder / GROUP
+    told = _json_in(folder)
     try:
-        with open(path, "rb", opener=_plain_file) as stream:
-            content = stream.read(MOST_OF_JSON + 1)
-        if len(content) > MOST_OF_JSON:
-            raise StoreError(f"{GROUP} is longer than {MOST_OF_JSON} bytes")
-        told = json.loads(content)
         attributes, arrays = dict(told["attributes"]), told["consolidated_metadata"]["metadata"]
         attributes.pop("digest", None)
         described = {str(name): Described.read(str(name), metadata) for name, metadata in arrays.items()}
-    except OSError as error:
-        raise StoreError(f"{folder.name}/{GROUP}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise error if isinstance(error, StoreError) else StoreError(f"{GROUP} is no description of a group") from None
     if _group(arrays, attributes) != told:
         raise StoreError(f"{GROUP} has other numbers or texts than were written: the digest differs")
     return described, attributes
+
+
+def _json_in(folder: Path) -> Any:
+    """Return what describes an array or a group."""
+    try:
+        with open(folder / GROUP, "rb", opener=_plain_file) as stream:
+            content = stream.read(MOST_OF_JSON + 1)
+        if len(content) > MOST_OF_JSON:
+            raise StoreError(f"{GROUP} is longer than {MOST_OF_JSON} bytes")
+        return json.loads(content)
+    except OSError as error:
+        raise StoreError(f"{folder.name}/{GROUP}: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise error if isinstance(error, StoreError) else StoreError(f"{GROUP} is no description of a group") from None
 
 
 def _group(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
@@ -380,7 +416,7 @@ def _checksum(content: Any) -> bytes:
     return int(google_crc32c.value(bytes(content))).to_bytes(SIZE_OF_CHECKSUM, "little")
 
 
-def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     """Return attributes as JSON gives them back."""
     out: dict[str, Any] = json.loads(json.dumps({str(name): plain(value) for name, value in attributes.items()}))
     return out

@@ -206,6 +206,17 @@ def test_the_same_call_does_nothing_again(whole, monkeypatch):
     assert np.array_equal(run(whole[0], chunk=None).quaternion, whole[1].quaternion)
 
 
+def test_the_same_call_gives_a_store_another_title(tmp_path):
+    out = tmp_path / "it.zarr"
+    run(out, provenance={"title": "Before"})
+    shutil.rmtree(out / "chunks" / "000001")
+    before = contents(out)
+    assert run(out, provenance={"title": "After"}).provenance["title"] == "After"
+    assert pt.load(out).provenance["title"] == "After"
+    changed = {name for name, content in contents(out).items() if before.get(name, content) != content}
+    assert changed == {"zarr.json"}
+
+
 OTHERS = {
     "times": {"times": TIMES + 1e-9},
     "states": {"state": STATES.__class__(STATES.quaternion, -STATES.conjugate_momenta)},
@@ -375,15 +386,13 @@ def test_datasets_read_chunk_after_chunk(whole, with_dask, monkeypatch):
     assert np.allclose(data["angular_momentum_body"].mean("member"), motion.angular_momentum_body.mean(axis=0))
 
 
-@pytest.mark.parametrize("part", ["time", "quaternion", "chunks"])
-def test_a_store_without_one_of_its_folders_says_so(tmp_path, part):
-    out = tmp_path / "it.zarr"
-    run(out)
-    shutil.rmtree(out / part)
-    with pytest.raises(
-        ValueError, match=r"^out must be a (whole store|new name or the store of this problem), got .*it"
-    ):
-        run(out)
+def test_a_store_that_is_removed_under_its_run_says_so(tmp_path):
+    def reduce(data):
+        shutil.rmtree(tmp_path / "it.zarr")
+        return data[["quaternion"]].max("time")
+
+    with pytest.raises(ValueError, match=r"^out must be a whole store, got .*it\.zarr with parts missing: "):
+        run(tmp_path / "it.zarr", reduce=reduce)
 
 
 def test_a_link_to_nothing_is_no_store(tmp_path):
