@@ -26,6 +26,7 @@ def run(command):
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.slow  # `make docs` runs all their cells
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
 def test_cells_of_a_page_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
