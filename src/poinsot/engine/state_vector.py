@@ -333,9 +333,9 @@ def _chart_of(body: str) -> str:
 
 def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     """Return factors that bring the variables of parts near a tenth, along the motion from a state."""
-    if not system.parts:
+    parts = [block for block in system.blocks if not isinstance(block, OrbitBlock)]  # and the orbit of two bodies
+    if not parts:
         return {}
-    parts = [block for block in system.blocks if not isinstance(block, OrbitBlock)]
     sizes, factors = system.sizes_of_blocks(state), {}
     for part in parts:
         momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
