@@ -29,6 +29,11 @@ class DoubleDouble:
         """Return a - b of doubles, exactly."""
         return cls(*_sum(a, -b))
 
+    @classmethod
+    def product(cls, a: Any, b: Any) -> DoubleDouble:
+        """Return a b of doubles, exactly."""
+        return cls(*_product(a, b))
+
     def __neg__(self) -> DoubleDouble:
         return DoubleDouble(-self.hi, -self.lo)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from poinsot import functions
-from poinsot.algebra.double_double import PI, DoubleDouble
+from poinsot.algebra.double_double import PI, SPLITTER, DoubleDouble
 from poinsot.algebra.program import number
 from poinsot.functions import Scalar
 
@@ -56,14 +56,27 @@ def angle_nearby(start: Scalar, squared_rate: Callable[[Any], Any], time: Scalar
     """
     if np.finfo(LONG).eps > LONG_ENOUGH or not _plain(start, time, epoch):
         return None
-    angle = start + np.sqrt(squared_rate(LONG)) * (np.asarray(time, dtype=LONG) - epoch)
-    near = np.asarray(angle, dtype=float)  # tells which whole angles to leave out, and is faster
-    largest = np.max(np.abs(near), initial=0.0)
-    if not largest < FEW_RADIANS:
+    kind, rate = np.result_type(np.float64, start, time), np.sqrt(squared_rate(LONG))
+    since = np.asarray(time, dtype=kind) - epoch
+    near = np.asarray(start + np.asarray(rate, dtype=kind) * since, dtype=float)
+    if not np.max(np.abs(near), initial=0.0) < FEW_RADIANS:
         return None
-    if largest > np.pi:
-        angle = angle - LONG_FULL * np.rint(near / float(LONG_FULL))
-    return np.asarray(angle, dtype=np.result_type(np.float64, start, time))[()]
+    turns = np.rint(near / FULL.hi)
+    if kind == LONG:
+        return start + rate * since - LONG_FULL * turns
+    return _reduced(start, rate, DoubleDouble.difference(time, epoch), turns)
+
+
+def _reduced(start: Scalar, rate: Any, since: DoubleDouble, turns: Any) -> Any:
+    """Return start + rate since less whole pairs of turns, from what is left of the time after whole periods."""
+    period, fast = LONG_FULL / rate, np.asarray(rate, dtype=float)[()]
+    short = _few_bits(np.asarray(period, dtype=float)[()])
+    rest = since.hi - turns * short  # exact, as a few turns have few bits too
+    late = since.lo - turns * np.asarray(period - short, dtype=float)[()]
+    slow = np.asarray(rate - fast, dtype=float)[()]
+    angle = DoubleDouble.product(fast, rest)
+    whole = DoubleDouble.difference(angle.hi, -start)
+    return whole.hi + (whole.lo + (angle.lo + (fast * late + slow * rest)))
 
 
 def elapsed(start: Scalar, time: Scalar, epoch: Scalar) -> Scalar:
@@ -74,6 +87,12 @@ def elapsed(start: Scalar, time: Scalar, epoch: Scalar) -> Scalar:
 def _plain(*scalars: Scalar) -> bool:
     """Whether all are floats or arrays of floats: no symbols, no numbers with digits of their own."""
     return all(isinstance(x, int | float | np.ndarray | np.generic) and np.asarray(x).dtype != object for x in scalars)
+
+
+def _few_bits(x: Any) -> Any:
+    """Return a float rounded to 26 bits (Veltkamp)."""
+    scaled = SPLITTER * x
+    return scaled - (scaled - x)
 
 
 def _wide(x: Any) -> DoubleDouble:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -54,6 +55,17 @@ def test_position_and_velocity_against_an_independent_solution(name):
         fastest = np.sqrt(MU / A * (1 + ELEMENTS[name][0]) / (1 - ELEMENTS[name][0]))
         assert np.allclose(array(orbit.position_at(time)), r, rtol=0, atol=3e-14 * A * max(fastest, 1))
         assert np.allclose(array(orbit.velocity_at(time)), v, rtol=0, atol=3e-13 * fastest)
+
+
+@pytest.mark.parametrize("span", [1.0, 100.0, 1e4])
+def test_mean_anomaly_is_rounded_once(span):
+    orbit, times = ORBITS["ellipse"], np.random.default_rng(3).uniform(-span, span, 300)
+    with mp.workdps(40):
+        rate, start, full = mp.sqrt(mpf(MU) / mpf(A) ** 3), mpf(float(orbit.mean_anomaly_at_epoch)), 4 * mp.pi
+        for found, time in zip(orbit.phase_at(times).tolist(), times.tolist(), strict=True):
+            turns = (found - start - rate * (mpf(time) - EPOCH)) / full
+            missed = float(abs(turns - mp.nint(turns)) * full)
+            assert missed <= 0.51 * np.spacing(max(abs(found), 0.25))  # half a unit, and what is rounded before it
 
 
 @pytest.mark.parametrize("name", ["ellipse", "retrograde", "circular"])
