@@ -109,8 +109,8 @@ class LoopedRun(Run):
         job, self._lock = self.job, Lock()
         self.one = not self.state.time.ndim
         order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
-        layout: Layout = "single" if self.one else "batch"
-        lanes = 1 if self.one else kernels.LANES
+        layout: Layout = "single" if self.origins.size == 1 else "batch"
+        lanes = 1 if layout == "single" else kernels.LANES
         smooth = job.problem.between_knots()
         self._numbers, self._constants = kernels.numbers_of(smooth, job.variables), constants
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence

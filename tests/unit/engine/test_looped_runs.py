@@ -71,6 +71,14 @@ def test_a_zero_of_some_members_is_none_of_the_others(monkeypatch):
         assert np.max(np.abs(motion(pt.UniformGravity(0.7, center)).quaternion - quaternion)) < 3e-14
 
 
+def test_an_ensemble_of_one_member_leaves_no_lane_idle():
+    one, five = (pt.propagate(TOP, tops(count), GRID) for count in (1, 5))
+    assert (one.run.lanes, five.run.lanes) == (1, kernels.LANES)
+    assert np.array_equal(rows(one), rows(five)[:1])
+    found = pt.analysis.state_transition(TOP, START, [-2.0, 3.0], ["moments[0]"])
+    assert found.motion.run.lanes == 1
+
+
 class Root(pt.Potential):
     """Whose slope is 0/0 for k = 0."""
 
