@@ -329,8 +329,9 @@ def test_the_view_follows_a_body_and_the_numbers_the_time(two):
     assert sizes == pytest.approx([np.linalg.norm(x[30]) for x in vectors], rel=1e-3)
 
 
-def test_slow_frames_have_fewer_dots_and_a_picture_at_rest_all(browser, tmp_path):
+def test_slow_frames_have_fewer_dots_and_points_and_a_picture_at_rest_all(browser, tmp_path):
     visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"))
+    points = "poinsot.scene.parts.polhode.children.find(each => each.isLine).geometry.drawRange.count"
     visit("""() => (function busy() {
         const start = performance.now();
         while (!window.idle && performance.now() - start < 40);
@@ -340,8 +341,10 @@ def test_slow_frames_have_fewer_dots_and_a_picture_at_rest_all(browser, tmp_path
     visit.page.keyboard.press("Space")
     visit.until("poinsot.sharpness === 0.4")
     assert visit(dots) == pytest.approx(0.4, abs=0.01)
+    visit.until(f"{points} === 960")
     visit.page.keyboard.press("Space")
     visit.until(f"{dots} >= 1")
+    assert visit(points) == 6000
     shown = visit("document.getElementById('now').textContent")
     assert float(shown[4:].replace("−", "-")) == pytest.approx(visit("poinsot.time"), rel=1e-5)
     visit.page.close()

@@ -4,7 +4,7 @@
 const BODY_AXIS = 1.35;
 const LONGEST_OMEGA = 1.55;
 const TAIL_TURNS = 10;
-/** Points of a thin curve that are drawn, half of them before the time: a software renderer draws no more smoothly. */
+/** Points of a thin curve that are drawn at rest, half of them before the time; fewer where frames come slowly. */
 const THIN_POINTS = 6000;
 
 /** Return the scene; it draws itself at a time. */
@@ -29,9 +29,9 @@ function sceneOf(motion, canvas) {
   const addPrincipal = (name, geometry, sides) => add(name, along(solids.principal, geometry, sides));
   if (solids.shape) add("shape", new THREE.Group().add(...solids.shape.map(part)));
   if (page.around.facets) add("facets", facets(page.around.facets));
-  addPrincipal("ellipsoid", new THREE.SphereGeometry(1, 64, 40), solids.extent);
+  addPrincipal("ellipsoid", sphere(), solids.extent);
   addPrincipal("box", new THREE.BoxGeometry(2, 2, 2, 2, 2, 2), solids.extent);
-  if (solids.inertia_ellipsoid) addPrincipal("inertia", new THREE.SphereGeometry(1, 64, 40), solids.inertia_ellipsoid);
+  if (solids.inertia_ellipsoid) addPrincipal("inertia", sphere(), solids.inertia_ellipsoid);
 
   // ------------------------------------------------------------ axes, vectors, paths
 
@@ -104,8 +104,9 @@ function sceneOf(motion, canvas) {
     G.point(momentum, LONGEST_MOMENTUM / page.largest.angular_momentum);
     const [end] = motion.place(t, fine);
     const [start] = motion.place(t - duration, fine);
-    const from = Math.min(Math.max(end - THIN_POINTS / 2, 0), Math.max(fine.length - THIN_POINTS, 0));
-    for (const line of Object.values(thin)) line.geometry.setDrawRange(from, THIN_POINTS);
+    const points = Math.round(THIN_POINTS * stage.sharpness ** 2);
+    const from = Math.min(Math.max(end - Math.round(points / 2), 0), Math.max(fine.length - points, 0));
+    for (const line of Object.values(thin)) line.geometry.setDrawRange(from, points);
     tails.polhode.draw(start, end, rate);
     tails.herpolhode.draw(start, end, rateInSpace);
     traces[traced].draw(start, end, axisTip(traced, t));

@@ -27,7 +27,7 @@ function sceneOf(motion, canvas) {
   for (const [name, { share, radius, semiaxes, principal, shape }] of Object.entries(page.bodies)) {
     const size = radius * length;
     const thickness = Math.min(THICKEST, 0.05 * size);
-    const drawn = { ellipsoid: along(principal, new THREE.SphereGeometry(1, 64, 40), semiaxes.map((x) => x * length)) };
+    const drawn = { ellipsoid: along(principal, sphere(), semiaxes.map((x) => x * length)) };
     if (shape) drawn.shape = new THREE.Group().add(...shape.map(part));
     drawn.shape?.scale.setScalar(size);
     const body = new THREE.Group().add(...Object.values(drawn));

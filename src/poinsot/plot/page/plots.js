@@ -107,8 +107,10 @@ function plotOf(figure, { times, values, envelope, colours, label, timeLabel, ev
     const ratio = window.devicePixelRatio;
     [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
     [box.width, box.height] = [width - box.left - box.right, height - box.top - box.bottom];
-    const pen = canvas.getContext("2d");
+    const pen = canvas.getContext("2d", { alpha: false }); // what is opaque is cheaper to put on the page
     pen.scale(ratio, ratio);
+    pen.fillStyle = theme.ground;
+    pen.fillRect(0, 0, width, height);
     frame(pen);
     for (let k = 0; k < size; k++) curve(pen, k);
     [cursor.style.top, cursor.style.height] = [`${canvas.offsetTop + box.top}px`, `${box.height}px`];

@@ -77,5 +77,6 @@ function stageOf(canvas) {
     render();
   }
 
-  return { scene, world, camera, controls, turn, resize, sharpen, render, picture };
+  const own = { scene, world, camera, controls, turn, resize, sharpen, render, picture };
+  return Object.defineProperty(own, "sharpness", { get: () => sharpness });
 }
