@@ -2,8 +2,6 @@
 
 import dataclasses
 import gc
-import unicodedata
-from xml.etree import ElementTree as ET
 
 import heyoka as hy
 import mpmath
@@ -22,10 +20,8 @@ from poinsot.engine import kernels, looped_kernel, looped_runs
 from poinsot.engine.lowering import Constants
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
-from poinsot.mechanics.environment import orbits_of
 from poinsot.mechanics.formula_trials import ATTITUDES
 from poinsot.mechanics.parameters import kinds_of, of_each, records_in
-from poinsot.mechanics.typeset import MATHML, formula_of
 from poinsot.quantities import Along, said_of
 
 ELLIPSE = pt.KeplerOrbit(
@@ -548,94 +544,3 @@ def test_gravity_on_a_given_orbit_is_for_one_body():
     for force in given:
         with pytest.raises(ValueError, match="leaves out parts that move their orbit"):
             force.on("secondary")
-
-
-# ---------------------------------------------------------------------- what a notebook shows of it
-
-SIGNS = {"+": "+", "−": "-", "\u2062": "*", "×": "*", "(": "(", ")": ")", ",": ","}
-WRITTEN = {"UniformGravity", "GravityGradient", "LinearDamping"}
-
-
-def read(element):
-    """The arithmetic that a reader of MathML sees, as Python."""
-    inner = [read(child) for child in element]
-    match element.tag:
-        case "mfrac":
-            return f"(({inner[0]}) / ({inner[1]}))"
-        case "msup":
-            return f"({inner[0]}) ** ({inner[1]})"
-        case "msqrt":
-            return f"sqrt({''.join(inner)})"
-        case "msub":
-            return f"at[{''.join(element.itertext())!r}]"
-        case "mi":
-            return f"at[{element.text!r}]"
-        case "mo":
-            return SIGNS[element.text]
-        case "mn":
-            return element.text
-    return "".join(inner)
-
-
-def named_numbers(force):
-    """The parameters of a force by their names in its formula."""
-    for (name, _), number in zip(force.number_names(), force.numbers, strict=True):
-        word, *index = name.rpartition(".")[2].removesuffix("]").split("[")
-        letter = unicodedata.lookup("GREEK SMALL LETTER MU") if word == "mu" else word.replace("_", " ")
-        yield letter + "".join(str(int(i) + 1) for i in index), float(number)
-
-
-@each_force
-def test_a_formula_in_a_notebook_is_that_of_the_force(force):
-    """Its MathML is read again, and its arithmetic done, at one attitude and time."""
-    body, orbits = BODIES[0], list(orbits_of(force))[:1]
-    formula = formula_of(force, body, orbits, MATHML)
-    assert bool(formula) == (type(force).__name__ in WRITTEN)
-    if not formula:
-        return
-    left, equals, *right = ET.fromstring(f"<math>{formula}</math>")
-    assert equals.text == "="
-    turn, omega = Rotation.random(rng=np.random.default_rng(3)), np.array([0.4, -0.7, 0.3])
-    at = dict(named_numbers(force)) | {"t": TIME}
-    at |= {f"R{i + 1}{j + 1}": x for (i, j), x in np.ndenumerate(turn.as_matrix())}
-    vectors = {"I": body.moments, "ω": omega}
-    if orbits:
-        position = np.array([float(x) for x in orbits[0].position_at(TIME)])
-        at["r"] = np.linalg.norm(position)
-        vectors["u"] = turn.inv().apply(position / at["r"])
-    at |= {f"{letter}{i + 1}": x for letter, values in vectors.items() for i, x in enumerate(values)}
-    found = eval("".join(map(read, right)), {"at": at, "sqrt": np.sqrt})
-    system = pt.System(body, force)
-    state = system.state(turn, omega_body=omega, time=TIME)
-    wanted = system.potential_energy(state) if left.text == "U" else system.torque_body(state)
-    np.testing.assert_allclose(found, wanted, rtol=1e-13)
-
-
-class Wind(pt.Torque):
-    """A torque of the user's own, with all kinds of operations."""
-
-    strength: float
-    axis: pt.BodyVector
-
-    def torque(self, instant):
-        f = pt.functions
-        turning = f.sin(2.5e-7 * instant.time) / (1 + f.sqrt(instant.omega_body[0] ** 2 + 3))
-        return f.cross(self.axis, instant.attitude.to_body((0, -self.strength, 0))) * turning
-
-
-class Table(Wind):
-    """A torque that looks something up."""
-
-    def torque(self, instant):
-        return pt.functions.Vector([np.interp(float(instant.time), [0, 1], [0, 1])] * 3)
-
-
-def test_formulas_of_users_are_written_or_told_in_words():
-    wind = pt.System(BODIES[0], Wind(0.5, (0, 0, 1)))
-    assert "<mi>sin</mi><mo>(</mo>" in wind._repr_html_()
-    assert "<mn>2.5</mn><mo>×</mo><msup><mn>10</mn><mn>-7</mn></msup>" in wind._repr_html_()
-    assert r"\mathrm{strength}" in wind._repr_latex_()
-    assert wind._repr_latex_().count("{") == wind._repr_latex_().count("}")
-    assert formula_of(Table(0.5, (0, 0, 1)), BODIES[0], [], MATHML) == ""
-    long = pt.System(BODIES[0], pt.forces.HarmonicGravity(AT_REST, FIELD))
-    assert "An attractor&#x27;s gravity on a body whose own field is known" in long._repr_html_()

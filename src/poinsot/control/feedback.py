@@ -41,6 +41,7 @@ def _within(torque: Iterable[Scalar], limit: Scalar) -> Vector:
 class _Feedback(Torque):
     """A torque against errors of attitude and rate: u_i = clip(-kp q_i - kd w_i, -limit, limit)."""
 
+    formula = "N = clip(-(kp*epsilon) - kd*nu, -limit, limit)"
     kp: Gain
     kd: Gain
     limit: Positive
@@ -147,6 +148,7 @@ class RateDamping(Torque):
     array([-0.02, -0.  ,  0.05])
     """
 
+    formula = "N = clip(-(gain*omega), -limit, limit)"
     gain: Gain
     limit: Positive = NEVER_REACHED
 

@@ -32,6 +32,7 @@ class LinearDamping(Torque):
     array([ 0. ,  0. , -0.2])
     """
 
+    formula = "N = -(coefficient*omega)"
     coefficient: NotNegative
 
     @override

@@ -43,6 +43,10 @@ class AtmosphericDrag(Torque):
     array([ 0.00e+00,  0.00e+00, -2.39e-05])
     """
 
+    formula = (
+        "N = -(rho/2*norm(w)**2*sum(drag[i]*areas[i]*c[i]*(cross(positions[i], accommodation[i]*e + "
+        "2*(1 - accommodation[i])*c[i]*normals[i])), i)); c[i] = max(0, dot(normals[i], e)); e = w/norm(w)"
+    )
     orbit: Orbit
     atmosphere: Atmosphere
     facets: Facets
@@ -82,6 +86,7 @@ class MeshDrag(Torque):
     array([0.00e+00, 0.00e+00, 4.15e-05])
     """
 
+    formula = "N = rho/2*coefficient*norm(w)**2*T(w/norm(w))"
     orbit: Orbit
     atmosphere: Atmosphere
     field: DirectionalTorque

@@ -49,6 +49,7 @@ class UniformGravity(Potential):
     array([0. , 0.5, 0. ])
     """
 
+    formula = "U = weight*dot(center_of_mass, s3)"
     weight: Annotated[Real, Rule(refuse_negative, "Gravity acts along -s3; turn center_of_mass.")]
     center_of_mass: BodyVector
 
@@ -86,6 +87,7 @@ class GravityGradient(Potential):
     array([0.    , 0.    , 0.5303])
     """
 
+    formula = "U = 3*mu/(2*r**3)*(dot(u, I*u))"
     moves_orbit: ClassVar[bool] = False
     orbit: Orbit
 
@@ -123,6 +125,10 @@ class HarmonicGravity(Potential):
     array([0.     , 0.     , 0.00217])
     """
 
+    formula = (
+        "U = -(mu*mass/r*sum((radius/r)**n*sum(P[n, m]*(C[n, m]*cos(m*phi) + S[n, m]*sin(m*phi)), m, 0, n), "
+        "n, 2, degree))"
+    )
     moves_orbit: ClassVar[bool] = False
     orbit: Orbit
     field: GravityField
@@ -186,6 +192,11 @@ class Oblateness(Potential):
     array([0., 0., 1.])
     """
 
+    formula = (
+        "U = 3*mu/(2*r**3)*j2*(equatorial_radius/r)**2"
+        "*(5/2*(1 + 3*c**2)*(dot(u, I*u)) - dot(k - 5*c*u, I*(k - 5*c*u))); "
+        "k = pole/norm(pole); c = dot(u, k)"
+    )
     moves_orbit: ClassVar[bool] = False
     orbit: Orbit
     j2: Real

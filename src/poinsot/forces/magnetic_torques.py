@@ -42,6 +42,7 @@ class MagneticMoment(Potential):
     array([ -56., -362.,    0.])
     """
 
+    formula = "U = -dot(moment, B)"
     moment: BodyVector
     field: MagneticField
 
@@ -93,6 +94,7 @@ class EddyCurrents(Torque):
     -57.2
     """
 
+    formula = "N = cross(tensor*(cross(omega, B)), B)"
     tensor: Annotated[Any, (3, 3), OR_NUMBER, Along("body axes"), Rule(_refuse_indefinite, "It must take energy.")]
     field: MagneticField
 
@@ -146,6 +148,7 @@ class BDot(Torque):
     -4.8
     """
 
+    formula = "N = cross(m, B); m = clip(-(gain*rate(B)), -limit, limit)"
     gain: Gain
     field: MagneticField
     limit: Positive

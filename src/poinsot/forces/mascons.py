@@ -55,6 +55,10 @@ class MasconGravity(Potential):
     array([ 0.    ,  0.    , -0.0278])
     """
 
+    formula = (
+        "U = -(mu*sum(masses[i]*(1/norm(x + positions[i]) - 1/r + dot(x, positions[i])/r**3 + "
+        "norm(positions[i])**2/(2*r**3)), i))"
+    )
     moves_orbit: ClassVar[bool] = False
     orbit: Orbit
     masses: Annotated[Any, ("count",)]

@@ -101,6 +101,8 @@ class MutualGravity(MutualSeries):
     ['H', 'G1', 'G2', 'G3']
     """
 
+    formula = "U = -(G/r*(m1*m2 + (m2*(trace(I1) - 3*(dot(u, I1*u))) + m1*(trace(I2) - 3*(dot(u, I2*u))))/(2*r**2)))"
+
     @override
     def energy(self, instant: Any) -> Scalar:
         pair, inverse = instant.pair, 1 / instant.distance

@@ -56,6 +56,10 @@ class MutualMascons(Potential):
     >>> gravity = pt.forces.MutualMascons(bone.masses, bone.positions, (0.5,), ((0, 0, 0),))
     """
 
+    formula = (
+        "U = -(G*sum(sum(primary_masses[i]*secondary_masses[j]"
+        "/norm(x + secondary_positions[j] - primary_positions[i]), j), i))"
+    )
     primary_masses: Annotated[Any, ("primary_count",)]
     primary_positions: Annotated[Any, ("primary_count", 3), Along("body axes")]
     secondary_masses: Annotated[Any, ("secondary_count",)]

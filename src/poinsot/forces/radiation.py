@@ -178,6 +178,11 @@ class RadiationPressure(Sunlight):
     array([0.000e+00, 0.000e+00, 9.079e-07])
     """
 
+    formula = (
+        "N = -(p*sum(areas[i]*c[i]*(cross(positions[i], (1 - specular[i])*e + "
+        "2*(diffuse[i]/3 + specular[i]*c[i])*normals[i])), i)); c[i] = max(0, dot(normals[i], e)); e = -u; "
+        "p = pressure*(distance/r)**2*f"
+    )
     sun: Orbit
     facets: Facets
     occulters: tuple[Occulter, ...] = ()

@@ -52,6 +52,7 @@ class MeshRadiation(Sunlight):
     np.False_
     """
 
+    formula = "N = pressure*(distance/r)**2*f*T(-u)"
     sun: Orbit
     field: DirectionalTorque
     occulters: tuple[Occulter, ...] = ()

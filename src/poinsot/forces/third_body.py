@@ -42,6 +42,10 @@ class ThirdBody(Potential):
     ()
     """
 
+    formula = (
+        "U = -(mu*sum(m[i]*(1/norm(d[i]) - 1/norm(R)) + "
+        "(trace(I[i]) - 3*(dot(n[i], I[i]*n[i])))/(2*norm(d[i])**3), i, 1, 2)); d[i] = R + y[i]; n[i] = d[i]/norm(d[i])"
+    )
     orbit: Orbit
 
     @override

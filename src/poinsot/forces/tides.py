@@ -63,6 +63,7 @@ class TidalTorque(Torque):
     array([ 0.   ,  0.   , -0.048])
     """
 
+    formula = "N = K/r**8*(cross(x, v) - r**2*omega + (dot(x, omega))*x); K = 3*love_number*mu**2/G*radius**5*time_lag"
     orbit: Orbit
     love_number: NotNegative
     radius: Positive
@@ -164,6 +165,10 @@ class TidalFriction(Friction):
     ['G1', 'G2', 'G3']
     """
 
+    formula = (
+        "F = -(K/r**8*(v - cross(omega, x) + 2*(dot(x, v))/r**2*x)); N = -cross(x, F); "
+        "K = 3*love_number*G*m**2*radius**5*time_lag"
+    )
     love_number: NotNegative
     radius: Positive
     time_lag: NotNegative
@@ -204,6 +209,7 @@ class LibrationDamping(Friction):
     -0.2
     """
 
+    formula = "F = -(coefficient/r**2*(v - cross(omega, x) - dot(x, v)/r**2*x)); N = -cross(x, F)"
     coefficient: NotNegative
 
     @override

@@ -29,6 +29,9 @@ __all__ = ["Load", "PairLoad", "Potential", "Torque"]
 class Force(Parametric, ABC):
     """What a system takes: a potential or a torque."""
 
+    formula: ClassVar[str] = ""
+    """What the class computes, as Python, for readers; without it they see what the code computes, if that is short."""
+
     def check(self, body: Any) -> None:
         """Raise a ValueError if the force is that on another body, one or two; a system asks once, when it is made."""
 

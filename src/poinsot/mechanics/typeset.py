@@ -5,10 +5,8 @@ from __future__ import annotations
 import html
 import inspect
 import re
-import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from typing_extensions import override
@@ -20,10 +18,11 @@ from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.environment import Environment, Orbit, orbits_of
 from poinsot.mechanics.force import Force, Potential, Torque
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.notation import LATEX, MATHML, Notation, split_name, written
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.units import DerivedUnits, in_units
 
-__all__ = ["LATEX", "MATHML", "Notation", "formula_of", "system_html", "system_latex"]
+__all__ = ["formula_of", "system_html", "system_latex"]
 
 LONGEST = 60
 """Symbols and numbers of the longest formula that is written."""
@@ -41,110 +40,77 @@ SYMBOLS = {
     "v": "velocity relative to the attractor, body axes",
     "omega": "angular velocity, body axes",
     "t": "time",
+    "B": "magnetic field, body axes",
+    "w": "velocity relative to the air, body axes",
+    "rho": "density of the air",
+    "f": "visible part of the Sun's disc",
+    "s": "axes of space, along those of the body",
+    "P": "associated Legendre functions of the sine of the attractor's latitude, without normalisation",
+    "phi": "longitude of the attractor",
+    "T": "torque of a stream of unit pressure by the direction from which it comes",
+    "epsilon": "vector part of the quaternion from the target to the body, q0 > 0",
+    "nu": "angular velocity relative to the target, body axes",
 }
 """What letters mean that are no parameters."""
 
-GREEK = frozenset(
-    unicodedata.name(chr(code)).removeprefix("GREEK SMALL LETTER ").lower()
-    for code in (*range(0x3B1, 0x3C2), *range(0x3C3, 0x3CA))
-)
+OF_PAIRS = {
+    "I": "inertia tensor of a body",
+    "m": "mass of a body",
+    "omega": "angular velocity of a body",
+    "r": "distance of the bodies",
+    "u": "unit vector from the primary to the secondary",
+    "v": "velocity of the secondary relative to the primary",
+    "x": "position of the secondary from the primary",
+    "F": "force on the secondary, the opposite one on the primary",
+    "N": "torque on the body",
+    "R": "position of the barycentre from the third body",
+    "y": "position from the barycentre",
+}
+"""What they mean of two bodies."""
+
+OF_ORBITS = frozenset("ruvxw")
+"""Letters of which each orbit has its own."""
 
 
 class UnwrittenError(Exception):
     """A formula is too long to be read, or has more in it than operations on numbers."""
 
 
-@dataclass(frozen=True)
-class Notation:
-    """How mathematics is written: templates of its parts, and how a name is."""
-
-    fraction: str
-    power: str
-    root: str
-    below: str
-    call: str
-    brackets: str
-    number: str
-    ten: str
-    times: str
-    equals: str
-    operators: tuple[str, str, str, str]
-    letter: Callable[[str], str]
-
-    def name(self, base: str, index: str) -> str:
-        """Return the name of a variable or a parameter."""
-        return self.below.format(self.letter(base), self.number.format(index)) if index else self.letter(base)
-
-
-def _latex_letter(base: str) -> str:
-    word = base.rstrip("'")
-    if word in GREEK:
-        return f"\\{base}"
-    return base if len(word) == 1 else rf"\mathrm{{{base.replace('_', '~')}}}"
-
-
-def _mathml_letter(base: str) -> str:
-    word = base.rstrip("'")
-    return f"<mi>{html.escape(_shown(word))}{'′' * (len(base) - len(word))}</mi>"
-
-
-def _shown(word: str) -> str:
-    return unicodedata.lookup(f"GREEK SMALL LETTER {word}") if word in GREEK else word.replace("_", " ")
-
-
-LATEX = Notation(
-    fraction=r"\frac{{{}}}{{{}}}",
-    power="{{{}}}^{{{}}}",
-    root=r"\sqrt{{{}}}",
-    below="{}_{{{}}}",
-    call=r"\operatorname{{{}}}\left({}\right)",
-    brackets=r"\left({}\right)",
-    number="{}",
-    ten=r"{} \times 10^{{{}}}",
-    times=r"\,",
-    equals=" = ",
-    operators=(" + ", " - ", ", ", " < "),
-    letter=_latex_letter,
-)
-MATHML = Notation(
-    fraction="<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>",
-    power="<msup><mrow>{}</mrow><mrow>{}</mrow></msup>",
-    root="<msqrt>{}</msqrt>",
-    below="<msub>{}{}</msub>",
-    call="<mi>{}</mi><mo>(</mo>{}<mo>)</mo>",
-    brackets="<mo>(</mo>{}<mo>)</mo>",
-    number="<mn>{}</mn>",
-    ten="<mn>{}</mn><mo>×</mo><msup><mn>10</mn><mn>{}</mn></msup>",
-    times="<mo>&#8290;</mo>",
-    equals="<mo>=</mo>",
-    operators=tuple(f"<mo>{sign}</mo>" for sign in ("+", "−", ",", "&lt;")),  # type: ignore[arg-type]
-    letter=_mathml_letter,
-)
-
-
-def formula_of(force: Any, body: Any, orbits: Sequence[Orbit], notation: Notation) -> str:
-    """Return the formula of a potential or a torque; "" where it is too long, or is none of operations on numbers.
+def formula_of(force: Any, body: Any, orbits: Sequence[Orbit], notation: Notation) -> list[str]:
+    """Return the equations that a class states, or that its code computes if they are short; none elsewhere.
 
     A parameter is written by its name and the number of its component, what belongs to the motion as in `SYMBOLS`.
     Letters of the second and third of the orbits have primes.
     """
     try:
+        if stated := _stated(type(force)):
+            own = next(iter(orbits_of(force)), None)
+            return written(stated, notation, OF_ORBITS, _place(own, orbits) if own else 0)
         write = _Writer(notation)
         left, values = _traced(force, body, orbits)
-        letter = notation.letter(left)
-        if len(values) == 1:
-            return f"{letter}{notation.equals}{write.sum(values[0])}"
-        return (
-            f"{letter}{notation.equals}{notation.brackets.format(notation.operators[2].join(map(write.sum, values)))}"
-        )
+        terms = notation.operators[2].join(map(write.sum, values))
+        right = terms if len(values) == 1 else notation.brackets.format(terms)
+        return [f"{notation.letter(left)}{notation.equals}{right}"]
     except Exception:
-        return ""
+        return []
+
+
+def _stated(kind: type) -> str:
+    """Return the formula that a class states, unless a class derived from it computes another one."""
+    owner = next(each for each in kind.__mro__ if vars(each).keys() & {"formula", "energy", "torque", "load"})
+    return str(vars(owner).get("formula", ""))
+
+
+def _place(orbit: Orbit, orbits: Sequence[Orbit]) -> int:
+    """Return the number of an orbit among those of a system."""
+    return next(i for i, one in enumerate(orbits) if same(one, orbit))
 
 
 def system_latex(system: Any) -> str:
     """Return the equations of motion of a body, and the formulas of its forces that are short, in LaTeX."""
-    written = (formula_of(force, system.body, _orbits(system), LATEX) for force in system.forces)
-    lines = [_motion(system, *IN_LATEX), *filter(None, written)]
+    orbits = _orbits(system)
+    equations = (each for force in system.forces for each in formula_of(force, system.body, orbits, LATEX))
+    lines = [_motion(system, *IN_LATEX), *equations]
     return "$$\\begin{gathered}" + r" \\ ".join(filter(None, lines)) + "\\end{gathered}$$"
 
 
@@ -155,14 +121,15 @@ def system_html(system: Any) -> str:
     if motion := _motion(system, *IN_MATHML):
         rows.insert(0, ("motion", _math(motion)))
     for force in system.forces:
-        formula = formula_of(force, system.body, orbits, MATHML)
-        said = _math(formula) if formula else html.escape(rounded(doc_of(force)))
+        equations = formula_of(force, system.body, orbits, MATHML)
+        said = "<br>".join(map(_math, equations)) or html.escape(rounded(doc_of(force)))
         rows.append((type(force).__name__, f"{said}<br>{html.escape(rounded(in_units(force, units)))}"))
     conserved = (f"{integral.symbol}: {integral.meaning}" for integral in system.integrals)
     rows.append(("conserved", html.escape("; ".join(conserved) or "neither energy nor a momentum")))
-    used = {name: what for name, what in SYMBOLS.items() if any(_mathml_letter(name) in cell for _, cell in rows)}
+    letters = SYMBOLS if len(system.rigid_bodies) == 1 else SYMBOLS | OF_PAIRS
+    used = {name: what for name, what in letters.items() if any(MATHML.letter(name) in cell for _, cell in rows)}
     if used:
-        rows.append(("letters", "; ".join(f"{_math(_mathml_letter(name))} {what}" for name, what in used.items())))
+        rows.append(("letters", "; ".join(f"{_math(MATHML.letter(name))} {what}" for name, what in used.items())))
     return markup_table("System", rows)
 
 
@@ -210,11 +177,11 @@ def _traced(force: Force, body: Any, orbits: Sequence[Orbit]) -> tuple[str, list
     if not isinstance(force, Potential | Torque):
         raise UnwrittenError
     graph = Graph()
-    twin = force.with_numbers(graph.symbol(_parameter(name)) for name, _ in force.number_names())
+    twin = force.with_numbers(graph.symbol(split_name(name)) for name, _ in force.number_names())
     moments = [graph.symbol(("I", str(i))) for i in (1, 2, 3)]
     numbers = [*moments, *map(float, body.numbers[3:])]
     pairs = zip(orbits_of(twin), orbits_of(force), strict=True)
-    primes = {id(new): next(i for i, one in enumerate(orbits) if same(one, old)) for new, old in pairs}
+    primes = {id(new): _place(old, orbits) for new, old in pairs}
     environment = _NamedEnvironment(graph, primes)
     attitude = _NamedAttitude(matrix_of([[graph.symbol(("R", f"{i}{j}")) for j in (1, 2, 3)] for i in (1, 2, 3)]))
     omega = Vector(graph.symbol(("omega", str(i))) for i in (1, 2, 3))
@@ -222,14 +189,6 @@ def _traced(force: Force, body: Any, orbits: Sequence[Orbit]) -> tuple[str, list
     if isinstance(twin, Potential):
         return "U", [twin.energy(instant)]
     return "N", list(twin.torque(instant))
-
-
-def _parameter(name: str) -> tuple[str, str]:
-    """Return the name and the index of a parameter: "orbit.mu", "center_of_mass[0]", "C20"."""
-    word, *places = re.split(r"[\[\]]+", name.rpartition(".")[2].rstrip("]"))
-    if letter := re.fullmatch(r"([A-Za-z])(\d+)", word):
-        return letter[1], letter[2]
-    return word, "".join(str(int(place) + 1) for place in places)
 
 
 class _Named(Vector):

@@ -550,7 +550,8 @@ def shown_at(frame, visit, told):
 
 def test_an_exported_notebook_has_formulas_plots_and_a_slider_without_a_network(browser, tmp_path):
     """Formulas are typeset by the browser itself: a fraction stands in two lines, and an index below its letter."""
-    system = pt.System(BODY, pt.GravityGradient(pt.orbits.FixedPosition(1.0, position=(3, 0, 0))))
+    attractor = pt.orbits.FixedPosition(1.0, position=(3, 0, 0))
+    system = pt.System(BODY, pt.UniformGravity(0.1, (1, 0, 0)), pt.GravityGradient(attractor))
     moved = pt.propagate(system, STATE, np.linspace(0, 40, 302))
     cells = "".join(f"<div>{thing._repr_html_()}</div>" for thing in (system, moved, pt.view(moved), BODY, STATE))
     (tmp_path / "export.html").write_text(f"<!DOCTYPE html><meta charset=utf-8>{cells}")
