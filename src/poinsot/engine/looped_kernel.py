@@ -110,7 +110,7 @@ class Output(NamedTuple):
     times : array (m,)
     rows : array (members, m, variables)
         Both C-contiguous and writable.
-    members, first, count, stride : arrays (n,)
+    members, first, counts, stride : arrays (n,)
         Of each task: which member's rows it writes, from which time on, how many, at least one, and whether to later
         ones of the array (1) or to earlier ones (-1).
     """
@@ -119,15 +119,15 @@ class Output(NamedTuple):
     rows: Doubles
     members: NDArray[np.int64]
     first: NDArray[np.int64]
-    count: NDArray[np.int64]
+    counts: NDArray[np.int64]
     stride: NDArray[np.int64]
 
     def into(self, tasks: NDArray[Any]) -> None:
         """Write places and last times into tasks."""
-        tasks["first"], tasks["count"], tasks["stride"] = self.first, self.count, self.stride
+        tasks["first"], tasks["count"], tasks["stride"] = self.first, self.counts, self.stride
         tasks["way"] = self.stride
         tasks["place"] = self.members * self.times.size + self.first
-        tasks["end"] = self.times[self.first + self.stride * (self.count - 1)]
+        tasks["end"] = self.times[self.first + self.stride * (self.counts - 1)]
 
 
 class Queue:
