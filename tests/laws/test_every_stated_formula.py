@@ -16,6 +16,7 @@ from laws.test_every_mutual_gravity import PAIR
 from laws.test_pairs import forces_of
 from poinsot.mechanics.environment import orbits_of
 from poinsot.mechanics.notation import LATEX, MATHML, split_name
+from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.typeset import formula_of
 from poinsot.quantities import Along, said_of
@@ -257,6 +258,7 @@ def test_the_formula_of_a_force_on_two_bodies_is_what_it_computes(force):
             computed.append(system.potential_energy(start))
             shown.append(found["U"])
         else:
+            assert isinstance(system, PairSystem)
             load, one = system.load_at(system.at(start)), ("primary", "secondary").index(force.body)
             computed += [load.force, turns[one].apply(vec(load.torques[one]))]
             shown += [found["F"], found["N"]]
