@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -204,6 +206,8 @@ def plan_of(
         )
     if out is not None and Path(out).suffix != ".zarr":
         raise ValueError(f"out must be the name of a store that ends in .zarr, got {Path(out).name!r}.")
+    if out is not None and not Path(out).parent.is_dir():
+        raise FileNotFoundError(f"No such folder: {Path(out).parent}")
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be a positive whole number of members, got {chunk}.")
     if client is not None:
@@ -253,12 +257,13 @@ class Task:
         if self.plan.out is None:
             return Done(number, count, reduced=reduced)
         store, about = EnsembleStore(self.plan.out), {"members": [members.start, members.stop], **part.about}
-        if reduced is None:
-            store.write(number, plain_variables(selected(part.data, self.kept)), part.aside, about)
-        else:
+        rows, aside = plain_variables(selected(part.data, self.kept)) if reduced is None else {}, part.aside
+        if reduced is not None:
             other = np.flatnonzero(store.whole)[:1].tolist()
             concatenated([*(_of_chunk(*store.aside(chunk)) for chunk in other), reduced])  # refuses what differs
-            store.write(number, {}, plain_variables(reduced), {**reduced.attrs, **about})
+            aside = plain_variables(reduced)
+        with _writing(self.plan.out):
+            store.write(number, rows, aside, about)
         return Done(number, count)
 
     @property
@@ -331,10 +336,11 @@ def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
         except KeyboardInterrupt:
             raise _interrupted(ensemble, sum(done.members for done in found.values()), None) from None
         return concatenated(found[number].reduced for number in sorted(found))
-    store = _opened(ensemble, plan, plan.out)
     try:
-        return _in_store(ensemble, plan, store, shown)
-    except (StoreError, FileNotFoundError) as error:
+        return _in_store(ensemble, plan, _opened(ensemble, plan, plan.out), shown)
+    except UnwritableError as error:
+        raise OSError(f"{error}{_finished(plan.out)}") from error
+    except StoreError as error:
         raise ValueError(
             f"out must be a whole store, got {plan.out} with parts missing: {error}. Remove it, and the same call "
             "computes it anew."
@@ -343,23 +349,46 @@ def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
 
 def _in_store(ensemble: Ensemble, plan: Plan, store: EnsembleStore, shown: bool) -> Any:
     """Compute the chunks that a store has not, and return the result in it."""
+    if store.whole.all() and not os.access(store.folder, os.W_OK):  # nothing to write, and nowhere
+        store.check_files()
+        return _result(ensemble, plan, store)
+    frame = _frame(ensemble, plan, store.chunk, store.attributes["store"]["problem"])
     try:
-        with lease(store.folder) as held:
-            store = EnsembleStore(store.folder)
-            store.mend(_frame(ensemble, plan, store.chunk, store.attributes["store"]["problem"]))
+        with contextlib.ExitStack() as until_then:
+            with _writing(store.folder):
+                held = until_then.enter_context(lease(store.folder))
+                store = EnsembleStore(store.folder)
+                store.mend(frame)
             store = EnsembleStore(store.folder)
             task, left = Task(ensemble, plan, store.chunk), np.flatnonzero(~store.whole).tolist()
             _run(task, left, store.finished, shown, lambda _: held.check())
     except KeyboardInterrupt:
         store = EnsembleStore(store.folder)
         raise _interrupted(ensemble, store.finished, _result(ensemble, plan, store)) from None
-    except FileNotFoundError:
-        raise
-    except OSError as error:
-        whole = EnsembleStore(store.folder).whole
-        done = f"{whole.sum()} of {whole.size} chunks are whole; the same call goes on."
-        raise OSError(f"{_unwritable(store.folder, error)} {done}") from error
     return _result(ensemble, plan, EnsembleStore(store.folder))
+
+
+class UnwritableError(OSError):
+    """A store cannot be written: its folder, its disk, and not what a user's function opens."""
+
+
+@contextlib.contextmanager
+def _writing(out: Path) -> Iterator[None]:
+    """Say of what goes wrong that it is the store."""
+    try:
+        yield
+    except OSError as error:
+        why = error.strerror or error
+        raise UnwritableError(f"out must be a store that can be written, got {out}: {why}.") from error
+
+
+def _finished(out: Path) -> str:
+    """Return a sentence on what is there; none if there is no store."""
+    try:
+        whole = EnsembleStore(out).whole
+    except (StoreError, OSError):
+        return ""
+    return f" {whole.sum()} of {whole.size} chunks are whole; the same call goes on."
 
 
 def _run(task: Task, numbers: Sequence[int], done: int, shown: bool, take: Callable[[Done], None]) -> None:
@@ -483,9 +512,11 @@ def saved_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any]
 def _opened(ensemble: Ensemble, plan: Plan, out: Path) -> EnsembleStore:
     """Return the store of a problem, which is made if it is not there; refuse that of another one."""
     problem = _problem(ensemble, plan)
-    if out.is_symlink() and not out.exists():
+    with _writing(out):
+        there = out.exists()
+    if not there and out.is_symlink():
         raise ValueError(f"out must be a new name or the store of this problem, got {out}, a link to nothing.")
-    if not out.exists():
+    if not there:
         _make(ensemble, plan, out, problem)
     try:
         store = EnsembleStore(out)
@@ -507,14 +538,12 @@ def _make(ensemble: Ensemble, plan: Plan, out: Path, problem: Mapping[str, Any])
     """Make the store of a problem without chunks, unless another run does so at this moment."""
     frame = _frame(ensemble, plan, chunk_of(ensemble, plan.chunk), problem)
     try:
-        with new_folder(out, False, GROUP) as part:
+        with _writing(out), new_folder(out, False, GROUP) as part:
             part.mkdir()
             frame.write(part)
-    except FileNotFoundError:
-        raise
-    except OSError as error:
+    except UnwritableError:
         if not out.exists():
-            raise OSError(_unwritable(out, error)) from error
+            raise
 
 
 def _frame(ensemble: Ensemble, plan: Plan, chunk: int, problem: Mapping[str, Any]) -> Frame:
@@ -522,10 +551,6 @@ def _frame(ensemble: Ensemble, plan: Plan, chunk: int, problem: Mapping[str, Any
     kept = Task(ensemble, plan, chunk).kept if plan.reduce is None else {}
     fixed, empty = _with_times(ensemble.fixed(), kept), selected(ensemble.empty(tuple(kept)), kept)
     return frame_of(fixed, empty, ensemble.members, chunk, {"problem": problem})
-
-
-def _unwritable(out: Path, error: OSError) -> str:
-    return f"out must be a store that can be written, got {out}: {error.strerror or error}."
 
 
 def _told(name: str, said: Mapping[str, Any], problem: Mapping[str, Any]) -> str:

@@ -300,6 +300,28 @@ def test_a_store_that_cannot_be_written_is_one_sentence(whole, tmp_path, monkeyp
         run(store)
 
 
+def test_a_whole_store_is_read_where_nothing_can_be_written(whole, tmp_path, monkeypatch):
+    store = tmp_path / "it.zarr"
+    shutil.copytree(whole[0], store)
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    before = contents(store)
+    assert np.array_equal(run(store).quaternion, whole[1].quaternion)
+    assert contents(store) == before
+    os.truncate(store / "quaternion" / "c.1.0.0", 100)
+    with pytest.raises(ValueError, match=f"out must be a whole store, got {store} with parts missing: quaternion/c.1"):
+        run(store)
+
+
+@pytest.mark.parametrize("error", [FileNotFoundError(2, "No such file"), ConnectionError("down"), ValueError("mine")])
+def test_what_a_reduction_raises_is_not_of_the_store(error, tmp_path):
+    def fails(_):
+        raise error
+
+    with pytest.raises(type(error)) as caught:
+        run(tmp_path / "it.zarr", reduce=fails)
+    assert caught.value is error
+
+
 # ---------------------------------------------------------------------- leases
 
 
