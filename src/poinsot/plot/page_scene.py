@@ -86,10 +86,14 @@ def _add_orbit(found: Surroundings, motion: Trajectory) -> None:
     distance = np.linalg.norm(position, axis=-1)
     across = np.linalg.norm(np.cross(position, velocity), axis=-1)
     name, radius = _attractor(orbit, motion)
+    nearest = float(np.min(distance))
+    passes = radius is not None and nearest <= radius
     found.content["orbit"] = {
         "attractor": name,
-        "radius": radius,
-        "nearest": float(np.min(distance)),
+        "radius": None if passes else radius,
+        "size": "drawn small, the orbit enters it" if passes else "" if radius else "its size is unknown",
+        "lit": bool(suns) and not any(same(orbit, sun) for sun in suns),
+        "nearest": nearest,
         "farthest": float(np.max(distance)),
         "moves": bool(np.all(across > 0)),
         "mean_rate": float(np.mean(across / distance**2)),

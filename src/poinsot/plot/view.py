@@ -171,8 +171,8 @@ def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
     """Yield the controls of what is around a body."""
     orbit = around.get("orbit", {})
     if orbit:
-        known = "" if orbit["radius"] else " (its size is unknown)"
-        yield _label("orbit", f"orbit and {orbit['attractor']}{known}")
+        size = f" ({orbit['size']})" if orbit["size"] else ""
+        yield _label("orbit", f"orbit and {orbit['attractor']}{size}")
     if orbit.get("moves"):
         yield _label(
             "orbit_frame", "axes of the orbit: <i>r</i> radial, <i>t</i> transverse, <i>n</i> normal", marked=True
@@ -180,7 +180,7 @@ def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
     if "sun" in around:
         seen = f", {_reading('sunlight', ' of its disc seen')}" if around["sunlight"] else ""
         yield _label("sun", f"Sun{seen}", marked=True)
-        if orbit.get("radius"):
+        if orbit.get("lit") and orbit["radius"]:
             yield _label("shadow", f"shadow of {orbit['attractor']}")
     for vector in around.get("vectors", ()):
         name, unit = html.escape(vector["name"]), html.escape(vector["unit"])

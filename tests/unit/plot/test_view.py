@@ -268,7 +268,7 @@ def test_orbit_sun_and_shadow_are_those_of_the_forces(orbiting):
     """The Sun is in one direction, and all of it is behind the Earth in the cylinder behind that."""
     motion, data = orbiting
     around = data["around"]["orbit"]
-    assert (around["attractor"], around["radius"], around["moves"]) == ("Earth", RADIUS, True)
+    assert (around["attractor"], around["radius"], around["moves"], around["lit"]) == ("Earth", RADIUS, True, True)
     r, v = (decoded(data["arrays"][f"orbit_{name}"], 3) for name in ("position", "velocity"))
     distance = np.linalg.norm(r, axis=-1)
     assert (around["nearest"], around["farthest"]) == pytest.approx((distance.min(), distance.max()), rel=1e-6)
@@ -335,6 +335,20 @@ def test_a_known_parameter_names_the_attractor_and_its_size():
         motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 1e-4)), (0.0, 100.0))
         found = content(motion)["around"]["orbit"]
         assert (found["attractor"], found["radius"]) == ("Mars", 3396.19 * length)
+
+
+def test_an_attractor_that_the_orbit_enters_is_drawn_small_and_the_sun_has_no_shadow():
+    """A perigee below the ground, and light from the body about which the orbit is."""
+    low = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.2)
+    far = pt.KeplerOrbit(1.32712440018e20, semimajor_axis=1.5e11, eccentricity=0.0)
+    light = pt.forces.RadiationPressure(far, FACETS)
+    for force, size, lit in ((pt.GravityGradient(low), "drawn small, the orbit enters it", False), (light, "", False)):
+        system = pt.System(pt.Body((4.0, 5.0, 6.0)), force, units=SI)
+        start = system.state((0.5, 0.5, -0.5, 0.5), omega_body=(1e-3, 2e-3, 5e-3))
+        page = pt.view(pt.propagate(system, start, np.linspace(0, 7000, 71))).html
+        orbit = content_in(page)["around"]["orbit"]
+        assert (orbit["radius"] is None, orbit["size"], orbit["lit"]) == (bool(size), size, lit)
+        assert 'data-part="shadow"' not in page
 
 
 def test_dates_are_those_of_the_calendar():

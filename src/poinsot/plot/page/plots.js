@@ -2,6 +2,8 @@
 // What is beside the scene, against time, drawn once for a size, under a cursor that follows the time.
 
 const EVENTS = motion.page.colours.events;
+/** Of what is constant to this part of itself the changes are rounding, which a plot does not enlarge. */
+const ROUNDING = 1e-5;
 
 /** Round numbers, about `count` of them, within [low, high]. */
 function ticks(low, high, count) {
@@ -13,10 +15,10 @@ function ticks(low, high, count) {
   return out;
 }
 
-function short(value) {
+function short(value, digits = 6) {
   const size = Math.abs(value);
   if (size !== 0 && (size >= 1e5 || size < 1e-3)) return value.toExponential(1).replace("e+", "e").replace("-", "−");
-  return String(Number(value.toPrecision(6))).replace("-", "−");
+  return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
 /** Return one plot in a figure; `values` are n rows of as many components as it has readings. */
@@ -32,7 +34,8 @@ function plotOf(figure, { times, values, envelope, colours, label, timeLabel, ev
     high = Math.max(high, value);
   }
   canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${short(low)} and ${short(high)}`);
-  const room = 0.07 * (high - low) || Math.abs(high) || 1;
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  const room = Math.max(0.07 * (high - low), ROUNDING * largest) || 1;
   [low, high] = [low - room, high + room];
   const box = { left: 58, right: 10, top: 6, bottom: 36, width: 0, height: 0 };
   const x = (t) => box.left + ((t - first) / (last - first)) * box.width;
@@ -50,9 +53,11 @@ function plotOf(figure, { times, values, envelope, colours, label, timeLabel, ev
     }
     pen.fillText(timeLabel, box.left + box.width / 2, box.top + box.height + 30);
     [pen.textAlign, pen.textBaseline] = ["right", "middle"];
-    for (const value of ticks(low, high, Math.max(box.height / 36, 4))) {
+    const levels = ticks(low, high, Math.max(box.height / 36, 4));
+    const digits = Math.max(6, Math.ceil(Math.log10(Math.max(-low, high) / (levels[1] - levels[0]))) + 1) || 6;
+    for (const value of levels) {
       line(pen, [box.left, y(value)], [box.left + box.width, y(value)]);
-      pen.fillText(short(value), box.left - 6, y(value));
+      pen.fillText(short(value, digits), box.left - 6, y(value));
     }
     pen.strokeStyle = theme.of(EVENTS);
     for (const { t } of events) line(pen, [x(t), box.top], [x(t), box.top + 6]);

@@ -48,7 +48,7 @@ function attracted(motion, world, parts) {
   const size = (radius ?? UNKNOWN * nearest) * scale;
   const ball = new THREE.Group();
   const light = new THREE.Color(LIT[attractor] ?? USUAL);
-  const halves = motion.page.around.sun ? [light, light.clone().multiplyScalar(0.35)] : [light, light];
+  const halves = motion.page.around.orbit.lit ? [light, light.clone().multiplyScalar(0.35)] : [light, light];
   halves.forEach((colour, k) => {
     const half = new THREE.SphereGeometry(size, 128, 32, 0, 2 * Math.PI, k ? Math.PI / 2 : 0, Math.PI / 2);
     ball.add(new THREE.Mesh(half, new THREE.MeshLambertMaterial({ color: colour })));
@@ -97,7 +97,8 @@ function sunlit(motion, near, parts, far) {
   const arrow = new Arrow(near, motion.page.colours.sun, SHAFT.sun, "Sun");
   parts.sun = arrow.group;
   let shadow = null;
-  if (far && motion.page.around.orbit.radius) {
+  const { lit, radius } = motion.page.around.orbit ?? {};
+  if (lit && radius) {
     const look = { color: "#3A4654", transparent: true, opacity: 0.18, depthWrite: false };
     const length = 1.6 * far.reach;
     const tube = new THREE.CylinderGeometry(...[1.002, 1.002].map((k) => k * far.size), length, 128, 1, true).translate(0, -length / 2, 0);
