@@ -14,6 +14,8 @@ __all__ = ["check_client", "on_workers"]
 ALIKE = ("poinsot", "heyoka")
 """Packages whose versions workers have in common with the client: others compute other bits, or do not know a task."""
 
+RUNNING = "running"
+"""The status of a client with a scheduler."""
 
 Done = TypeVar("Done", covariant=True)
 
@@ -25,9 +27,11 @@ class Task(Protocol[Done]):
 
 
 def check_client(client: Any) -> None:
-    """Refuse what is no client of dask, and one without workers."""
+    """Refuse what is no client of dask, one without a scheduler, and one without workers."""
     if not callable(getattr(client, "submit", None)) or not callable(getattr(client, "nthreads", None)):
         raise TypeError(f"client must be a dask.distributed Client, got {type(client).__name__}.")
+    if client.status != RUNNING:
+        raise ValueError(f"client must be connected to its scheduler, got one that is {client.status}.")
     if not client.nthreads():
         raise ValueError("client must have workers, got none. Wait for them: client.wait_for_workers(1).")
 
@@ -44,11 +48,17 @@ def on_workers(client: Any, task: Task[Done], numbers: Iterable[int]) -> Iterato
         completed = distributed.as_completed(futures, with_results=True)
     try:
         for _, done in completed:
+            if isinstance(done, BaseException):  # a future that dask has given up
+                raise RuntimeError(
+                    f"client must be connected until the last chunk ends, got one that is {client.status}. "
+                    "The same call goes on."
+                )
             yield done
     except Exception as error:
         raise _told(error) from error
     finally:
-        client.cancel([given, *futures], force=True)
+        if client.status == RUNNING:
+            client.cancel([given, *futures], force=True)
 
 
 def _packed(task: Task[Any]) -> bytes:

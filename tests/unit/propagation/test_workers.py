@@ -154,6 +154,18 @@ def test_an_interrupt_leaves_a_store_that_goes_on(client, serial, tmp_path):
     assert np.array_equal(pt.propagate(TOP, START, TIMES, **asked).quaternion, serial.quaternion[:, [0, -1]])
 
 
+def test_a_connection_that_ends_leaves_a_store_that_goes_on(cluster, serial, tmp_path):
+    out, own = tmp_path / "run.zarr", distributed.Client(cluster)
+    asked = {"out": out, "chunk": CHUNK, "reduce": slow}
+    with (
+        when_chunks_are_there(out, own.close),
+        pytest.raises(RuntimeError, match=r"^client must be connected until the last chunk ends, got one that is clos"),
+    ):
+        pt.propagate(TOP, START, TIMES, client=own, **asked)
+    assert whole_chunks(out) < COUNT // CHUNK
+    assert np.array_equal(pt.propagate(TOP, START, TIMES, **asked).quaternion, serial.quaternion[:, [0, -1]])
+
+
 def test_another_client_may_be_open(client, serial, monkeypatch):
     """Futures are waited for on the event loop of their own client: on another one a run may wait for ever."""
     loops, plain = [], distributed.as_completed
@@ -194,6 +206,8 @@ def test_no_workers_and_no_client_are_said(tmp_path):
         distributed.Client(empty) as client,
         pytest.raises(ValueError, match=r"^client must have workers, got none\. Wait for them: "),
     ):
+        pt.propagate(TOP, START, TIMES, out=tmp_path / "a.zarr", client=client)
+    with pytest.raises(ValueError, match=r"^client must be connected to its scheduler, got one that is closed\.$"):
         pt.propagate(TOP, START, TIMES, out=tmp_path / "a.zarr", client=client)
     with pytest.raises(TypeError, match=r"^client must be a dask\.distributed Client, got str\.$"):
         pt.propagate(TOP, START, TIMES, out=tmp_path / "a.zarr", client="tcp://here:8786")
