@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 from collections.abc import Iterator, Mapping
-from types import CodeType, FunctionType, MethodType
+from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,8 @@ __all__ = ["fingerprint"]
 def fingerprint(value: Any) -> str:
     """Return the SHA-256 of a system, arrays, texts, numbers, records of any class, or a user's function.
 
-    Classes count by their qualified names, functions by their code and the values that they close over.
+    Classes and modules count by their qualified names, functions by their code and the values that they close over,
+    and what cannot be written down, such as a lock, by its class.
     """
     digest = hashlib.sha256()
     for piece in _pieces(value, ()):
@@ -81,10 +83,11 @@ def _of_code(value: Any) -> Iterator[Any]:
 def _own(value: Any) -> Iterator[Any]:
     """Yield the attributes of an object of any class, without what it computed and keeps."""
     kept = {name for kind in type(value).__mro__ for name, each in vars(kind).items() if _is_kept(each)}
-    own = getattr(value, "__dict__", None)
+    own = {"name": value.__name__} if isinstance(value, ModuleType) else getattr(value, "__dict__", None)
     if own is None:
-        state = value.__reduce_ex__(2)
-        yield from (state[1:3] if isinstance(state, tuple) else (state,))
+        with contextlib.suppress(TypeError):  # a lock, a generator
+            state = value.__reduce_ex__(2)
+            yield from (state[1:3] if isinstance(state, tuple) else (state,))
         return
     for name in sorted(own.keys() - kept):
         yield from (name, own[name])

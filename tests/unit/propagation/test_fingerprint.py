@@ -2,6 +2,8 @@
 
 import functools
 import pickle
+import re
+import threading
 
 import numpy as np
 import pytest
@@ -116,3 +118,13 @@ def test_nested_lists_and_keyword_defaults_count():
 
     values = [[[1], 2], [[1, 2]], [(), 1], [(1,)], {"a": [], "b": 1}, law(1), law(2)]
     assert len({fingerprint(value) for value in values}) == len(values)
+
+
+@pytest.mark.parametrize("held", [np, threading.Lock(), (x for x in "ab"), re.compile("a")], ids=repr)
+def test_what_a_function_holds_may_be_without_numbers(held):
+    """A module that the function around it imports, a lock."""
+
+    def law(factor):
+        return lambda data: (held, factor * data)
+
+    assert fingerprint(law(2.0)) == fingerprint(law(2.0)) != fingerprint(law(3.0))
