@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Protocol
 
@@ -11,18 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine import looped_kernel
-from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value, machine_code
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value, machine_code, vector
 from poinsot.engine.llvm_ir import Array as Memory
-from poinsot.engine.state_vector import BLOCK, StateVector
+from poinsot.engine.state_vector import BLOCK, StateVector, in_blocks
 from poinsot.mechanics.state import Phase
 
 __all__ = ["DenseOutput", "KeptSteps", "Side"]
 
 Array = NDArray[Any]
 Side = Literal["left", "right"]
-
-AT_ONCE = 8
-"""Polynomials that are evaluated side by side: their sums stay in registers."""
 
 
 class Steps(Protocol):
@@ -46,32 +44,36 @@ class KeptSteps:
     """
 
     def __init__(self, blocks: Sequence[NDArray[Any]]) -> None:
-        blocks = [block for block in blocks if block.size] or blocks[:1]
-        self._starts, self._low = np.concatenate([block["start"] for block in blocks]).T.copy()
-        self._firsts = np.cumsum([0, *(block.size for block in blocks[:-1])])
-        self._coefficients = [block["coefficients"] for block in blocks]  # (n, order + 1, size)
+        self._blocks = [block for block in blocks if block.size] or list(blocks[:1])
+        self._starts, self._low = np.concatenate([block["start"] for block in self._blocks]).T.copy()
+
+    def __reduce__(self) -> Any:  # a copy has addresses of its own
+        return type(self), (self._blocks,)
 
     @property
     def empty(self) -> bool:
         """Whether there are none."""
         return not self._starts.size
 
+    @functools.cached_property
+    def _addresses(self) -> NDArray[np.int64]:
+        """Where the coefficients of each step are in memory."""
+        each = [(block["coefficients"].ctypes.data, block.itemsize, block.size) for block in self._blocks]
+        return np.concatenate([first + size * np.arange(count) for first, size, count in each])
+
     def at(self, times: Array, side: Side = "left") -> Array:
         """Return the variables at times, at ends of steps those of the step on a side; shape (n, size)."""
-        sign = np.sign(self._starts[-1] - self._starts[0])
-        which = np.searchsorted(sign * self._starts[1:], sign * times, side)
-        ahead = (times - self._starts[which]) - self._low[which]
-        _, orders, size = self._coefficients[0].shape
-        evaluate = _compiled(orders, size) if looped_kernel.available() else _evaluated
-        if len(self._coefficients) == 1:
-            return evaluate(self._coefficients[0], which, ahead)
-        blocks, out = np.searchsorted(self._firsts, which, "right") - 1, np.empty((times.size, size))
-        if blocks.size and blocks.min() == blocks.max():  # as most of a few thousand times in order are
-            return evaluate(self._coefficients[blocks[0]], which - self._firsts[blocks[0]], ahead)
-        for block in np.unique(blocks).tolist():
-            chosen = blocks == block
-            out[chosen] = evaluate(self._coefficients[block], which[chosen] - self._firsts[block], ahead[chosen])
-        return out
+        sign = -1.0 if self._starts[-1] < self._starts[0] else 1.0
+        ends = np.concatenate([[-np.inf], sign * self._starts[1:], [np.inf]])
+        if side == "right":
+            ends = np.nextafter(ends, -np.inf)
+        _, orders, size = self._blocks[0]["coefficients"].shape
+        if looped_kernel.available():
+            arrays = ends, self._starts, self._low, self._addresses, np.ascontiguousarray(times)
+            return _compiled(orders, size)(sign, *arrays)
+        which = np.searchsorted(ends[1:-1], sign * times)
+        coefficients = np.concatenate([block["coefficients"] for block in self._blocks])
+        return _evaluated(coefficients, which, (times - self._starts[which]) - self._low[which])
 
 
 def _evaluated(coefficients: Array, which: Array, ahead: Array) -> Array:
@@ -83,48 +85,72 @@ def _evaluated(coefficients: Array, which: Array, ahead: Array) -> Array:
 
 
 @functools.cache
-def _compiled(orders: int, size: int) -> Callable[[Array, Array, Array], Array]:
-    """Return the same as machine code, for coefficients of one shape: ten times as fast."""
+def _compiled(orders: int, size: int) -> Callable[..., Array]:
+    """Return the same as machine code, for coefficients of one shape; it looks for the step of each time."""
 
-    def body(count: Value, coefficients: Value, stride: Value, which: Value, ahead: Value, out: Value) -> None:
-        def one(place: Value) -> None:
-            step = Memory(coefficients, DOUBLE).at(Memory(which, INTEGER)[place] * stride)
-            h, values = Memory(ahead, DOUBLE)[place], Memory(Memory(out, DOUBLE).at(place * size), DOUBLE)
-            for k in range(0, size, AT_ONCE):
-                group = range(k, min(k + AT_ONCE, size))
-                for i, value in zip(group, _horner(step, h, (orders, size), group), strict=True):
-                    values[i] = value
+    def body(count: Value, steps: Value, sign: Value, *arrays: Value) -> None:
+        lines = count.function
+        ends, starts, low, _, times, _ = (Memory(array, DOUBLE) for array in arrays)
+        addresses, out = Memory(arrays[3], POINTER), Memory(arrays[5], DOUBLE)
 
-        count.function.count(count, one)
+        def halve(time: Value, first: Value, behind: Value) -> list[Value]:
+            middle = (first + behind) >> 1
+            after = ends[middle].is_("lt", time)
+            return [after.choose(middle, first), after.choose(behind, middle)]
 
-    module, kinds = Module(), [INTEGER, POINTER, INTEGER, POINTER, POINTER, POINTER]
-    module.function("evaluate", "void", kinds, body)
+        def found(time: Value) -> list[Value]:
+            whole = [lines.constant(INTEGER, 0), steps]
+            return lines.repeat(whole, lambda a, b: (b - a).is_("gt", 1), functools.partial(halve, time))[:1]
+
+        def one(place: Value, which: Value) -> list[Value]:
+            time = times[place] * sign
+            within = ends[which].is_("lt", time) & time.is_("le", ends[which + 1])
+            (which,) = lines.either(~within, [which], lambda: found(time))  # as a rule it is that of the time before
+            _horner(addresses[which], (times[place] - starts[which]) - low[which], (orders, size), out.at(place * size))
+            return [place + 1, which]
+
+        lines.repeat([lines.constant(INTEGER, 0)] * 2, lambda place, _: place.is_("lt", count), one)
+
+    module, pointers = Module(), 6
+    module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * pointers], body)
     engine = machine_code(str(module), ())
-    types = [ctypes.c_int64 if kind == INTEGER else ctypes.c_void_p for kind in kinds]
+    types = [ctypes.c_int64, ctypes.c_int64, ctypes.c_double, *[ctypes.c_void_p] * pointers]
     function = ctypes.CFUNCTYPE(None, *types)(engine.get_function_address("evaluate"))
 
-    def evaluate(coefficients: Array, which: Array, ahead: Array, engine: Any = engine) -> Array:  # noqa: ARG001
-        out = np.empty((which.size, size))
-        stride, arrays = coefficients.strides[0] // 8, (which, ahead, out)
-        function(which.size, coefficients.ctypes.data, stride, *(array.ctypes.data for array in arrays))
+    def evaluate(sign: float, *arrays: Array, engine: Any = engine) -> Array:  # noqa: ARG001
+        _, starts, *_, times = arrays
+        out = np.empty((times.size, size))
+        function(times.size, starts.size, sign, *(array.ctypes.data for array in (*arrays, out)))
         return out
 
     return evaluate
 
 
-def _horner(step: Value, h: Value, shape: tuple[int, int], group: range) -> list[Value]:
-    """Write Horner's scheme for some of the polynomials of a step."""
+def _horner(step: Value, ahead: Value, shape: tuple[int, int], out: Value) -> None:
+    """Write the values of the polynomials of a step, of as many variables side by side as there are."""
     orders, size = shape
+    firsts = [0]
+    while firsts[-1] < size:
+        firsts.append(firsts[-1] + next(lanes for lanes in (8, 4, 2, 1) if lanes <= size - firsts[-1]))
+    kinds = {first: vector(DOUBLE, behind - first) for first, behind in itertools.pairwise(firsts)}
+
+    def vectors(numbers: Value) -> list[Memory]:
+        return [Memory(Memory(numbers, DOUBLE).at(first), kind, align=8) for first, kind in kinds.items()]
 
     def row(order: Value | int) -> list[Value]:
-        numbers = Memory(Memory(step, DOUBLE).at(order * size), DOUBLE)
-        return [numbers[i] for i in group]
+        return [each[0] for each in vectors(Memory(step, DOUBLE).at(order * size))]
 
     def lower(order: Value, *totals: Value) -> list[Value]:
-        return [order - 1, *(total.fma(h, number) for total, number in zip(totals, row(order), strict=True))]
+        return [
+            order - 1,
+            *(total.fma(h, number) for total, h, number in zip(totals, lengths, row(order), strict=True)),
+        ]
 
-    start = [h.function.constant(INTEGER, orders - 2), *row(orders - 1)]
-    return h.function.repeat(start, lambda order, *_: order.is_("ge", 0), lower)[1:]
+    lengths = [ahead.spread(behind - first) for first, behind in itertools.pairwise(firsts)]
+    start = [ahead.function.constant(INTEGER, orders - 2), *row(orders - 1)]
+    _, *values = ahead.function.repeat(start, lambda order, *_: order.is_("ge", 0), lower)
+    for place, value in zip(vectors(out), values, strict=True):
+        place[0] = value
 
 
 class DenseOutput:
@@ -158,8 +184,7 @@ class DenseOutput:
         """Return q and the momenta."""
         if times.size <= BLOCK:
             return self._variables.to_phase(times, self._at(times))
-        parts = [self(times[i : i + BLOCK]) for i in range(0, times.size, BLOCK)]
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        return in_blocks(times.size, lambda block: self(times[block]))
 
     def _at(self, times: Array) -> Array:
         """Return the variables."""

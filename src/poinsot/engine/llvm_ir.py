@@ -218,10 +218,13 @@ class Value:
 
 
 class Array:
-    """Numbers or vectors of a type one after another in memory, from an address."""
+    """Numbers or vectors of a type one after another in memory, from an address, which is a multiple of their size.
 
-    def __init__(self, address: Value, kind: str) -> None:
-        self.address, self.type = address, kind
+    `align` says what else it is a multiple of, in bytes.
+    """
+
+    def __init__(self, address: Value, kind: str, align: int | None = None) -> None:
+        self.address, self.type, self._align = address, kind, align or 8 * _lanes(kind)
 
     def at(self, index: Value | int) -> Value:
         """Return the address of an element."""
@@ -232,13 +235,13 @@ class Array:
         return self.address.function.new(POINTER, text)
 
     def __getitem__(self, index: Value | int) -> Value:
-        text = f"load {self.type}, ptr {self.at(index).name}, align {8 * _lanes(self.type)}"
+        text = f"load {self.type}, ptr {self.at(index).name}, align {self._align}"
         return self.address.function.new(self.type, text)
 
     def __setitem__(self, index: Value | int, value: Value | float) -> None:
         function = self.address.function
         given = value if isinstance(value, Value) else function.constant(self.type, value)
-        function.line(f"store {self.type} {given.name}, ptr {self.at(index).name}, align {8 * _lanes(self.type)}")
+        function.line(f"store {self.type} {given.name}, ptr {self.at(index).name}, align {self._align}")
 
     def of(self, kind: str) -> Array:
         """Return the same memory as elements of another type."""

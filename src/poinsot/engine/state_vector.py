@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
 
-__all__ = ["SMALL", "Slot", "StateVector", "factors_of_parts"]
+__all__ = ["SMALL", "Slot", "StateVector", "factors_of_parts", "in_blocks"]
 
 Array = NDArray[np.float64]
 
@@ -284,9 +284,7 @@ class StateVector:
         """Return q, the momenta and the variables of parts along the times; shapes (..., n, 4) and so on."""
         if variables.ndim == 3 or len(times) <= BLOCK:
             return self._converted(times, variables)
-        blocks = [slice(i, i + BLOCK) for i in range(0, len(times), BLOCK)]
-        parts = [self._converted(times[block], variables[block]) for block in blocks]
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        return in_blocks(len(times), lambda block: self._converted(times[block], variables[block]))
 
     def _converted(self, times: Array, variables: Array) -> Phase:
         chart = self.formulation
@@ -298,7 +296,8 @@ class StateVector:
             turn = block.quaternion(times, variables[..., self.along_orbits])
         for body, place, scale in zip(self.ratios, self.charts, self.scales(self.scale), strict=True):
             rigid = variables[..., place].copy()
-            rigid[..., chart.momenta] /= np.asarray(scale)[..., None, None]
+            for i in range(chart.size)[chart.momenta]:  # a column at a time: rows are short
+                rigid[..., i] /= np.asarray(scale)[..., None]
             self._turn(rigid, turn)
             phase |= {named(body, name): row for name, row in chart.to_phase(rigid).items()}
         columns, scale = np.moveaxis(variables, -1, 0), np.asarray(self.scale)[..., None]
@@ -324,6 +323,18 @@ class StateVector:
         for name, slot in self.slots.items():
             if name in by_block:
                 yield from slot.scaled(by_block[name], scale)
+
+
+def in_blocks(count: int, phase_of: Callable[[slice], Phase]) -> Phase:
+    """Return so many rows of a phase, converted a block at a time."""
+    out = Phase()
+    for first in range(0, count, BLOCK):
+        block = slice(first, first + BLOCK)
+        for name, rows in phase_of(block).items():
+            if name not in out:
+                out[name] = np.empty((count, *rows.shape[1:]), rows.dtype)
+            out[name][block] = rows
+    return out
 
 
 def _chart_of(body: str) -> str:
