@@ -114,7 +114,7 @@ def _compiled(orders: int, size: int) -> Callable[..., Array]:
     module, pointers = Module(), 6
     module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * pointers], body)
     engine = machine_code(str(module), ())
-    types = [ctypes.c_int64, ctypes.c_int64, ctypes.c_double, *[ctypes.c_void_p] * pointers]
+    types: list[Any] = [ctypes.c_int64, ctypes.c_int64, ctypes.c_double, *[ctypes.c_void_p] * pointers]
     function = ctypes.CFUNCTYPE(None, *types)(engine.get_function_address("evaluate"))
 
     def evaluate(sign: float, *arrays: Array, engine: Any = engine) -> Array:  # noqa: ARG001

@@ -56,6 +56,22 @@ def test_polynomials_at_times_in_any_order(monkeypatch, size, orders, sign, cut,
         assert np.all(np.abs(motion.at(times) - values) <= bound)
 
 
+@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_polynomials_at_ends_of_steps_are_those_of_the_side(monkeypatch, sign, compiled):
+    if compiled and not looped_kernel.available():
+        pytest.skip("needs llvmlite")
+    monkeypatch.setattr(looped_kernel, "available", lambda: compiled)
+    steps = kept(7, 19, sign)
+    steps["start"][:, 1] = 0.0
+    starts, order = steps["start"][1:, 0], np.array([2, 0, 1, 1])  # a later one first
+    given = KeptSteps([steps[:2], steps[2:]])
+    at_starts = steps["coefficients"][1:, 0]
+    at_ends = (steps["coefficients"] * (sign * LENGTHS)[:, None, None] ** np.arange(19)[:, None]).sum(axis=1)[:-1]
+    assert np.array_equal(given.at(starts[order], "right"), at_starts[order])
+    assert np.allclose(given.at(starts[order], "left"), at_ends[order], rtol=0, atol=100 * EPS)
+
+
 def test_a_motion_has_the_same_bits_for_many_times_as_for_few(top, start):
     motion = pt.propagate(top, start, [0.0, 5.0], dense=True)
     times = np.linspace(0.0, 5.0, BLOCK + 3)
