@@ -1,8 +1,10 @@
 """What a run costs beside the integration: the second call, the import, reading a dense motion."""
 
+import os
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -38,7 +40,10 @@ def second_propagate(short):
 
 
 def imports(short):
-    """Return the median times to import, each in a process of its own, in turn."""
+    """Return the median times to import, each in a process of its own, in turn.
+
+    What is installed has its bytecode beside it; that of sources comes from the first turn.
+    """
     pin(1)
     program = "import time; t = time.perf_counter(); {}; print(time.perf_counter() - t)"
     used = (
@@ -46,12 +51,15 @@ def imports(short):
     )
     imported = {"heyoka": "import heyoka", "poinsot": used, "names": "import poinsot"}
     times: dict[str, list[float]] = {name: [] for name in imported}
-    for turn in range(4 if short else 12):
-        for name, found in times.items():
-            command = [sys.executable, "-c", program.format(imported[name])]
-            run = subprocess.run(command, capture_output=True, text=True, check=True)
-            if turn:  # the first reads the disk
-                found.append(float(run.stdout))
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+        environment["PYTHONPYCACHEPREFIX"] = folder
+        for turn in range(4 if short else 12):
+            for name, found in times.items():
+                command = [sys.executable, "-c", program.format(imported[name])]
+                run = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+                if turn:  # the first reads the disk
+                    found.append(float(run.stdout))
     return {name: statistics.median(found) for name, found in times.items()}
 
 
