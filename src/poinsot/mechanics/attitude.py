@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -139,8 +140,8 @@ class Attitude:
 
     Parameters
     ----------
-    matrix : array (3, 3) of scalars
-        The active matrix, x_space = A x_body.
+    matrix : array (3, 3) of scalars or None
+        The active matrix, x_space = A x_body; None: that of the quaternion.
     comoving : bool
         Whether it refers to moving axes, along which formulas see the vectors of the environment alone.
     quaternion : four scalars, optional
@@ -153,8 +154,15 @@ class Attitude:
     [0.0, -1.0, 0.0]
     """
 
-    def __init__(self, matrix: Array, comoving: bool = False, quaternion: Any = None) -> None:
-        self._matrix, self.comoving, self._quaternion = matrix, comoving, quaternion
+    def __init__(self, matrix: Array | None, comoving: bool = False, quaternion: Any = None) -> None:
+        self.comoving, self._quaternion = comoving, quaternion
+        if matrix is not None:
+            self._matrix = matrix
+
+    @functools.cached_property
+    def _matrix(self) -> Array:
+        """That of the quaternion, which many formulas of a state do not need."""
+        return rotation_matrix(self._quaternion)
 
     turn: Sequence[Scalar] = (0.0, 0.0, 0.0)
     """Angles of a small turn of `at_rest` about the body axes, which are zero: by which derivatives are taken."""
@@ -201,8 +209,7 @@ class Attitude:
         All entries of the matrix are of second degree in q. So a potential and its torque belong together also where
         rounding has moved q off the unit sphere, and a kernel keeps the energy.
         """
-        q = functions.Vector(q)
-        return cls(rotation_matrix(q), comoving, q)
+        return cls(None, comoving, functions.Vector(q))
 
     def turned(self, quaternion: Vector) -> Attitude:
         """Return the attitude of axes that a unit quaternion along the body axes turns away from these."""

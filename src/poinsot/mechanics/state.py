@@ -139,7 +139,7 @@ class State(Summarized):
         """The momentum Q conjugate to q, Q = 2 q (0, g); shape (..., 4)."""
         if (Q := self.phase.get("conjugate_momenta")) is not None:
             return Q
-        return 2 * quat.product(self.quaternion, quat.pure(self.phase["angular_momentum_body"]))
+        return self._conjugate_momenta
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -167,6 +167,10 @@ class State(Summarized):
         return rotation(self.quaternion)
 
     @functools.cached_property
+    def _conjugate_momenta(self) -> NDArray[np.float64]:
+        return 2 * quat.product(self.quaternion, quat.pure(self.phase["angular_momentum_body"]))
+
+    @functools.cached_property
     def _double_momentum(self) -> NDArray[np.float64]:
         return quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.phase["conjugate_momenta"]))
 
@@ -180,6 +184,10 @@ class State(Summarized):
     @property
     def angular_momentum_space(self) -> NDArray[np.float64]:
         """The angular momentum G = Im(Q q~)/2 in space axes; shape (..., 3)."""
+        return self._angular_momentum_space
+
+    @functools.cached_property
+    def _angular_momentum_space(self) -> NDArray[np.float64]:
         return 0.5 * quat.imaginary(quat.product(self.conjugate_momenta, quat.conjugate(self.quaternion)))
 
     @override
@@ -260,7 +268,7 @@ class PairState(State):
     def rigid(self) -> Phase:
         return super().rigid | {"position": self.position, "momentum": self.momentum}
 
-    @property
+    @functools.cached_property
     @override
     def of_bodies(self) -> dict[str, State]:
         return {

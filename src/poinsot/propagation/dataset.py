@@ -79,9 +79,8 @@ class Motion(NamedTuple):
     leading : tuple of str
         The first dimensions of what lies along the times.
     columns : mapping
-        Arrays along the times, members first, by `COLUMNS`, `OF_TWO`, and `OF_BODY` of each body.
-    own, integrals, drift : mapping
-        The same by the name of the part, or of the integral.
+        Arrays along the times, members first, by `COLUMNS`, `OF_TWO`, and `OF_BODY` of each body; those of parts are
+        `own_...`, of integrals `integral_...` and `drift_...`.
     orbits : array, optional
         The variables of orbits integrated along.
     calendar : Calendar or None
@@ -94,9 +93,6 @@ class Motion(NamedTuple):
     times: Array
     leading: tuple[str, ...]
     columns: Mapping[str, Array]
-    own: Mapping[str, Array]
-    integrals: Mapping[str, Array]
-    drift: Mapping[str, Array]
     orbits: Array | None
     calendar: Calendar | None
     attributes: Mapping[str, Any]
@@ -223,23 +219,23 @@ class _Variables:
         self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
 
     def _motion(self) -> None:
-        motion, columns, put = self.motion, self.motion.columns, self._put
-        for name, values in columns.items():
+        columns = self.motion.columns
+        for name in (each for each in self.said if each in columns):
             unit, meaning, axis, said = self.said[name]
-            put(name, values, unit, meaning, axis, **said)
-        for name, values in motion.own.items():
-            put(f"own_{name}", values, *self._said_of_part(self.parts[name]))
+            self._put(name, columns[name], unit, meaning, axis, **said)
+        for name, part in self.parts.items():
+            if (values := columns.get(f"own_{name}")) is not None:
+                self._put(f"own_{name}", values, *self._said_of_part(part))
 
     def _proof(self) -> None:
-        motion, units, put = self.motion, self.units, self._put
-        values, drift = motion.integrals, motion.drift
-        for integral in motion.system.integrals:
-            name, kind = integral.name, "energy" if integral.is_energy else "momentum"
-            unit = units.energy if integral.is_energy else units.momentum
-            if name in values:
-                put(f"integral_{name}", values[name], unit, integral.meaning, symbol=integral.symbol, kind=kind)
-            if name in drift:
-                put(f"drift_{name}", drift[name], "1", f"relative drift of {integral.meaning}")
+        columns, units, put = self.motion.columns, self.units, self._put
+        for integral in self.motion.system.integrals:
+            value, drift = f"integral_{integral.name}", f"drift_{integral.name}"
+            unit, kind = (units.energy, "energy") if integral.is_energy else (units.momentum, "momentum")
+            if value in columns:
+                put(value, columns[value], unit, integral.meaning, symbol=integral.symbol, kind=kind)
+            if drift in columns:
+                put(drift, columns[drift], "1", f"relative drift of {integral.meaning}")
 
     def _origin(self) -> None:
         """Add what the motion started from, and what was integrated along with it."""

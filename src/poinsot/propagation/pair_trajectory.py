@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Collection
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from poinsot.mechanics.two_bodies import BODIES
 from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation.dataset import COLUMNS, OF_TWO
 from poinsot.propagation.run_record import Method
-from poinsot.propagation.trajectory import OF_PARTS, Trajectory
+from poinsot.propagation.trajectory import OF_PARTS, ORBIT, Trajectory
 from poinsot.quantities import Times
 
 __all__ = ["PairTrajectory", "of_one_body", "trajectory_class"]
@@ -136,7 +137,14 @@ class PairTrajectory(Trajectory):
         run = dataclasses.replace(self.run, method=Method.ONE_OF_TWO)
         motion = BodyTrajectory(system, self.initial.of_bodies[body], self.times, rows, run, interpolant, self.failures)
         motion.provenance = {key: self.provenance[key] for key in OF_PARTS if key in self.provenance}
+        if self._kept_state is not None:
+            motion._kept_state = self._kept_state.of_bodies[body]
         return motion
+
+    @override
+    def _at_hand(self, names: Collection[str]) -> dict[str, Array]:
+        orbit = {name: getattr(self, name) for name in ORBIT if name in names}
+        return super()._at_hand(names) | orbit
 
     @property
     @override

@@ -46,7 +46,7 @@ def _of_slice(name: str, index: slice, count: int) -> Chosen:
         raise TypeError(f"{name} must be a slice of whole numbers, got {index}.") from None
 
 
-def rows_of(values: Any, members: Chosen | None, at: Any) -> NDArray[Any]:
+def rows_of(values: Any, members: Chosen | slice | None, at: Any) -> NDArray[Any]:
     """Return the rows of some members, None: of one body, at some times; of a store no more is read."""
     if members is None:
         return np.asarray(values[at])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -54,6 +54,7 @@ class StoredSystem:
     """
 
     forces = ()
+    records = ()
     orbits = ()
     members = ()
     calendar = None
@@ -181,14 +182,13 @@ class StoredTrajectory(Trajectory):
     def potential_energy(self) -> Array:
         return np.asarray(self._record.potential_energy)
 
-    @property
     @override
-    def integrals(self) -> dict[str, Array]:
-        return {name: np.asarray(values) for name, values in self._record.integrals.items()}
-
-    @override
-    def _drift_of(self, integrals: Mapping[str, Array]) -> dict[str, Array]:
-        return {name: np.asarray(values) for name, values in self._record.drift.items()}
+    def _at_hand(self, names: Collection[str]) -> dict[str, Array]:
+        known, alone = self._record, ("potential_energy", "omega_body", "kinetic_energy")
+        held = {name: values for name in alone if (values := getattr(known, name)) is not None}
+        held |= {f"integral_{name}": values for name, values in known.integrals.items()}
+        held |= {f"drift_{name}": values for name, values in known.drift.items()}
+        return super()._at_hand(names) | {name: np.asarray(held[name]) for name in names if name in held}
 
     @property
     @override
@@ -196,8 +196,8 @@ class StoredTrajectory(Trajectory):
         return dict(self._record.summary) or super().summary
 
     @override
-    def _summary_with(self, norm_error: Array, tangency_error: Array, drift: Mapping[str, Array]) -> dict[str, Any]:
-        return dict(self._record.summary) or super()._summary_with(norm_error, tangency_error, drift)
+    def _summary_with(self, errors: Mapping[str, Array]) -> dict[str, Any]:
+        return dict(self._record.summary) or super()._summary_with(errors)
 
 
 class StoredPairTrajectory(StoredTrajectory, PairTrajectory):

@@ -21,8 +21,9 @@ from poinsot.errors import real_numbers
 from poinsot.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Environment, within
 from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
@@ -47,6 +48,9 @@ EVERY = slice(None)
 SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", "wall_time", "kernel", "lanes"}
 SUMMARY |= {"norm_error", "tangency_error", "integrals"}
 """The entries of every summary; the others are drifts, and formulas used outside their range of validity."""
+ENERGIES, PROOF = {"kinetic_energy", "potential_energy"}, ("integral_", "drift_")
+BLOCK = 16_384
+"""Rows that variables of a dataset are computed of at once, so that what lies between them stays in the cache."""
 ORBIT = ("position", "momentum")
 """What a dataset has for the orbit of two bodies."""
 OF_PARTS = ("title", "calendar", "reference_frame")
@@ -90,6 +94,9 @@ class Trajectory(Summarized):
 
     _of_whole: ClassVar[tuple[str, ...]] = COLUMNS
     """What a dataset has of it beside the rotation of each body."""
+
+    _kept_state: State | None = None
+    """The states, with what they have computed: of a part of a motion that is soon forgotten."""
 
     def __init__(
         self,
@@ -142,7 +149,7 @@ class Trajectory(Summarized):
 
     @property
     def _state(self) -> State:
-        return state_of(changed(self.phase, np.asarray), self.times)
+        return self._kept_state or state_of(changed(self.phase, np.asarray), self.times)
 
     @functools.cached_property
     def environment(self) -> Environment:
@@ -372,8 +379,7 @@ class Trajectory(Summarized):
     @property
     def integrals(self) -> dict[str, Array]:
         """The conserved quantities of the system along the motion, by name; empty where there is none."""
-        state = self._state
-        return {integral.name: np.asarray(integral.value(state)) for integral in self.system.integrals}
+        return self._proof("integral")
 
     @property
     def drift(self) -> dict[str, Array]:
@@ -381,21 +387,11 @@ class Trajectory(Summarized):
 
         Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
         """
-        return self._drift_of(self.integrals)
+        return self._proof("drift")
 
-    def _drift_of(self, integrals: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the drift of integrals along the motion."""
-        if not self.system.integrals:
-            return {}
-        T_and_U = np.abs(self.kinetic_energy) + np.abs(self.potential_energy)
-        energy_scale = np.fmax.reduce(T_and_U, axis=-1, initial=0.0)
-        momentum_scale = np.fmax.reduce(self._momentum_size, axis=-1, initial=0.0)
-        out = {}
-        for integral in self.system.integrals:
-            scale = energy_scale if integral.is_energy else momentum_scale
-            change = integrals[integral.name] - np.asarray(integral.value(self.initial))[..., None]
-            out[integral.name] = change / np.where(scale > 0, scale, 1.0)[..., None]
-        return out
+    def _proof(self, kind: str) -> dict[str, Array]:
+        names = {f"{kind}_{name}": name for name in self._integral_names}
+        return {names[key]: values for key, values in self._along_times(names).items()}
 
     @property
     def _momentum_size(self) -> Array:
@@ -410,17 +406,22 @@ class Trajectory(Summarized):
         """
         if self.store is not None:
             return self._told_run | self.store.summary
-        return self._summary_with(self.norm_error, self.tangency_error, self.drift)
+        return self._summary_with(self._along_times(self._errors))
 
-    def _summary_with(self, norm_error: Array, tangency_error: Array, drift: Mapping[str, Array]) -> dict[str, Any]:
-        largest = {f"drift_{name}": _largest(values) for name, values in drift.items()}
+    def _summary_with(self, errors: Mapping[str, Array]) -> dict[str, Any]:
+        """Return the summary of a motion with such errors along the times."""
+        none = {"integrals": "none: this system conserves neither energy nor a momentum"}
         return {
             **self._told_run,
-            "norm_error": _largest(norm_error),
-            "tangency_error": _largest(tangency_error),
-            **(largest or {"integrals": "none: this system conserves neither energy nor a momentum"}),
+            **{name: float(np.fmax.reduce(np.abs(errors[name]), axis=None, initial=0.0)) for name in self._errors},
+            **({} if self._integral_names else none),
             **self._misuse,
         }
+
+    @property
+    def _errors(self) -> list[str]:
+        """The variables of a dataset that are zero but for errors."""
+        return ["norm_error", "tangency_error", *(f"drift_{name}" for name in self._integral_names)]
 
     @property
     def _told_run(self) -> dict[str, Any]:
@@ -508,8 +509,7 @@ class Trajectory(Summarized):
         """The motion as an xarray Dataset with units, frames and provenance; of one in a store, what is stored."""
         if self.store is None:
             data = self.variables(self.variable_names)
-            drift = {name: data[f"drift_{name}"].values for name in self._integral_names}
-            known = self._summary_with(data["norm_error"].values, data["tangency_error"].values, drift)
+            known = self._summary_with({name: data[name].values for name in self._errors})
         else:
             known, stored = self.summary, self.store.dataset()
             names = [name for name in self.store.sharded if name in self.variable_names]
@@ -540,19 +540,14 @@ class Trajectory(Summarized):
     def variables(self, names: Collection[str]) -> xarray.Dataset:
         """Return some variables of the dataset, with the start and the body."""
         frame, provenance = self.reference_frame, self.provenance
-        integrals = self.integrals if any(map(_is_proof, names)) else {}
-        drift = self._drift_of(integrals) if any(name.startswith("drift_") for name in names) else {}
-        own = [part.name for part in self.system.parts if part.size]
+        columns = self._along_times([name for name in names if name != "carried"])
         return dataset_of(
             Motion(
                 system=self.system,
                 initial=self.initial,
                 times=self.times,
                 leading=("member", "time") if self.is_ensemble else ("time",),
-                columns={name: read() for name, read in self._columns.items() if name in names},
-                own={name: np.asarray(self.phase[name]) for name in own if f"own_{name}" in names},
-                integrals={name: values for name, values in integrals.items() if f"integral_{name}" in names},
-                drift={name: values for name, values in drift.items() if f"drift_{name}" in names},
+                columns={name: columns[name] for name in self.variable_names if name in columns},
                 orbits=self.environment.orbit_values if "carried" in names else None,
                 calendar=self.calendar,
                 attributes={
@@ -564,6 +559,72 @@ class Trajectory(Summarized):
                 },
             )
         )
+
+    def _along_times(self, names: Collection[str]) -> dict[str, Array]:
+        """Return variables of the dataset, each computed once, in blocks of rows."""
+        found = self._at_hand(names)
+        left = {*names} - found.keys()
+        if not left:
+            return found
+        drifts = {key: each for each in self._integrals_of(left) if (key := f"drift_{each.name}") in left}
+        wanted = left - drifts.keys() | {f"integral_{each.name}" for each in drifts.values()}
+        wanted |= ENERGIES if drifts else set()
+        along, sizes = (EVERY,) if self.is_ensemble else (), np.zeros(())
+        whole = self if self.store is None else self.isel()
+        for at in self._blocks:
+            part = whole._part(at)
+            block = part._computed_columns(wanted)
+            sizes = np.fmax(sizes, part._sizes(block)) if drifts else sizes
+            for name, values in block.items():
+                if name not in found:
+                    shape = [*values.shape]
+                    shape[len(along)] = self.times.size
+                    found[name] = np.empty(shape, values.dtype)
+                found[name][*along, at] = values
+        found |= {key: self._drift_of(each, found[f"integral_{each.name}"], sizes) for key, each in drifts.items()}
+        return {name: found[name] for name in names}
+
+    def _at_hand(self, names: Collection[str]) -> dict[str, Array]:
+        """Return those of some variables of the dataset that need not be computed."""
+        held = {name if name in RIGID else f"own_{name}": values for name, values in self.phase.items()}
+        return {name: np.asarray(held[name]) for name in names if name in held}
+
+    def _integrals_of(self, names: Collection[str]) -> tuple[Integral, ...]:
+        """Return the integrals, if some of the names are of values or drifts of them."""
+        return self.system.integrals if any(name.startswith(PROOF) for name in names) else ()
+
+    @property
+    def _blocks(self) -> Iterator[slice]:
+        """The times in blocks; formulas of orbits and rotation models round by all the times at once, so in one."""
+        dated = any(isinstance(each, Dated) for record in self.system.records for each in within(record))
+        count, members = max(self.times.size, 1), max(len(self), 1) if self.is_ensemble else 1
+        step = count if dated else BLOCK // members or count
+        return (slice(first, first + step) for first in range(0, count, step))
+
+    def _part(self, at: slice) -> Trajectory:
+        """Return the motion at some times, as it is read once: it keeps what it computes of its states."""
+        members = EVERY if self.is_ensemble else None
+        rows = functools.partial(rows_of, members=members, at=at)
+        part = self._made_of(None, rows, self.times[at], changed(self.phase, rows))
+        part._kept_state = part._state
+        return part
+
+    def _computed_columns(self, names: Collection[str]) -> dict[str, Array]:
+        columns = {name: read() for name, read in self._columns.items() if name in names}
+        state = self._state
+        proof = {key: each for each in self._integrals_of(names) if (key := f"integral_{each.name}") in names}
+        return columns | {key: np.asarray(each.value(state)) for key, each in proof.items()}
+
+    def _sizes(self, columns: Mapping[str, Array]) -> Array:
+        """Return what drifts of energies and of momenta are measured against, the largest; shape (2, ...)."""
+        T_and_U = np.abs(columns["kinetic_energy"]) + np.abs(columns["potential_energy"])
+        return np.stack([np.fmax.reduce(each, axis=-1, initial=0.0) for each in (T_and_U, self._momentum_size)])
+
+    def _drift_of(self, integral: Integral, values: Array, sizes: Array) -> Array:
+        size = sizes[0 if integral.is_energy else 1]
+        change: Array = values - np.asarray(integral.value(self.initial))[..., None]
+        change /= np.where(size > 0, size, 1.0)[..., None]
+        return change
 
     @property
     def _columns(self) -> dict[str, Callable[[], Array]]:
@@ -587,11 +648,3 @@ class Trajectory(Summarized):
         named = (orbit.reference_frame for orbit in self.system.orbits)
         own = next((frame for frame in named if frame != SPACE_AXES_UNNAMED), None)
         return str(own or self.provenance.get("reference_frame", SPACE_AXES_UNNAMED))
-
-
-def _is_proof(name: str) -> bool:
-    return name.startswith(("integral_", "drift_"))
-
-
-def _largest(values: Array) -> float:
-    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot.algebra import quaternion as quat
 
 TIMES = np.linspace(0, 5, 6)
 FORCE = pt.UniformGravity(0.5, (1.0, 0.2, -0.3))
@@ -94,7 +95,7 @@ def test_integrals_that_do_not_exist_are_not_there(satellite, start):
 
 
 def test_a_dataset_computes_each_energy_as_often_as_it_needs_it(top, start, monkeypatch):
-    """Once for its variable, once for the size of drifts; the integral has its own."""
+    """Once for its variable and for the size of drifts; the integral has its own."""
     motion = pt.propagate(top, start, [0.0, 1.0])
     calls, energy = [], pt.System.potential_energy
 
@@ -106,4 +107,19 @@ def test_a_dataset_computes_each_energy_as_often_as_it_needs_it(top, start, monk
     assert set(motion.dataset.attrs) > set(motion.summary) - {"wall_time"}
     calls.clear()
     assert "drift_energy" in motion.dataset.attrs
-    assert calls.count((2,)) == 2
+    assert calls.count((2,)) == 1
+
+
+def test_a_dataset_turns_quaternions_into_momenta_once(top, start, monkeypatch):
+    """q (0, g), Q q~, and two of the rate in space: no product of quaternions is computed again."""
+    motion = pt.propagate(top, start, [0.0, 1.0])
+    calls, product = [], quat.product
+    assert motion.quaternion.shape == (2, 4)
+
+    def counted(p, q):
+        calls.append(np.shape(p))
+        return product(p, q)
+
+    monkeypatch.setattr(quat, "product", counted)
+    assert "drift_energy" in motion.dataset
+    assert calls.count((2, 4)) == 4
