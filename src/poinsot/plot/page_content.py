@@ -105,8 +105,7 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = ()) -> dict[st
     own["largest"]["angular_momentum"] = _longest(momentum)
     numbers = sum(values.shape[-1] for values in own["arrays"].values())
     rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers, len(others) + 1)
-    times, mean_rate = rows.times, own["mean_rate"]
-    turn = 2 * np.pi / mean_rate if mean_rate else np.inf
+    times = rows.times
     name = motion.provenance.get("title") or "poinsot"
     return {
         **own,
@@ -118,7 +117,7 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = ()) -> dict[st
         "times": base64_of(times, "<f8"),
         "arrays": {name: rows.packed(values) for name, values in own["arrays"].items()},
         "envelopes": {} if rows.are_all else {name: rows.envelope(values) for name, values in plots.items()},
-        "rate": min(turn / SECONDS_PER_TURN, float(times[-1] - times[0]) / SHORTEST),
+        "rate": _pace(times, own["mean_rate"]),
         "second": 1 / TIME_UNITS[units] if (units := motion.system.units["time"]) in TIME_UNITS else None,
         "ghosts": [_ghost(other, len(others) + 1) for other in others],
         "calendar": calendar_of(motion),
@@ -129,14 +128,15 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = ()) -> dict[st
 def _of_body(motion: Trajectory) -> dict[str, Any]:
     """Return what is shown of one body."""
     rate = np.linalg.norm(motion.omega_body, axis=-1)
-    around = surroundings_of(motion)
+    mean_rate = float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0]))
+    around = surroundings_of(motion, _pace(motion.times, mean_rate))
     return {
         "rates": {"body": rate},
         "plots": {"quaternion": motion.quaternion, "momenta": motion.conjugate_momenta},
         "arrays": {"quaternion": motion.quaternion, "omega_body": motion.omega_body, **around.arrays},
         "around": around.content,
         "largest": {"omega": float(np.max(rate))},
-        "mean_rate": float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0])),
+        "mean_rate": mean_rate,
         "solids": _solids(motion),
         "plane": _invariable_plane(motion),
     }
@@ -185,6 +185,12 @@ def _solid_of_mass(body: Body, mass: float) -> dict[str, Any]:
         "principal": quaternion_from_matrix(axes).tolist(),
         "semiaxes": sides.tolist(),
     }
+
+
+def _pace(times: Array, mean_rate: float) -> float:
+    """Return the time that passes in a second at the speed in which the page starts."""
+    turn = 2 * np.pi / mean_rate if mean_rate else np.inf
+    return min(turn / SECONDS_PER_TURN, abs(float(times[-1] - times[0])) / SHORTEST)
 
 
 def _longest(vectors: Array) -> float:

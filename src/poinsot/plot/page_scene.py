@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import itertools
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -21,6 +22,8 @@ from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import state_of
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.attractors import MU, RADIUS
+from poinsot.parts.rotors import Wheel
+from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.angles import different_orbits
 from poinsot.plot.labels import bracketed
 from poinsot.plot.page_arrays import packed
@@ -47,6 +50,10 @@ MOST_FACETS = 1000
 """That are drawn; more are those of a mesh, which is drawn itself."""
 
 
+FASTEST_WHEEL = np.pi
+"""Radians that a wheel turns on the page in a second, at most."""
+
+
 class Surroundings(NamedTuple):
     """What is around a body: as the page reads it, and the arrays at the stored times that go with it."""
 
@@ -54,8 +61,8 @@ class Surroundings(NamedTuple):
     arrays: dict[str, Array]
 
 
-def surroundings_of(motion: Trajectory) -> Surroundings:
-    """Return what is around a body."""
+def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
+    """Return what is around a body; the pace is the time that passes on the page in a second."""
     found = Surroundings({"vectors": []}, {})
     state = state_of(motion.phase, motion.times)
     instant = motion.system.beside(state.shape).at(state, motion.environment)
@@ -65,7 +72,7 @@ def surroundings_of(motion: Trajectory) -> Surroundings:
     _add_fields(found, motion, instant)
     _add_momenta(found, motion)
     found.content["facets"] = next(map(_polygons, _within(motion, Facets)), None)
-    found.content["wheels"] = [axis for part in motion.system.parts for axis in _axes_of_wheels(part)]
+    _add_wheels(found, motion, pace)
     return found
 
 
@@ -208,10 +215,31 @@ def _sides(facets: Facets) -> Array:
     return sides
 
 
-def _axes_of_wheels(part: Part) -> Iterator[list[float]]:
-    """Yield the axes of wheels that are fixed in the body."""
-    for axis in np.reshape(getattr(part, "axes", getattr(part, "axis", ())), (-1, 3)):
-        yield axis.tolist()
+def _add_wheels(found: Surroundings, motion: Trajectory, pace: float) -> None:
+    """Add the wheels whose axes are fixed in the body, and their angles, slowed down until an eye can follow."""
+    wheels = list(_speeds_of_wheels(motion))
+    if not wheels:
+        return
+    axes, speeds = (np.concatenate(each, axis=-1) for each in zip(*wheels, strict=True))
+    slower = _round_number(float(np.max(np.abs(speeds))) * pace / FASTEST_WHEEL)
+    steps = 0.5 * (speeds[1:] + speeds[:-1]) * np.diff(motion.times)[:, None]
+    found.arrays["wheel_angles"] = np.cumsum(np.vstack([0 * speeds[:1], steps]), axis=0) / slower
+    found.content["wheels"] = {"axes": axes.T.tolist(), "slower": slower}
+
+
+def _speeds_of_wheels(motion: Trajectory) -> Iterator[tuple[Array, Array]]:
+    """Yield axes as columns, and at all times the speeds relative to the body."""
+    for part in motion.system.parts:
+        if isinstance(part, ReactionWheels):
+            yield np.transpose(part.axes), part.speeds(motion.own[part.name], motion.omega_body)
+        elif isinstance(part, Wheel):
+            yield np.reshape(part.axis, (3, 1)), part.speed(motion.own[part.name], motion.omega_body)[:, None]
+
+
+def _round_number(least: float) -> int:
+    """Return the first of 1, 2, 5, 10, 20, 50, ... that is not less."""
+    rounds: Iterator[int] = (k * 10**power for power in itertools.count() for k in (1, 2, 5))
+    return next(each for each in rounds if each >= least)
 
 
 # ---------------------------------------------------------------------- time

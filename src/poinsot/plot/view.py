@@ -187,7 +187,8 @@ def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
         words = f"<i>{vector['letter']}</i> {name} {_reading(vector['array'], unit)}"
         yield _label(vector["array"], words, vector["colour"], marked=True)
     if around.get("wheels"):
-        yield _label("wheels", "wheels, on their axes")
+        slower = around["wheels"]["slower"]
+        yield _label("wheels", "wheels" if slower == 1 else f"wheels, {slower} times slower")
     if ghosts:
         yield _label("ghosts", "the other motion" if ghosts == 1 else f"{ghosts} other motions")
 

@@ -659,6 +659,27 @@ def test_a_torque_turns_with_the_body(orbiting):
     np.testing.assert_allclose(tip, expected / np.linalg.norm(expected), atol=1e-5)
 
 
+def test_wheels_turn_in_the_body_about_their_axes(browser, tmp_path):
+    axis = np.array((0.48, 0.6, 0.64))
+    wheel = pt.parts.ReactionWheel(axis, moment=0.1, torque=0.002)
+    system = pt.System(BODY, wheel)
+    motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 0.5)), np.linspace(0, 40, 401))
+    visit = Visit(browser, pt.view(motion, tmp_path / "wheel.html"))
+    turn = """t => { poinsot.setTime(t); const q = poinsot.scene.parts.wheels.children[0].quaternion;
+        return [q.w, q.x, q.y, q.z]; }"""
+    turns = [Rotation.from_quat(visit(turn, t), scalar_first=True) for t in (0.0, 13.0, 40.0)]
+    speeds = wheel.speed(motion.own["reaction_wheel"], motion.omega_body)
+    angles = np.append(0, np.cumsum(0.05 * (speeds[1:] + speeds[:-1])))
+    slower = visit("motion.page.around.wheels.slower")
+    for own, i in zip(turns, (0, 130, 400), strict=True):
+        np.testing.assert_allclose(own.apply((0, 1, 0)), axis, atol=1e-7)
+        expected = Rotation.from_rotvec(angles[i] / slower * axis) * turns[0]
+        assert (expected.inv() * own).magnitude() < 1e-5
+    assert abs(angles[-1] / slower) > 1
+    assert visit.said == []
+    visit.page.close()
+
+
 def test_the_camera_is_fixed_to_body_orbit_or_attractor(orbiting):
     """What it is fixed to has one attitude on the screen at all times."""
     _, visit = orbiting

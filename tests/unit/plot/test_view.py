@@ -321,6 +321,30 @@ def test_facets_are_drawn_with_their_areas_and_places(orbiting):
     assert drawn["shares"] == [[0.25, 0.0]] * 8
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_wheels_turn_about_their_axes_by_a_round_part_of_their_angle(order):
+    """Of a wheel with a constant torque the angle is 1/2 a t^2 relative to the body, which turns the other way."""
+    wheel = pt.parts.ReactionWheel((0, 0, 1), moment=0.1, torque=0.02)
+    still = pt.parts.ReactionWheel((0.6, 0.8, 0), moment=0.2, name="still")
+    system = pt.System(pt.Body((1.25, 1.0, 0.75)), wheel, still)
+    start = system.state((1, 0, 0, 0), omega_body=(0, 0, 0))
+    motion = pt.propagate(system, start, np.linspace(0, 4000, 4001)[::order])
+    page = pt.view(motion).html
+    data = content_in(page)
+    assert data["around"]["wheels"]["axes"] == [[0, 0, 1], [0.6, 0.8, 0]]
+    slower = data["around"]["wheels"]["slower"]
+    speed = 0.02 * (1 / 0.1 + 1 / 0.65) * motion.times
+    assert slower / 2.5 < np.max(speed) * data["rate"] / np.pi <= slower
+    assert slower in (1, 2, 5, 10, 20, 50, 100, 200, 500)
+    assert f"wheels, {slower} times slower" in page
+    angles = decoded(data["arrays"]["wheel_angles"], 2)[::order]
+    exact = 0.5 * speed * motion.times
+    np.testing.assert_allclose(
+        angles[:, 0] - angles[0, 0], (exact - exact[0]) / slower, atol=1e-6 * exact.max() / slower
+    )
+    np.testing.assert_allclose(angles[:, 1], 0, atol=1e-9 * exact.max() / slower)
+
+
 def test_events_are_on_the_line_of_time(orbiting):
     motion, data = orbiting
     (found,) = data["events"]

@@ -71,8 +71,8 @@ function sceneOf(motion, canvas) {
   const around = surroundingsOf(motion, { world, near, body, parts });
   const ghosts = ghostsOf(page.ghosts, drawn);
   if (ghosts) near.add((parts.ghosts = ghosts.group));
-  const wheels = wheelsOf(page.around.wheels);
-  if (wheels) body.add((parts.wheels = wheels));
+  const wheels = wheelsOf(motion);
+  if (wheels) body.add((parts.wheels = wheels.group));
   const views = viewsOf(motion, stage, around);
 
   // ------------------------------------------------------------ what changes
@@ -112,6 +112,7 @@ function sceneOf(motion, canvas) {
     traces[traced].draw(start, end, axisTip(traced, t));
     around.place(t);
     ghosts?.place(t);
+    wheels?.place(t);
     views.place(t, q, near);
   }
 

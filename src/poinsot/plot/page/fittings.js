@@ -4,7 +4,7 @@
 const MIRROR = "#7FB4E6";
 const WHITE = "#F2F0EA";
 const DARK = "#2B3350";
-const WHEEL = { radius: 0.1, thickness: 0.045, from: 0.36 };
+const WHEEL = { radius: 0.1, thickness: 0.045, from: 0.36, light: "#AEB7C0", shade: "#4A545E" };
 
 /** Facets as squares, the darker the more light they absorb, the bluer the more they mirror. */
 function facets({ corners, shares }) {
@@ -28,17 +28,23 @@ function facets({ corners, shares }) {
   return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
 }
 
-/** Wheels on their axes, at some distance from the centre; nothing where there are none. */
-function wheelsOf(axes) {
-  if (!axes.length) return null;
+/** Return what draws wheels on their axes, at some distance from the centre; nothing where there are none. */
+function wheelsOf(motion) {
+  const { wheels } = motion.page.around;
+  if (!wheels) return null;
   const group = new THREE.Group();
-  const look = new THREE.MeshLambertMaterial({ color: "#6F7B87", transparent: true, opacity: 0.85 });
-  for (const axis of axes) {
-    const wheel = new THREE.Mesh(new THREE.CylinderGeometry(WHEEL.radius, WHEEL.radius, WHEEL.thickness, 32), look);
-    const direction = new THREE.Vector3(...axis);
-    wheel.quaternion.setFromUnitVectors(UP, direction);
-    wheel.position.copy(direction).multiplyScalar(WHEEL.from);
+  const { radius, thickness, from, light, shade } = WHEEL;
+  const all = wheels.axes.map((axis) => {
+    const wheel = shaded(new THREE.CylinderGeometry(radius, radius, thickness, 32, 2), light, shade);
+    wheel.position.set(...axis).multiplyScalar(from);
     group.add(wheel);
+    return { wheel, upright: new THREE.Quaternion().setFromUnitVectors(UP, new THREE.Vector3(...axis)) };
+  });
+
+  function place(t) {
+    const angles = motion.vector("wheel_angles", t);
+    all.forEach(({ wheel, upright }, i) => wheel.quaternion.setFromAxisAngle(UP, angles[i]).premultiply(upright));
   }
-  return group;
+
+  return { group, place };
 }

@@ -147,14 +147,14 @@ function axes(parent, letters, length, colour, width) {
 const sphere = () => new THREE.SphereGeometry(1, 48, 28);
 
 /** A solid whose octants alternate between two shades, so that every turn is seen. */
-function shaded(geometry) {
-  const [light, shade] = [new THREE.Color(LIGHT), new THREE.Color(SHADE)];
+function shaded(geometry, light = LIGHT, shade = SHADE) {
+  const [bright, dark] = [light, shade].map((colour) => new THREE.Color(colour));
   const flat = geometry.index ? geometry.toNonIndexed() : geometry;
   const place = flat.attributes.position;
   const colours = new Float32Array(3 * place.count);
   for (let i = 0; i < place.count; i += 3) {
     const middle = [0, 1, 2].map((k) => place.array[3 * i + k] + place.array[3 * i + 3 + k] + place.array[3 * i + 6 + k]);
-    const colour = middle[0] * middle[1] * middle[2] > 0 ? light : shade;
+    const colour = middle[0] * middle[1] * middle[2] > 0 ? bright : dark;
     for (let k = 0; k < 3; k++) colour.toArray(colours, 3 * (i + k));
   }
   flat.setAttribute("color", new THREE.BufferAttribute(colours, 3));
