@@ -14,6 +14,7 @@ sys.path.insert(0, str(ROOT))
 
 from tools.site.build import write_pages  # noqa: E402
 from tools.site.names import canonical_names, linked_names  # noqa: E402
+from tools.site.search import keep_text, write_texts  # noqa: E402
 
 import poinsot  # noqa: E402
 
@@ -122,9 +123,11 @@ def known_elsewhere(app, env, node, contnode):
 
 
 def without_requests(app, pagename, templatename, context, doctree):
-    """Forbid every page to ask for anything but its own files."""
+    """Forbid every page to ask for anything but its own files; that of the search loads the texts of the others."""
     rule = f'<meta http-equiv="Content-Security-Policy" content="{NO_REQUESTS}">'
     context["metatags"] = f"{rule}\n{context.get('metatags', '')}"
+    if pagename == "search":
+        app.add_js_file("texts.js")
 
 
 def setup(app):
@@ -135,3 +138,5 @@ def setup(app):
     app.connect("doctree-read", with_links_to_names)
     app.connect("missing-reference", known_elsewhere)
     app.connect("html-page-context", without_requests)
+    app.connect("doctree-resolved", keep_text)
+    app.connect("build-finished", write_texts)

@@ -1,2 +1,3 @@
-/* Pages from disk may not fetch one another: the search there lists titles without summaries. */
-if (location.protocol === "file:") DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
+/* Pages from disk may not fetch one another: the summaries of the search are taken from texts.js instead. */
+if (location.protocol === "file:" && DOCUMENTATION_OPTIONS.pagename === "search")
+  window.fetch = async (url) => ({ text: async () => TEXTS[decodeURI(url).replace(/^(\.\/)*|\.html.*$/g, "")] ?? "" });

@@ -116,7 +116,7 @@ VISITED = [
     "generated/api/index",
     "generated/api/poinsot.propagate",
     "generated/api/poinsot.forces.IGRF",
-    "generated/commands",
+    "commands",
     "generated/scenario",
     "generated/changelog",
     "benchmarks",
@@ -151,6 +151,9 @@ def test_the_search_from_disk_finds_what_propagates_an_attitude(browser):
     visit.page.locator("#search-results li").nth(20).wait_for(timeout=20000)
     found = visit.page.eval_on_selector_all("#search-results li a", "all => all.map(each => each.getAttribute('href'))")
     assert any(link.startswith("generated/api/poinsot.propagate.html") for link in found[:10]), found[:20]
+    summaries = visit.page.locator("#search-results li p.context")
+    summaries.nth(19).wait_for(timeout=20000)
+    assert "attitude" in summaries.nth(0).text_content().lower()
     assert visit.complaints() == []
 
 

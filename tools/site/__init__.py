@@ -1,1 +1,1 @@
-"""The pages of the site that follow from the package: API, commands, scenarios, examples."""
+"""The pages of the site that follow from the package: API, scenarios, examples."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from tools.site import api, commands, gallery, scenario
+from tools.site import api, gallery, scenario
 
 __all__ = ["write_pages"]
 
@@ -18,7 +18,6 @@ def write_pages(folder: Path) -> None:
     made = {
         **api.pages(),
         **gallery.pages(folder / "gallery"),
-        "commands.md": commands.page(),
         "scenario.md": scenario.page(),
         "changelog.md": project_file("CHANGELOG.md"),
         "contributing.md": project_file("CONTRIBUTING.md"),
