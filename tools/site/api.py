@@ -7,7 +7,10 @@ import inspect
 
 from tools.site.names import NAMESPACES, public
 
+from poinsot.mechanics.force import Force, PairLoad
+from poinsot.mechanics.notation import LATEX, MATHML, written
 from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.typeset import letters_of, stated_formula
 
 __all__ = ["pages"]
 
@@ -34,11 +37,14 @@ TITLES = {
     "functions": "Functions of formulas",
 }
 
-OF_RECORDS = sorted(name for name in vars(Parametric) if not name.startswith("_"))
-"""What every record has for the engine, and no user calls."""
+OF_RECORDS = sorted({name for name in vars(Parametric) if not name.startswith("_")} | {"formula"})
+"""What every record has for the engine, and no user calls, and the formula, which is typeset."""
 
 SEARCHED = {"poinsot.propagate": "attitude", "poinsot.free_motion": "Euler-Poinsot motion"}
 """Words that the search leads to a page whose text has others."""
+
+ON_TWO_BODIES = {"MutualGravity", "MutualMascons", "ThirdBody"}
+"""Potentials of a pair, whose letters mean something else."""
 
 ANNOTATIONS = {
     "BodyVector": "Annotation of a field of three components along the body axes: ``moment_body: pt.BodyVector``.",
@@ -110,7 +116,19 @@ def object_page(name: str, thing: object) -> str:
     elif inspect.isclass(thing):
         kept_apart = f"   :exclude-members: {', '.join(OF_RECORDS)}\n" if issubclass(thing, Parametric) else ""
         body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n{kept_apart}"
+        body = f"{typeset(thing)}{body}" if issubclass(thing, Force) else body
     else:
         body = f".. autofunction:: {name}\n"
     word = f".. index:: ! {SEARCHED[name]}\n\n" if name in SEARCHED else ""
     return f"{word}{titled(name.removeprefix('poinsot.'))}\n{body}"
+
+
+def typeset(kind: type) -> str:
+    """Return the formula that a force states, with its letters; "" if it states none."""
+    stated = stated_formula(kind)
+    if not stated:
+        return ""
+    two = issubclass(kind, PairLoad) or kind.__name__ in ON_TWO_BODIES
+    equations = "".join(f".. math:: {each}\n\n" for each in written(stated, LATEX))
+    letters = letters_of(written(stated, MATHML), two_bodies=two)
+    return equations + "; ".join(f":math:`{LATEX.letter(name)}` {what}" for name, what in letters.items()) + "\n\n"

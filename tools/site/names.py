@@ -46,7 +46,7 @@ def linked_names() -> dict[str, str]:
     found: dict[str, str] = {}
     for name, target in canonical.items():
         inside = name.removeprefix("poinsot.")
-        found |= {name: target, inside: target, f"pt.{inside}": target}
+        found |= {name: target, f"pt.{inside}": target} | ({inside: target} if "." in inside else {})
     lasts = [name.rpartition(".")[2] for name in public()]
     for name in public():
         space, _, last = name.rpartition(".")

@@ -23,7 +23,7 @@ __all__ = ["BDot", "EddyCurrents", "MagneticMoment"]
 class MagneticMoment(Potential):
     """A magnetic dipole moment fixed in the body: a permanent magnet, or the residual dipole of a spacecraft.
 
-    V = -m . B, so that the torque is m x B. The force on the orbit is left out.
+    U = -m . B, so that the torque is m x B. The force on the orbit is left out.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ from poinsot.mechanics.notation import LATEX, MATHML, Notation, split_name, writ
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.units import DerivedUnits, in_units
 
-__all__ = ["formula_of", "system_html", "system_latex"]
+__all__ = ["formula_of", "letters_of", "stated_formula", "system_html", "system_latex"]
 
 LONGEST = 60
 """Symbols and numbers of the longest formula that is written."""
@@ -33,7 +33,7 @@ SYMBOLS = {
     "N": "torque, body axes",
     "U": "potential energy",
     "R": "attitude, body to space",
-    "I": "moments of inertia",
+    "I": "inertia tensor; with one number as its index, a principal moment",
     "r": "distance from the attractor",
     "u": "unit vector from the attractor, body axes",
     "x": "position from the attractor, body axes",
@@ -55,7 +55,7 @@ SYMBOLS = {
 
 OF_PAIRS = {
     "I": "inertia tensor of a body",
-    "m": "mass of a body",
+    "m": "mass of a body; of a tide, that of the body which raises it",
     "omega": "angular velocity of a body",
     "r": "distance of the bodies",
     "u": "unit vector from the primary to the secondary",
@@ -83,7 +83,7 @@ def formula_of(force: Any, body: Any, orbits: Sequence[Orbit], notation: Notatio
     Letters of the second and third of the orbits have primes.
     """
     try:
-        if stated := _stated(type(force)):
+        if stated := stated_formula(type(force)):
             own = next(iter(orbits_of(force)), None)
             return written(stated, notation, OF_ORBITS, _place(own, orbits) if own else 0)
         write = _Writer(notation)
@@ -95,7 +95,7 @@ def formula_of(force: Any, body: Any, orbits: Sequence[Orbit], notation: Notatio
         return []
 
 
-def _stated(kind: type) -> str:
+def stated_formula(kind: type) -> str:
     """Return the formula that a class states, unless a class derived from it computes another one."""
     owner = next(each for each in kind.__mro__ if vars(each).keys() & {"formula", "energy", "torque", "load"})
     return str(vars(owner).get("formula", ""))
@@ -126,11 +126,15 @@ def system_html(system: Any) -> str:
         rows.append((type(force).__name__, f"{said}<br>{html.escape(rounded(in_units(force, units)))}"))
     conserved = (f"{integral.symbol}: {integral.meaning}" for integral in system.integrals)
     rows.append(("conserved", html.escape("; ".join(conserved) or "neither energy nor a momentum")))
-    letters = SYMBOLS if len(system.rigid_bodies) == 1 else SYMBOLS | OF_PAIRS
-    used = {name: what for name, what in letters.items() if any(MATHML.letter(name) in cell for _, cell in rows)}
-    if used:
+    if used := letters_of([cell for _, cell in rows], two_bodies=len(system.rigid_bodies) > 1):
         rows.append(("letters", "; ".join(f"{_math(MATHML.letter(name))} {what}" for name, what in used.items())))
     return markup_table("System", rows)
+
+
+def letters_of(formulas: Sequence[str], two_bodies: bool) -> dict[str, str]:
+    """Return what the letters in formulas in MathML mean that are no parameters."""
+    letters = SYMBOLS | OF_PAIRS if two_bodies else SYMBOLS
+    return {name: what for name, what in letters.items() if any(MATHML.letter(name) in each for each in formulas)}
 
 
 def _motion(system: Any, of_any: str, of_rigid: str) -> str:
