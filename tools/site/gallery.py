@@ -1,4 +1,4 @@
-"""The gallery: a page for each example, with what it says, prints and draws, and its motion in three dimensions."""
+"""The gallery: a page for each example, with its description, output and pictures, and its motion in 3D."""
 
 from __future__ import annotations
 
@@ -38,13 +38,15 @@ import numpy as np
 import poinsot as pt
 motion = pt.files.read_scenario(sys.argv[1]).propagate(progress=False)
 pt.view(motion.member(0) if motion.is_ensemble else motion, sys.argv[2], overwrite=True)
-if motion.is_ensemble:
-    panels = pt.plot.angular_velocity(motion)
+if len(motion.of_bodies) > 1:
+    panels = pt.plot.mutual_orbit(motion)
 else:
-    panels = pt.plot.quaternions(motion) if len(motion.of_bodies) == 1 else pt.plot.mutual_orbit(motion)
+    rates = np.linalg.norm(motion.omega_body, axis=-1)
+    steady = np.ptp(rates) < 0.01 * np.max(rates)
+    panels = pt.plot.quaternions(motion) if steady else pt.plot.angular_velocity(motion)
 np.ravel(panels)[0].figure.savefig("scenario.png", dpi=110)
 """
-"""What is drawn of a scenario; an ensemble is shown by its first member."""
+"""Draws a scenario, by the attitude where the angular velocity is constant; the first member of an ensemble plays."""
 
 
 def run_examples(folder: Path, scenes: Path) -> None:
@@ -58,7 +60,7 @@ def run_examples(folder: Path, scenes: Path) -> None:
 def run(name: str, folder: Path, page: Path) -> None:
     """Run the program and the scenario of one example, and keep what they write and print; the latter has a page."""
     files = [path for path in sources(name) if path.exists()]
-    key = hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+    key = hashlib.sha256(b"".join([SCENE.encode(), *(path.read_bytes() for path in files)])).hexdigest()
     stamp = folder / "key.txt"
     if stamp.exists() and stamp.read_text() == key:
         return
@@ -92,7 +94,7 @@ def pages(folder: Path) -> dict[str, str]:
 
 
 def told(name: str) -> tuple[str, str]:
-    """Return the title of an example, and what it says of itself."""
+    """Return the title and the description of an example."""
     program, scenario = sources(name)
     if program.exists():
         title, _, text = (ast.get_docstring(ast.parse(program.read_text())) or "").partition("\n\n")
