@@ -174,8 +174,20 @@ def contents(thing, seen=()):
 
 
 STATE = ("phase", "quaternion", "conjugate_momenta", "angular_momentum_body")
-READ = (*STATE, "position", "momentum", "energy", "drift", "integrals", "matrix", "numbers", "structure", "args")
-UNREAD = ("environment", "beside_samples", "origin_of")
+READ = (
+    *STATE,
+    "events",
+    "position",
+    "momentum",
+    "energy",
+    "drift",
+    "integrals",
+    "matrix",
+    "numbers",
+    "structure",
+    "args",
+)
+UNREAD = ("environment", "event_source", "beside_samples", "origin_of")
 
 
 @pytest.mark.parametrize("way", COPIES)

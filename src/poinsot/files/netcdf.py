@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import json
 import math
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,15 +34,19 @@ from poinsot.propagation.dataset import read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.run_record import Method, Run
+from poinsot.propagation.selection import Chosen
 from poinsot.propagation.stored_motion import (
+    StoredEvents,
+    crossings_in,
     events_in,
-    events_of,
     failures_in,
     motion_in,
     phase_in,
     result_in,
     run_in,
     times_in,
+    told_crossings,
+    told_events,
     told_run,
 )
 from poinsot.propagation.stored_trajectory import (
@@ -79,7 +84,7 @@ OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"ini
 OF_BODIES = [named(body, name) for body in (*ONE, *BODIES) for name in ("moments", "principal_axes", "mass")]
 NAMES = ("time", "initial_time", "potential_energy", "carried", "masses", "G", *OF_BODIES, *sorted(OF_STATES))
 SHAPES = tuple(named(body, "shape_") for body in (*ONE, *BODIES))
-BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", "system_", *SHAPES)
+BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", "event_", "system_", *SHAPES)
 """Of all variables that are read; the last ones are of arrays that a text names."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
@@ -96,7 +101,7 @@ SECONDS_OF_BYTE = 1e-8
 
 @checked
 def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a trajectory, with units, frames and provenance, and return its path; `load` reads it bit for bit.
+    """Write a trajectory with its events, units, frames and provenance, and return its path; `load` reads it again.
 
     The file has nothing of the machine that wrote it. If body, forces and orbits are the package's own and made of
     parameters, it has the text of a scenario too, and `poinsot run` on it repeats the motion.
@@ -105,7 +110,8 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     ----------
     motion : Trajectory
     path : str or Path
-        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder, Zarr format 2 without codecs).
+        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder, Zarr of format 3). An ensemble in a store is copied to `.zarr`
+        with the chunks that are there; for `.nc` it must be whole.
     overwrite : bool
         Whether an existing file of that name is replaced.
 
@@ -124,8 +130,20 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     path = _checked_path(path)
     if motion.run.method is Method.ONE_OF_TWO:
         raise ValueError("motion must be that of both bodies to be saved, got that of one of two.")
-    of_all = motion.dataset
-    data = with_texts(_recorded(of_all, motion), motion)
+    store = motion.store
+    if path.suffix == ".zarr" and store is not None:
+        known = {name: motion.provenance[name] for name in OF_SCENARIOS if motion.provenance.get(name) is not None}
+        with new_folder(path, overwrite, GROUP) as part:
+            store.copy_to(part, known)
+        return path
+    if store is not None and not store.whole.all():
+        raise ValueError(
+            f"motion must be whole to be saved as {path.suffix}, got {store.finished} of {store.members} members. "
+            "Save it as .zarr, or let the call that made the store go on."
+        )
+    of_all = _along_time(motion)
+    data = with_texts(_recorded(of_all, motion), motion).assign(_happened(motion))
+    data = data.assign_attrs(told_events(motion.event_source.watched))
     if path.suffix == ".nc":
         data.attrs["digest"] = _digest(data)
         with new_file(path, overwrite) as part:
@@ -143,9 +161,9 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
 def load(source: str | Path | xarray.Dataset) -> Trajectory:
     """Return the trajectory in a file that `save` wrote, or in the dataset that xarray made of one.
 
-    Times, quaternions (n, 4), momenta, initial state and orbits integrated along are read bit for bit. Body, forces and
-    orbits are made again from the text in the file and the arrays that it names. Where it has none (classes from
-    outside the package; every `motion.dataset`), the trajectory has the body alone: its potential energy and its
+    Times, quaternions (n, 4), momenta, initial state, events and orbits integrated along are read bit for bit. Body,
+    forces and orbits are made again from the text in the file and the arrays that it names. Where it has none (classes
+    from outside the package; every `motion.dataset`), the trajectory has the body alone: its potential energy and its
     integrals are those of the file, and its system says why it cannot be run, `motion.system.not_rerunnable`. The wall
     time is NaN, and there is no dense output.
 
@@ -191,9 +209,24 @@ def _checked_path(path: Any) -> Path:
     return Path(path)
 
 
+def _along_time(motion: Trajectory) -> xarray.Dataset:
+    """Return the dataset of a motion; of one in a store that keeps other variables at other times, with all of them."""
+    data = motion.dataset
+    along = all("time" in data[name].dims for name in motion.state_variables)
+    return data if along else motion.variables(motion.variable_names).assign_attrs(data.attrs)
+
+
 def _recorded(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
     """Return the dataset of a motion, and what of it needs the formulas of parts under names that are read again."""
-    return data.assign({f"recorded_{name}": data[name] for name in OF_PARTS}) if motion.system.parts else data
+    if not motion.system.parts:
+        return data
+    own = data if all(name in data for name in OF_PARTS) else motion.variables(OF_PARTS)
+    return data.assign({f"recorded_{name}": own[name] for name in OF_PARTS})
+
+
+def _happened(motion: Trajectory) -> dict[str, Any]:
+    """Return the events along a motion as variables; empty ones have no place in NetCDF, which extends them."""
+    return {name: variable for name, variable in told_crossings(motion).items() if len(variable[1])}
 
 
 def _in_store(path: Path) -> Trajectory:
@@ -334,9 +367,14 @@ class _Reading:
         motion = self._motion()
         motion.failures = self._failures()
         motion.provenance = self._provenance(isinstance(motion.system, System))
-        if self.store is not None:
-            motion.events = events_of(self.store, events_in(self.store), motion.system)
+        motion.event_source = StoredEvents(events_in(self.data.attrs), motion, self._crossings)
         return motion
+
+    def _crossings(self, members: Chosen | None) -> Iterable[Mapping[str, Any]]:
+        """Yield what there is of what happened to some members, None: to all."""
+        yield {str(name): each for name, each in self.data.variables.items()}
+        if self.store is not None:
+            yield from crossings_in(self.store, members)
 
     def _failures(self) -> dict[int, str]:
         if self.store is not None and self.store.chunk:

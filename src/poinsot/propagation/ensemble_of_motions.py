@@ -15,10 +15,17 @@ from poinsot.engine.runs import Report
 from poinsot.mechanics.state import State
 from poinsot.propagation.chunks import Part
 from poinsot.propagation.ensemble_store import EnsembleStore
-from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.selection import state_of_members
-from poinsot.propagation.stored_motion import events_of, motion_in, run_in, told_events, told_run
+from poinsot.propagation.stored_motion import (
+    StoredEvents,
+    crossings_in,
+    motion_in,
+    run_in,
+    told_crossings,
+    told_events,
+    told_run,
+)
 from poinsot.propagation.system_text import with_texts
 from poinsot.propagation.trajectory import Trajectory
 
@@ -113,7 +120,7 @@ class EnsembleOfMotions:
         data = with_texts(self.frame.variables(()), self.frame)
         run = self.frame.run
         known = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
-        told = {"events": told_events(self.integrator.problem.events)} if self.integrator.problem.events else {}
+        told = told_events(self.integrator.problem.events)
         return data.assign_attrs({**known, "tolerance": run.tolerance, "order": 0, "steps": 0, **told})
 
     def empty(self, names: Iterable[str]) -> xarray.Dataset:
@@ -126,17 +133,16 @@ class EnsembleOfMotions:
         integrator = self.integrator.of_members(members)
         motion, report = integrator.motion(state_of_members(self.state, members), self.times, progress)
         failures = {str(members.start + member): why for member, why in motion.failures.items()}
-        aside = {name: each for i, found in enumerate(motion.events) for name, each in _told(i, found, members.start)}
         about = {"failures": failures, "run": told_run(motion.run)}
-        return Part(motion.variables(tuple(names)), aside, about, report.interrupted)
+        return Part(motion.variables(tuple(names)), told_crossings(motion, members.start), about, report.interrupted)
 
     def opened(self, store: EnsembleStore) -> Any:
         """Return the motion in a store, of which is read what is asked for; its dataset if it has no whole states."""
-        events = self.integrator.problem.events
-        motion = motion_in(store, self.integrator.system, self.state, run_in(store, self.frame.run))
+        system, events = self.integrator.system, self.integrator.problem.events
+        motion = motion_in(store, system, self.state, run_in(store, self.frame.run))
         if motion is None:
             return store.dataset()
-        motion.events = events_of(store, events, self.integrator.system)
+        motion.event_source = StoredEvents(events, motion, functools.partial(crossings_in, store))
         motion.provenance = dict(self.provenance)
         return motion
 
@@ -160,13 +166,3 @@ class _Nothing:
 
 def _report(integrator: Integrator, state: State) -> Report:
     return Report(np.zeros(state.time.size, dtype=int), tolerance=integrator.tolerance, wall_time=np.nan)
-
-
-def _told(number: int, found: EventRecord, first: int) -> Iterable[tuple[str, Any]]:
-    """Yield what a store has of an event in a chunk."""
-    name = f"event_{number}"
-    yield f"{name}_time", ((name,), found.times, {})
-    yield f"{name}_member", ((name,), found.members + first, {})
-    yield f"{name}_direction", ((name,), found.directions, {})
-    for key, values in found.states.phase.items():
-        yield f"{name}_state_{key}", ((name, f"{name}_{key}_axis"), values, {})

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
+import shutil
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -180,6 +181,19 @@ class EnsembleStore:
             array.check_content()
         for name in self.sharded:
             self.arrays[name].check_content(number)
+
+    def copy_to(self, folder: Path, attributes: Mapping[str, Any]) -> None:
+        """Write a store with the same chunks and problem into a new folder, with some other attributes."""
+        fixed = {name: array for name, array in self.arrays.items() if not array.about.chunk}
+        values = {name: (array.about.dims, np.asarray(array), array.about.attributes) for name, array in fixed.items()}
+        folder.mkdir()
+        Frame(values, self.described, {**self.attributes, **attributes}).write(folder)
+        for number in np.flatnonzero(self.whole).tolist():
+            self._check_chunk(number)
+            for name, about in self.sharded.items():
+                shutil.copyfile(self.folder / name / about.key(number), folder / name / about.key(number))
+            own = self._folder_of(number)
+            shutil.copytree(own, folder / own.relative_to(self.folder))
 
     # ------------------------------------------------------------------ reading
 

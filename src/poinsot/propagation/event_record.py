@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.selection import Chosen, numbers_of_members
 
-__all__ = ["EventRecord", "StoredEvent", "crossings", "crossings_of_members"]
+__all__ = ["EventRecord", "EventSource", "EventsOfMembers", "KnownEvents", "StoredEvent", "crossings"]
 
 Array = NDArray[Any]
 
@@ -121,7 +121,72 @@ class StoredEvent(Event):
         raise ValueError(f"{self.name} must have its formula to be computed, got none in the store.")
 
 
-def crossings_of_members(found: EventRecord, members: Chosen, system: System) -> EventRecord:
+class EventSource(Protocol):
+    """What has the records of events, which are made when they are asked for."""
+
+    @property
+    def watched(self) -> list[Event]:
+        """The events."""
+
+    @property
+    def counts(self) -> list[int]:
+        """How often each of them happened."""
+
+    def of_members(self, members: Chosen | None) -> tuple[EventRecord, ...]:
+        """Return what happened to some members, None: to all; others may be among them."""
+
+
+class KnownEvents(NamedTuple):
+    """Records that are in memory; see `EventSource`."""
+
+    records: tuple[EventRecord, ...] = ()
+
+    @property
+    def watched(self) -> list[Event]:
+        """The events."""
+        return [found.event for found in self.records]
+
+    @property
+    def counts(self) -> list[int]:
+        """How often each of them happened."""
+        return [len(found) for found in self.records]
+
+    def of_members(self, _: Chosen | None) -> tuple[EventRecord, ...]:
+        """Return all of them."""
+        return self.records
+
+
+class EventsOfMembers:
+    """Those of some members of an ensemble, numbered anew; see `EventSource`.
+
+    Parameters
+    ----------
+    whole : EventSource
+    members : int or array of int
+    system : System
+        Theirs.
+    """
+
+    def __init__(self, whole: EventSource, members: Chosen, system: System) -> None:
+        self._whole, self._members, self._system = whole, members, system
+
+    @property
+    def watched(self) -> list[Event]:
+        """The events, with the numbers of these members."""
+        return [numbers_of_members(event, self._members) for event in self._whole.watched]
+
+    @property
+    def counts(self) -> list[int]:
+        """How often each of them happened."""
+        return [len(found) for found in self.of_members(None)]
+
+    def of_members(self, _: Chosen | None) -> tuple[EventRecord, ...]:
+        """Return what happened to all of these."""
+        whole = self._whole.of_members(self._members)
+        return tuple(_of_members(found, self._members, self._system) for found in whole)
+
+
+def _of_members(found: EventRecord, members: Chosen, system: System) -> EventRecord:
     """Return those of some members, numbered anew, with the numbers of their event; `system` is theirs."""
     whose = np.atleast_1d(members)
     first, last = np.searchsorted(found.members, whose, "left"), np.searchsorted(found.members, whose, "right")

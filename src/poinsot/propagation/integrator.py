@@ -18,7 +18,7 @@ from poinsot.engine.runs import Memory, OneMotion, Report
 from poinsot.engine.state_vector import StateVector
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.event_record import crossings
+from poinsot.propagation.event_record import KnownEvents, crossings
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.selection import numbers_of_members, system_of_members
@@ -73,7 +73,8 @@ class Integrator:
         motion = self.trajectory(state, kept, report)
         if self.problem.events:
             rising = bool(times[0] <= times[-1])
-            motion.events = crossings(self.system, self.problem.events, self.variables, report.events, rising)
+            found = crossings(self.system, self.problem.events, self.variables, report.events, rising)
+            motion.event_source = KnownEvents(found)
         return motion, report
 
     def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:

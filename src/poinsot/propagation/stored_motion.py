@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
+from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import RIGID, Phase, State, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.chunks import reduced
@@ -21,21 +23,21 @@ from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import EventRecord, StoredEvent
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.run_record import Run
+from poinsot.propagation.selection import Chosen
 from poinsot.propagation.trajectory import ORBIT, Trajectory
 from poinsot.propagation.zarr_group import JoinedArrays
 
-if TYPE_CHECKING:
-    pass
-
 __all__ = [
+    "StoredEvents",
+    "crossings_in",
     "events_in",
-    "events_of",
     "failures_in",
     "motion_in",
     "phase_in",
     "result_in",
     "run_in",
     "times_in",
+    "told_crossings",
     "told_events",
     "told_run",
 ]
@@ -105,31 +107,91 @@ def failures_in(store: EnsembleStore) -> dict[int, str]:
     return {int(member): str(why) for _, about in store.asides() for member, why in about["failures"].items()}
 
 
-def told_events(events: Sequence[Event]) -> list[dict[str, Any]]:
-    """Return what a store says of events; `events_in` reads it."""
-    return [{"name": event.kind, "said": repr(event), "terminal": event.terminal} for event in events]
+def told_events(events: Sequence[Event]) -> dict[str, str]:
+    """Return what files say of events; `events_in` reads it."""
+    told = [{"name": event.kind, "said": repr(event), "terminal": event.terminal} for event in events]
+    return {"events": json.dumps(told)} if told else {}
 
 
-def events_in(store: EnsembleStore) -> list[StoredEvent]:
-    """Return what a store says of the events that were watched for."""
-    told = store.attributes.get("events", [])
-    return [StoredEvent(str(one["name"]), str(one["said"]), terminal=bool(one["terminal"])) for one in told]
+def events_in(attributes: Mapping[str, Any]) -> list[StoredEvent]:
+    """Return what a file says of the events that were watched for."""
+    said = attributes.get("events", "[]")
+    try:
+        told = json.loads(said)
+        return [StoredEvent(str(one["name"]), str(one["said"]), terminal=bool(one["terminal"])) for one in told]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        raise ValueError(f"events must be a list of names, got {described(said)}.") from None
 
 
-def events_of(store: EnsembleStore, events: Sequence[Event], system: System) -> tuple[EventRecord, ...]:
-    """Return what happened of each event in the chunks that are whole."""
-    chunks = [arrays for arrays, _ in store.asides()] if events else []
-    return tuple(_event(event, f"event_{i}", chunks, system) for i, event in enumerate(events)) if chunks else ()
+def told_crossings(motion: Trajectory, first: int = 0) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
+    """Return what happened along a motion as variables of a file; `first` is the number of its first member."""
+    told: dict[str, Any] = {}
+    for number, found in enumerate(motion.events):
+        name = f"event_{number}"
+        told[f"{name}_time"] = (name,), found.times, {}
+        told[f"{name}_member"] = (name,), found.members + first, {}
+        told[f"{name}_direction"] = (name,), found.directions, {}
+        for key, values in found.states.phase.items():
+            told[f"{name}_state_{key}"] = (name, f"{name}_{key}_axis"), values, {}
+    return told
 
 
-def _event(event: Event, name: str, chunks: Sequence[Mapping[str, Any]], system: System) -> EventRecord:
-    def whole(key: str) -> Any:
-        return np.concatenate([np.asarray(arrays[key]) for arrays in chunks])
+Table = Mapping[str, Any]
+"""Arrays by the names of `told_crossings`; what is empty may be missing."""
 
-    times, states = whole(f"{name}_time"), f"{name}_state_"
-    phase = {key.removeprefix(states): whole(key) for key in chunks[0] if key.startswith(states)}
-    own = state_of(phase, times), whole(f"{name}_direction"), whole(f"{name}_member")
-    return EventRecord(event, system, times, *own)
+
+class StoredEvents:
+    """What happened along a motion, which is read when it is asked for; see `EventSource`.
+
+    Parameters
+    ----------
+    events : sequence of Event
+    motion : Trajectory
+    tables : callable
+        Yields the tables that have what happened to some members, None: to all.
+    """
+
+    def __init__(
+        self, events: Sequence[Event], motion: Trajectory, tables: Callable[[Chosen | None], Iterable[Table]]
+    ) -> None:
+        self._events, self._system, self._tables = events, motion.system, tables
+        self._sizes = {name: rows.shape[-1] for name, rows in motion.phase.items()}
+
+    @property
+    def watched(self) -> list[Event]:
+        """The events."""
+        return list(self._events)
+
+    @property
+    def counts(self) -> list[int]:
+        """How often each of them happened, by the sizes of the arrays."""
+        names = [f"event_{number}_time" for number in range(len(self._events))]
+        tables = list(self._tables(None)) if names else []
+        return [sum(len(one[name]) for one in tables if name in one) for name in names]
+
+    def of_members(self, members: Chosen | None) -> tuple[EventRecord, ...]:
+        """Return what happened to some members, None: to all; others may be among them."""
+        tables = list(self._tables(members)) if self._events else []
+        return tuple(self._record(event, f"event_{number}", tables) for number, event in enumerate(self._events))
+
+    def _record(self, event: Event, name: str, tables: Sequence[Table]) -> EventRecord:
+        def whole(key: str, *shape: int, kind: type = float) -> Any:
+            there = (np.asarray(table[f"{name}_{key}"]) for table in tables if f"{name}_{key}" in table)
+            return np.concatenate([np.empty((0, *shape), kind), *there])
+
+        times = whole("time")
+        states = state_of({key: whole(f"state_{key}", size) for key, size in self._sizes.items()}, times)
+        own = whole("direction", kind=int), whole("member", kind=int)
+        return EventRecord(event, self._system, times, states, *own)
+
+
+def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table]:
+    """Yield what chunks of a store have of what happened to some members, None: to all."""
+    chunks = np.flatnonzero(store.whole)
+    if members is not None and store.chunk:
+        chunks = np.intersect1d(chunks, np.atleast_1d(members) // store.chunk)
+    for number in chunks.tolist():
+        yield store.aside(number)[0]
 
 
 def _environment(store: EnsembleStore, system: System, initial: State, run: Run, times: Any) -> Environment:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +16,7 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.dataset import StoredPart
+from poinsot.propagation.event_record import EventsOfMembers
 from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.run_record import Run
 from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
@@ -86,6 +87,16 @@ class StoredSystem:
         body = numbers_of_members(self._free.body, members)
         return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, self.parts)
 
+    @property
+    def numbers(self) -> Any:
+        """The numbers of the body."""
+        return self._free.numbers
+
+    def with_numbers(self, numbers: Iterable[Any]) -> Any:
+        """Return the body with other numbers in their places."""
+        self._refuse_parts("omega_body")
+        return self._free.with_numbers(numbers)
+
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
         self._refuse_parts("omega_body")
@@ -146,10 +157,10 @@ class StoredTrajectory(Trajectory):
     @override
     def _made_of(self, members: Chosen | None, rows: Rows, times: Array, phase: Phase) -> StoredTrajectory:
         system: Any = self.system
-        initial, known = self.initial, self._record
-
+        initial, known, source = self.initial, self._record, self.event_source
         if members is not None:
             system, initial = system.of_members(members), state_of_members(initial, members)
+            source = EventsOfMembers(source, members, system)
         integrals, drift = (
             {name: rows(values) for name, values in each.items()} for each in (known.integrals, known.drift)
         )
@@ -163,7 +174,9 @@ class StoredTrajectory(Trajectory):
         )
         values = self.environment.orbit_values
         environment = None if values is None else StoredEnvironment(times, rows(values))
-        return type(self)(system, initial, times, phase, self.run, record, environment)
+        motion = type(self)(system, initial, times, phase, self.run, record, environment)
+        motion.event_source = source
+        return motion
 
     @property
     @override

@@ -22,13 +22,14 @@ from poinsot.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Environment, within
+from poinsot.mechanics.event import Event
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
-from poinsot.propagation.event_record import EventRecord, StoredEvent, crossings_of_members
+from poinsot.propagation.event_record import EventRecord, EventsOfMembers, EventSource, KnownEvents, StoredEvent
 from poinsot.propagation.relative_motion import RelativeMotion
 from poinsot.propagation.run_record import Run, told_kernel
 from poinsot.propagation.selection import Chosen, Index, checked_index, rows_of, state_of_members, system_of_members
@@ -72,8 +73,6 @@ class Trajectory(Summarized):
         Method, order, steps, tolerance, versions.
     failures : dict
         Of an ensemble: member -> why it stopped; its rows from there on are NaN. Of one of its members: 0 -> why.
-    events : tuple of EventRecord
-        What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
     store : EnsembleStore or None
         Of an ensemble in a store: what has its arrays, which are read when they are asked for.
     provenance : dict
@@ -118,12 +117,12 @@ class Trajectory(Summarized):
         self._interpolant = interpolant
         self._environment = environment
         self.store: EnsembleStore | None = None
-        self.events: tuple[EventRecord, ...] = ()
+        self.event_source: EventSource = KnownEvents()
         self.provenance: dict[str, Any] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the motion as numbers: what computes them on demand has computed them."""
-        computed = {"phase": self.phase, "environment": self.environment}
+        computed = {"phase": self.phase, "environment": self.environment, "event_source": KnownEvents(self.events)}
         return {**vars(self), **computed, "_computed": None, "_environment": None}
 
     # ------------------------------------------------------------------ reading
@@ -141,6 +140,15 @@ class Trajectory(Summarized):
         """At which times there is a motion; shape (n,), of an ensemble (members, n)."""
         first = np.asarray(next(iter(self.phase.values())))
         return np.asarray(np.isfinite(first[..., 0]))
+
+    @functools.cached_property
+    def events(self) -> tuple[EventRecord, ...]:
+        """What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
+
+        Of a motion in a file or a store it is read here, of a member no more than its chunk has. An event of a file
+        has its `kind`, its `repr` and whether it is `terminal`; its formula is not there.
+        """
+        return self.event_source.of_members(None)
 
     @property
     def of_bodies(self) -> dict[str, Trajectory]:
@@ -334,29 +342,34 @@ class Trajectory(Summarized):
         rows = functools.partial(rows_of, members=members, at=at)
         motion = self._made_of(members, rows, self.times[at], changed(self.phase, rows))
         of_whom = range(1) if members is None else np.atleast_1d(members).tolist()
-        motion.failures = {new: self.failures[old] for new, old in enumerate(of_whom) if old in self.failures}
+        motion.failures = {new: why for new, old in enumerate(of_whom) if (why := self._why_ended(old))}
         motion.provenance = {key: self.provenance[key] for key in OF_PARTS if key in self.provenance}
         return motion
 
+    def _why_ended(self, member: int) -> str | None:
+        """Return why a member has no motion to the end; None if it has one."""
+        absent = self.store is not None and not self.store.whole[member // self.store.chunk]
+        return "the store does not have this member yet" if absent else self.failures.get(member)
+
     def _made_of(self, members: Chosen | None, rows: Rows, times: Array, phase: Phase) -> Trajectory:
         """Return the motion that consists of some rows of the arrays of this one."""
-        system, initial, events = self.system, self.initial, self.events
+        system, initial, source = self.system, self.initial, self.event_source
         if members is not None:
             system, initial = system_of_members(system, members), state_of_members(initial, members)
-            events = tuple(crossings_of_members(found, members, system) for found in events)
+            source = EventsOfMembers(source, members, system)
 
         def environment() -> Environment:
             values = self._orbits
             if values is None:
                 return Environment(times)
-            watched = [found.event for found in events if not isinstance(found.event, StoredEvent)]
+            watched = [event for event in source.watched if not isinstance(event, StoredEvent)]
             problem = Problem(system, watched)
             variables = kernels.state_vector(problem, initial, formulation_of(self.run.formulation), self.run.precision)
             return variables.environment(problem, times, rows(values))
 
         own = type(self)
         motion = own(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
-        motion.events = events
+        motion.event_source = source
         return motion
 
     @property
@@ -457,7 +470,7 @@ class Trajectory(Summarized):
             "dense output": "any time" if ends[:1] == [-np.inf] else told(ends, unit),
             **self._told_errors(known),
             "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or known.get("integrals", ""),
-            "events": ", ".join(f"{found.event.kind} {len(found)}" for found in self.events),
+            "events": ", ".join(f"{event.kind} {count}" for event, count in self._counted_events),
             "ended": "; ".join(self._ends),
             **{name: text for name, text in known.items() if name not in SUMMARY and not name.startswith("drift_")},
         }
@@ -497,12 +510,17 @@ class Trajectory(Summarized):
         return "rate", np.linalg.norm(self.omega_body, axis=-1)
 
     @property
+    def _counted_events(self) -> list[tuple[Event, int]]:
+        """Each event that was watched for, and how often it happened."""
+        return list(zip(self.event_source.watched, self.event_source.counts, strict=True))
+
+    @property
     def _ends(self) -> Iterator[str]:
         """What is said of the terminal events that ended the motion, or members of it."""
-        for found in self.events:
-            if found.event.terminal and len(found):
-                when = f"{len(found)} members" if self.is_ensemble else f"at t = {told(found.times[0])}"
-                yield f"{when}, by {found.event.kind}"
+        for number, (event, count) in enumerate(self._counted_events):
+            if event.terminal and count:
+                when = f"{count} members" if self.is_ensemble else f"at t = {told(self.events[number].times[0])}"
+                yield f"{when}, by {event.kind}"
 
     @property
     def dataset(self) -> xarray.Dataset:
@@ -513,9 +531,12 @@ class Trajectory(Summarized):
         else:
             known, stored = self.summary, self.store.dataset()
             names = [name for name in self.store.sharded if name in self.variable_names]
-            if any("time" not in stored[name].dims for name in names):
+            along = {str(stored[name].dims[1]) for name in names}
+            if len(along) > 1:
                 return stored
-            data = self.variables(()).assign({name: stored.variables[name] for name in names})
+            own = stored[names].drop_vars("time", errors="ignore")
+            at_times = own.rename_dims(dict.fromkeys(along - {"time"}, "time"))
+            data = self.variables(()).assign({name: at_times.variables[name] for name in names})
         return data.assign_attrs({key: value for key, value in known.items() if key != "wall_time"})
 
     @property
