@@ -1,5 +1,7 @@
 """What the commands say of files of others, of files that are wrong, and in whose words."""
 
+import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +110,17 @@ def test_a_store_without_whole_states_has_no_motion(folder):
         assert call("info", name).stdout.startswith(f"Dataset {name}\n")
         for command in ("run", "plot", "view"):
             assert refused(command, name).startswith(f"{name} must have a motion, quaternions and momenta at the same ")
+
+
+def test_a_reduction_that_is_not_whole_says_how_far_it_is(folder):
+    system = pt.System(pt.Body((1.25, 1.0, 0.75)))
+    starts = system.body.state([(1, 0, 0, 0)] * 5, omega_body=(0.1, 0.2, 1))
+    pt.propagate(system, starts, [1.0], out=folder / "it.zarr", chunk=2, reduce=lambda data: data[["norm_error"]])
+    shutil.rmtree(folder / "it.zarr" / "chunks" / "000001")
+    lines = call("info", "it.zarr").stdout.splitlines()
+    assert lines[1:3] == ["  store: it.zarr, 2 of 3 chunks of 2 members", "  members: 3 of 5 are done"]
+    told = json.loads(call("info", "it.zarr", "--json").stdout)
+    assert (told["members"], told["finished"]) == (5, 3)
 
 
 def test_a_file_of_no_kind_is_told_what_there_is(folder):

@@ -255,9 +255,15 @@ def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
 
 def _of_dataset(file: Path, found: Any) -> Contents:
     """Return what a store has that keeps no whole states: variables that were chosen, or what a reduction made."""
+    from poinsot.propagation.ensemble_store import EnsembleStore
+
+    store = EnsembleStore(file)
     sizes = ", ".join(f"{size} along {name}" for name, size in found.sizes.items())
     variables = [f"  variable: {name}, {each.dtype}, along {', '.join(each.dims)}" for name, each in found.items()]
-    return Contents("dataset", [f"Dataset {file.name}", f"  sizes: {sizes}", *variables], data={"sizes": found.sizes})
+    done = f"  members: {store.finished} of {store.members} are done"
+    lines = [f"Dataset {file.name}", f"  store: {store}", done, f"  sizes: {sizes}", *variables]
+    data = {"sizes": found.sizes, "members": store.members, "finished": store.finished}
+    return Contents("dataset", lines, data=data)
 
 
 def _ends(times: Any) -> dict[str, Any]:

@@ -220,11 +220,13 @@ def _kept(variables: Any) -> dict[str, Kept]:
     if variables is None:
         return {}
     given = variables if isinstance(variables, Mapping) else {name: {} for name in variables}
-    try:
-        return {str(name): Kept(**special) for name, special in given.items()}
-    except TypeError:
-        rule = "variables must say dtype and every of each name at most"
-        raise TypeError(f"{rule}, got {described(variables)}.") from None
+    for name, special in given.items():
+        if not isinstance(special, Mapping) or not {*special} <= {"dtype", "every"}:
+            raise TypeError(
+                f"variables[{name!r}] must be a mapping with dtype, every or neither, got {special!r:.100}. "
+                "An empty one, {}, keeps all of it."
+            )
+    return {str(name): Kept(**special) for name, special in given.items()}
 
 
 # ---------------------------------------------------------------------- one chunk
@@ -286,7 +288,13 @@ def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> 
     """Return what a user's function makes of a dataset."""
     import xarray
 
-    found = reduce(data)
+    try:
+        found = reduce(data)
+    except Exception as error:
+        first, last = data.member.values[[0, -1]]
+        raise RuntimeError(
+            f"reduce must work on each chunk, got {type(error).__name__} for members {first} to {last}: {error}"
+        ) from error
     if isinstance(found, xarray.DataArray):
         found = found.to_dataset(name=found.name or "reduced")
     if not isinstance(found, xarray.Dataset):

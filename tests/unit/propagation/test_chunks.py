@@ -299,7 +299,11 @@ WRONG = {
     ),
     "another word": (
         {"out": "it.zarr", "variables": {"quaternion": {"kind": "int8"}}},
-        "variables must say dtype and every of each name at most",
+        "variables['quaternion'] must be a mapping with dtype, every or neither, got {'kind': 'int8'}. An empty one",
+    ),
+    "nothing": (
+        {"out": "it.zarr", "variables": {"quaternion": None}},
+        "variables['quaternion'] must be a mapping with dtype, every or neither, got None. An empty one, {}, keeps",
     ),
     "no times": ({"out": "it.zarr", "variables": {"quaternion": {"every": 0}}}, "every must be a positive whole"),
     "a misprint": ({"output": "it.zarr"}, "propagate() got an unexpected keyword argument 'output'"),
@@ -319,6 +323,20 @@ def test_wrong_arguments_are_one_sentence(name, tmp_path, monkeypatch):
         run(pt.System(BODY), **given)
     assert str(refused.value).startswith(sentence)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("out", [{}, {"out": "it.zarr"}])
+def test_an_error_of_a_reduction_says_which_members(out, tmp_path, monkeypatch):
+    def reduce(data):
+        if 7 in data.member:
+            raise FileNotFoundError("no table")
+        return data[["kinetic_energy"]].max("time")
+
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RuntimeError) as refused:
+        run(pt.System(BODY), chunk=5, reduce=reduce, **out)
+    assert str(refused.value) == ("reduce must work on each chunk, got FileNotFoundError for members 5 to 9: no table")
+    assert isinstance(refused.value.__cause__, FileNotFoundError)
 
 
 def test_one_body_has_no_chunks():
