@@ -1,5 +1,6 @@
 """Every function of an ensemble computes it in chunks, too: the same bits in a store, and reductions of them."""
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -40,6 +41,7 @@ ENSEMBLES: dict[str, tuple[Callable[..., Any], str]] = {
         lambda **given: pt.analysis.state_transition(TOP, START, TIMES, ["moments[0]"], **given),
         "matrix",
     ),
+    "lyapunov_spectrum": (lambda **given: pt.analysis.lyapunov_spectrum(TOP, START, TIMES, **given), "exponents"),
     "andoyer_section": (lambda **given: pt.analysis.andoyer_section(FREE, START, 30.0, angle=0.1, **given), "y"),
     "spin_orbit_section": (
         lambda **given: pt.analysis.spin_orbit_section(MOON, 0.1, np.linspace(1, 2, COUNT), 5, **given),
@@ -53,6 +55,19 @@ def rows(found, variable):
     """The numbers of a result along members; of points without the gaps."""
     values = np.asarray(getattr(found, variable))
     return values[np.isfinite(values)]
+
+
+def test_every_function_of_ensembles_is_here():
+    """What takes threads integrates ensembles; `estimate_run` computes a sample of one."""
+    functions = {name: getattr(each, name) for each in (pt, pt.analysis) for name in dir(each)}
+    takers = {"threads", "options", "chunking"}
+    found = {name for name, value in functions.items() if takers & {*parameters_of(value)}}
+    assert found - {"estimate_run"} == ENSEMBLES.keys() - {"pairs"}
+
+
+def parameters_of(function):
+    """The names of what a function takes; none of another thing."""
+    return inspect.signature(function).parameters if inspect.isfunction(function) else ()
 
 
 @each
@@ -98,6 +113,7 @@ def test_another_problem_is_refused(name, tmp_path):
         lambda **given: pt.free_motion(BODY, ONE, TIMES, **given),
         lambda **given: pt.analysis.chaos_indicators(FREE, ONE, TIMES, **given),
         lambda **given: pt.analysis.state_transition(FREE, ONE, TIMES, **given),
+        lambda **given: pt.analysis.lyapunov_spectrum(FREE, ONE, TIMES, **given),
         lambda **given: pt.analysis.andoyer_section(FREE, ONE, 3.0, **given),
         lambda **given: pt.analysis.spin_orbit_section(MOON, 0.1, 1.5, 5, **given),
     ],

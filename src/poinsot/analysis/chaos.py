@@ -337,6 +337,7 @@ def lyapunov_spectrum(
     tolerance: float | None = None,
     threads: int | None = None,
     progress: bool | None = None,
+    **chunking: Unpack[Chunking],
 ) -> LyapunovSpectrum:
     """Return all Lyapunov exponents, by vectors that are orthogonalised now and then (Benettin et al. 1980).
 
@@ -346,6 +347,8 @@ def lyapunov_spectrum(
         As in `propagate`; members of an ensemble start at one time.
     times : array (n,)
         Rising, all after the state's time.
+    **chunking
+        As in `propagate`; the result is the dataset of the spectrum.
 
     Raises
     ------
@@ -370,6 +373,28 @@ def lyapunov_spectrum(
             f"system must have no digital controller, got {system.jumping[0].name!r}: a spectrum begins anew on the "
             "way, and so would its memory. Take chaos_indicators."
         )
+    whole, plan = VariationalRun(system, state, times, formulation, tolerance, threads, False), plan_of(**chunking)
+    _common_start(whole)
+    given: dict[str, Any] = {"formulation": formulation, "tolerance": tolerance, "threads": threads}
+    given |= {"step": float(np.min(APART / _fastest(system, whole.state)))}  # one for all members, also in chunks
+    if plan:
+        made: LyapunovSpectrum = analysed_in_chunks(plan, _spectrum, system, state, whole.times, progress, given)
+        return made
+    return _spectrum(system, state, whole.times, progress=progress, **given)
+
+
+def _spectrum(
+    system: System,
+    state: State,
+    times: Array,
+    *,
+    step: float,
+    formulation: str | None,
+    tolerance: float | None,
+    threads: int | None,
+    progress: bool | None,
+) -> LyapunovSpectrum:
+    """Return the exponents by vectors that are orthogonalised after each step at the latest."""
     whole = VariationalRun(system, state, times, formulation, tolerance, threads, False)
     start, members, k = _common_start(whole), len(whole.state.time), whole.size
     copies = 1 if k <= TOGETHER else k  # of each member, with as many of the vectors
@@ -386,7 +411,7 @@ def lyapunov_spectrum(
         failures = {member // copies: why for member, why in whole.failures(total).items()}
         return LyapunovSpectrum(system, job.times[: kept.shape[1]], found, failures, job.run(total))
 
-    stops = _refined(job.times, job.state.time, float(np.min(APART / rates)))
+    stops = _refined(job.times, job.state.time, step)
     wanted = sys.stderr.isatty() if progress is None else progress
     try:
         with bar("time", float(stops[-1]) - start, wanted) as told:
