@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from poinsot.engine import looped_kernel
+from poinsot.engine import llvm_ir, looped_kernel
 from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
@@ -21,7 +21,8 @@ from poinsot.engine.decomposition import (
     Sum,
     Time,
 )
-from poinsot.engine.looped_kernel import Momenta, Output, Queue, Run, Status, compiled, order_of
+from poinsot.engine.kernel_program import KernelProgram
+from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Run, Status, compiled, order_of
 
 pytestmark = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 
@@ -241,6 +242,18 @@ def test_any_number_of_lanes_and_both_layouts_give_the_same_bits(name):
         for lanes, layout in [(8, "batch"), (4, "batch"), (2, "batch"), (1, "batch"), (None, "batch"), (None, "single")]
     ]
     assert np.all(np.isfinite(found[0]))
+    for other in found[1:]:
+        np.testing.assert_array_equal(other, found[0])
+
+
+@pytest.mark.parametrize("layout", ["batch", "single"])
+def test_optimization_changes_no_bit(layout, monkeypatch):
+    times, states = np.linspace(0.0, SYSTEMS["top"][1], 23)[1:], starts("top", 3)
+    found = []
+    for level in (0, 1, 2):
+        monkeypatch.setattr(llvm_ir, "CODE_GENERATION", level)
+        code = Code(KernelProgram(DECOMPOSITIONS["top"], ORDER, None, layout, Momenta()))
+        found.append(integrated(code, states, times)[0])
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
 
