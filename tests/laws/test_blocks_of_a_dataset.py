@@ -6,6 +6,7 @@ import pytest
 import poinsot as pt
 from laws.test_every_force_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, label
 from laws.test_every_part import BODY, PARTS
+from poinsot.mechanics.state import state_of
 from poinsot.propagation import trajectory
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
@@ -25,7 +26,7 @@ def any_body(monkeypatch):
 
 def motion_of(system, rows, kind=pt.Trajectory):
     """Return a motion through states that nothing has computed."""
-    start = trajectory.state_of({name: values[0] for name, values in rows.phase.items()}, TIMES[0])
+    start = state_of({name: values[0] for name, values in rows.phase.items()}, TIMES[0])
     return kind(system, start, TIMES, lambda: rows.phase, RUN)
 
 
