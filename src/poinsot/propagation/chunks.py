@@ -21,7 +21,7 @@ from poinsot.propagation.lease import lease
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.run_record import versions
 from poinsot.propagation.workers import check_client, on_workers
-from poinsot.propagation.zarr_group import GROUP, StoreError, plain
+from poinsot.propagation.zarr_group import GROUP, StoreError, plain, plain_attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -90,8 +90,9 @@ class Kept:
     def __post_init__(self) -> None:
         if self.dtype not in ("float64", "float32"):
             raise ValueError(f"dtype must be 'float64' or 'float32', got {self.dtype!r}.")
-        if type(self.every) is not int or self.every < 1:
+        if type(self.every) is bool or not isinstance(self.every, int | np.integer) or self.every < 1:
             raise ValueError(f"every must be a positive whole number, got {self.every!r}.")
+        object.__setattr__(self, "every", int(self.every))
 
 
 @dataclass(frozen=True)
@@ -219,6 +220,8 @@ def plan_of(
 def _kept(variables: Any) -> dict[str, Kept]:
     if variables is None:
         return {}
+    if not variables:
+        raise ValueError("variables must name at least one, got none. Leave them out for what the motion is made of.")
     given = variables if isinstance(variables, Mapping) else {name: {} for name in variables}
     for name, special in given.items():
         if not isinstance(special, Mapping) or not {*special} <= {"dtype", "every"}:
@@ -279,13 +282,15 @@ class Task:
         return tuple(self.kept) if self.plan.reduce is None or self.plan.variables else self.ensemble.names
 
     def _labelled(self, part: Part, members: slice) -> xarray.Dataset:
-        return selected(part.data, dict.fromkeys(self.names, Kept()) | dict(self.plan.variables)).assign_coords(
-            member=("member", np.arange(members.start, members.stop))
-        )
+        """Return what a reduction is given: with the numbers of members, the times and the other labels."""
+        data = selected(part.data, dict.fromkeys(self.names, Kept()) | dict(self.plan.variables))
+        labels = _with_times(part.data, self.plan.variables).coords
+        own = {name: each.variable for name, each in labels.items() if {*each.dims} <= {*data.dims}}
+        return data.assign_coords({**own, "member": np.arange(members.start, members.stop)})
 
 
 def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> xarray.Dataset:
-    """Return what a user's function makes of a dataset."""
+    """Return what a user's function makes of a dataset; of labels those that are numbers along a dimension."""
     import xarray
 
     try:
@@ -299,7 +304,9 @@ def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> 
         found = found.to_dataset(name=found.name or "reduced")
     if not isinstance(found, xarray.Dataset):
         raise TypeError(f"reduce must return a dataset, got {described(found)}.")
-    return found
+    numbers = [name for name, each in found.coords.items() if each.dims and each.dtype.kind in "biuf"]
+    kept = {name: found.variables[name] for name in (*found.data_vars, *numbers)}
+    return xarray.Dataset({name: (x.dims, x.values, plain_attributes(x.attrs)) for name, x in kept.items()})
 
 
 def selected(data: xarray.Dataset, kept: Mapping[str, Kept]) -> xarray.Dataset:
@@ -468,16 +475,20 @@ def _joined(name: Any, each: Sequence[Any], coordinate: bool) -> xarray.Variable
     """Return a variable of all chunks as one; a coordinate that is the same for all of them as it is."""
     import xarray
 
-    first = each[0]
-    if any(one is None or dict(one.sizes, member=0) != dict(first.sizes, member=0) for one in each if first is not one):
+    if any(one is None or one.dims != each[0].dims or _shape(one) != _shape(each[0]) for one in each):
         raise ValueError(
             f"reduce must return the same variables and dimensions for each chunk, got others of {str(name)!r}. "
             "Let what differs lie along member, or pad it."
         )
-    plain = [xarray.DataArray(one.values, dims=one.dims) for one in each]
-    if coordinate and "member" not in first.dims and all(plain[0].equals(one) for one in plain):
+    plain = [xarray.DataArray(one.values, dims=one.dims, attrs=each[0].attrs) for one in each]
+    if coordinate and "member" not in plain[0].dims and all(plain[0].equals(one) for one in plain):
         return plain[0].variable
-    return xarray.concat(plain, "member" if "member" in first.dims else "chunk").variable
+    return xarray.concat(plain, "member" if "member" in plain[0].dims else "chunk").variable
+
+
+def _shape(variable: xarray.Variable) -> dict[Any, int]:
+    """Return the sizes of a variable that chunks have in common."""
+    return {dim: size for dim, size in variable.sizes.items() if dim != "member"}
 
 
 # ---------------------------------------------------------------------- size and store
@@ -583,8 +594,7 @@ def _problem(ensemble: Ensemble, plan: Plan) -> dict[str, Any]:
     }
 
 
-def _with_times(fixed: xarray.Dataset, kept: Mapping[str, Kept]) -> xarray.Dataset:
+def _with_times(data: xarray.Dataset, kept: Mapping[str, Kept]) -> xarray.Dataset:
     """Return a dataset with the times at which variables are kept."""
-    times = {times_every(how.every): how.every for how in kept.values() if how.every > 1}
-    about = fixed["time"]
-    return fixed.assign_coords({name: (name, about.values[::every], about.attrs) for name, every in times.items()})
+    times = {times_every(how.every): how.every for how in kept.values() if how.every > 1 and "time" in data.coords}
+    return data.assign_coords({name: (name, data.time.values[::n], data.time.attrs) for name, n in times.items()})

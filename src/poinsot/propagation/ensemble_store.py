@@ -289,6 +289,8 @@ def plain_variable(
 ) -> tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]:
     """Return a variable as a store has it."""
     kind = "float32" if values.dtype == np.float32 else KINDS.get(values.dtype.kind)
+    if values.dtype == np.uint64 and np.max(values, initial=0) >= 2**63:
+        raise ValueError(f"whole numbers of a store must be less than 2**63, got {name} up to {np.max(values)}.")
     if kind is None or not name.isidentifier():
         raise TypeError(f"variables of a store must be real numbers with names, got {name!r} of {values.dtype}.")
     return dims, values.astype(kind, copy=False), dict(attributes)

@@ -418,7 +418,10 @@ def _checksum(content: Any) -> bytes:
 
 def plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     """Return attributes as JSON gives them back."""
-    out: dict[str, Any] = json.loads(json.dumps({str(name): plain(value) for name, value in attributes.items()}))
+    try:
+        out: dict[str, Any] = json.loads(json.dumps({str(name): plain(value) for name, value in attributes.items()}))
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"attributes must be texts, numbers, and lists of these, got others: {error}.") from None
     return out
 
 

@@ -118,7 +118,7 @@ def test_a_member_that_fails_is_in_the_store(tmp_path):
 
 def test_variables_are_chosen(tmp_path):
     system, whole = pt.System(BODY), run(pt.System(BODY))
-    kept = {"quaternion": {"dtype": "float32"}, "omega_body": {"every": 5}}
+    kept = {"quaternion": {"dtype": "float32"}, "omega_body": {"every": np.int64(5)}}
     data = run(system, out=tmp_path / "some.zarr", chunk=4, variables=kept)
     for found in (data, pt.load(tmp_path / "some.zarr"), xarray.open_zarr(tmp_path / "some.zarr")):
         assert found["quaternion"].dtype == np.float32
@@ -235,6 +235,48 @@ def test_reductions_are_those_of_the_result(stored, tmp_path):
         assert found.identical(pt.load(tmp_path / "other.zarr"))
 
 
+def labelled(data):
+    """Labels of every kind: texts, numbers along a dimension and along members, and none."""
+    fast = data.kinetic_energy.max("time").values > 1
+    return data[["omega_body"]].assign_coords(axis=["x", "y", "z"], fast=("member", fast), now=3.0).max("time")
+
+
+REDUCTIONS = {
+    "at a time": lambda data: data[["quaternion"]].sel(time=0.5),
+    "when it is largest": lambda data: data.kinetic_energy.idxmax("time").rename("when"),
+    "integral": lambda data: data.kinetic_energy.integrate("time"),
+    "quantiles": lambda data: data.kinetic_energy.quantile([0.1, 0.9], dim="member"),
+    "mean of members": lambda data: data[["quaternion"]].mean("member"),
+    "some members": lambda data: data[["quaternion"]].where(data.member > 10, drop=True),
+    "one member": lambda data: data[["quaternion"]].isel(member=0),
+    "labels": labelled,
+    "two dimensions as one": lambda data: data[["quaternion"]].stack(both=("time", "parameter")),
+    "attributes": lambda data: data.kinetic_energy.max("time").assign_attrs(bins=[1, 2], first=np.float32(0.5)),
+}
+
+
+@pytest.mark.parametrize("name", REDUCTIONS)
+def test_a_reduction_is_the_same_in_memory_and_in_a_store(name, tmp_path):
+    asked = {"chunk": 9, "reduce": REDUCTIONS[name]}
+    system = pt.System(BODY, units={"time": "s", "inertia": "kg m2"})
+    found, stored = run(system, **asked), run(system, **asked, out=tmp_path / "it.zarr")
+    assert found.identical(stored)
+    assert found.identical(pt.load(tmp_path / "it.zarr"))
+
+
+def test_reductions_know_times_and_units():
+    system = pt.System(BODY, units={"time": "s", "inertia": "kg m2"})
+    whole = run(system)
+    for every in (1, 2):
+        seen = {"kinetic_energy": {"every": every}}
+        dim = f"time_{every}" if every > 1 else "time"
+        found = run(system, chunk=9, variables=seen, reduce=lambda data: data[["kinetic_energy"]].mean("member"))
+        assert np.array_equal(found[dim], TIMES[::every])
+        assert found.kinetic_energy.attrs["units"] == whole.dataset.kinetic_energy.attrs["units"]
+    found = run(system, chunk=9, reduce=lambda data: data.kinetic_energy.integrate("time"))
+    np.testing.assert_allclose(found.kinetic_energy, np.trapezoid(whole.kinetic_energy, TIMES), rtol=1e-14)  # 11 sums
+
+
 @pytest.mark.parametrize("stored", [False, True])
 def test_what_chunks_do_not_share_lies_along_chunks(stored, tmp_path):
     def reduce(data):
@@ -260,6 +302,7 @@ def test_what_chunks_do_not_share_lies_along_chunks(stored, tmp_path):
     [
         lambda data: data[["kinetic_energy"]].isel(time=slice(0, 1 + int(data.member[0]))),
         lambda data: xarray.Dataset({f"chunk_{int(data.member[0])}": 1.0}),
+        lambda data: xarray.Dataset(dict.fromkeys("ab"[: 1 + (data.member[0].item() > 0)], 1.0)),
     ],
 )
 def test_reductions_that_do_not_go_together_are_refused_at_the_second(stored, reduce, tmp_path):
@@ -306,6 +349,16 @@ WRONG = {
         "variables['quaternion'] must be a mapping with dtype, every or neither, got None. An empty one, {}, keeps",
     ),
     "no times": ({"out": "it.zarr", "variables": {"quaternion": {"every": 0}}}, "every must be a positive whole"),
+    "no variables": ({"out": "it.zarr", "variables": []}, "variables must name at least one, got none."),
+    "half a time": ({"out": "it.zarr", "variables": {"quaternion": {"every": 2.0}}}, "every must be a positive whole"),
+    "an object": (
+        {"reduce": lambda data: data.kinetic_energy.max("time").assign_attrs(of=object())},
+        "attributes must be texts, numbers, and lists of these, got others: ",
+    ),
+    "large numbers": (
+        {"reduce": lambda _: xarray.Dataset({"it": np.uint64(2**63)}), "out": "it.zarr"},
+        "whole numbers of a store must be less than 2**63, got it up to 9223372036854775808.",
+    ),
     "a misprint": ({"output": "it.zarr"}, "propagate() got an unexpected keyword argument 'output'"),
     "no dataset": ({"reduce": lambda _: 5}, "reduce must return a dataset, got int."),
     "texts": (
