@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
 
@@ -253,23 +255,36 @@ class Task:
 
     def __call__(self, number: int, progress: Progress = False) -> Done:
         """Compute a chunk and write or reduce it."""
-        members = slice(number * self.chunk, min((number + 1) * self.chunk, self.ensemble.members))
-        count = members.stop - members.start
-        part = self.ensemble.computed(members, self.names, progress)
+        return self.reduced(number, self.computed(number, progress))()
+
+    def computed(self, number: int, progress: Progress) -> Part:
+        """Compute the members of a chunk."""
+        return self.ensemble.computed(self._members(number), self.names, progress)
+
+    def reduced(self, number: int, part: Part) -> Callable[[], Done]:
+        """Reduce what was computed of a chunk; return what is left to do, in any thread: to write it."""
+        members = self._members(number)
         if part.interrupted:
-            return Done(number, 0, True)
+            return partial(Done, number, 0, True)
         reduced = None if self.plan.reduce is None else reduction(self.plan.reduce, self._labelled(part, members))
         if self.plan.out is None:
-            return Done(number, count, reduced=reduced)
-        store, about = EnsembleStore(self.plan.out), {"members": [members.start, members.stop], **part.about}
-        rows, aside = plain_variables(selected(part.data, self.kept)) if reduced is None else {}, part.aside
+            return partial(Done, number, members.stop - members.start, reduced=reduced)
         if reduced is not None:
+            store = EnsembleStore(self.plan.out)
             other = np.flatnonzero(store.whole)[:1].tolist()
             concatenated([*(_of_chunk(*store.aside(chunk)) for chunk in other), reduced])  # refuses what differs
-            aside = plain_variables(reduced)
-        with _writing(self.plan.out):
-            store.write(number, rows, aside, about)
-        return Done(number, count)
+        return partial(self._write, self.plan.out, number, part, reduced)
+
+    def _write(self, out: Path, number: int, part: Part, reduced: xarray.Dataset | None) -> Done:
+        rows = plain_variables(selected(part.data, self.kept)) if reduced is None else {}
+        aside = part.aside if reduced is None else plain_variables(reduced)
+        members = self._members(number)
+        with _writing(out):
+            EnsembleStore(out).write(number, rows, aside, {"members": [members.start, members.stop], **part.about})
+        return Done(number, members.stop - members.start)
+
+    def _members(self, number: int) -> slice:
+        return slice(number * self.chunk, min((number + 1) * self.chunk, self.ensemble.members))
 
     @property
     def kept(self) -> Mapping[str, Kept]:
@@ -410,10 +425,11 @@ def _run(task: Task, numbers: Sequence[int], done: int, shown: bool, take: Calla
     """Do the chunks that are left, and hand on what is told of each."""
     with bar("members", task.ensemble.members, shown) as told:
         told(done)
-        for each in _done(task, numbers, told if shown else False):
-            if each.interrupted:
-                raise KeyboardInterrupt
-            take(each)
+        with contextlib.closing(_done(task, numbers, told if shown else False)) as each_done:
+            for each in each_done:
+                if each.interrupted:
+                    raise KeyboardInterrupt
+                take(each)
 
 
 def _take(found: dict[int, Any], done: Done) -> None:
@@ -422,11 +438,23 @@ def _take(found: dict[int, Any], done: Done) -> None:
     found[done.number] = done
 
 
-def _done(task: Task, numbers: Sequence[int], progress: Progress) -> Iterator[Done]:
-    """Do chunks one after another in this process, or on workers."""
+def _written_behind(task: Task, numbers: Sequence[int], progress: Progress) -> Generator[Done]:
+    """Do chunks one after another in this process; each is written while the next one is computed."""
+    with ThreadPoolExecutor(1) as writer:
+        before: list[Future[Done]] = []
+        for number in numbers:
+            part = task.computed(number, progress)
+            yield from (written.result() for written in before)
+            before = [writer.submit(task.reduced(number, part))]
+            del part  # no more than one chunk waits
+        yield from (written.result() for written in before)
+
+
+def _done(task: Task, numbers: Sequence[int], progress: Progress) -> Generator[Done]:
+    """Do chunks in this process, or on workers."""
     client, out = task.plan.client, task.plan.out
     if client is None or not numbers:
-        yield from (task(number, progress) for number in numbers)
+        yield from _written_behind(task, numbers, progress)
         return
     kept = task.plan.variables or dict.fromkeys(task.names, Kept())
     plan = replace(task.plan, client=None, variables=kept, out=None if out is None else out.absolute())

@@ -1,7 +1,9 @@
 """Ensembles in chunks: the same numbers bit for bit, whatever the chunks, kept or reduced."""
 
 import contextlib
+import errno
 import shutil
+import threading
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,8 @@ import xarray
 
 import poinsot as pt
 from poinsot.propagation import chunks, zarr_group
+from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
+from poinsot.propagation.ensemble_store import EnsembleStore
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TIMES = np.linspace(0, 5, 11)
@@ -411,6 +415,74 @@ def test_memory_chooses_the_chunk(tmp_path, monkeypatch):
     motion = run(pt.System(BODY), out=tmp_path / "it.zarr")  # 11 rows of 7 + 7 numbers, 1232 bytes a member
     assert motion.store.chunk == 4
     assert "it.zarr, 6 of 6 chunks of 4 members" in str(motion)
+
+
+PATIENCE = 30.0
+"""Seconds in which another thread must have come to a place."""
+
+
+def test_a_chunk_is_written_while_the_next_one_is_computed_and_no_more_than_one_waits(tmp_path, monkeypatch):
+    begun, written = [threading.Event() for _ in range(5)], []
+    write, computed = EnsembleStore.write, EnsembleOfMotions.computed
+
+    def slow(store, number, *others):
+        assert number == 4 or begun[number + 1].wait(PATIENCE), "the next chunk waits for this one"
+        write(store, number, *others)
+        written.append(number)
+
+    def noted(ensemble, members, *others):
+        number = members.start // 5
+        assert written[: number - 1] == [*range(number - 1)], "more than one chunk waits"
+        begun[number].set()
+        return computed(ensemble, members, *others)
+
+    monkeypatch.setattr(EnsembleStore, "write", slow)
+    monkeypatch.setattr(EnsembleOfMotions, "computed", noted)
+    motion = run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=5)
+    assert written == [0, 1, 2, 3, 4]
+    assert_same_rows(motion, run(pt.System(BODY)))
+
+
+@pytest.mark.parametrize("fails", range(5))
+def test_what_the_writer_raises_ends_the_call_and_leaves_whole_chunks(fails, tmp_path, monkeypatch):
+    write, out = EnsembleStore.write, tmp_path / "it.zarr"
+
+    def full(store, number, *others):
+        if number == fails:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        write(store, number, *others)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(EnsembleStore, "write", full)
+        with pytest.raises(OSError, match=rf"No space left on device. {fails} of 5 chunks are whole; the same call"):
+            run(pt.System(BODY), out=out, chunk=5)
+    assert EnsembleStore(out).whole.tolist() == [number < fails for number in range(5)]
+    assert not list(out.rglob("*.part"))
+    assert_same_rows(run(pt.System(BODY), out=out, chunk=5), run(pt.System(BODY)))
+
+
+def test_an_interrupt_lets_the_chunk_that_is_written_end(tmp_path, monkeypatch):
+    write, computed, out = EnsembleStore.write, EnsembleOfMotions.computed, tmp_path / "it.zarr"
+    interrupted = threading.Event()
+
+    def slow(store, number, *others):
+        assert number != 1 or interrupted.wait(PATIENCE)
+        write(store, number, *others)
+
+    def stopped(ensemble, members, *others):
+        if members.start == 10:
+            interrupted.set()
+            raise KeyboardInterrupt
+        return computed(ensemble, members, *others)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(EnsembleStore, "write", slow)
+        patch.setattr(EnsembleOfMotions, "computed", stopped)
+        with pytest.raises(pt.PropagationInterrupted, match=r"10 of 23 members are done. The same call goes on."):
+            run(pt.System(BODY), out=out, chunk=5)
+    assert EnsembleStore(out).whole.tolist() == [True, True, False, False, False]
+    assert not (out / "lock").exists()
+    assert_same_rows(run(pt.System(BODY), out=out, chunk=5), run(pt.System(BODY)))
 
 
 def test_progress_is_over_all_chunks(tmp_path, monkeypatch):
