@@ -24,7 +24,7 @@ OF_BODY = ("surroundings.js", "ghosts.js", "fittings.js", "views.js")
 SCRIPTS = {
     seen: (
         *("three.min.js", "algebra.js", "motion.js", "theme.js", "stage.js", "scene.js", *own, f"{seen}.js"),
-        *("plots.js", "time.js", "controls.js", "page.js"),
+        *("plots.js", "time.js", "gif.js", "film.js", "controls.js", "page.js"),
     )
     for seen, own in {"body": OF_BODY, "pair": ()}.items()
 }

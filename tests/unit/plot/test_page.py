@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -732,6 +732,86 @@ def test_the_scene_is_saved_as_a_picture(orbiting):
     with Image.open(saved.value.path()) as picture:
         shown = np.asarray(picture.convert("RGB"))
     assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 50
+
+
+@pytest.fixture(scope="module")
+def spinning(browser, tmp_path_factory):
+    """A body that turns once in 6, seen from the tip of omega, with nothing but itself and its first axis."""
+    long = pt.Body.from_shape(pt.shapes.Mesh.from_box((9.0, 2.0, 1.0), mass=2.0))
+    motion = pt.free_motion(long, long.state((1, 0, 0, 0), omega_body=(0, 0, np.pi / 3)), np.linspace(0, 12, 121))
+    visit = Visit(browser, pt.view(motion, tmp_path_factory.mktemp("view") / "spin.html"))
+    for box in visit.page.locator("#parts input").all():
+        box.uncheck()
+    visit("() => { poinsot.scene.turn(0, -2, 1); poinsot.setTime(11); }")
+    yield visit
+    assert visit.said == []
+    visit.page.close()
+
+
+def direction(picture):
+    """The direction of the long side of the body, modulo half a turn, counterclockwise from the right."""
+    red, _, blue = np.moveaxis(picture[:-40].astype(int), -1, 0)
+    y, x = np.nonzero((blue > red + 5) & (red > 80))
+    assert x.size > 1000
+    covariance = np.cov(x, -y)
+    return 0.5 * np.arctan2(2 * covariance[0, 1], covariance[0, 0] - covariance[1, 1])
+
+
+def test_a_film_as_gif_shows_the_motion_at_its_speed(spinning):
+    """From the time on, here 11 of 12, in frames of a twentieth of a second."""
+    visit = spinning
+    per_second = float(visit.page.locator("#rate").input_value())
+    expected_count = round(20 / per_second)
+    with visit.page.expect_download() as saved:
+        visit.page.click("#gif")
+    assert saved.value.suggested_filename == "poinsot.gif"
+    with Image.open(saved.value.path()) as film:
+        size = visit("[scene.clientWidth, scene.clientHeight]")
+        assert np.max(np.abs(np.array(film.size) - size)) <= 1
+        frames = [(np.asarray(frame.convert("RGB")), frame.info["duration"]) for frame in ImageSequence.Iterator(film)]
+        assert film.info["loop"] == 0
+    assert len(frames) == expected_count
+    assert {duration for _, duration in frames} == {50}
+    angles = np.unwrap([direction(picture) for picture, _ in frames], period=np.pi)
+    times = per_second * np.arange(expected_count) / 20
+    np.testing.assert_allclose(angles - angles[0], np.pi / 3 * times, atol=0.03)
+    visit.until("document.getElementById('gif').textContent === 'Save GIF'")
+    assert visit("poinsot.time") == 11
+
+
+def test_a_gif_has_the_pictures_that_it_is_given(spinning):
+    """Many shades and 108 colours nearly, noise of two colours exactly; the second and the third picture are one."""
+    visit = spinning
+    width, height = 120, 90
+    random = np.random.default_rng(5)
+    shades = np.add.outer(np.arange(height), np.arange(width))[..., None] * (1.0, 0.5, -0.8) + (20, 30, 220)
+    blocks = np.kron(random.integers(0, 256, (9, 12, 3)), np.ones((10, 10, 1)))
+    noise = np.where(random.random((height, width, 1)) < 0.5, 0, 255) * np.ones(3)
+    pictures = [np.clip(each, 0, 255).astype(int) for each in (shades, blocks, blocks, noise)]
+    given = [np.dstack([each, np.full((height, width), 255)]).ravel().tolist() for each in pictures]
+    made = """([pictures, width, height]) => {
+        const film = new Gif(width, height, paletteOf(pictures));
+        for (const picture of pictures) film.add(picture, 7);
+        return Array.from(film.bytes);
+    }"""
+    data = bytes([*visit(made, [given, width, height]), 0x3B])
+    with Image.open(io.BytesIO(data)) as film:
+        frames = [np.asarray(frame.convert("RGB")).astype(int) for frame in ImageSequence.Iterator(film)]
+    errors = [np.sqrt(np.mean((frame - given) ** 2)) for frame, given in zip(frames, pictures, strict=True)]
+    assert errors[0] < 8
+    assert max(errors[1:3]) < 16
+    assert errors[3] == 0
+
+
+def test_a_film_is_recorded_as_the_browser_can(spinning):
+    visit = spinning
+    kind = visit("VIDEO")
+    assert visit.page.locator("#video").text_content() == f"Save {kind.upper()}"
+    with visit.page.expect_download() as saved:
+        visit.page.click("#video")
+    data = Path(saved.value.path()).read_bytes()
+    assert {"mp4": data[4:8] == b"ftyp", "webm": data[:4] == b"\x1a\x45\xdf\xa3"}[kind]
+    assert len(data) > 2000
 
 
 def test_a_link_says_the_time(browser, tmp_path):

@@ -35,14 +35,7 @@ function connectScene(scene, changed) {
     toggle();
   }
   scene.controls.addEventListener("change", changed);
-  at("save").addEventListener("click", () =>
-    scene.picture((file) => {
-      const link = document.createElement("a");
-      [link.href, link.download] = [URL.createObjectURL(file), `${document.title.split(":")[0] || "motion"}.png`];
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-    }),
-  );
+  connectSaving(scene, changed);
 }
 
 function connectKeyboard(scene) {

@@ -42,7 +42,8 @@ function stageOf(canvas) {
   function sharpen(part) {
     sharpness = part;
     const dots = Math.min(window.devicePixelRatio, SHARPEST);
-    renderer.setPixelRatio(part === 1 && software ? SHARPEST : dots * part);
+    const ratio = part === 1 && software ? SHARPEST : dots * part;
+    if (ratio !== renderer.getPixelRatio()) renderer.setPixelRatio(ratio); // which makes all dots anew
   }
 
   function resize() {
@@ -67,14 +68,11 @@ function stageOf(canvas) {
   }
 
   const render = () => renderer.render(scene, camera);
-  /** The picture as it is, in a file's bytes. */
-  function picture(done) {
-    const before = sharpness;
-    sharpen(1);
+  /** Draw with a part of the dots, and do something with that before the browser takes it away. */
+  function picture(part, take) {
+    sharpen(part);
     render();
-    canvas.toBlob(done, "image/png");
-    sharpen(before);
-    render();
+    take(canvas);
   }
 
   const own = { scene, world, camera, controls, turn, resize, sharpen, render, picture };

@@ -45,7 +45,7 @@ const clock = (() => {
 
   // ------------------------------------------------------------ in words
 
-  const inWords = () => `${page.labels.t} = ${short(Number(time.toPrecision(7)))}${page.labels.unit}`;
+  const inWords = (t = time) => `${page.labels.t} = ${short(Number(t.toPrecision(7)))}${page.labels.unit}`;
 
   function date() {
     if (!page.calendar) return "";
@@ -112,6 +112,8 @@ const clock = (() => {
   return Object.defineProperties(own, {
     time: { get: () => time },
     playing: { get: () => playing },
+    /** Of the motion's time in a second. */
+    rate: { get: () => Number(rate.value) },
     heard: { value: (hear) => listeners.push(hear) },
   });
 })();
