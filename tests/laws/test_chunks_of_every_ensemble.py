@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 
 import poinsot as pt
 
@@ -79,6 +80,11 @@ def test_a_store_has_the_bits_of_the_ensemble(name, tmp_path):
     for found in (stored, again, loaded):
         assert np.array_equal(rows(found, variable), rows(whole, variable))
     assert type(loaded) is type(stored)
+    if isinstance(loaded, xarray.Dataset) and "point" not in whole.dataset.dims:
+        coordinates = {name: each for name, each in whole.dataset.coords.items() if name != "member"}
+        assert coordinates
+        for name, each in coordinates.items():
+            assert np.array_equal(loaded.coords[name], each), name
     assert len(list(out.glob("chunks/*/zarr.json"))) == -(-COUNT // CHUNK)
 
 

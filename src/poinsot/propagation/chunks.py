@@ -17,7 +17,14 @@ from poinsot.atomic_write import new_folder
 from poinsot.engine.progress import Progress, bar
 from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.parameters import described
-from poinsot.propagation.ensemble_store import EnsembleStore, Frame, frame_of, plain_variables
+from poinsot.propagation.ensemble_store import (
+    EnsembleStore,
+    Frame,
+    coordinates_of,
+    dataset_of_arrays,
+    frame_of,
+    plain_variables,
+)
 from poinsot.propagation.fingerprint import fingerprint
 from poinsot.propagation.lease import lease
 from poinsot.propagation.memory import available_memory
@@ -272,15 +279,17 @@ class Task:
         if reduced is not None:
             store = EnsembleStore(self.plan.out)
             other = np.flatnonzero(store.whole)[:1].tolist()
-            concatenated([*(_of_chunk(*store.aside(chunk)) for chunk in other), reduced])  # refuses what differs
+            before = [dataset_of_arrays(*store.aside(chunk)) for chunk in other]
+            concatenated([*before, reduced])  # refuses what differs
         return partial(self._write, self.plan.out, number, part, reduced)
 
     def _write(self, out: Path, number: int, part: Part, reduced: xarray.Dataset | None) -> Done:
         rows = plain_variables(selected(part.data, self.kept)) if reduced is None else {}
-        aside = part.aside if reduced is None else plain_variables(reduced)
+        aside, words = (part.aside, {}) if reduced is None else (plain_variables(reduced), coordinates_of(reduced))
         members = self._members(number)
         with _writing(out):
-            EnsembleStore(out).write(number, rows, aside, {"members": [members.start, members.stop], **part.about})
+            about = {"members": [members.start, members.stop], **part.about, **words}
+            EnsembleStore(out).write(number, rows, aside, about)
         return Done(number, members.stop - members.start)
 
     def _members(self, number: int) -> slice:
@@ -312,9 +321,8 @@ def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> 
         found = reduce(data)
     except Exception as error:
         first, last = data.member.values[[0, -1]]
-        raise RuntimeError(
-            f"reduce must work on each chunk, got {type(error).__name__} for members {first} to {last}: {error}"
-        ) from error
+        error.add_note(f"reduce was given the members {first} to {last}.")
+        raise
     if isinstance(found, xarray.DataArray):
         found = found.to_dataset(name=found.name or "reduced")
     if not isinstance(found, xarray.Dataset):
@@ -477,15 +485,7 @@ def _result(ensemble: Ensemble, plan: Plan, store: EnsembleStore) -> Any:
 
 def reduced(store: EnsembleStore) -> xarray.Dataset:
     """Return what a reduction has made of the chunks that are whole."""
-    return concatenated(_of_chunk(*each) for each in store.asides())
-
-
-def _of_chunk(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> xarray.Dataset:
-    import xarray
-
-    variables = {name: (a.about.dims, np.asarray(a), dict(a.about.attributes)) for name, a in arrays.items()}
-    coordinates = [name for name, (dims, *_) in variables.items() if dims == (name,)]
-    return xarray.Dataset(variables, attrs=dict(attributes)).set_coords(coordinates)
+    return concatenated(dataset_of_arrays(*each) for each in store.asides())
 
 
 def concatenated(parts: Iterable[xarray.Dataset]) -> xarray.Dataset:

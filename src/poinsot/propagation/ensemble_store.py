@@ -35,7 +35,15 @@ from poinsot.propagation.zarr_group import (
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["EnsembleStore", "Frame", "block_of", "frame_of", "plain_variables"]
+__all__ = [
+    "EnsembleStore",
+    "Frame",
+    "block_of",
+    "coordinates_of",
+    "dataset_of_arrays",
+    "frame_of",
+    "plain_variables",
+]
 
 CHUNKS = "chunks"
 
@@ -44,6 +52,9 @@ FORMAT = 1
 
 Variables = Mapping[str, tuple[tuple[str, ...], NDArray[Any], Mapping[Any, Any]]]
 """Name -> dimensions, numbers and attributes."""
+
+WORDS, COORDINATES = "words", "coordinates"
+"""The attribute of an array that has words in the place of its numbers, and that of a group which names coordinates."""
 
 KINDS = {"f": "float64", "i": "int64", "u": "int64", "b": "int64"}
 
@@ -223,7 +234,7 @@ class EnsembleStore:
     def variables(self) -> xarray.Dataset:
         """Return all arrays as a dataset, which reads what it is indexed with."""
         said = {name: value for name, value in self.attributes.items() if name != "store"}
-        return _dataset(self.arrays, said)
+        return dataset_of_arrays(self.arrays, said)
 
 
 class Frame(NamedTuple):
@@ -262,7 +273,9 @@ def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: 
     block = block_of(chunk, max((about.member_bytes for about in grown.values()), default=1))
     shards = {name: about.in_shards(members, chunk, block) for name, about in grown.items()}
     store = {"format": FORMAT, "members": members, "chunk": chunk, **said}
-    return Frame(whole, {**described, **shards}, plain_attributes({**fixed.attrs, "store": store}))
+    return Frame(
+        whole, {**described, **shards}, plain_attributes({**fixed.attrs, **coordinates_of(fixed), "store": store})
+    )
 
 
 def block_of(chunk: int, member_bytes: int) -> int:
@@ -272,16 +285,49 @@ def block_of(chunk: int, member_bytes: int) -> int:
 
 
 def plain_variables(data: xarray.Dataset) -> dict[str, tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]]:
-    """Return the variables of a dataset as arrays of numbers; labels that are numbers in letters as numbers."""
+    """Return the variables of a dataset as arrays of numbers; those of coordinates in words have these beside them."""
     found = {}
     for name, variable in data.variables.items():
-        values = np.asarray(variable.values)
-        if name in data.coords and values.dtype.kind in "OUT":
-            if not all(str(label).isdecimal() for label in values.flat):
-                continue
-            values = values.astype(np.int64)
-        found[str(name)] = plain_variable(str(name), tuple(map(str, variable.dims)), values, variable.attrs)
+        values, attributes = np.asarray(variable.values), dict(variable.attrs)
+        if name in data.coords and values.dtype.kind in "OUT" and all(isinstance(word, str) for word in values.flat):
+            attributes[WORDS] = [str(word) for word in values.flat]
+            numbered = all(word.isdecimal() for word in attributes[WORDS])
+            values = values.astype(np.int64) if numbered else np.arange(values.size).reshape(values.shape)
+        found[str(name)] = plain_variable(str(name), tuple(map(str, variable.dims)), values, attributes)
     return found
+
+
+def coordinates_of(data: xarray.Dataset) -> dict[str, str]:
+    """Return the attribute that names the coordinates that are no dimensions, as xarray reads it from any store."""
+    names = [str(name) for name, each in data.coords.items() if each.dims != (name,)]
+    return {COORDINATES: " ".join(names)} if names else {}
+
+
+def dataset_of_arrays(arrays: Mapping[str, StoredArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
+    """Return arrays as a dataset; those in shards are read when they are indexed."""
+    import xarray
+    from xarray.core import indexing
+
+    variables: dict[str, Any] = {}
+    for name, array in arrays.items():
+        about = array.about
+        said = {key: value for key, value in about.attributes.items() if key != WORDS}
+        values: Any = indexing.LazilyIndexedArray(_backend(array)) if about.chunk else _in_words(name, array)
+        variables[name] = xarray.Variable(about.dims, values, said)
+    named = str(attributes.get(COORDINATES, "")).split()
+    coordinates = [name for name in variables if (name,) == arrays[name].about.dims or name in named]
+    own = {key: value for key, value in attributes.items() if key != COORDINATES}
+    return xarray.Dataset(variables, attrs=own).set_coords(coordinates)
+
+
+def _in_words(name: str, array: StoredArray) -> NDArray[Any]:
+    """Return what is in an array, or the words that it has instead."""
+    words = array.about.attributes.get(WORDS)
+    if words is None:
+        return np.asarray(array)
+    if not isinstance(words, list) or len(words) != np.prod(array.shape) or not all(isinstance(w, str) for w in words):
+        raise StoreError(f"{name} has other words than places")
+    return np.array(words, dtype=str).reshape(array.shape)
 
 
 def plain_variable(
@@ -294,19 +340,6 @@ def plain_variable(
     if kind is None or not name.isidentifier():
         raise TypeError(f"variables of a store must be real numbers with names, got {name!r} of {values.dtype}.")
     return dims, values.astype(kind, copy=False), dict(attributes)
-
-
-def _dataset(arrays: Mapping[str, StoredArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
-    import xarray
-    from xarray.core import indexing
-
-    variables: dict[str, Any] = {}
-    for name, array in arrays.items():
-        about = array.about
-        values: Any = indexing.LazilyIndexedArray(_backend(array)) if about.chunk else np.asarray(array)
-        variables[name] = xarray.Variable(about.dims, values, dict(about.attributes))
-    coordinates = [name for name in variables if (name,) == arrays[name].about.dims]
-    return xarray.Dataset(variables, attrs=dict(attributes)).set_coords(coordinates)
 
 
 def _backend(array: StoredArray) -> Any:
