@@ -35,7 +35,9 @@ def machine(monkeypatch):
         monkeypatch.setattr(type(force), "check", lambda *_: None)
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize(  # each operation has its own test in tests/unit/engine/test_cuda_kernel.py
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (i % 3 > 0)) for i, name in enumerate(SYSTEMS)]
+)
 def test_all_bits_are_those_of_the_processor(name):
     system = pt.System(*SYSTEMS[name])
     attitudes = np.array([(0.1, 0.7, -0.5, 0.5), (0.5, 0.5, 0.5, -0.5), (0.8, 0.0, 0.6, 0.0)])
