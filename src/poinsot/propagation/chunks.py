@@ -35,6 +35,7 @@ from poinsot.propagation.zarr_group import GROUP, StoreError, plain, plain_attri
 if TYPE_CHECKING:
     import xarray
     from distributed import Client
+    from numpy.typing import NDArray
 
 __all__ = [
     "Chunking",
@@ -314,7 +315,7 @@ class Task:
 
 
 def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> xarray.Dataset:
-    """Return what a user's function makes of a dataset; of labels those that are numbers along a dimension."""
+    """Return what a user's function makes of a dataset; of labels those that are numbers or words."""
     import xarray
 
     try:
@@ -327,9 +328,14 @@ def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> 
         found = found.to_dataset(name=found.name or "reduced")
     if not isinstance(found, xarray.Dataset):
         raise TypeError(f"reduce must return a dataset, got {described(found)}.")
-    numbers = [name for name, each in found.coords.items() if each.dims and each.dtype.kind in "biuf"]
-    kept = {name: found.variables[name] for name in (*found.data_vars, *numbers)}
-    return xarray.Dataset({name: (x.dims, x.values, plain_attributes(x.attrs)) for name, x in kept.items()})
+    labels = [name for name, each in found.coords.items() if _numbers_or_words(each.values)]
+    kept = {name: found.variables[name] for name in (*found.data_vars, *labels)}
+    plain = {name: (x.dims, x.values, plain_attributes(x.attrs)) for name, x in kept.items()}
+    return xarray.Dataset(plain).set_coords(labels)
+
+
+def _numbers_or_words(values: NDArray[Any]) -> bool:
+    return values.dtype.kind in "biufU" or all(isinstance(value, str) for value in values.flat)
 
 
 def selected(data: xarray.Dataset, kept: Mapping[str, Kept]) -> xarray.Dataset:
