@@ -206,7 +206,7 @@ class StoredTrajectory(Trajectory):
     @property
     @override
     def summary(self) -> dict[str, Any]:
-        return dict(self._record.summary) or super().summary
+        return super().summary if self.store is not None else dict(self._record.summary) or super().summary
 
     @override
     def _summary_with(self, errors: Mapping[str, Array]) -> dict[str, Any]:

@@ -90,6 +90,8 @@ def test_members_do_not_depend_on_chunks(name, tmp_path):
         assert_same_rows(stored, whole)
         read = pt.load(tmp_path / f"{chunk}.zarr")
         assert_same_rows(read, whole)
+        assert read.summary.items() >= {"steps": stored.run.steps, "kernel": whole.run.kernel}.items()
+        assert "times: 11" in str(read)
         assert_same_events(stored, whole)
         assert_same_events(read, whole)
         assert_same_events(read.member(9), whole.member(9))
