@@ -364,4 +364,7 @@ def _backend(array: StoredArray) -> Any:
             support = indexing.IndexingSupport.OUTER
             return indexing.explicit_indexing_adapter(key, self.shape, support, read)
 
+        def __reduce__(self) -> Any:
+            return _backend, (array,)
+
     return Lazy()

@@ -1,7 +1,9 @@
 """Ensembles in chunks: the same numbers bit for bit, whatever the chunks, kept or reduced."""
 
 import contextlib
+import copy
 import errno
+import pickle
 import shutil
 import threading
 from typing import Any
@@ -126,7 +128,14 @@ def test_variables_are_chosen(tmp_path):
     system, whole = pt.System(BODY), run(pt.System(BODY))
     kept = {"quaternion": {"dtype": "float32"}, "omega_body": {"every": np.int64(5)}}
     data = run(system, out=tmp_path / "some.zarr", chunk=4, variables=kept)
-    for found in (data, pt.load(tmp_path / "some.zarr"), xarray.open_zarr(tmp_path / "some.zarr")):
+    loaded = pt.load(tmp_path / "some.zarr")
+    for found in (
+        data,
+        loaded,
+        pickle.loads(pickle.dumps(loaded)),
+        copy.deepcopy(data),
+        xarray.open_zarr(tmp_path / "some.zarr"),
+    ):
         assert found["quaternion"].dtype == np.float32
         assert np.array_equal(found["quaternion"], whole.quaternion.astype(np.float32))
         assert np.array_equal(found["omega_body"], whole.omega_body[:, ::5])
