@@ -1,11 +1,13 @@
 """Where Taylor coefficients are in the memory of a kernel, and the loops of the inner sums.
 
-There are two layouts: vectors hold members ("batch"), or inner sums of one member ("single"). Both add in one order.
+There are two layouts: vectors hold members ("batch"), or inner sums of one member ("single"). Both add in one order,
+sum_{j=2..n-1} a_j b_{n-j}, then a_1 b_{n-1}: what order n - 1 has just given comes last.
 """
 
 from __future__ import annotations
 
 import collections
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
@@ -57,8 +59,7 @@ class Batch:
 
     def _sums(self, memory: Value, n: Value, group: Sequence[InnerSum]) -> list[Value]:
         pairs = [(self._places[inner.first], self._places[inner.second]) for inner in group]
-        starts = [self.states(memory, 1).address, self.states(memory, n - 1).address]
-        return _multiplied(n, starts, self._stride, self._kind, pairs)
+        return _multiplied(n, lambda j: self.states(memory, j), self._stride, pairs)
 
 
 class Single:
@@ -79,7 +80,7 @@ class Single:
         self._left: dict[int, int] = {}
         self._filled = collections.Counter(place // WIDTH for places in self._places.values() for place in places)
         self._sums = (order + 1) * self._stride
-        self._states = self._sums + self._count
+        self._states = self._sums + 2 * self._count
         self.size = self._states + (order + 1) * variables
 
     def states(self, memory: Value, n: Value | int) -> Array:
@@ -98,33 +99,67 @@ class Single:
                 del self._left[block]
 
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
-        """Write the inner sums of an order."""
-        whole = Array(memory, DOUBLE)
-        starts = [whole.at(self._stride), whole.at((n - 1) * self._stride)]
-        kind, blocks = vector(DOUBLE, WIDTH), list(range(self._count // WIDTH))
-        found = Array(whole.at(self._sums), kind)
-        for part in _parts([blocks], _registers(WIDTH)):
-            pairs = [(block, block + len(blocks)) for block in part]
-            for block, total in zip(part, _multiplied(n, starts, self._stride // WIDTH, kind, pairs), strict=True):
-                found[block] = total
+        """Write the inner sums of an order; an odd one adds most terms of the next too, and loads nothing for them."""
+        lines, whole, kind = n.function, Array(memory, DOUBLE), vector(DOUBLE, WIDTH)
+        found, ahead = (Array(whole.at(self._sums + i * self._count), kind) for i in range(2))
+        blocks = list(range(self._count // WIDTH))
+        odd = (n & 1).is_("eq", 1)
+
+        def rows(j: Value | int) -> Array:
+            return Array(whole.at(j * self._stride), kind)
+
+        with lines.when(odd):
+            for part in _parts([blocks], _registers(WIDTH) // 3):
+                pairs = [(block, block + len(blocks)) for block in part]
+                own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
+                for block, total, later in zip(part, own, next_ones, strict=True):
+                    found[block], ahead[block] = total, later
+        with lines.when(~odd):
+            newest = n.is_("gt", 2).choose(n - 1, 0)  # row 0 is zero
+            for block in blocks:
+                total = rows(newest)[block].fma(rows(newest.smaller(1))[block + len(blocks)], ahead[block])
+                found[block] = rows(1)[block].fma(rows(n - 1)[block + len(blocks)], total)
         return lambda place: found.of(DOUBLE)[self._index[place]]
 
 
+def _two_multiplied(
+    n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
+) -> tuple[list[Value], list[Value]]:
+    """Write the sums of `_multiplied` of an odd order, and those of the next without j = n and, at last, j = 1."""
+    count, kind = len(pairs), rows(1).type
+
+    def body(j: Value, up: Value, down: Value, *carried: Value) -> list[Value]:
+        before, totals = carried[:count], carried[count:]
+        firsts = [Array(up, kind)[a] for a, _ in pairs]
+        seconds = [Array(down, kind)[b] for _, b in pairs]
+        products = zip(firsts * 2, [*seconds, *before], totals, strict=True)
+        sums = [a.fma(b, total) for a, b, total in products]
+        return [j + 1, Array(up, kind).at(stride), Array(down, kind).at(-stride), *seconds, *sums]
+
+    newest, nothing = rows(n - 1), [n.function.constant(kind, 0.0)] * (2 * count)
+    start = [n.like(2), rows(2).address, rows(n - 2).address, *(newest[b] for _, b in pairs), *nothing]
+    sums = n.function.repeat(start, lambda j, *_: j.is_("lt", n), body)[3 + count :]
+    oldest = rows((n - 1).smaller(1))  # of order 1 there are no terms
+    own = [oldest[a].fma(newest[b], total) for (a, b), total in zip(pairs, sums[:count], strict=True)]
+    return own, sums[count:]
+
+
 def _multiplied(
-    n: Value, starts: Sequence[Value], stride: int, kind: str, pairs: Sequence[tuple[int, int]]
+    n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
 ) -> list[Value]:
-    """Write sum_{j=1..n-1} a_j b_{n-j} for pairs of places in an order, in one loop over j."""
+    """Write sum_{j=1..n-1} a_j b_{n-j} for pairs of places in an order, in one loop over j from 2 on; 1 comes last."""
+    kind, oldest, newest = rows(1).type, rows(1).address, rows(n - 1).address
 
     def body(j: Value, up: Value, down: Value, *totals: Value) -> list[Value]:
         first, second = Array(up, kind), Array(down, kind)
-        firsts = {a: first[a] for a in sorted({a for a, _ in pairs})}
-        seconds = {b: second[b] for b in sorted({b for _, b in pairs})}
-        sums = [firsts[a].fma(seconds[b], total) for (a, b), total in zip(pairs, totals, strict=True)]
-        return [j + 1, first.at(stride), second.at(-stride), *sums]
+        firsts, seconds = functools.cache(first.__getitem__), functools.cache(second.__getitem__)
+        sums = [firsts(a).fma(seconds(b), total) for (a, b), total in zip(pairs, totals, strict=True)]
+        last = (j + 1).is_("eq", n)
+        return [j + 1, last.choose(oldest, first.at(stride)), last.choose(newest, second.at(-stride)), *sums]
 
-    nothing = [n.function.constant(kind, 0.0)] * len(pairs)
-    carried = n.function.repeat([n.like(1), *starts, *nothing], lambda j, *_: j.is_("lt", n), body)
-    return carried[3:]
+    nothing, alone = [n.function.constant(kind, 0.0)] * len(pairs), n.is_("eq", 2)
+    starts = [alone.choose(oldest, rows(2).address), alone.choose(newest, rows(n - 2).address)]
+    return n.function.repeat([n.like(2), *starts, *nothing], lambda j, *_: j.is_("le", n), body)[3:]
 
 
 def _parts(groups: Sequence[Sequence[Any]], most: int) -> list[Sequence[Any]]:
