@@ -28,6 +28,9 @@ __all__ = ["QUEUE", "KernelProgram", "Momenta", "Status"]
 AT_ONCE = 8
 """Polynomials that are evaluated side by side: their sums stay in registers."""
 
+IN_REGISTERS = 12
+"""States of one body of which the last coefficients stay in registers from order to order."""
+
 QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
 
 DOUBLES = ("end", "limit", "way", "shortest", "longest", "near")
@@ -110,10 +113,15 @@ class _ZerothOrder:
 class _HigherOrder(_ZerothOrder):
     """The arithmetic of an order n > 0."""
 
-    def __init__(self, kernel: KernelProgram, work: Record, n: Value) -> None:
+    def __init__(self, kernel: KernelProgram, work: Record, n: Value, states: Sequence[Value]) -> None:
         super().__init__(kernel, work, n)
+        self._carried = states
         self._n, self._inner = n, kernel.layout.inner_sums(work.address, n)
         self._over, self._weight = kernel.over_order(work, n), n.to_double().spread(kernel.lanes)
+
+    @override
+    def state(self, place: int) -> Value:
+        return self._carried[place] if self._carried else super().state(place)
 
     @override
     def time(self) -> Value:
@@ -292,17 +300,20 @@ class KernelProgram:
             first[i] = rate
         self.watch.store(work, lines.constant(INTEGER, 0), outputs[self.variables :])
 
-        def order(n: Value) -> list[Value]:
-            outputs = self.schedule.higher_order(_HigherOrder(self, work, n))
+        def order(n: Value, *states: Value) -> list[Value]:
+            outputs = self.schedule.higher_order(_HigherOrder(self, work, n, states))
             with lines.when(n.is_("lt", self.order)) if self.watch.count else nullcontext():
                 following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
-                for i, rate in enumerate(outputs[: self.variables]):
-                    following[i] = over(rate)
+                found = [over(rate) for rate in outputs[: self.variables]]
+                for i, value in enumerate(found):
+                    following[i] = value
             self.watch.store(work, n, outputs[self.variables :])
-            return [n + 1]
+            return [n + 1, *(found if states else ())]
 
         orders = self.order + bool(self.watch.count)
-        lines.repeat([lines.constant(INTEGER, 1)], lambda n: n.is_("lt", orders), order)
+        in_registers = isinstance(self.layout, Single) and self.variables <= IN_REGISTERS and not self.watch.count
+        carried = outputs[: self.variables] if in_registers else []
+        lines.repeat([lines.constant(INTEGER, 1), *carried], lambda n, *_: n.is_("lt", orders), order)
 
     def _length(self, work: Record) -> Value:
         """Return the length of a step: e^-2 of the radius of convergence by the last two coefficients (Jorba, Zou)."""
