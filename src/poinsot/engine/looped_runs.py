@@ -269,8 +269,10 @@ class LoopedRun(Run):
         with self._lock:
             self.report.finished += int(kept.sum())
             tasks.book()
-        variables = self.job.variables.of_members(members[kept])
-        self.sink.take(members[kept], self.times, Rows(variables, self.times, rows[kept][:, self.turn]))
+        if not kept.all():
+            members, rows = members[kept], rows[kept]
+        variables = self.job.variables.of_members(members)
+        self.sink.take(members, self.times, Rows(variables, self.times, rows[:, self.turn]))
 
 
 class _Tasks:

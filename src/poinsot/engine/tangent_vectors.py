@@ -125,4 +125,5 @@ class Variations:
         A vector is u 2^n, the second derivative of a pair u 2^(n + n).
         """
         u, pairs, n, _ = self.split(rows)
-        return np.ldexp(u, -INITIAL_EXPONENT), np.ldexp(pairs, -2 * INITIAL_EXPONENT), n / COUNTED
+        unit = 2.0**-INITIAL_EXPONENT  # exact, and several times as fast as ldexp
+        return u * unit, pairs * unit**2, n / COUNTED
