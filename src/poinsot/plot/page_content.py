@@ -52,6 +52,7 @@ COLOURS = {
     "primary": BLUE,
     "secondary": VERMILION,
     "orbit": VERMILION,
+    "paths": VERMILION,
     "orbit_frame": "#999933",
     "sun": "#E69F00",
     "shadow": GREY,
@@ -85,8 +86,12 @@ def others_of(motion: Trajectory, beside: Trajectory | Sequence[Trajectory] | No
     """Return the motions that are shown beside one: of an ensemble members, equally spaced."""
     given = [beside] if isinstance(beside, Trajectory) else list(beside or ())
     others = [each for one in given for each in (one if one.is_ensemble else (one,))]
-    if others and len({len(one.of_bodies) for one in (motion, *others)} | {1}) > 1:
-        raise ValueError("beside must be motions of one body beside one of one body, got two bodies.")
+    for other in others:
+        if len(other.of_bodies) != len(motion.of_bodies):
+            raise ValueError(
+                "beside must be motions of as many bodies as the motion, "
+                f"got {len(other.of_bodies)} beside {len(motion.of_bodies)}."
+            )
     if len(others) > MOST_GHOSTS:
         others = [others[i] for i in np.linspace(0, len(others) - 1, MOST_GHOSTS).astype(int)]
     for other in others:
@@ -96,7 +101,7 @@ def others_of(motion: Trajectory, beside: Trajectory | Sequence[Trajectory] | No
 
 
 def content_of(motion: Trajectory, others: Sequence[Trajectory] = ()) -> dict[str, Any]:
-    """Return what the page shows, of one body or of two, and of other motions of one body."""
+    """Return what the page shows, of one body or of two, and of other motions beside it."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     own = _of_pair(motion) if isinstance(motion, PairTrajectory) else _of_body(motion)
@@ -133,7 +138,7 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
     return {
         "rates": {"body": rate},
         "plots": {"quaternion": motion.quaternion, "momenta": motion.conjugate_momenta},
-        "arrays": {"quaternion": motion.quaternion, "omega_body": motion.omega_body, **around.arrays},
+        "arrays": {**_moving(motion), **around.arrays},
         "around": around.content,
         "largest": {"omega": float(np.max(rate))},
         "mean_rate": mean_rate,
@@ -143,32 +148,47 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
 
 
 def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
-    """Return the turning of a body in another motion."""
-    omega = other.omega_body
-    rows = rows_of(other.times, np.linalg.norm(omega, axis=-1), 7, sharing)
-    arrays = {"quaternion": other.quaternion, "omega_body": omega}
-    return {"times": base64_of(rows.times, "<f8")} | {name: rows.packed(values) for name, values in arrays.items()}
+    """Return another motion."""
+    arrays = _moving(other)
+    rates = [np.linalg.norm(values, axis=-1) for name, values in arrays.items() if name.endswith("omega_body")]
+    numbers = sum(values.shape[-1] for values in arrays.values())
+    rows = rows_of(other.times, np.max(rates, axis=0), numbers, sharing)
+    return {
+        "times": base64_of(rows.times, "<f8"),
+        "arrays": {name: rows.packed(values) for name, values in arrays.items()},
+    }
+
+
+def _moving(motion: Trajectory) -> dict[str, Array]:
+    """Return what places and turns the bodies, by the names that the page has for it."""
+    if not isinstance(motion, PairTrajectory):
+        return {"quaternion": motion.quaternion, "omega_body": motion.omega_body}
+    arrays = {"position": motion.position, "velocity": motion.velocity}
+    for name, one in motion.of_bodies.items():
+        arrays |= {f"{name}_quaternion": one.quaternion, f"{name}_omega_body": one.omega_body}
+    return arrays
 
 
 def _of_pair(motion: PairTrajectory) -> dict[str, Any]:
     """Return what is shown of two bodies."""
     pair, distance = motion.system.pair, motion.distance
-    arrays = {"position": motion.position, "velocity": motion.velocity}
     rates, bodies, largest, reach = {}, {}, {}, 0.0
     for (name, one), mass, sign in zip(motion.of_bodies.items(), pair.masses, (-1, 1), strict=True):
-        arrays |= {f"{name}_quaternion": one.quaternion, f"{name}_omega_body": one.omega_body}
         rates[name] = np.linalg.norm(one.omega_body, axis=-1)
         largest[f"{name}_omega_body"] = float(np.max(rates[name])) or 1.0
         share = sign * (1 - mass / pair.total_mass)
         bodies[name] = _solid_of_mass(one.system.body, mass) | {"share": float(share)}
         reach = max(reach, abs(share) * float(np.max(distance)) + bodies[name]["radius"])
     turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
+    mean_rate = float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0]))
+    around = surroundings_of(motion, _pace(motion.times, mean_rate))
     return {
         "rates": rates,
         "plots": {"distance": distance[:, None], "secondary_omega_body": motion.secondary.omega_body},
-        "arrays": arrays,
+        "arrays": {**_moving(motion), **around.arrays},
+        "around": around.content,
         "largest": largest,
-        "mean_rate": float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0])),
+        "mean_rate": mean_rate,
         "bodies": bodies,
         "reach": reach,
     }

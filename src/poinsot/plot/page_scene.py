@@ -27,6 +27,7 @@ from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.angles import different_orbits
 from poinsot.plot.labels import bracketed
 from poinsot.plot.page_arrays import packed
+from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
@@ -62,12 +63,14 @@ class Surroundings(NamedTuple):
 
 
 def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
-    """Return what is around a body; the pace is the time that passes on the page in a second."""
+    """Return what is around a body or a pair; the pace is the time that passes on the page in a second."""
     found = Surroundings({"vectors": []}, {})
     state = state_of(motion.phase, motion.times)
     instant = motion.system.beside(state.shape).at(state, motion.environment)
     _add_orbit(found, motion)
     _add_sun(found, motion, instant)
+    if isinstance(motion, PairTrajectory):
+        return found
     _add_torques(found, motion)
     _add_fields(found, motion, instant)
     _add_momenta(found, motion)

@@ -20,13 +20,13 @@ from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["View", "view"]
 
-OF_BODY = ("surroundings.js", "ghosts.js", "fittings.js", "views.js")
 SCRIPTS = {
     seen: (
-        *("three.min.js", "algebra.js", "motion.js", "theme.js", "stage.js", "scene.js", *own, f"{seen}.js"),
+        *("three.min.js", "algebra.js", "motion.js", "theme.js", "stage.js", "scene.js", "surroundings.js"),
+        *("ghosts.js", "views.js", *own, f"{seen}.js"),
         *("plots.js", "time.js", "gif.js", "film.js", "controls.js", "page.js"),
     )
-    for seen, own in {"body": OF_BODY, "pair": ()}.items()
+    for seen, own in {"body": ("fittings.js",), "pair": ()}.items()
 }
 SEEN = {
     "body": ("The body", {"quaternion": [f"<i>q</i>{i}" for i in "₀₁₂₃"], "momenta": [f"<i>Q</i>{i}" for i in "₀₁₂₃"]}),
@@ -34,16 +34,14 @@ SEEN = {
 }
 """By what is seen: its name, and the plots beside it with the symbols of their components."""
 
-VIEWS = {
-    "body": '<label>camera fixed to <select id="view" data-choice="look"></select></label>',
-    "pair": '<label>view about <select id="centre" data-choice="follow"><option>barycentre</option>'
-    "<option>primary</option><option>secondary</option></select></label>",
-}
 SAID = {
-    "orbit": "Orbit and attractor are to scale with each other, the body is larger.",
-    "facets": "Facets: dark ones absorb light, white ones scatter it, blue ones mirror it.",
+    "body": {
+        "orbit": "Orbit and attractor are to scale with each other, the body is larger.",
+        "facets": "Facets: dark ones absorb light, white ones scatter it, blue ones mirror it.",
+    },
+    "pair": {"bodies": "Bodies and orbits are to scale.", "orbit": "What they orbit has a scale of its own."},
 }
-SCALED_PAIR = "Bodies and orbits are to scale."
+"""What is said of the scene, by what is seen and what is there."""
 
 
 Motions = Trajectory | Sequence[Trajectory]
@@ -93,7 +91,7 @@ def view(
     path : str or Path, optional
         Ends in `.html`. Without it the page is returned, for a notebook.
     beside : Trajectory, or sequence of these, optional
-        Other motions of one body, drawn as the same body, translucent; of an ensemble its members, 8 at most.
+        Other motions of the same bodies, drawn translucent; of an ensemble its members, 8 at most.
     overwrite : bool
         Whether an existing file of that name is replaced.
 
@@ -137,7 +135,7 @@ def _page(motion: Trajectory, beside: Motions | None) -> str:
     name, plots = SEEN[seen]
     folder = resources.files("poinsot.plot") / "page"
     files = ("page.html", f"{seen}.html", "page.css", *SCRIPTS[seen])
-    around = content.get("around", {})
+    around = content["around"]
     template, parts, style, *scripts = ((folder / file).read_text(encoding="utf-8") for file in files)
     allowed = " ".join(map(_hash, scripts))
     policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
@@ -147,8 +145,7 @@ def _page(motion: Trajectory, beside: Motions | None) -> str:
         "style": style,
         "seen": name,
         "plots": "\n".join(_figure(*plot) for plot in plots.items()),
-        "view": VIEWS[seen],
-        "scale": SCALED_PAIR if seen == "pair" else " ".join(text for part, text in SAID.items() if around.get(part)),
+        "scale": " ".join(text for part, text in SAID[seen].items() if (content | around).get(part)),
         "alone": "" if "orbit" in around else " checked",
         "herpolhode": " checked" if content.get("plane") else "",
         "around": "\n".join(_labels_around(around, len(content.get("ghosts", ())))),

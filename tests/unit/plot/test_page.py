@@ -257,11 +257,11 @@ CUBIC = 1e-4
 """What a cubic over 0.1 leaves of a position, h^4/384 times its fourth derivative, up to 400; a chord leaves 1e-2."""
 PLACED = """t => {
     poinsot.setTime(t);
-    const { bodies, controls } = poinsot.scene;
+    const { bodies, world } = poinsot.scene;
     return [...Object.values(bodies).map(({ body }) => {
         const { x, y, z, w } = body.quaternion;
         return [body.position.toArray(), [w, x, y, z]];
-    }), controls.target.toArray()];
+    }), world.position.toArray()];
 }"""
 REACHED = """name => {
     const { drawn } = poinsot.scene.bodies[name];
@@ -296,7 +296,7 @@ def test_two_bodies_stand_about_their_barycentre_to_scale(two):
             np.testing.assert_allclose(length * np.array(place), share * at.position, atol=CUBIC)
             stored = time in motion.times
             assert apart(attitude, own.quaternion) < (4 * SINGLE if stored else 3e-3)
-        assert target == [0, 0, 0]
+        assert np.all(np.array(target) == 0)
     corners = length * (np.array(visit(REACHED, "secondary")) - bodies[1][0])
     along = at.secondary.attitude.inv().apply(np.eye(3))
     np.testing.assert_allclose(np.max(corners, axis=0), np.linalg.norm(along * (0.5, 0.4, 0.3), axis=-1), rtol=4e-3)
@@ -315,10 +315,10 @@ def test_the_paths_of_two_bodies_are_those_of_their_orbit(two):
 
 def test_the_view_follows_a_body_and_the_numbers_the_time(two):
     motion, visit = two
-    visit.page.select_option("#centre", "secondary")
-    _, (place, _), target = visit(PLACED, motion.times[30])
-    assert target == place
-    visit.page.select_option("#centre", "barycentre")
+    visit.page.select_option("#view", "secondary")
+    _, (place, _), moved = visit(PLACED, motion.times[30])
+    np.testing.assert_array_equal(moved, -np.array(place))
+    visit.page.select_option("#view", "space")
     assert visit(PLACED, motion.times[30])[-1] == [0, 0, 0]
     shown = visit.page.locator("#distance output").text_content()
     assert float(shown) == pytest.approx(motion.distance[30], rel=5.1e-3)
@@ -327,6 +327,59 @@ def test_the_view_follows_a_body_and_the_numbers_the_time(two):
     sizes = [float(x) for x in visit.page.locator("#parts output").all_text_contents()]
     vectors = motion.angular_momentum_space, motion.primary.omega_body, motion.secondary.omega_body
     assert sizes == pytest.approx([np.linalg.norm(x[30]) for x in vectors], rel=1e-3)
+
+
+PAIR_SEEN = """t => {
+    poinsot.setTime(t);
+    poinsot.scene.render();
+    const { around, bodies, ghosts, parts } = poinsot.scene;
+    const at = (each) => each.getWorldPosition(new THREE.Vector3()).toArray();
+    const q = parts.orbit_frame.getWorldQuaternion(new THREE.Quaternion());
+    return {
+        attractor: at(around.far.ball), scale: around.far.scale, frame: [q.w, q.x, q.y, q.z],
+        bodies: Object.values(bodies).map(({ body }) => at(body)),
+        ghosts: ghosts.bodies.map((body) => [body.visible, at(body), body.quaternion.w]),
+    };
+}"""
+
+
+def test_two_bodies_have_their_attractor_and_other_motions_around_them(browser, tmp_path):
+    ball = pt.Body.from_ellipsoid(50.0, (1, 1, 0.9))
+    pair = pt.TwoBodies(ball, pt.Body.from_ellipsoid(2.0, (0.5, 0.4, 0.3)), G=1.0)
+    sun = pt.KeplerOrbit(1e6, semimajor_axis=1e3, eccentricity=0.2, inclination=0.4)
+    system = pt.System(pair, pt.forces.MutualGravity(), pt.forces.ThirdBody(sun))
+    own, other = (
+        pt.propagate(system, start, np.linspace(0, end, 121))
+        for start, end in (
+            (pair.state((4, 0, 0), (0.2, y, 0.5), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0.3, 2), (0, 0.1, 0.9)]), end)
+            for y, end in ((3.0, 12.0), (3.3, 6.0))
+        )
+    )
+    visit = Visit(browser, pt.view(own, tmp_path / "pair.html", beside=other))
+    length = (own.distance.max() * 50 / 52 + 0.5) / 1.85
+    for i in (0, 40, 120):
+        seen = visit(PAIR_SEEN, other.times[i])
+        place, velocity = (
+            np.array([float(x) for x in at(other.times[i])]) for at in (sun.position_at, sun.velocity_at)
+        )
+        np.testing.assert_allclose(seen["attractor"], -seen["scale"] * place, rtol=1e-5)
+        normal = np.cross(place, velocity)
+        axes = Rotation.from_quat(seen["frame"], scalar_first=True).as_matrix().T
+        np.testing.assert_allclose(axes[0], place / np.linalg.norm(place), atol=1e-5)
+        np.testing.assert_allclose(axes[2], normal / np.linalg.norm(normal), atol=1e-5)
+        for (shown, where, w), share, each in zip(
+            seen["ghosts"], (-2 / 52, 50 / 52), other.of_bodies.values(), strict=True
+        ):
+            assert shown
+            np.testing.assert_allclose(length * np.array(where), share * other.position[i], atol=CUBIC)
+            assert abs(w) == pytest.approx(abs(each.quaternion[i, 0]), abs=4 * SINGLE)
+    assert not any(shown for shown, *_ in visit(PAIR_SEEN, 7.0)["ghosts"])
+    visit.page.select_option("#view", "attractor")
+    np.testing.assert_allclose(visit(PAIR_SEEN, 3.0)["attractor"], 0, atol=1e-6)
+    visit.page.select_option("#view", "primary")
+    np.testing.assert_allclose(visit(PAIR_SEEN, 3.0)["bodies"][0], 0, atol=1e-6)
+    assert visit.said == []
+    visit.page.close()
 
 
 def test_slow_frames_have_fewer_dots_and_points_and_a_picture_at_rest_all(browser, tmp_path):

@@ -396,8 +396,8 @@ def test_other_motions_share_the_page_and_of_many_some_are_there():
     assert ">8 other motions<" in page
     last = ghosts[-1]
     np.testing.assert_array_equal(np.frombuffer(base64.b64decode(last["times"])), others.times[::-1])
-    np.testing.assert_allclose(decoded(last["quaternion"], 4), others.quaternion[21][::-1], atol=6e-8)
-    np.testing.assert_allclose(decoded(last["omega_body"], 3), others.omega_body[21][::-1], atol=6e-8)
+    np.testing.assert_allclose(decoded(last["arrays"]["quaternion"], 4), others.quaternion[21][::-1], atol=6e-8)
+    np.testing.assert_allclose(decoded(last["arrays"]["omega_body"], 3), others.omega_body[21][::-1], atol=6e-8)
 
 
 # ---------------------------------------------------------------------- two bodies
@@ -579,7 +579,7 @@ REFUSED = {
     "beside_two_bodies": (
         lambda _: pt.view(pair_motion(), beside=free()),
         ValueError,
-        "beside must be motions of one body beside one of one body, got two bodies.",
+        "beside must be motions of as many bodies as the motion, got 1 beside 2.",
     ),
     "beside_one_time": (
         lambda _: pt.view(free(), beside=free(times=(0.0,))),

@@ -69,11 +69,12 @@ function sceneOf(motion, canvas) {
   // ------------------------------------------------------------ what is around it, and the views
 
   const around = surroundingsOf(motion, { world, near, body, parts });
-  const ghosts = ghostsOf(page.ghosts, drawn);
+  const ghosts = ghostsOf(page.ghosts, { "": { drawn } });
   if (ghosts) near.add((parts.ghosts = ghosts.group));
   const wheels = wheelsOf(motion);
   if (wheels) body.add((parts.wheels = wheels.group));
-  const views = viewsOf(motion, stage, around);
+  const own = { space: { words: "space axes" }, body: { words: "the body", turn: (t) => motion.quaternion(t) } };
+  const views = viewsOf(motion, stage, { near, far: around.far, own, usual: page.around.orbit?.moves ? "orbit" : "space" });
 
   // ------------------------------------------------------------ what changes
 
@@ -113,15 +114,15 @@ function sceneOf(motion, canvas) {
     around.place(t);
     ghosts?.place(t);
     wheels?.place(t);
-    views.place(t, q, near);
+    views.place(t);
   }
 
   const choice = ["shape", "facets", page.plane ? "inertia" : "ellipsoid"].find((name) => drawn[name]);
   const names = [choice, ...Object.keys(drawn).filter((name) => name !== choice)];
   trace(traced);
   show(choice);
-  const own = { body, drawn, parts, paths, tails, traces, around, ghosts, solids: names, views };
-  return { ...stage, ...own, show, trace, look: views.look, place };
+  const made = { body, drawn, parts, paths, tails, traces, around, ghosts, solids: names, views };
+  return { ...stage, ...made, show, trace, look: views.look, place };
 }
 
 /** The invariable plane, a translucent disc across the angular momentum at the tip of omega. */

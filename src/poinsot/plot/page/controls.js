@@ -16,8 +16,8 @@ function connectScene(scene, changed) {
   }
 
   for (const name of scene.solids) at("solid").add(new Option(name === "inertia" ? "inertia ellipsoid" : name, name));
-  for (const [name, words] of Object.entries(scene.views?.names ?? {})) at("view").add(new Option(words, name));
-  if (scene.views) at("view").value = scene.views.usual;
+  for (const [name, words] of Object.entries(scene.views.names)) at("view").add(new Option(words, name));
+  at("view").value = scene.views.usual;
   for (const chooser of document.querySelectorAll("select[data-choice]")) {
     chooser.addEventListener("change", () => {
       scene[chooser.dataset.choice](chooser.value);

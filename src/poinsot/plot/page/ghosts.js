@@ -1,28 +1,35 @@
 "use strict";
-// Other motions of the body beside its own: the same solid, translucent, as long as each lasts.
+// Other motions beside the own: the same solids, translucent, as long as each lasts.
 
 const GHOST = { transparent: true, opacity: 0.28, depthWrite: false };
 
-/** Return what draws the ghosts at a time; nothing where there are none. `drawn` are the solids of the body by name. */
-function ghostsOf(ghosts, drawn) {
+/**
+ * Return what draws the ghosts at a time; nothing where there are none. `bodies` are those of the scene by the names
+ * of their arrays, each with its solids by name, and of two bodies with `placed`, its place for the relative position.
+ */
+function ghostsOf(ghosts, bodies) {
   if (!ghosts.length) return null;
   const group = new THREE.Group();
-  const all = ghosts.map(({ times, quaternion: turns, omega_body: rates }) => {
-    const body = new THREE.Group();
-    group.add(body);
-    const solids = Object.fromEntries(Object.entries(drawn).map(([name, solid]) => [name, ghostly(solid)]));
-    body.add(...Object.values(solids));
-    return { body, solids, times: motion.timesOf(times), turns: motion.unscaled(turns), rates: motion.unscaled(rates) };
+  const all = ghosts.flatMap((ghost) => {
+    const other = motionOf(motion.timesOf(ghost.times), ghost.arrays);
+    return Object.entries(bodies).map(([name, { drawn, placed }]) => {
+      const body = new THREE.Group();
+      group.add(body);
+      const solids = Object.fromEntries(Object.entries(drawn).map(([key, solid]) => [key, ghostly(solid)]));
+      body.add(...Object.values(solids));
+      return { body, solids, drawn, placed, name, other };
+    });
   });
 
   function place(t) {
-    for (const { body, solids, times, turns, rates } of all) {
-      body.visible = times[0] <= t && t <= times[times.length - 1];
+    for (const { body, solids, drawn, placed, name, other } of all) {
+      body.visible = other.times[0] <= t && t <= other.times[other.times.length - 1];
       if (!body.visible) continue;
-      body.quaternion.copy(quaternion(motion.attitude(turns, rates, t, times)));
-      for (const [name, solid] of Object.entries(solids)) {
-        solid.visible = drawn[name].visible;
-        solid.scale.copy(drawn[name].scale);
+      body.quaternion.copy(quaternion(other.quaternion(t, name)));
+      if (placed) body.position.set(...placed(other.position(t)));
+      for (const [key, solid] of Object.entries(solids)) {
+        solid.visible = drawn[key].visible;
+        solid.scale.copy(drawn[key].scale);
       }
     }
   }

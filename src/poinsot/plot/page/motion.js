@@ -1,23 +1,25 @@
 "use strict";
 // The motion: arrays as stored, and what lies between them. Quaternions are scalar first, vectors plain arrays.
 
-const motion = (() => {
-  const page = JSON.parse(document.getElementById("motion").textContent);
+/** Numbers as they are stored in letters. */
+const stored = (() => {
   const KINDS = { f4: Float32Array, i2: Int16Array };
+  const bytes = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
+  return {
+    timesOf: (base64) => new Float64Array(bytes(base64)),
+    unscaled: ({ data, scale, kind }) => Float64Array.from(new KINDS[kind](bytes(data)), (value) => value * scale),
+  };
+})();
 
-  function bytes(base64) {
-    return Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
-  }
+function row(array, size, i) {
+  const out = [];
+  for (let k = size * i; k < size * (i + 1); k++) out.push(array[k]);
+  return out;
+}
 
-  function unscaled({ data, scale, kind }) {
-    return Float64Array.from(new KINDS[kind](bytes(data)), (value) => value * scale);
-  }
-
-  const timesOf = (base64) => new Float64Array(bytes(base64));
-  const times = timesOf(page.times);
-  const arrays = Object.fromEntries(Object.entries(page.arrays).map(([name, array]) => [name, unscaled(array)]));
-  const last = times.length - 1;
-  const STEP = arrays.position ? Math.PI / 90 : Math.PI / 30;
+/** What lies between the times of a motion, of which the arrays are given as stored. */
+function motionOf(times, packed) {
+  const arrays = Object.fromEntries(Object.entries(packed).map(([name, array]) => [name, stored.unscaled(array)]));
 
   /** The interval i of a time, and how far into it the time is: [i, 0..1]. */
   function place(t, grid = times) {
@@ -31,24 +33,18 @@ const motion = (() => {
     return [low, Math.min(Math.max((t - grid[low]) / (grid[high] - grid[low]), 0), 1)];
   }
 
-  function row(array, size, i) {
-    const out = [];
-    for (let k = size * i; k < size * (i + 1); k++) out.push(array[k]);
-    return out;
-  }
-
   /** A stored vector, linear between the times. */
-  function linear(array, t, grid = times) {
-    const [[i, u], size] = [place(t, grid), array.length / grid.length];
+  function vector(name, t) {
+    const [array, [i, u]] = [arrays[name], place(t)];
+    const size = array.length / times.length;
     return mix(row(array, size, i), row(array, size, i + 1), 1 - u, u);
   }
 
-  const vector = (name, t) => linear(arrays[name], t);
-
   /** An attitude at a time, on the cubic that has the stored attitudes and rates at both ends of the interval. */
-  function attitude(quaternions, rates, t, grid = times) {
-    const [i, u] = place(t, grid);
-    const h = grid[i + 1] - grid[i];
+  function quaternion(t, body = "") {
+    const [quaternions, rates] = ["quaternion", "omega_body"].map((name) => arrays[body ? `${body}_${name}` : name]);
+    const [i, u] = place(t);
+    const h = times[i + 1] - times[i];
     const ends = [0, 1].map((k) => [row(quaternions, 4, i + k), mix(row(rates, 3, i + k), [0, 0, 0], h, 0)]);
     const [[before, start], [after, end]] = ends;
     return unit(product(before, turned(between(before, after, start, end, u))));
@@ -63,10 +59,18 @@ const motion = (() => {
     return mix(straight, bent, 1, 1);
   }
 
-  const named = (body, name) => arrays[body ? `${body}_${name}` : name];
-  const quaternion = (t, body = "") => attitude(named(body, "quaternion"), named(body, "omega_body"), t);
   const position = (t) => cubic(arrays.position, arrays.velocity, t);
   const orbit = (t) => cubic(arrays.orbit_position, arrays.orbit_velocity, t);
+  return { times, arrays, place, vector, quaternion, position, orbit };
+}
+
+const motion = (() => {
+  const page = JSON.parse(document.getElementById("motion").textContent);
+  const own = motionOf(stored.timesOf(page.times), page.arrays);
+  const { times, arrays, vector, quaternion, position } = own;
+  const last = times.length - 1;
+  const STEP = arrays.position ? Math.PI / 90 : Math.PI / 30;
+
   /** Q = 2 (0, G) q. */
   const momenta = (q, G) => mix(product([0, ...G], q), q, 2, 0);
 
@@ -82,7 +86,7 @@ const motion = (() => {
   /** Of very many times the least and the largest of all stored values in each column of a plot. */
   function envelope(name) {
     const found = page.envelopes[name];
-    return found && { low: unscaled(found.low), high: unscaled(found.high) };
+    return found && { low: stored.unscaled(found.low), high: stored.unscaled(found.high) };
   }
 
   /** What a plot shows at a time. */
@@ -123,6 +127,5 @@ const motion = (() => {
     return fine;
   }
 
-  const stored = { page, times, arrays, unscaled, timesOf, values, envelope };
-  return { ...stored, place, linear, attitude, quaternion, position, orbit, reading, vector, norm, rotate, fine: fineTimes() };
+  return { ...own, ...stored, page, values, envelope, reading, fine: fineTimes() };
 })();

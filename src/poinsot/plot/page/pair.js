@@ -1,5 +1,5 @@
 "use strict";
-// The scene of two bodies about their barycentre, to scale, with the paths of both.
+// The scene of two bodies about their barycentre, to scale, with the paths of both and what is around them.
 
 const REACH = 1.85;
 const BODY_AXIS = 1.35;
@@ -15,14 +15,15 @@ function sceneOf(motion, canvas) {
   const stage = stageOf(canvas);
   const { world, camera, controls } = stage;
   const length = REACH / page.reach;
-  const parts = { space_axes: axes(world, ["s₁", "s₂", "s₃"], SPACE_AXIS, colours.space_axes, SHAFT.space_axes) };
-  for (const name of ["body_axes", "omega", "orbit", "centres"]) world.add((parts[name] = new THREE.Group()));
-  const G = new Arrow(world, colours.angular_momentum, SHAFT.momentum, "G");
+  const near = new THREE.Group();
+  world.add(near);
+  const parts = { space_axes: axes(near, ["s₁", "s₂", "s₃"], SPACE_AXIS, colours.space_axes, SHAFT.space_axes) };
+  for (const name of ["body_axes", "omega", "paths", "centres"]) near.add((parts[name] = new THREE.Group()));
+  const G = new Arrow(near, colours.angular_momentum, SHAFT.momentum, "G");
   parts.angular_momentum = G.group;
 
   // ------------------------------------------------------------ the bodies
 
-  const placed = (share, position) => position.map((x) => share * length * x);
   const bodies = {};
   for (const [name, { share, radius, semiaxes, principal, shape }] of Object.entries(page.bodies)) {
     const size = radius * length;
@@ -31,16 +32,17 @@ function sceneOf(motion, canvas) {
     if (shape) drawn.shape = new THREE.Group().add(...shape.map(part));
     drawn.shape?.scale.setScalar(size);
     const body = new THREE.Group().add(...Object.values(drawn));
-    world.add(body);
-    const points = path((t) => placed(share, motion.position(t)));
-    parts.orbit.add(whole(points, colours[name], 0.4));
+    near.add(body);
+    const placed = (position) => position.map((x) => share * length * x);
+    const points = path((t) => placed(motion.position(t)));
+    parts.paths.add(whole(points, colours[name], 0.4));
     bodies[name] = {
-      share,
+      placed,
       size,
       drawn,
       body,
       points,
-      tail: new Tail(parts.orbit, colours[name], 2.5, points, fine.length),
+      tail: new Tail(parts.paths, colours[name], 2.5, points, fine.length),
       axes: axes(parts.body_axes, ["b₁", "b₂", "b₃"], BODY_AXIS * size, colours.body_axes, thickness),
       omega: new Arrow(parts.omega, colours.omega, 1.5 * thickness, "ω"),
     };
@@ -56,10 +58,18 @@ function sceneOf(motion, canvas) {
   controls.minDistance = NEAREST * smallest;
   camera.near = smallest;
 
+  // ------------------------------------------------------------ what is around them, and the views
+
+  const around = surroundingsOf(motion, { world, near, body: near, parts });
+  const ghosts = ghostsOf(page.ghosts, bodies);
+  if (ghosts) near.add((parts.ghosts = ghosts.group));
+  const own = { space: { words: "the barycentre" } };
+  for (const [name, { body }] of Object.entries(bodies)) own[name] = { words: `the ${name}`, centre: () => body.position };
+  const views = viewsOf(motion, stage, { near, far: around.far, own, usual: "space" });
+
   // ------------------------------------------------------------ what changes
 
   const revolution = (2 * Math.PI) / page.mean_rate;
-  let centre = "barycentre";
 
   function show(wanted) {
     for (const { drawn } of Object.values(bodies)) {
@@ -68,24 +78,12 @@ function sceneOf(motion, canvas) {
     }
   }
 
-  /** Turn the view about a body, or about the barycentre. */
-  function follow(wanted) {
-    centre = wanted;
-    look();
-  }
-
-  function look() {
-    const target = bodies[centre]?.body.position ?? new THREE.Vector3();
-    camera.position.add(target).sub(controls.target);
-    controls.target.copy(target);
-  }
-
   function place(t) {
     const position = motion.position(t);
     const [end] = motion.place(t, fine);
     const [start] = motion.place(t - revolution, fine);
-    Object.entries(bodies).forEach(([name, { share, size, body, axes, omega, labels, tail }], k) => {
-      const here = placed(share, position);
+    Object.entries(bodies).forEach(([name, { placed, body, size, axes, omega, tail }], k) => {
+      const here = placed(position);
       const q = motion.quaternion(t, name);
       for (const each of [body, axes]) {
         each.position.set(...here);
@@ -94,17 +92,21 @@ function sceneOf(motion, canvas) {
       const rate = rotate(q, motion.vector(`${name}_omega_body`, t));
       omega.point(rate, (RATE * size) / page.largest[`${name}_omega_body`]);
       omega.group.position.set(...here);
-      const legible = size > LEGIBLE * camera.position.distanceTo(body.position);
-      for (const label of labels) label.visible = legible;
       tail.draw(start, end, here);
       line.geometry.attributes.position.array.set(here, 3 * k);
     });
     line.geometry.attributes.position.needsUpdate = true;
     G.point(motion.vector("angular_momentum_space", t), LONGEST_MOMENTUM / page.largest.angular_momentum);
-    look();
+    around.place(t);
+    ghosts?.place(t);
+    views.place(t);
+    for (const { body, size, labels } of Object.values(bodies)) {
+      const legible = size > LEGIBLE * camera.position.distanceTo(body.getWorldPosition(new THREE.Vector3()));
+      for (const label of labels) label.visible = legible;
+    }
   }
 
   const solids = page.bodies.primary.shape || page.bodies.secondary.shape ? ["shape", "ellipsoid"] : ["ellipsoid"];
   show(solids[0]);
-  return { ...stage, bodies, parts, solids, show, follow, place };
+  return { ...stage, bodies, parts, around, ghosts, solids, views, show, look: views.look, place };
 }

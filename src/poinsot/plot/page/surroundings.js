@@ -1,5 +1,5 @@
 "use strict";
-// What is around a body: its orbit and attractor, the orbital frame, the Sun and the shadow, torques and other vectors.
+// What is around a body or a pair: its orbit and attractor, the orbital frame, the Sun and the shadow, torques and other vectors.
 
 /** Units of the body's size: how far the attractor is at least, and how high above its surface the body is. */
 const FARTHEST = 12;
@@ -14,7 +14,7 @@ const VECTOR_LENGTH = 1.5;
 const LIT = { Earth: "#8FB8DE", Mars: "#D9A27E", Sun: "#F6D56B", Moon: "#C9C9C9" };
 const USUAL = "#C9BFB2";
 
-/** Return what draws the surroundings at a time, as far as the motion has them. */
+/** Return what draws the surroundings of a body or a pair at a time, as far as the motion has them. */
 function surroundingsOf(motion, { world, near, body, parts }) {
   const { around, colours } = motion.page;
   const drawn = [];

@@ -1,21 +1,25 @@
 "use strict";
-// From where one body is seen: with the space axes, the body, its orbit or the attractor at rest.
+// From where the scene is seen: with the space axes, a body, the orbit or the attractor at rest.
 
 /** Of the distance of the eye from the attractor: the size of the body that is seen from there. */
 const SEEN = 0.035;
+/** The same of the attractor. */
+const DOT = 0.006;
 
-function viewsOf(motion, stage, around) {
-  const { world, camera, controls } = stage;
-  const { far } = around;
+/**
+ * Return the views of a scene, beside its own those of what is around it. Each has its words, and what is at rest in
+ * it: `turn` gives its attitude at a time, `centre` its place in the world after that is drawn.
+ */
+function viewsOf(motion, { world, camera, controls }, { near, far, own, usual }) {
+  const all = { ...own };
   const orbit = motion.page.around.orbit;
-  const names = { space: "space axes", body: "the body" };
-  if (orbit?.moves) names.orbit = "the orbit";
-  if (orbit) names.attractor = orbit.attractor;
+  if (orbit?.moves) all.orbit = { words: "the orbit", turn: upwardsOfOrbit };
+  if (orbit) all.attractor = { words: orbit.attractor, centre: () => far.group.position };
   const reach = far?.reach ?? 0;
   camera.far = Math.max(100, 8 * reach);
   controls.maxDistance = Math.max(30, 5 * reach);
   const eyes = { attractor: FROM.clone().multiplyScalar(0.6 * reach) };
-  let name = names.orbit ? "orbit" : "space";
+  let name = usual;
 
   function look(wanted) {
     eyes[name] = camera.position.clone();
@@ -24,25 +28,26 @@ function viewsOf(motion, stage, around) {
     controls.update();
   }
 
-  const turns = {
-    space: () => world.quaternion.identity(),
-    attractor: () => world.quaternion.identity(),
-    body: (_, q) => world.quaternion.copy(quaternion(conjugate(q))),
-    orbit: (t) => {
-      const [radial, transverse, normal] = axesOfOrbit(t);
-      world.quaternion.copy(quaternion(conjugate(attitudeOf([transverse, normal, radial]))));
-    },
-  };
-
-  function place(t, q, near) {
-    turns[name](t, q);
+  function place(t) {
+    const { turn, centre } = all[name];
     const away = name === "attractor";
+    world.quaternion.copy(quaternion(turn ? conjugate(turn(t)) : [1, 0, 0, 0]));
     world.position.set(0, 0, 0);
-    if (far) far.name.visible = away;
-    if (away) world.position.copy(far.group.position).negate();
+    if (centre) world.position.copy(centre()).negate();
+    if (far) {
+      far.name.visible = away;
+      far.ball.scale.setScalar(away ? Math.max(1, (DOT * camera.position.length()) / far.size) : 1);
+    }
     near.scale.setScalar(away ? Math.max(1, SEEN * camera.position.length()) : 1);
-    near.traverse((part) => part.isSprite && (part.visible = !away));
+    near.traverse((part) => part.isSprite && (part.material.visible = !away));
   }
 
-  return { names, usual: name, look, place };
+  const names = Object.fromEntries(Object.entries(all).map(([key, { words }]) => [key, words]));
+  return { names, usual, look, place };
+}
+
+/** The attitude of an orbit that is drawn with its radial axis upwards and the transverse one to the right. */
+function upwardsOfOrbit(t) {
+  const [radial, transverse, normal] = axesOfOrbit(t);
+  return attitudeOf([transverse, normal, radial]);
 }
