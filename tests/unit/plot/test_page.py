@@ -959,3 +959,34 @@ def test_vectors_in_one_place_are_inside_each_other(browser, tmp_path):
     })""")
     assert max(tips) < 1
     visit.page.close()
+
+
+WORDS = """([time, turn]) => {
+    const { scene, camera } = poinsot.scene;
+    poinsot.scene.turn(turn, 0, 1);
+    poinsot.setTime(time);
+    const words = [];
+    scene.traverseVisible((word) => {
+        if (!word.isSprite || !word.layers.test(camera.layers)) return;
+        const { x, y } = word.getWorldPosition(new THREE.Vector3()).project(camera);
+        const size = [0, 5].map((k, i) => word.scale.toArray()[i] * camera.projectionMatrix.elements[k]);
+        words.push([x - (word.center.x - 0.5) * size[0], y, size[0] * word.userData.filled, 0.7 * size[1]]);
+    });
+    return words;
+}"""
+
+
+def test_words_do_not_cover_one_another(browser, tmp_path):
+    """Of a spin that is nearly steady, where axes of body and space, momentum and rate have one direction."""
+    spin = pt.Body((1.0, 1.2, 2.0))
+    motion = pt.free_motion(spin, spin.state((1, 0, 0, 0), omega_body=(1e-2, 0, 1)), np.linspace(0, 30, 301))
+    visit = Visit(browser, pt.view(motion, tmp_path / "spin.html"))
+    for time, turn in ((0.0, 0.0), (6.25, 0.4), (9.5, 1.1), (12.6, -0.7)):
+        x, y, width, height = np.transpose(visit(WORDS, [time, turn]))
+        assert x.size == 8
+        first, second = np.triu_indices(x.size, 1)
+        apart = np.abs(x[first] - x[second]) / (width[first] + width[second]) * 2
+        above = np.abs(y[first] - y[second]) / (height[first] + height[second]) * 2
+        assert np.min(np.maximum(apart, above)) > 0.99
+    assert visit.said == []
+    visit.page.close()

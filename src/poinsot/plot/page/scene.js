@@ -104,7 +104,8 @@ function text(words, colour) {
   const pen = canvas.getContext("2d");
   const font = "italic 600 44px Georgia, 'DejaVu Serif', serif";
   pen.font = font;
-  [canvas.width, canvas.height] = [Math.max(128, Math.ceil(pen.measureText(words).width) + 16), 64];
+  const width = Math.ceil(pen.measureText(words).width) + 16;
+  [canvas.width, canvas.height] = [Math.max(128, width), 64];
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = "srgb";
   theme.paint(() => {
@@ -116,7 +117,7 @@ function text(words, colour) {
     map.needsUpdate = true;
   });
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthWrite: false, sizeAttenuation: false }));
-  sprite.userData.aspect = canvas.width / 64;
+  Object.assign(sprite.userData, { aspect: canvas.width / 64, filled: width / canvas.width });
   return sprite;
 }
 

@@ -2,6 +2,8 @@
 // The stage of a scene: camera, light, size, and how fine the picture is.
 
 const SHARPEST = 2;
+/** Of the height of the picture of a word: a letter. */
+const LETTER = 0.7;
 const FROM = new THREE.Vector3(3.7, -6.2, 2.9);
 
 /** Whether the processor draws, to which smoothed edges cost more than more dots. */
@@ -67,7 +69,34 @@ function stageOf(canvas) {
     controls.update();
   }
 
-  const render = () => renderer.render(scene, camera);
+  const point = new THREE.Vector3();
+
+  /** Move words to the right that would cover other ones. */
+  function spread() {
+    scene.updateMatrixWorld();
+    const [across, upwards] = [0, 5].map((k) => camera.projectionMatrix.elements[k]);
+    const taken = [];
+    scene.traverseVisible((word) => {
+      if (!word.isSprite || !word.material.visible || !word.layers.test(camera.layers)) return;
+      const { x: from, y } = point.setFromMatrixPosition(word.matrixWorld).project(camera);
+      const [width, height] = [word.scale.x * across * word.userData.filled, word.scale.y * upwards * LETTER];
+      const near = taken.filter((each) => Math.abs(each.y - y) < (each.height + height) / 2);
+      near.sort((one, other) => one.x - other.x);
+      let x = from;
+      for (const each of near) {
+        const apart = (each.width + width) / 2;
+        if (Math.abs(each.x - x) < apart) x = each.x + apart;
+      }
+      taken.push({ x, y, width, height });
+      word.center.x = 0.5 - (x - from) / (word.scale.x * across);
+    });
+  }
+
+  function render() {
+    spread();
+    renderer.render(scene, camera);
+  }
+
   /** Draw with a part of the dots, and do something with that before the browser takes it away. */
   function picture(part, take) {
     sharpen(part);
