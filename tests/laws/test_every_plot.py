@@ -207,6 +207,48 @@ def test_units_scale_the_numbers_and_are_written_beside_them(calls, option):
             assert f"[{WRITTEN.get(unit, unit)}" in said, said
 
 
+MEASURED = {
+    "length_unit": {"km": 1e-3, "au": 1 / 149597870700, "mm": 1e3},
+    "momentum_unit": {"mN m s": 1e3, "kg km2 d-1": 86400e-6, "g cm2 min-1": 6e8, "J h": 1 / 3600},
+    "torque_unit": {"uN m": 1e6, "kg km2 d-2": 86400**2 * 1e-6, "MJ": 1e-6},
+}
+"""By option: units with the factors from those of kg, m and s."""
+WITH_UNIT = [
+    (name, option)
+    for option in MEASURED
+    for name in pt.plot.__all__
+    if option in inspect.signature(getattr(pt.plot, name)).parameters
+]
+
+
+@pytest.mark.parametrize(("name", "option"), WITH_UNIT)
+def test_units_of_lengths_momenta_and_torques_scale_the_numbers(name, option):
+    """The first panel's numbers against time, or both coordinates of an orbit; what is no such unit is refused."""
+    draw, pair = getattr(pt.plot, name), option == "length_unit"
+    motion = two_balls() if pair else flipping()
+    plain = draw(motion)
+    for unit, factor in MEASURED[option].items():
+        found = draw(motion, **{option: unit})
+        for one, other in zip(lines_of(plain)[0], lines_of(found)[0], strict=True):
+            axes = (0, 1) if name == "mutual_orbit" else (1,)
+            expected = [factor * x if i in axes else x for i, x in enumerate(one)]
+            np.testing.assert_allclose(other, expected, rtol=1e-12)
+        written = unit.replace("-1", "⁻¹").replace("-2", "⁻²").replace("2", "²")
+        assert f"[{written}]" in np.ravel(found)[0].get_ylabel()
+    for wrong in ("s", "furlong", "m m", ""):
+        sentence = f"^{option} must be of the kind of '.*', the unit of the motion, got '{wrong}'"
+        with pytest.raises(ValueError, match=sentence):
+            draw(motion, **{option: wrong})
+
+
+def two_balls():
+    ball = pt.Body.from_ellipsoid(1e9, (100, 90, 80))
+    pair = pt.TwoBodies(ball, ball)
+    units = {"time": "s", "inertia": "kg m2", "length": "m"}
+    start = pair.state((500, 0, 0), (0, 0.01, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1e-4)] * 2)
+    return pt.propagate(pt.System(pair, pt.forces.MutualGravity(), units=units), start, np.linspace(0, 1e5, 50))
+
+
 OPTION = {
     option: [name for name in pt.plot.__all__ if option in inspect.signature(getattr(pt.plot, name)).parameters]
     for option in ("window", "separate")
@@ -261,7 +303,8 @@ def test_every_plot_against_time_marks_the_events(calls, name):
 def flipping():
     """A motion with events, an orbit, a force and a part."""
     damper = pt.parts.KaneDamper(0.1, 0.05)
-    system = pt.System(pt.Body((1.0, 1.6, 2.5)), damper, pt.GravityGradient(CIRCLE), units={"time": "s"})
+    units = {"time": "s", "inertia": "kg m2"}
+    system = pt.System(pt.Body((1.0, 1.6, 2.5)), damper, pt.GravityGradient(CIRCLE), units=units)
     start = system.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.1, 1.0, 0.1))
     event = pt.events.SpinFlip((0, 1, 0))
     return pt.propagate(system, start, np.linspace(0, 24, 121), events=[event])

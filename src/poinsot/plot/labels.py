@@ -32,6 +32,7 @@ __all__ = [
     "one_rotation",
     "rate_unit_of",
     "time_unit_of",
+    "unit_of",
 ]
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -48,6 +49,17 @@ RATES = {"rpm": 60.0, "deg/s": 0.01, "deg/h": 1.0, "deg/d": 0.0}
 """Units of angular velocity; chosen is the first in which the largest is so many."""
 SMALL_ANGLE = np.radians(0.1)
 """Below it angles are in arc seconds."""
+
+MEASURES: dict[str, tuple[float, dict[str, int]]] = {
+    "m": (1.0, {"m": 1}),
+    "au": (149597870700.0, {"m": 1}),
+    "g": (1e-3, {"kg": 1}),
+    "N": (1.0, {"kg": 1, "m": 1, "s": -2}),
+    "J": (1.0, {"kg": 1, "m": 2, "s": -2}),
+    **{time: (seconds, {"s": 1}) for time, seconds in TIME_UNITS.items()},
+}
+"""Units of which others are made, in kg, m and s."""
+PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -126,6 +138,34 @@ def rate_unit_of(units: Mapping[str, str], chosen: str | None, rates: ArrayLike 
     counted = per or units["time"]
     written = f"{angle} / unit of time" if counted == "1" else f"{angle} {counted}-1"
     return Unit(time / ANGLE_UNITS[angle], written)
+
+
+def unit_of(name: str, own: str, chosen: str | None) -> Unit:
+    """Return the unit of lengths, momenta or torques in CF notation, by default the motion's own."""
+    if chosen is None or chosen == own:
+        return Unit(1.0, own)
+    before, after = (_measured(unit) for unit in (own, chosen))
+    if before is None or after is None or before[1] != after[1]:
+        raise ValueError(
+            f"{name} must be of the kind of {own!r}, the unit of the motion, got {chosen!r}. Words are "
+            f"{', '.join(MEASURES)}, with {' '.join(PREFIXES)} before them, and powers after: 'mN m', 'km2'."
+        )
+    return Unit(before[0] / after[0], chosen)
+
+
+def _measured(unit: str) -> tuple[float, dict[str, int]] | None:
+    """Return a unit in kg, m and s: its factor and its powers; None if it has a word that is not known."""
+    factor, powers = 1.0, {"kg": 0, "m": 0, "s": 0}
+    for word in unit.split():
+        found = re.fullmatch(rf"({'|'.join(PREFIXES)})??({'|'.join(MEASURES)})(-?\d+)?", word)
+        if found is None:
+            return None
+        size, own = MEASURES[found[2]]
+        power = int(found[3] or 1)
+        factor *= (PREFIXES[found[1] or ""] * size) ** power
+        for base, exponent in own.items():
+            powers[base] += power * exponent
+    return factor, powers
 
 
 def _largest(values: ArrayLike) -> float:

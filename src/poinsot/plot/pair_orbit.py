@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.plot.labels import BLUE, GREY, VERMILION, bracketed, one_member
+from poinsot.plot.labels import BLUE, GREY, VERMILION, one_member, unit_of
 from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
@@ -26,7 +26,12 @@ BODIES = {"primary": BLUE, "secondary": VERMILION}
 
 @plot
 def mutual_orbit(
-    motion: PairTrajectory, *, ax: Axes | None = None, time_unit: str | None = None, title: str = ""
+    motion: PairTrajectory,
+    *,
+    ax: Axes | None = None,
+    length_unit: str | None = None,
+    time_unit: str | None = None,
+    title: str = "",
 ) -> Axes:
     """Draw the orbit of the secondary about the primary, and the outlines of both bodies at the last time, to scale.
 
@@ -56,20 +61,21 @@ def mutual_orbit(
     """
     one_member(motion)
     across = _plane(motion)
-    path, panel = motion.position @ across, one_panel(ax, (6.4, 6.4), title)
+    unit = unit_of("length_unit", motion.system.units["length"], length_unit)
+    path, panel = unit.factor * motion.position @ across, one_panel(ax, (6.4, 6.4), title)
     draw_path(panel, path, color=GREY, linewidth=0.8, label="orbit of the secondary")
     places = {"primary": np.zeros(2), "secondary": path[-1]}
     for (body, colour), mass in zip(BODIES.items(), motion.system.pair.masses, strict=True):
         one = motion.of_bodies[body]
         label = f"{body} at {instant(motion, -1, time_unit)}" if body == "secondary" else body
         for points in surfaces(one.system.body, mass):
-            outline = _hull(one.attitude[-1].apply(points) @ across)
+            outline = _hull(unit.factor * one.attitude[-1].apply(points) @ across)
             panel.fill(*(places[body] + outline).T, color=colour, linewidth=0.5, label=label, zorder=3)
             label = ""
     panel.set_aspect("equal")
     panel.locator_params(nbins=7)
-    unit = bracketed(motion.system.units["length"])
-    dress(panel, f"along the line of centres at the first time{unit}", f"across it, in the plane of the orbit{unit}")
+    along = f"along the line of centres at the first time{unit.label}"
+    dress(panel, along, f"across it, in the plane of the orbit{unit.label}")
     return panel
 
 

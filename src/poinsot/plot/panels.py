@@ -31,6 +31,9 @@ OPTIONS = {
     "Default: by the\n    largest, or radians where the system does not name its unit of time.",
     "time_unit": 'time_unit : {"s", "min", "h", "d", "yr", "date"}, optional\n    Default: dates where the motion '
     "has a calendar, else by the span.",
+    "length_unit": 'length_unit : str, optional\n    "km", "au", "mm". Default: that of the system.',
+    "momentum_unit": 'momentum_unit : str, optional\n    "mN m s", "kg km2 d-1". Default: that of the system.',
+    "torque_unit": 'torque_unit : str, optional\n    "uN m", "kg km2 d-2". Default: that of the system.',
     "window": "window : pair of times or dates, optional\n    Default: all times.",
     "separate": "separate : bool\n    Whether each curve has a part of the panel to itself, of its `child_axes`.",
     "title": "title : str, optional\n    Above the plot.",

@@ -11,7 +11,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.comparison import median_attitude
 from poinsot.plot.curves import Layout, against_time, reached
-from poinsot.plot.labels import bracketed, momentum_label, one_rotation, rate_unit_of
+from poinsot.plot.labels import bracketed, momentum_label, one_rotation, rate_unit_of, unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.propagation.dataset import components
 from poinsot.propagation.pair_trajectory import PairTrajectory
@@ -120,6 +120,7 @@ def angular_momentum(
     motion: Trajectory,
     *,
     axes: Pair = None,
+    momentum_unit: str | None = None,
     time_unit: str | None = None,
     window: ArrayLike | None = None,
     separate: bool = False,
@@ -139,13 +140,13 @@ def angular_momentum(
 
     Examples
     --------
-    >>> [panel.get_ylabel() for panel in pt.plot.angular_momentum(motion)]
-    ['angular momentum, body axes [kg m² s⁻¹]', 'angular momentum, space axes [kg m² s⁻¹]']
+    >>> [panel.get_ylabel() for panel in pt.plot.angular_momentum(motion, momentum_unit="mN m s")]
+    ['angular momentum, body axes [mN m s]', 'angular momentum, space axes [mN m s]']
     """
-    unit = momentum_label(one_rotation(motion).system.units)
+    unit = unit_of("momentum_unit", DerivedUnits(one_rotation(motion).system.units).momentum, momentum_unit)
     curves = {
-        f"angular momentum, body axes{unit}": _named("$g_{}$", motion.angular_momentum_body, 1),
-        f"angular momentum, space axes{unit}": _named("$G_{}$", motion.angular_momentum_space, 1),
+        f"angular momentum, body axes{unit.label}": _named("$g_{}$", unit.factor * motion.angular_momentum_body, 1),
+        f"angular momentum, space axes{unit.label}": _named("$G_{}$", unit.factor * motion.angular_momentum_space, 1),
     }
     return against_time(reached(motion), curves, Layout(axes, title, time_unit, window, separate))
 
@@ -209,6 +210,7 @@ def distance(
     motion: PairTrajectory,
     *,
     ax: Axes | None = None,
+    length_unit: str | None = None,
     time_unit: str | None = None,
     window: ArrayLike | None = None,
     title: str = "",
@@ -227,12 +229,12 @@ def distance(
 
     Examples
     --------
-    >>> pt.plot.distance(pair_motion, time_unit="h").get_ylabel()
-    'distance of the centres of mass [m]'
+    >>> pt.plot.distance(pair_motion, length_unit="km", time_unit="h").get_ylabel()
+    'distance of the centres of mass [km]'
     """
-    label = f"distance of the centres of mass{bracketed(motion.system.units['length'])}"
-    layout = Layout(ax, title, time_unit, window)
-    panel: Axes = against_time(reached(motion), {label: {"": motion.distance}}, layout)[0]
+    unit = unit_of("length_unit", motion.system.units["length"], length_unit)
+    curves = {f"distance of the centres of mass{unit.label}": {"": unit.factor * motion.distance}}
+    panel: Axes = against_time(reached(motion), curves, Layout(ax, title, time_unit, window))[0]
     return panel
 
 
@@ -241,6 +243,7 @@ def torques(
     motion: Trajectory,
     *,
     ax: Axes | None = None,
+    torque_unit: str | None = None,
     time_unit: str | None = None,
     window: ArrayLike | None = None,
     title: str = "",
@@ -273,10 +276,10 @@ def torques(
     if not found:
         raise ValueError("motion must have forces to draw their torques, got one without, or of a file without theirs.")
     sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
-    shown = {name: np.where(size > 0, size, np.nan) for name, size in sizes.items()}
-    unit = bracketed(DerivedUnits(motion.system.units).energy)
+    unit = unit_of("torque_unit", DerivedUnits(motion.system.units).energy, torque_unit)
+    shown = {name: np.where(size > 0, unit.factor * size, np.nan) for name, size in sizes.items()}
     layout = Layout(ax, title, time_unit, window)
-    panel: Axes = against_time(reached(motion), {f"torque{unit}": shown}, layout, log=True)[0]
+    panel: Axes = against_time(reached(motion), {f"torque{unit.label}": shown}, layout, log=True)[0]
     return panel
 
 
