@@ -79,6 +79,7 @@ NO_REQUESTS = (
 def without_substitutions(app, what, name, thing, options, lines):
     """Write the bars of |q| so that they are no substitution, in docstrings as they are read in a terminal."""
     lines[:] = [line if line.lstrip().startswith(">>>") else re.sub(r"\|(?=\S)", r"\\|", line) for line in lines]
+    lines[:] = [re.sub(r"\bdocs/(\w+)\.md", r":doc:`\1 </\1>`", line) for line in lines]
 
 
 def with_links_on_the_site(app, name, content):

@@ -1,6 +1,7 @@
 """The examples in the docstrings of public names and of their methods run, and say what they print."""
 
 import doctest
+import importlib
 import inspect
 import shutil
 
@@ -8,6 +9,8 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from tools.site import names
+from tools.site.api import ANNOTATIONS
 
 import poinsot as pt
 from public_calls import files, pair_motion
@@ -21,10 +24,10 @@ MOTION = pt.propagate(
 PAIR_MOTION = pair_motion()
 
 PLOTS = {f"plot.{name}": getattr(pt.plot, name) for name in pt.plot.__all__}
-NAMESPACES = (pt.analysis, pt.events, pt.files, pt.forces, pt.orbits, pt.parts, pt.plot, pt.shapes)
+NAMESPACES = [importlib.import_module(f"poinsot.{name}") for name in names.NAMESPACES]
 NAMES = {f"{space.__name__}.{name}": getattr(space, name) for space in (pt, *NAMESPACES) for name in space.__all__}
 CALLABLE = {name: thing for name, thing in NAMES.items() if inspect.isclass(thing) or inspect.isfunction(thing)}
-"""Neither namespaces nor annotations, which have no docstrings."""
+"""Neither namespaces nor annotations, whose text is on the site."""
 
 GIVEN = {"np": np, "pt": pt, "motion": MOTION, "pair_motion": PAIR_MOTION}
 FINDER = doctest.DocTestFinder(exclude_empty=True)
@@ -33,11 +36,14 @@ EXAMPLES = {
     for name, thing in {**CALLABLE, "functions": pt.functions}.items()
     for test in FINDER.find(thing, name, module=False, globs=GIVEN)
     if test.examples
-}
+} | {name: doctest.DocTestParser().get_doctest(text, GIVEN, name, None, None) for name, text in ANNOTATIONS.items()}
 
 
 def test_every_public_name_has_an_example():
     assert not [name for name in CALLABLE if name not in EXAMPLES]
+    others = {name.removeprefix("poinsot.") for name, thing in NAMES.items() if not inspect.ismodule(thing)}
+    assert {name for name in others if f"poinsot.{name}" not in CALLABLE and "." not in name} == set(ANNOTATIONS)
+    assert all(EXAMPLES[name].examples for name in ANNOTATIONS)
     assert "functions" in EXAMPLES
 
 

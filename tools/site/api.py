@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import textwrap
 
 from tools.site.names import NAMESPACES, public
 
@@ -47,9 +48,35 @@ ON_TWO_BODIES = {"MutualGravity", "MutualMascons", "ThirdBody"}
 """Potentials of a pair, whose letters mean something else."""
 
 ANNOTATIONS = {
-    "BodyVector": "Annotation of a field of three components along the body axes: ``moment_body: pt.BodyVector``.",
-    "SpaceVector": "Annotation of a field of three components along the space axes: ``field_space: pt.SpaceVector``.",
-    "Vector": "Annotation of a field of three numbers that belong to no axes: ``gains: pt.Vector``.",
+    "BodyVector": """Annotation of a field of three components along the body axes.
+
+>>> class Jet(pt.Torque):
+...     size: pt.BodyVector
+...     def torque(self, instant):
+...         return pt.functions.Vector(self.size)
+>>> Jet((0, 0, 0.5))
+Jet(size=[0.0, 0.0, 0.5])
+""",
+    "SpaceVector": """Annotation of a field of three components along the space axes.
+
+>>> class Compass(pt.Potential):
+...     field: pt.SpaceVector
+...     def energy(self, instant):
+...         return -instant.attitude.to_body(self.field)[2]
+>>> system = pt.System(pt.Body((1, 2, 2.5)), Compass((0, 2, 0)))
+>>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0)))
+array([-2.,  0.,  0.])
+""",
+    "Vector": """Annotation of a field of three numbers that belong to no axes.
+
+>>> class Brake(pt.Torque):
+...     gains: pt.Vector
+...     def torque(self, instant):
+...         return pt.functions.Vector(-k * w for k, w in zip(self.gains, instant.omega_body))
+>>> system = pt.System(pt.Body((1, 2, 2.5)), Brake((0.1, 0.2, 0.3)))
+>>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 2)))
+array([ 0. ,  0. , -0.6])
+""",
 }
 """Of names that are neither classes nor functions, and so have no docstring."""
 
@@ -112,7 +139,7 @@ def object_page(name: str, thing: object) -> str:
     """Return the page of one name."""
     last = name.rpartition(".")[2]
     if last in ANNOTATIONS:
-        body = f".. py:data:: {name}\n\n   {ANNOTATIONS[last]}\n"
+        body = f".. py:data:: {name}\n\n{textwrap.indent(ANNOTATIONS[last], '   ')}"
     elif inspect.isclass(thing):
         kept_apart = f"   :exclude-members: {', '.join(OF_RECORDS)}\n" if issubclass(thing, Parametric) else ""
         body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n{kept_apart}"

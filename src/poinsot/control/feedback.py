@@ -113,7 +113,7 @@ class OrbitPointing(_Feedback):
     >>> law = pt.control.OrbitPointing(kp=2.0, kd=5.0, limit=1.0, orbit=orbit)
     >>> system = pt.System(pt.Body((1, 2, 2.5)), law)
     >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0, 0, 0.9))).round(12)
-    array([-0. , -0. ,  0.5])
+    array([0. , 0. , 0.5])
     """
 
     orbit: Orbit
@@ -145,7 +145,7 @@ class RateDamping(Torque):
     --------
     >>> system = pt.System(pt.Body((10, 12, 8)), pt.control.RateDamping(2.0, limit=0.05))
     >>> system.torque_body(system.state((1, 0, 0, 0), omega_body=(0.01, 0, -0.3)))
-    array([-0.02, -0.  ,  0.05])
+    array([-0.02,  0.  ,  0.05])
     """
 
     formula = "N = clip(-(gain*omega), -limit, limit)"

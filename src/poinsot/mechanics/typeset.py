@@ -145,7 +145,7 @@ def _motion(system: Any, of_any: str, of_rigid: str) -> str:
 
 
 def doc_of(thing: Any) -> str:
-    """Return the first paragraphs of what a class says of itself, up to its parameters."""
+    """Return the docstring of a class up to its parameters."""
     text = inspect.cleandoc(type(thing).__doc__ or "")
     return " ".join(re.split(r"\n\n(?=\w+\n-+\n)", text)[0].split())
 

@@ -62,7 +62,7 @@ AT_WORK = 4
 
 
 class Chunking(TypedDict, total=False):
-    """How an ensemble is cut into chunks of members, and what becomes of these.
+    """How an ensemble is cut into chunks of members, and what is done with each.
 
     Parameters
     ----------

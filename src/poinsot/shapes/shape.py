@@ -43,7 +43,7 @@ class Shape(ABC):
     0.25
     """
 
-    # ------------------------------------------------------------------ what a kind of shape says of itself
+    # ------------------------------------------------------------------ the methods of each kind of shape
 
     _mass: float
     _center: Array
