@@ -1,16 +1,18 @@
-"""Momentum management by magnetorquers.
+r"""Momentum management by magnetorquers.
 
 Momentum management: the wheels of a CubeSat point it along its orbit, and magnetorquers take their momentum away.
 
-Wheels store what external torques bring, up to their largest speed. A magnetic moment m in the field B of the Earth
-gives the torque m x B, across the field alone: with m = k (h x B)/B^2, h the momentum of the wheels, it is
--k (h - b (b.h)), b along B, and h dies away as b turns along the orbit (Camillo and Markley 1980, J. Guid. Control 3,
-567). Both controllers are digital: pointing at 2 Hz through the wheels, magnetorquers at 1 Hz, each with a limit.
+Wheels store what external torques bring, up to their largest speed. A magnetic moment $\mathbf m$ in the field
+$\mathbf B$ of the Earth gives the torque $\mathbf m \times \mathbf B$, across the field alone: with
+$\mathbf m = k\, \mathbf h \times \mathbf B / B^2$, $\mathbf h$ the momentum of the wheels, it is
+$-k (\mathbf h - \mathbf b (\mathbf b \cdot \mathbf h))$, $\mathbf b$ along $\mathbf B$, and $\mathbf h$ dies away as
+$\mathbf b$ turns along the orbit (Camillo and Markley 1980, J. Guid. Control 3, 567). Both controllers are digital:
+pointing at 2 Hz through the wheels, magnetorquers at 1 Hz, each with a limit.
 
 The momentum of satellite and wheels in space changes by external torques alone, whatever the wheels do. So SciPy can
-integrate that of the wheels by itself: h' = -k (1 - b b^T) h + bias in space, for a body whose axes are those of the
-orbit. The picture shows the speeds of the wheels with and without magnetorquers, the torques of these, and the error of
-pointing.
+integrate that of the wheels by itself: $\dot{\mathbf h} = -k (1 - \mathbf b \mathbf b^T) \mathbf h + \text{bias}$ in
+space, for a body whose axes are those of the orbit. The picture shows the speeds of the wheels with and without
+magnetorquers, the torques of these, and the error of pointing.
 """
 
 import matplotlib.pyplot as plt

@@ -1,14 +1,16 @@
-"""Detumbling of a thousand CubeSats.
+r"""Detumbling of a thousand CubeSats.
 
 Detumbling of 1000 CubeSats by magnetorquers: the B-dot law in the field of a tilted dipole, as one ensemble.
 
 Each satellite of three units begins in any attitude, with 2 to 12 degrees per second about any axis. The torquers make
 a moment against the change of the field that a magnetometer sees, at most 0.1 A m2 along each axis. The gain is that of
-Avanzini and Giulietti (2012, J. Guid. Control Dyn. 35, 1326), k = 2 n (1 + sin i) J / B^2 of the smallest moment J.
+Avanzini and Giulietti (2012, J. Guid. Control Dyn. 35, 1326), $k = 2 n (1 + \sin i) J / B^2$ of the smallest moment
+$J$.
 
-Rates fall with the time constant 3 J / (2 k B^2), here of the largest moment: the torque takes no rate along the field,
-which leaves two thirds of the mean. They end where the mean torque vanishes on a body that follows the field,
-<B^2 - B B~> omega = <B x dB/dt>: at about twice the orbital rate, since the field turns twice in an orbit.
+Rates fall with the time constant $3 J / (2 k B^2)$, here of the largest moment: the torque takes no rate along the
+field, which leaves two thirds of the mean. They end where the mean torque vanishes on a body that follows the field,
+$\langle B^2 - \mathbf B \mathbf B^T \rangle\, \boldsymbol\omega = \langle \mathbf B \times \dot{\mathbf B} \rangle$: at
+about twice the orbital rate, since the field turns twice in an orbit.
 """
 
 import matplotlib.pyplot as plt

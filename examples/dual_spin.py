@@ -1,18 +1,19 @@
-"""Stability of a dual-spin satellite.
+r"""Stability of a dual-spin satellite.
 
 A dual-spin satellite of prolate shape is stable with a damper on its despun platform, not with one on its rotor.
 
 Rotor and platform turn about one axis without friction; the platform points to the Earth, the rotor keeps the angular
-momentum g. The moment A across the axis is larger than both along it. In the platform the nutation goes round at nu =
-g/A, in the rotor at nu - Omega < 0. A loss of energy D in the one or the other changes the amplitude w of the nutation
-by Landon's and Iorillo's rule,
+momentum $g$. The moment $A$ across the axis is larger than both along it. In the platform the nutation goes round at
+$\nu = g/A$, in the rotor at $\nu - \Omega < 0$. A loss of energy $D$ in the one or the other changes the amplitude $w$
+of the nutation by Landon's and Iorillo's rule,
 
-    w'/w = -nu/(A w^2) (D_platform/nu + D_rotor/(nu - Omega)),
+$$ \frac{\dot w}{w} = -\frac{\nu}{A w^2}
+\left( \frac{D_\text{platform}}{\nu} + \frac{D_\text{rotor}}{\nu - \Omega} \right), $$
 
-and a sphere of moment J in a fluid of coefficient k takes D = k (J lambda w)^2/(k^2 + (J nu)^2), where lambda is the
-rate of the nutation in the frame in which the damper sits (all to the first order in J). The same satellite is
-integrated twice: with the platform as the body and the rotor as a wheel, and the other way round. The picture shows
-the cone of nutation.
+and a sphere of moment $J$ in a fluid of coefficient $k$ takes $D = k (J \lambda w)^2/(k^2 + (J \nu)^2)$, where
+$\lambda$ is the rate of the nutation in the frame in which the damper sits (all to the first order in $J$). The same
+satellite is integrated twice: with the platform as the body and the rotor as a wheel, and the other way round. The
+picture shows the cone of nutation.
 """
 
 import matplotlib.pyplot as plt

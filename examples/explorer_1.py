@@ -1,4 +1,4 @@
-"""Flat spin of Explorer 1.
+r"""Flat spin of Explorer 1.
 
 Flat spin of Explorer 1: a spin about the axis of the smallest moment does not last.
 
@@ -7,12 +7,14 @@ cylinder that turns 750 times a minute about its axis (assumed; about ten times 
 Stability of the Explorer Satellite, Stanford, who has it in flat spin after an orbit). Its whip antennas bent; a small
 sphere in a viscous fluid stands for them here, with a moment of inertia of 1e-4 kg m2 and the coefficient that takes
 most, chosen so that the axis leaves its direction within an orbit of 114.8 minutes, as it did. At constant angular
-momentum g the energy falls from g^2/(2 C) to g^2/(2 A), with C along the axis and A across it. The sphere of moment J
-and coefficient k loses energy at the rate that makes the angle between axis and angular momentum grow as
+momentum $g$ the energy falls from $g^2/(2 C)$ to $g^2/(2 A)$, with $C$ along the axis and $A$ across it. The sphere of
+moment $J$ and coefficient $k$ loses energy at the rate that makes the angle $\vartheta$ between axis and angular
+momentum grow as
 
-    tan(angle) = tan(angle at the start) e^(t/T),  1/T = (1/C - 1/A) k (J nu)^2/(k^2 + (J nu)^2),  nu = g/A,
+$$ \tan\vartheta = \tan\vartheta_0\, e^{t/T}, \qquad
+\frac1T = \left( \frac1C - \frac1A \right) \frac{k (J \nu)^2}{k^2 + (J \nu)^2}, \qquad \nu = \frac gA, $$
 
-to the first order in J/C. The picture shows angle, energy and rate of the tumbling.
+to the first order in $J/C$. The picture shows angle, energy and rate of the tumbling.
 """
 
 import matplotlib.pyplot as plt

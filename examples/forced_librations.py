@@ -1,11 +1,11 @@
-"""Forced librations on ever longer ellipses.
+r"""Forced librations on ever longer ellipses.
 
 Forced librations of satellites on ever longer ellipses: continued in the eccentricity, with their stability.
 
-The eccentricity of the orbit forces a libration of a synchronous body. To first order in e the angle to the mean
-direction is 2 e w^2/(w^2 - 1) sin M, w^2 = 3 (B - A)/C (docs/worlds.md: Phobos). A branch begins at rest on the circle
-and follows the whole forced motion, free librations removed. Faster than the orbit, w > 1, it ends in a fold, where it
-meets a libration that on the circle is free. Dashed: unstable.
+The eccentricity of the orbit forces a libration of a synchronous body. To first order in $e$ the angle to the mean
+direction is $\frac{2 e w^2}{w^2 - 1} \sin M$, $w^2 = 3 (B - A)/C$ (docs/worlds.md: Phobos). A branch begins at rest on
+the circle and follows the whole forced motion, free librations removed. Faster than the orbit, $w > 1$, it ends in a
+fold, where it meets a libration that on the circle is free. Dashed: unstable.
 """
 
 import numpy as np

@@ -1,17 +1,17 @@
-"""Librations of a satellite on a boom.
+r"""Librations of a satellite on a boom.
 
 Librations of a satellite with a long boom about the vertical, in the gravity gradient of the Earth.
 
-A bus of 60 kg, and 3 kg at the end of a boom of six metres, on a circle with mean motion n. Linear theory for moments A
-(about the boom), B (along the motion), C (across the orbit), with k = (C - A)/B and l = (C - B)/A (Hughes 1986,
-Spacecraft Attitude Dynamics, Ch. 9):
+A bus of 60 kg, and 3 kg at the end of a boom of six metres, on a circle with mean motion $n$. Linear theory for moments
+$A$ (about the boom), $B$ (along the motion), $C$ (across the orbit), with $k = (C - A)/B$ and $l = (C - B)/A$ (Hughes
+1986, Spacecraft Attitude Dynamics, Ch. 9), gives the frequency of pitch, in the plane of the orbit, and those of roll
+and yaw, which are coupled,
 
-    pitch, in the plane of the orbit:  w^2 = 3 n^2 (B - A)/C,
-    roll and yaw, coupled:             w^4 - (1 + 3 k + k l) n^2 w^2 + 4 k l n^4 = 0,
+$$ w^2 = 3 n^2 \frac{B - A}{C}, \qquad w^4 - (1 + 3 k + k l)\, n^2 w^2 + 4 k l n^4 = 0, $$
 
-in the limit of a dumbbell sqrt(3) n, 2 n and sqrt(l) n. Pitch alone is a pendulum in twice the angle: at the amplitude
-a its frequency is pi/(2 K(sin^2 a)) of that, with the complete elliptic integral K. The picture shows a libration of
-10 degrees, and how the frequency falls with the amplitude.
+in the limit of a dumbbell $\sqrt3\, n$, $2 n$ and $\sqrt l\, n$. Pitch alone is a pendulum in twice the angle: at the
+amplitude $a$ its frequency is $\pi/(2 K(\sin^2 a))$ of that, with the complete elliptic integral $K$. The picture shows
+a libration of 10 degrees, and how the frequency falls with the amplitude.
 """
 
 import matplotlib.pyplot as plt

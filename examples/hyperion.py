@@ -67,9 +67,9 @@ section = at_periapsis(np.repeat([0, np.pi / 2], 25), np.tile(np.linspace(0.1, 2
 angles, rates = in_plane(pt.propagate(system, section, np.arange(300) * orbit.period, progress=False))
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
-left.plot(np.degrees(reduced(2 * angles.T) / 2), rates.T, ",", color="#0072B2")
+left.plot(np.degrees(angles.T % np.pi), rates.T, ",", color="#0072B2")
 left.set_xlabel("angle of the long axis from the periapsis [deg]")
-left.set_xticks(range(-90, 91, 30))
+left.set_xticks(range(0, 181, 30))
 left.set_ylabel("rate over the mean motion")
 for tilt, angle, color in zip(np.degrees(tilts), obliquity, ("#D55E00", "#0072B2", "#009E73"), strict=True):
     right.semilogy(times / orbit.period, angle, color=color, linewidth=0.8, label=f"{tilt:.1f} deg")

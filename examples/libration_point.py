@@ -1,10 +1,11 @@
-"""A spacecraft at a libration point.
+r"""A spacecraft at a libration point.
 
 Equilibria and librations of a spacecraft held at a libration point of Earth and Moon.
 
 After Abad, Arribas and Elipe (1989). At L1, L2 and L3 both attractors pull along the same line, like one with the
-coefficient 3 n^2 c, c = (1 - mu)/r1^3 + mu/r2^3 in units of their separation; the libration in the plane has the
-frequency sqrt(3 c (B - A)/C) n. At L4 and L5 they pull from 60 degrees apart, and the long axis rests in between.
+coefficient $3 n^2 c$, $c = (1 - \mu)/r_1^3 + \mu/r_2^3$ in units of their separation; the libration in the plane has
+the frequency $\sqrt{3 c (B - A)/C}\, n$. At L4 and L5 they pull from 60 degrees apart, and the long axis rests in
+between.
 """
 
 import matplotlib.pyplot as plt

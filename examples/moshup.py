@@ -1,9 +1,9 @@
-"""Librations of Squannit about Moshup.
+r"""Librations of Squannit about Moshup.
 
 Moshup and Squannit, 1999 KW4: the moonlet librates, and its libration moves the orbit.
 
 Squannit keeps its long axis towards Moshup. Turned away by a degree it would librate about the line of centres at
-n sqrt(3 (B - A) / C) on a given circle (n the rate of the orbit, A < B < C its moments). This is so near n, the
+$n \sqrt{3 (B - A) / C}$ on a given circle ($n$ the rate of the orbit, $A < B < C$ its moments). This is so near n, the
 frequency of an eccentric orbit, that both are coupled although Squannit is small: the period is 7% longer. The linear
 theory of distance and angle together has it, with the angular momentum of both kept, and the mean of Moshup's turn.
 Masses and distance are those of Ho 2023; semiaxes are approximate, as of the radar model of Ostro et al. 2006 (Science

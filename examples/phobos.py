@@ -1,10 +1,11 @@
-"""Librations of Phobos.
+r"""Librations of Phobos.
 
-Librations of Phobos in longitude: free at 0.62301 n, and forced by the eccentricity with 1.1 degrees.
+Librations of Phobos in longitude: free at $0.62301\,n$, and forced by the eccentricity with 1.1 degrees.
 
-Linear theory of the angle psi between the long axis and the mean direction to Mars, with mean motion n and
-w^2 = 3 (B - A)/C n^2: psi'' + w^2 psi = 2 e w^2 sin(n t). The free libration has the frequency w, the forced one the
-amplitude 2 e w^2/(w^2 - n^2), negative as w < n; observers find 1.1 degrees. Moments: a unit test of Tudat.
+Linear theory of the angle $\psi$ between the long axis and the mean direction to Mars, with mean motion $n$ and
+$w^2 = 3 \frac{B - A}{C} n^2$: $\ddot\psi + w^2 \psi = 2 e w^2 \sin n t$. The free libration has the frequency $w$, the
+forced one the amplitude $2 e w^2/(w^2 - n^2)$, negative as $w < n$; observers find 1.1 degrees. Moments: a unit test of
+Tudat.
 
 The gravity gradient is of the second degree of the body's own field. The contribution of the fourth degree is computed
 for a homogeneous ellipsoid of its size; docs/worlds.md has the theory.

@@ -1,11 +1,11 @@
-"""Poincare section of Hyperion.
+r"""Poincare section of Hyperion.
 
 Poincare section of Hyperion: one chaotic sea, and islands of regular motion.
 
-The rotation in the plane of the orbit is marked at each periapsis, for A = (B - A)/C = 0.26 and e = 0.1 (Wisdom, Peale
+The rotation in the plane of the orbit is marked at each periapsis, for $(B - A)/C = 0.26$ and $e = 0.1$ (Wisdom, Peale
 and Mignard 1984, Icarus 58, 137, Fig. 2). The sea surrounds all states from 1:2 to 2:1; islands of regular libration
 remain at 1:1, 2:1 and 9:4 and a small one at 1:2, and none at 3:2. A scan over starts counts them: a motion is locked
-to the state p if angle - p (mean anomaly) stays within half a turn.
+to the state $p$ if the angle less $p$ times the mean anomaly stays within half a turn.
 """
 
 import dataclasses

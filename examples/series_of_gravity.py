@@ -1,11 +1,11 @@
-"""Convergence of a series of gravity.
+r"""Convergence of a series of gravity.
 
-Convergence of the series of a gravity field: the torque on a contact binary, to degree N against all degrees.
+Convergence of the series of a gravity field: the torque on a contact binary, to degree $N$ against all degrees.
 
-Two balls that touch, of unequal size, as points of mass on a lattice. An attractor at the distance r from the centre of
-mass sees the exact torque of `MasconGravity`; that of `HarmonicGravity` to degree N misses a part that falls with the
-degree like (R/r)^N, with R the radius of the smallest sphere that holds the body. Inside that sphere, over the waist,
-where the attractor does not touch the body, the series does not converge, and more degrees make it worse.
+Two balls that touch, of unequal size, as points of mass on a lattice. An attractor at the distance $r$ from the centre
+of mass sees the exact torque of `MasconGravity`; that of `HarmonicGravity` to degree $N$ misses a part that falls with
+the degree like $(R/r)^N$, with $R$ the radius of the smallest sphere that holds the body. Inside that sphere, over the
+waist, where the attractor does not touch the body, the series does not converge, and more degrees make it worse.
 """
 
 import warnings

@@ -1,15 +1,15 @@
-"""Thermal snap of a boom.
+r"""Thermal snap of a boom.
 
 A boom that bends in sunlight turns its satellite: thermal snap at the edges of the Earth's shadow.
 
 A bus of 60 kg hangs in the gravity gradient of the Earth on a boom of six metres, 3 kg at its end (the satellite of
-gravity_gradient_satellite.py, its boom without mass). Sunlight makes one side of the boom longer: a tube of diameter d
-with the difference T of temperatures across it and the expansion a bends by a T L^2/(2 d), here 18 mm for 1 K, 20 mm
-and 2e-5/K (assumed, of the usual size). In the shadow it is straight. Both take a minute, the time in which a thin tube
-warms and cools. Bus, boom and tip are one free body: as the tip moves by s, the bus turns by mu y s/B the other way,
-where y is the distance of bus and tip, mu their reduced mass and B the moment of inertia across; the line from bus to
-tip, along which gravity holds them, keeps its direction but for a small part A/B. The picture shows the pitch of the
-bus and of this line for two orbits, and for four minutes about a sunrise.
+gravity_gradient_satellite.py, its boom without mass). Sunlight makes one side of the boom longer: a tube of length $L$
+and diameter $d$ with the difference $T$ of temperatures across it and the expansion $a$ bends by $a T L^2/(2 d)$, here
+18 mm for 1 K, 20 mm and 2e-5/K (assumed, of the usual size). In the shadow it is straight. Both take a minute, the time
+in which a thin tube warms and cools. Bus, boom and tip are one free body: as the tip moves by $s$, the bus turns by
+$\mu y s/B$ the other way, where $y$ is the distance of bus and tip, $\mu$ their reduced mass and $B$ the moment of
+inertia across; the line from bus to tip, along which gravity holds them, keeps its direction but for a small part
+$A/B$. The picture shows the pitch of the bus and of this line for two orbits, and for four minutes about a sunrise.
 """
 
 import matplotlib.pyplot as plt
