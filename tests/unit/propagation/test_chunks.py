@@ -13,6 +13,7 @@ import pytest
 import xarray
 
 import poinsot as pt
+from poinsot.engine.driver import GROUP
 from poinsot.propagation import chunks, zarr_group
 from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.ensemble_store import EnsembleStore
@@ -98,6 +99,19 @@ def test_members_do_not_depend_on_chunks(name, tmp_path):
         assert_same_events(read, whole)
         assert_same_events(read.member(9), whole.member(9))
     assert len(whole.events) == (name == "with events")
+
+
+def test_members_on_heyoka_do_not_depend_on_chunks_of_whole_groups(tmp_path):
+    """Lanes of a batch rescale their momenta together, which the damping makes small."""
+    count = 2 * GROUP + 44
+    rates = np.random.default_rng(3).normal(size=(count, 3)) * np.linspace(4, 1, count)[:, None]
+    damped = pt.System(BODY, pt.forces.LinearDamping(0.3))
+    given = damped, BODY.state((0.8, 0.2, 0.4, 0.4), omega_body=rates), [10.0, 20.0]
+    own: dict[str, Any] = {"formulation": "euler_angles", "progress": False}
+    whole = pt.propagate(*given, **own)
+    assert whole.run.kernel == "heyoka"
+    for chunk in (GROUP, 2 * GROUP):
+        assert_same_rows(pt.propagate(*given, **own, out=tmp_path / f"{chunk}.zarr", chunk=chunk, threads=1), whole)
 
 
 @pytest.mark.parametrize("name", ["a top", "bodies of members", "in orbit", "from outside", "two bodies"])
