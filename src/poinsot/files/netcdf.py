@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -367,14 +367,19 @@ class _Reading:
         motion = self._motion()
         motion.failures = self._failures()
         motion.provenance = self._provenance(isinstance(motion.system, System))
-        motion.event_source = StoredEvents(events_in(self.data.attrs), motion, self._crossings)
+        motion.event_source = StoredEvents(events_in(self.data.attrs), motion, self._crossings())
         return motion
 
-    def _crossings(self, members: Chosen | None) -> Iterable[Mapping[str, Any]]:
-        """Yield what there is of what happened to some members, None: to all."""
-        yield {str(name): each for name, each in self.data.variables.items()}
-        if self.store is not None:
-            yield from crossings_in(self.store, members)
+    def _crossings(self) -> Callable[[Chosen | None], Iterator[Mapping[str, Any]]]:
+        """Return what gives the tables of what happened to some members, None: to all, without the other arrays."""
+        own, store = self._named_arrays("event_"), self.store
+
+        def tables(members: Chosen | None) -> Iterator[Mapping[str, Any]]:
+            yield own
+            if store is not None:
+                yield from crossings_in(store, members)
+
+        return tables
 
     def _failures(self) -> dict[int, str]:
         if self.store is not None and self.store.chunk:

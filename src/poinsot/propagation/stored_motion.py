@@ -176,13 +176,24 @@ class StoredEvents:
 
     def _record(self, event: Event, name: str, tables: Sequence[Table]) -> EventRecord:
         def whole(key: str, *shape: int, kind: type = float) -> Any:
-            there = (np.asarray(table[f"{name}_{key}"]) for table in tables if f"{name}_{key}" in table)
-            return np.concatenate([np.empty((0, *shape), kind), *there])
+            of_key = [
+                _checked(f"{name}_{key}", table[f"{name}_{key}"], (len(table[f"{name}_time"]), *shape))
+                for table in tables
+                if f"{name}_time" in table
+            ]
+            return np.concatenate([np.empty((0, *shape), kind), *of_key])
 
         times = whole("time")
         states = state_of({key: whole(f"state_{key}", size) for key, size in self._sizes.items()}, times)
         own = whole("direction", kind=int), whole("member", kind=int)
         return EventRecord(event, self._system, times, states, *own)
+
+
+def _checked(name: str, stored: Any, shape: tuple[int, ...]) -> Any:
+    values = np.asarray(stored)
+    if values.shape != shape:
+        raise ValueError(f"{name} must have a row for each event, of shape {shape}, got {values.shape}.")
+    return values
 
 
 def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table]:

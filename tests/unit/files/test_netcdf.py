@@ -238,10 +238,38 @@ def test_the_variables_of_parts_are_in_the_file(motions, name, suffix, tmp_path)
         np.testing.assert_array_equal(getattr(read, measured), getattr(motion, measured), err_msg=measured)
 
 
-def test_a_motion_with_an_event_of_a_part_comes_back(tmp_path):
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_events_come_back(suffix, tmp_path):
+    events = [Relaxed(), pt.events.AtTime(5.0, terminal=True), pt.events.AtTime(1e6)]
+    motion = with_parts(SPRING, times=np.linspace(0, 10, 5), own={"spring_mass": (0.1, 0.0)}, events=events)
+    assert [len(found) > 1 for found in motion.events] == [True, False, False]
+    first = pt.load(pt.save(motion, tmp_path / f"it{suffix}"))
+    again = pt.load(pt.save(first, tmp_path / f"again{suffix}"))
+    for read in (first, again):
+        assert_same(motion, read)
+        assert str(read).splitlines()[-2:] == str(motion).splitlines()[-2:]  # how often, and that one was terminal
+        for found, own in zip(read.events, motion.events, strict=True):
+            assert (repr(found.event), found.event.kind) == (repr(own.event), own.event.kind)
+            assert found.event.terminal is own.event.terminal
+            assert found.states.phase.keys() == own.states.phase.keys()
+            arrays = zip(found.states.phase.values(), own.states.phase.values(), strict=True)
+            assert all(np.array_equal(one, other) for one, other in arrays)
+            for name in ("times", "directions", "members"):
+                assert np.array_equal(getattr(found, name), getattr(own, name))
+                assert getattr(found, name).dtype == getattr(own, name).dtype
+
+
+def test_events_that_do_not_go_together_are_refused(tmp_path):
     motion = with_parts(SPRING, times=np.linspace(0, 10, 5), own={"spring_mass": (0.1, 0.0)}, events=[Relaxed()])
-    assert len(motion.events[0].times) > 1
-    assert_same(motion, pt.load(pt.save(motion, tmp_path / "it.nc")))
+    with xarray.open_dataset(pt.save(motion, tmp_path / "it.nc")) as data:
+        read = pt.load(data.load().assign(event_0_direction=("other", [1, 1])))
+        assert "Relaxed" in str(read)
+        with pytest.raises(
+            ValueError, match=r"^event_0_direction must have a row for each event, of shape \(\d+,\), got"
+        ):
+            read.events  # noqa: B018 - it is read here
+        with pytest.raises(ValueError, match=r"^events must be a list of names, got "):
+            pt.load(data.assign_attrs(events="{"))
 
 
 def test_the_variables_of_parts_say_what_they_are(motions):
