@@ -57,7 +57,7 @@ def top(tmp_path):
 # ------------------------------------------------------------------ run
 
 
-LONG = {"apophis_ensemble"}
+LONG = {"apophis_ensemble", "cubesat"}  # `make docs` runs all for the gallery
 
 
 @pytest.mark.parametrize(

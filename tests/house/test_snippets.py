@@ -19,7 +19,9 @@ PAGES_OF_DOCS = sorted(
 PAGES = [page for page in (ROOT / "README.md", *PAGES_OF_DOCS) if "```python" in page.read_text()]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [PAGES[0], *(pytest.param(page, marks=pytest.mark.docs) for page in PAGES[1:])], ids=lambda page: page.name
+)
 def test_snippets_of_a_page_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")
