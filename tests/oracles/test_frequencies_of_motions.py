@@ -75,16 +75,21 @@ def assert_both_rates(motion, count, rtol):
     assert 2 * np.pi / known.rotation_period == pytest.approx(abs(rotation), rel=1e-14)
 
 
-@pytest.mark.parametrize(("moments", "momentum"), ROTATIONS)
-@pytest.mark.parametrize("moved", [pt.free_motion, lambda body, *rest: pt.propagate(pt.System(body), *rest)])
+def integrated(body, *rest):
+    return pt.propagate(pt.System(body), *rest)
+
+
+@pytest.mark.parametrize(
+    ("moments", "momentum", "moved"),
+    [(*one, pt.free_motion) for one in ROTATIONS] + [(*one, integrated) for one in ROTATIONS[1::3]],
+)
 def test_both_frequencies_of_free_rotation(moments, momentum, moved):
     body = pt.Body(moments)
     motion = moved(body, body.state((1, 0, 0, 0), angular_momentum_body=momentum), np.linspace(0, 900, 2**13))
     assert_both_rates(motion, count=5, rtol=2e-14)
 
 
-@pytest.mark.parametrize("moments", [SHORT, LONG])
-@pytest.mark.parametrize("off", [1e-6, 1e-12])
+@pytest.mark.parametrize(("moments", "off"), [(SHORT, 1e-6), (LONG, 1e-12)])
 def test_both_frequencies_near_the_separatrix(moments, off):
     """Its rotation is slow and full of overtones."""
     I1, I2, I3 = moments
@@ -159,7 +164,9 @@ def away_from(rest, motion, frame):
     return (rest.inv() * seen).as_rotvec().reshape(*motion.quaternion.shape[:2], 3)
 
 
-@pytest.mark.parametrize("name", LIBRATIONS)
+@pytest.mark.parametrize(
+    "name", [name if name in ("Io", "Moon") else pytest.param(name, marks=pytest.mark.slow) for name in LIBRATIONS]
+)
 def test_free_librations_beside_cassini_states(name):
     """Seen once in a period, when the forced motion is the same; started off along all axes."""
     expected, periods, every, rtol = LIBRATIONS[name]
@@ -248,9 +255,9 @@ def test_librations_on_the_islands_of_hyperion(name):
 def test_chaos_of_hyperion_drifts_and_its_regular_motions_do_not():
     ellipse = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.123233)
     hyperion = pt.Body.from_ratios(beta=0.47, gamma=0.26)
-    rates = np.array([0.3, 3.2, 1.0, 1.5, 2.0, 2.3])  # at the periapsis; the first librates, the second circulates
+    rates = np.array([0.3, 3.2, 1.0, 2.0])  # at the periapsis; the first librates, the second circulates
     spins = rates[:, None] * (0, 0, 1.0)
-    start = hyperion.state(np.broadcast_to((1.0, 0, 0, 0), (6, 4)), omega_space=spins)
+    start = hyperion.state(np.broadcast_to((1.0, 0, 0, 0), (4, 4)), omega_space=spins)
     times = np.arange(2048) * ellipse.period / 16
     motion = pt.propagate(pt.System(hyperion, pt.GravityGradient(ellipse)), start, times, progress=False)
     turning = (motion.quaternion[..., 0] + 1j * motion.quaternion[..., 3]) ** 2  # exp(i theta)
