@@ -348,6 +348,8 @@ def test_two_bodies_have_their_attractor_and_other_motions_around_them(browser, 
     pair = pt.TwoBodies(ball, pt.Body.from_ellipsoid(2.0, (0.5, 0.4, 0.3)), G=1.0)
     sun = pt.KeplerOrbit(1e6, semimajor_axis=1e3, eccentricity=0.2, inclination=0.4)
     system = pt.System(pair, pt.forces.MutualGravity(), pt.forces.ThirdBody(sun))
+    own: Any
+    other: Any
     own, other = (
         pt.propagate(system, start, np.linspace(0, end, 121))
         for start, end in (
