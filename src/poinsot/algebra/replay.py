@@ -81,7 +81,11 @@ class Replay:
                 known[self._given[number]] = value if type(value) is self._typed else self._typed(value)
         value_at = known.__getitem__
         for place, operation, operands, _ in self._due(bits):
-            known[place] = operation(*map(value_at, operands))
+            if len(operands) == 2:  # as most have: without a list of arguments
+                first, second = operands
+                known[place] = operation(known[first], known[second])
+            else:
+                known[place] = operation(*map(value_at, operands))
         self._last = ((), []) if np.ndarray in set(map(type, given)) else (tuple(given), known)
         return [*map(value_at, self._places)]
 

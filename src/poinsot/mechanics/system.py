@@ -253,7 +253,7 @@ class System(Dynamics):
     @functools.cached_property
     def torque_scale(self) -> Any:
         """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
-        return np.sqrt(self.body.moments.max(axis=-1) * self._strongest)
+        return np.sqrt(np.maximum.reduce(self.body.moments, axis=-1) * self._strongest)
 
     @property
     def _strongest(self) -> Any:
