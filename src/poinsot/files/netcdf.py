@@ -291,7 +291,7 @@ def _digest(data: xarray.Dataset) -> str:
     digest = hashlib.sha256()
     for name in sorted(str(name) for name in data.variables if _is_needed(str(name))):
         digest.update(f"{name}{data[name].shape}".encode())
-        digest.update(np.ascontiguousarray(data[name].values, dtype="<f8").tobytes())
+        digest.update(np.ascontiguousarray(data[name].values, dtype="<f8").reshape(-1).data)
     attributes = {str(key): plain(value) for key, value in data.attrs.items() if key != "digest"}
     digest.update(json.dumps(attributes, sort_keys=True).encode())
     return digest.hexdigest()

@@ -28,6 +28,7 @@ from poinsot.propagation.zarr_group import (
     own_folder,
     plain_attributes,
     read_group,
+    side_by_side,
     synced,
     write_group,
 )
@@ -143,9 +144,7 @@ class EnsembleStore:
 
     def write(self, number: int, rows: Variables, aside: Variables, attributes: Mapping[str, Any]) -> None:
         """Write a chunk: its rows of the arrays in shards, what it has aside, and what is said of it."""
-        for name, about in self.sharded.items():
-            about.written(self.folder / name, rows[name][1], number)
-            synced(self.folder / name)
+        side_by_side(functools.partial(self._write_rows, name, rows[name][1], number) for name in self.sharded)
         folder = own_folder(self._folder_of(number))
         described = {name: Described.of(*plain_variable(name, *given)) for name, given in aside.items()}
         for name, about in described.items():
@@ -153,6 +152,10 @@ class EnsembleStore:
         write_group(folder, described, attributes)
         synced(folder.parent)
         self.whole[number] = True
+
+    def _write_rows(self, name: str, values: NDArray[Any], number: int) -> None:
+        self.described[name].written(self.folder / name, values, number)
+        synced(self.folder / name)
 
     def mend(self, frame: Frame) -> None:
         """Write what is the same for all chunks anew if it is damaged or says other things, such as another title.
@@ -256,8 +259,10 @@ class Frame(NamedTuple):
     def write(self, folder: Path) -> None:
         """Write it into a folder, which may have one already, and chunks."""
         write_group(own_folder(folder / CHUNKS), {}, {})
-        for name, (_, values, _) in self.fixed.items():
-            self.described[name].written(own_folder(folder / name), values)
+        fixed = {name: values for name, (_, values, _) in self.fixed.items()}
+        side_by_side(
+            functools.partial(self.described[name].written, own_folder(folder / name), fixed[name]) for name in fixed
+        )
         write_group(folder, self.described, self.attributes)
 
 

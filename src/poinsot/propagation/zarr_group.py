@@ -13,8 +13,10 @@ import json
 import math
 import os
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,6 +34,7 @@ __all__ = [
     "plain",
     "plain_attributes",
     "read_group",
+    "side_by_side",
     "synced",
     "write_group",
 ]
@@ -49,6 +52,9 @@ BLOCK = 1_000_000
 ABSENT = np.full(2, 2**64 - 1, dtype="<u8").tobytes()
 BYTES, CHECKSUM = {"name": "bytes", "configuration": {"endian": "little"}}, {"name": "crc32c"}
 SIZE_OF_CHECKSUM = 4
+
+WRITERS = 4
+"""Threads on which the files of a group are written."""
 
 
 class StoreError(ValueError):
@@ -151,7 +157,7 @@ class Described:
         try:
             with part.open("wb") as stream:
                 for block in self._blocks(values):
-                    stream.write(block)
+                    stream.write(block.data)
                     stream.write(_checksum(block))
                 stream.write(self.index(len(values)) if self.chunk else b"")
                 stream.flush()
@@ -161,17 +167,17 @@ class Described:
             part.unlink(missing_ok=True)
             raise
 
-    def _blocks(self, values: NDArray[Any]) -> Iterator[bytes]:
+    def _blocks(self, values: NDArray[Any]) -> Iterator[NDArray[Any]]:
+        """Yield the numbers as they are written, which are copied only where they are not in one piece."""
         if not self.chunk:
-            yield np.ascontiguousarray(values, dtype=self.dtype).tobytes()
+            yield np.ascontiguousarray(values, dtype=self.dtype)
             return
         for first in range(0, len(values), self.block):
-            block = np.ascontiguousarray(values[first : first + self.block], dtype=self.dtype).tobytes()
-            missing = self.block * self.member_bytes - len(block)
-            if missing:
-                fill = np.zeros(1, self.dtype) if self.kind == "int64" else np.full(1, np.nan, self.dtype)
-                block += fill.tobytes() * (missing // self.dtype.itemsize)
-            yield block
+            block = values[first : first + self.block]
+            if len(block) < self.block:
+                missing = (self.block - len(block), *self.shape[1:])
+                block = np.concatenate([block, np.full(missing, 0 if self.kind == "int64" else np.nan, self.dtype)])
+            yield np.ascontiguousarray(block, dtype=self.dtype)
 
     def index(self, members: int) -> bytes:
         """Return where the blocks of a shard are, as Zarr has it."""
@@ -317,11 +323,21 @@ class JoinedArrays:
 def write_group(folder: Path, described: Mapping[str, Described], attributes: Mapping[str, Any]) -> None:
     """Write what a group in an existing folder has, and last its own description, which makes it whole."""
     told = {name: about.metadata for name, about in described.items()}
-    for name, metadata in told.items():
-        _write_json(own_folder(folder / name) / GROUP, metadata)
-        synced(folder / name)
+    side_by_side(partial(_write_description, own_folder(folder / name), metadata) for name, metadata in told.items())
     _write_json(folder / GROUP, _group(told, plain_attributes(attributes)))
     synced(folder)
+
+
+def _write_description(folder: Path, metadata: Mapping[str, Any]) -> None:
+    _write_json(folder / GROUP, metadata)
+    synced(folder)
+
+
+def side_by_side(writes: Iterable[Callable[[], None]]) -> None:
+    """Write files on several threads: each of them waits for the disk most of its time."""
+    with ThreadPoolExecutor(WRITERS) as writers:
+        for written in [writers.submit(write) for write in writes]:
+            written.result()
 
 
 def own_folder(path: Path) -> Path:
@@ -413,7 +429,9 @@ def _checksum(content: Any) -> bytes:
     """Return the CRC-32C of some bytes."""
     import google_crc32c
 
-    return int(google_crc32c.value(bytes(content))).to_bytes(SIZE_OF_CHECKSUM, "little")
+    whole = np.frombuffer(content, np.uint8)
+    whole.flags.writeable = False  # it takes no others
+    return int(google_crc32c.value(whole)).to_bytes(SIZE_OF_CHECKSUM, "little")
 
 
 def plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
