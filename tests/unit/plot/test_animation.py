@@ -83,6 +83,19 @@ def test_two_bodies_are_both_in_the_film(tmp_path):
 # ---------------------------------------------------------------------- files
 
 
+def test_a_film_as_mp4_is_read_back_by_ffmpeg(tmp_path):
+    """Ten frames in half a second, in which the body turns as in the motion, in colours that players can show."""
+    ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="imageio-ffmpeg is not installed")
+    path = pt.animate(spinning(), tmp_path / "a.mp4", seconds=0.5, view=(90, 0))
+    about, *frames = ffmpeg.read_frames(str(path))
+    assert (about["codec"], about["fps"], about["duration"], about["size"]) == ("h264", 20.0, 0.5, (480, 480))
+    assert about["pix_fmt"].startswith("yuv420p")
+    shown = [np.frombuffer(frame, np.uint8).reshape(480, 480, 3).astype(int) for frame in frames]
+    assert len(shown) == 10
+    angles = np.unwrap([direction(picture) for picture in shown], period=np.pi)
+    np.testing.assert_allclose(angles - angles[0], 0.5 * np.linspace(0, np.pi, 10), atol=0.03)
+
+
 @pytest.fixture
 def no_ffmpeg(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
