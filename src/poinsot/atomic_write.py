@@ -44,12 +44,13 @@ def new_folder(path: Path, overwrite: bool, mark: str) -> Iterator[Path]:
             raise FileExistsError(f"{path} must be a Zarr store to be replaced, got something else.")
         yield part
         before = part.with_name("before")
-        if path.exists():
+        if overwrite and path.exists():
             path.rename(before)
         try:
-            part.rename(path)
+            part.rename(path)  # refused if another process has made one there
         except OSError:
-            before.rename(path)
+            if before.exists():
+                before.rename(path)
             raise
 
 

@@ -12,6 +12,7 @@ import hashlib
 import json
 import math
 import os
+import secrets
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -153,7 +154,7 @@ class Described:
         if not values.size:
             return
         path = folder / self.key(number)
-        part = path.with_name(f"{path.name}.{os.getpid()}.part")
+        part = _part_of(path)
         try:
             with part.open("wb") as stream:
                 for block in self._blocks(values):
@@ -393,7 +394,7 @@ def _group(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> dict[str
 
 def _write_json(path: Path, told: Any) -> None:
     """Write a text that is there whole or not at all."""
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    part = _part_of(path)
     try:
         with part.open("w", encoding="utf-8") as stream:
             json.dump(told, stream, indent=1)
@@ -403,6 +404,11 @@ def _write_json(path: Path, told: Any) -> None:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def _part_of(path: Path) -> Path:
+    """Return the name of a file until it is whole, which no other process, thread or machine has."""
+    return path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
 
 
 def synced(folder: Path) -> None:

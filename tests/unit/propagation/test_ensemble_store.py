@@ -9,6 +9,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -320,6 +321,38 @@ def test_what_a_reduction_raises_is_not_of_the_store(error, tmp_path):
     with pytest.raises(type(error)) as caught:
         run(tmp_path / "it.zarr", reduce=fails)
     assert caught.value is error
+
+
+def test_a_store_that_another_run_makes_at_the_same_time_stays(tmp_path, monkeypatch):
+    out, plain = tmp_path / "it.zarr", ensemble_store.Frame.write
+
+    def second(frame, folder):
+        plain(frame, folder)
+        if not out.exists():
+            monkeypatch.setattr(ensemble_store.Frame, "write", plain)
+            run(out)
+            times.append((out / "zarr.json").stat().st_mtime_ns)
+
+    times: list[int] = []
+    monkeypatch.setattr(ensemble_store.Frame, "write", second)
+    run(out)
+    assert (out / "zarr.json").stat().st_mtime_ns == times[0]
+
+
+def test_two_threads_write_the_same_chunk(tmp_path):
+    """Of a worker whose chunk another run takes before it has ended."""
+    values = np.arange(4000.0).reshape(1000, 4)
+    about = zarr_group.Described.of(("member", "parameter"), values[:1], {}).in_shards(1000, 1000, 1)
+
+    def write(_):
+        about.written(tmp_path, values)
+        zarr_group.write_group(tmp_path, {}, {})
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(write, range(20)))
+    array = zarr_group.StoredArray(tmp_path, about, np.ones(1, dtype=bool))
+    assert np.array_equal(np.asarray(array), values)
+    assert not [*tmp_path.glob("*.part")]
 
 
 # ---------------------------------------------------------------------- leases
