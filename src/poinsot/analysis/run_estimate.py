@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.engine.runs import allowed_threads
 from poinsot.html_text import Summarized, rounded, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, checked_times, members_of
+from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, members_of
+from poinsot.propagation.chunks import Chunking
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.selection import state_of_members, system_of_members
@@ -118,8 +118,10 @@ def estimate_run(
       result: 5.6 MB, fits into memory ...
       ...
     """
+    if where := sorted(options.keys() & Chunking.__annotations__):
+        raise TypeError(f"{where[0]} must be given to propagate alone, got it for an estimate, which stores nothing.")
     t, members = checked_times(times, system), members_of(system, state)
-    count, cores = members[0] if members else 1, threads or allowed_threads() if members else 1
+    count, cores = members[0] if members else 1, checked_threads(threads) if members else 1
     whole = (system, broadcast_members(state, members)) if members else (system, state)
     origin = float(np.mean(state.time))
 

@@ -67,3 +67,12 @@ def test_more_than_memory_is_said():
     assert "2.5 h on 2 threads" in repr(many)
     with pytest.raises(ValueError, match=r"^workers and threads must be positive, got 0 and None\.$"):
         many.seconds_on(0)
+
+
+def test_a_sample_goes_to_no_store(tmp_path):
+    for name, given in {"out": tmp_path / "it.zarr", "chunk": 5, "reduce": len}.items():
+        with pytest.raises(TypeError, match=f"^{name} must be given to propagate alone, got it for an estimate"):
+            pt.analysis.estimate_run(TOP, START, [0.0, 1.0], **{name: given})
+    assert not [*tmp_path.iterdir()]
+    with pytest.raises(ValueError, match=r"^threads must be a positive whole number, got -1\.$"):
+        pt.analysis.estimate_run(TOP, START, [0.0, 1.0], threads=-1)
