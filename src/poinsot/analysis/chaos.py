@@ -260,15 +260,17 @@ class _Indicators:
 
 def _megno(since: Array, growth: Array) -> tuple[Array, Array]:
     """Return Y and its mean along times since the start, with 2/T int t dg = 2 g - 2/T int g dt."""
+    steps = np.diff(since, axis=-1, prepend=0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        megno = np.where(since > 0, 2 * growth - 2 * _integral(since, growth) / since, 0.0)
-        return megno, np.where(since > 0, _integral(since, megno) / since, 0.0)
+        megno = np.where(since > 0, 2 * growth - 2 * _integral(steps, growth) / since, 0.0)
+        return megno, np.where(since > 0, _integral(steps, megno) / since, 0.0)
 
 
-def _integral(since: Array, values: Array) -> Array:
+def _integral(steps: Array, values: Array) -> Array:
     """Return the integral from zero, where the values are zero, by trapezoids; shape (members, n)."""
-    x, y = (np.concatenate([np.zeros((len(part), 1)), part], axis=-1) for part in (since, values))
-    return np.cumsum(0.5 * (y[:, 1:] + y[:, :-1]) * np.diff(x), axis=-1)
+    sums = values.copy()
+    sums[:, 1:] += values[:, :-1]
+    return np.cumsum(0.5 * sums * steps, axis=-1)
 
 
 def _volume(vectors: Array) -> Array:

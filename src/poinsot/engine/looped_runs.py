@@ -36,6 +36,9 @@ __all__ = ["LoopedRun", "constants_of"]
 SLAB_BYTES = 16_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
 
+HANDED_BYTES = 1_000_000
+"""What of it is handed over at a time: what is computed of it then stays in the cache, in memory that is there."""
+
 LARGEST = 8000
 """Operations of a decomposition above which the looped kernel compiles for many seconds."""
 
@@ -271,8 +274,11 @@ class LoopedRun(Run):
             tasks.book()
         if not kept.all():
             members, rows = members[kept], rows[kept]
-        variables = self.job.variables.of_members(members)
-        self.sink.take(members, self.times, Rows(variables, self.times, rows[:, self.turn]))
+        count = max(HANDED_BYTES * len(rows) // max(rows.nbytes, 1), 1)
+        for first in range(0, members.size, count):
+            some = slice(first, first + count)
+            variables = self.job.variables.of_members(members[some])
+            self.sink.take(members[some], self.times, Rows(variables, self.times, rows[some, self.turn]))
 
 
 class _Tasks:

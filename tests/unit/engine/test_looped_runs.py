@@ -10,6 +10,7 @@ import pytest
 import poinsot as pt
 from poinsot.engine import kernels, looped_kernel, looped_runs
 from poinsot.engine.looped_kernel import Run
+from poinsot.engine.runs import Rows
 from poinsot.engine.termination import HeldInterrupts
 
 pytestmark = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
@@ -259,3 +260,21 @@ def test_the_wall_time_has_no_compilation(monkeypatch):
     began = pt.propagate(TOP, START, [0.0, 1.0]).run.wall_time
     again = pt.propagate(TOP, START, [0.0, 1.0]).run.wall_time
     assert began < 10 * again + 0.01
+
+
+@pytest.mark.parametrize("handed", [1, 10_000])
+def test_members_are_handed_over_few_at_a_time(handed, monkeypatch):
+    batch, taken = tops(40), []
+    whole = pt.propagate(TOP, batch, GRID[::-40], threads=1)
+
+    class Told(Rows):
+        def __init__(self, *given):
+            taken.append(given[-1])
+            super().__init__(*given)
+
+    monkeypatch.setattr(looped_runs, "Rows", Told)
+    monkeypatch.setattr(looped_runs, "HANDED_BYTES", handed)
+    motion = pt.propagate(TOP, batch, GRID[::-40], threads=1)
+    assert sum(map(len, taken)) == 40
+    assert max(own.nbytes for own in taken) <= max(handed, taken[0][0].nbytes)
+    np.testing.assert_allclose(rows(motion), rows(whole), rtol=0, atol=WITHIN)
