@@ -89,15 +89,18 @@ class EnsembleOfMotions:
     @functools.cached_property
     def names(self) -> tuple[str, ...]:
         """What a dataset of motions has along the times."""
-        return self._without_numbers(
-            self.integrator.of_members(FIRST), state_of_members(self.state, FIRST)
-        ).variable_names
+        return self._first.variable_names
+
+    @functools.cached_property
+    def _described(self) -> xarray.Dataset:
+        """Start, body and the text of the system."""
+        return with_texts(self.frame.variables(()), self.frame)
 
     @functools.cached_property
     def kept(self) -> tuple[str, ...]:
         """What a motion is made of; where its forces cannot be written, also what they alone can tell."""
         own = (*self.frame.state_variables, *(name for name in self.names if name == "carried"))
-        if "not_rerunnable" not in with_texts(self.frame.variables(()), self.frame).attrs:
+        if "not_rerunnable" not in self._described.attrs:
             return own
         told = (name for name in self.names if name in OF_FORCES or name.startswith(("integral_", "drift_")))
         return (*own, *told)
@@ -116,12 +119,11 @@ class EnsembleOfMotions:
         }
 
     def fixed(self) -> xarray.Dataset:
-        """Return start, body and the text of the system."""
-        data = with_texts(self.frame.variables(()), self.frame)
+        """Return start, body and the text of the system, and how motions are computed."""
         run = self.frame.run
         known = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
         told = told_events(self.integrator.problem.events)
-        return data.assign_attrs({**known, "tolerance": run.tolerance, "order": 0, "steps": 0, **told})
+        return self._described.assign_attrs({**known, "tolerance": run.tolerance, "order": 0, "steps": 0, **told})
 
     def empty(self, names: Iterable[str]) -> xarray.Dataset:
         """Return the variables of one member."""
