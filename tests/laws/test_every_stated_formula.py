@@ -13,12 +13,15 @@ from laws.test_every_control_law import LAWS
 from laws.test_every_force import AT_REST, BODIES, FORCES, TIME, label
 from laws.test_every_mutual_gravity import FORCES as GRAVITIES
 from laws.test_every_mutual_gravity import PAIR
+from laws.test_every_part import PARTS
 from laws.test_pairs import forces_of
+from poinsot.functions import Vector
 from poinsot.mechanics.environment import orbits_of
 from poinsot.mechanics.notation import LATEX, MATHML, split_name
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.typeset import formula_of
+from poinsot.parts import ControlMomentGyro
 from poinsot.quantities import Along, said_of
 
 SIGNS = {
@@ -131,7 +134,7 @@ def evaluated(equations, at):
         left, equals, *right = ET.fromstring(f"<math>{waiting[-1]}</math>")
         assert equals.text == "="
         formula = compile(row(right), left.text or "", "eval")
-        name = "".join(left[0].itertext()) if left.tag == "msub" else left.text
+        name = f"rate {left[0].text}" if left.tag == "mover" else "".join(left.itertext())[:1]
         try:
             at[name] = (
                 Indexed(lambda *_, formula=formula: eval(formula, tools))
@@ -290,6 +293,28 @@ def of_two(force, pair, turns, rates, instant):
             at.setdefault("count", {})["i" if name == "primary" else "j"] = len(points)
             at |= {f"{name} masses": points, f"{name} positions": turn.apply(positions).view(Vec)}
     return at
+
+
+# ------------------------------------------------------------------ of parts
+
+
+PARTS_IN_FULL = [part for part in PARTS if part.formula]
+
+
+@pytest.mark.parametrize("part", PARTS_IN_FULL, ids=label)
+def test_the_formula_of_a_part_is_what_it_computes(part):
+    assert len(PARTS_IN_FULL) > 5
+    own, omega = np.array([0.7, -0.4, 0.9])[: part.size], np.array([0.4, -0.7, 0.3])
+    system = pt.System(BODIES[1], part)
+    values = {part.name: own} if part.size else {}
+    state = system.state((1, 0, 0, 0), omega_body=omega, time=TIME, **values)
+    at = numbers_by_name(part, Rotation.identity()) | {"ω": vec(omega), **CALLS}
+    letters_of_own = {1: "α" if isinstance(part, ControlMomentGyro) else "p", 2: "αp", 3: "h"}.get(part.size, "")
+    at |= {"h": vec(own)} if part.size == 3 else dict(zip(letters_of_own, own, strict=True))
+    found = evaluated(formula_of(part, BODIES[1], [], MATHML), at)
+    np.testing.assert_allclose(found["h"], vec(part.momentum(Vector(own), TIME)), rtol=1e-14)
+    rates = np.ravel([found[f"rate {letter}"] for letter in letters_of_own])
+    np.testing.assert_allclose(rates, vec(part.rates(system.at(state), Vector([0.0] * part.size))), rtol=1e-13)
 
 
 def test_a_formula_is_the_law_of_every_force_but_long_ones():

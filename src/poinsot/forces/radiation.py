@@ -179,9 +179,9 @@ class RadiationPressure(Sunlight):
     """
 
     formula = (
-        "N = -(p*sum(areas[i]*c[i]*(cross(positions[i], (1 - specular[i])*e + "
+        "N = -(k*sum(areas[i]*c[i]*(cross(positions[i], (1 - specular[i])*e + "
         "2*(diffuse[i]/3 + specular[i]*c[i])*normals[i])), i)); c[i] = max(0, dot(normals[i], e)); e = -u; "
-        "p = pressure*(distance/r)**2*f"
+        "k = pressure*(distance/r)**2*f"
     )
     sun: Orbit
     facets: Facets

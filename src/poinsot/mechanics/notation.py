@@ -121,12 +121,8 @@ def written(formula: str, notation: Notation, primed: Collection[str] = (), prim
     """
     marks = "'" * primes
     writer = _Writer(notation, {name: name + marks for name in primed})
-    equations = (ast.parse(each.strip()).body[0] for each in formula.split(";"))
-    return [
-        f"{writer.text(each.targets[0])}{notation.equals}{writer.text(each.value)}"
-        for each in equations
-        if isinstance(each, ast.Assign)
-    ]
+    sides = ([ast.parse(side.strip(), mode="eval").body for side in each.split("=")] for each in formula.split(";"))
+    return [notation.equals.join(map(writer.text, both)) for both in sides]
 
 
 SUM, PRODUCT_OF_VECTORS, PRODUCT, ATOM = range(4)

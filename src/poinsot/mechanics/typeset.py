@@ -50,6 +50,10 @@ SYMBOLS = {
     "T": "torque of a stream of unit pressure by the direction from which it comes",
     "epsilon": "vector part of the quaternion from the target to the body, q0 > 0",
     "nu": "angular velocity relative to the target, body axes",
+    "h": "momentum of the part: that of the body with it is g",
+    "p": "inertial angular momentum of the part along its axis",
+    "sigma": "rate relative to the body",
+    "alpha": "angle of the gimbal",
 }
 """What letters mean that are no parameters."""
 
@@ -67,6 +71,9 @@ OF_PAIRS = {
     "y": "position from the barycentre",
 }
 """What they mean of two bodies."""
+
+COMPUTED = frozenset({"formula", "energy", "torque", "load", "momentum", "rates", "torque_at"})
+"""What a class states, or its methods that compute it."""
 
 OF_ORBITS = frozenset("ruvxw")
 """Letters of which each orbit has its own."""
@@ -97,7 +104,7 @@ def formula_of(force: Any, body: Any, orbits: Sequence[Orbit], notation: Notatio
 
 def stated_formula(kind: type) -> str:
     """Return the formula that a class states, unless a class derived from it computes another one."""
-    owner = next(each for each in kind.__mro__ if vars(each).keys() & {"formula", "energy", "torque", "load"})
+    owner = next(each for each in kind.__mro__ if vars(each).keys() & COMPUTED)
     return str(vars(owner).get("formula", ""))
 
 

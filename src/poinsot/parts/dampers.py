@@ -49,6 +49,7 @@ class KaneDamper(Part):
     True
     """
 
+    formula = "rate(h) = cross(h, omega) - coefficient*(h/moment - omega)"
     moment: Positive
     coefficient: NotNegative
     variables: ClassVar[Mapping[str, int]] = {"momentum": 3}

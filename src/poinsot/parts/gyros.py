@@ -84,6 +84,10 @@ class ControlMomentGyro(Gimbal):
     array([[ 0.0001, -0.002 , -0.    ]])
     """
 
+    formula = (
+        "h = rotor_momentum*(cos(alpha)*spin_axis + sin(alpha)*(cross(gimbal_axis, spin_axis))); "
+        "rate(alpha) = gimbal_rate"
+    )
     gimbal_rate: AngularVelocity
     variables: ClassVar[Mapping[str, int]] = {"angle": 1}
 
@@ -139,6 +143,12 @@ class GimballedRotor(Gimbal):
     True
     """
 
+    formula = (
+        "h = k + p*gimbal_axis; "
+        "k = rotor_momentum*(cos(alpha)*spin_axis + sin(alpha)*(cross(gimbal_axis, spin_axis))); "
+        "rate(alpha) = sigma; sigma = p/moment - dot(gimbal_axis, omega); "
+        "rate(p) = dot(omega, cross(gimbal_axis, k)) + torque - stiffness*alpha - damping*sigma"
+    )
     moment: Positive
     torque: Real = 0.0
     stiffness: NotNegative = 0.0

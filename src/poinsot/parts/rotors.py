@@ -39,6 +39,7 @@ class Gyrostat(Part):
     array([0., 0., 2.])
     """
 
+    formula = "h = rotor_momentum"
     rotor_momentum: BodyVector
 
     @override
@@ -123,6 +124,7 @@ class ReactionWheel(Wheel):
     array([[ 0.    ,  0.    , -0.3077]])
     """
 
+    formula = "h = p*axis; rate(p) = torque - friction*sigma; sigma = p/moment - dot(axis, omega)"
     friction: NotNegative = 0.0
     torque: Real = 0.0
 
@@ -167,6 +169,11 @@ class MomentumWheel(Wheel):
     array([50.])
     """
 
+    formula = (
+        "h = p*axis; "
+        "rate(p) = clip(gain*(commanded_speed - sigma), -largest_torque, largest_torque) - friction*sigma; "
+        "sigma = p/moment - dot(axis, omega)"
+    )
     commanded_speed: Real
     gain: Positive
     largest_torque: Positive
