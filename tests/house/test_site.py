@@ -122,6 +122,7 @@ VISITED = [
     "benchmarks",
     "coming_from",
     "formulas",
+    "paper",
     "glossary",
     "validation",
     "cite",
