@@ -350,8 +350,10 @@ def own_folder(path: Path) -> Path:
 
 
 def check_descriptions(folder: Path, described: Mapping[str, Described]) -> None:
-    """Refuse a group that describes its arrays in other words than they describe themselves."""
+    """Refuse a group that describes its arrays in other words than they describe themselves, or has links to them."""
     for name, about in described.items():
+        if (folder / name).is_symlink():
+            raise StoreError(f"{name} is a link")
         if _json_in(folder / name) != about.metadata:
             raise StoreError(f"{name} is described in another way")
 
