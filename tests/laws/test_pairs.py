@@ -258,11 +258,12 @@ def test_spheres_move_on_the_ellipse_of_kepler():
     for _ in range(60):
         E = mean + e * np.sin(E)
     ellipse = np.stack([a * (np.cos(E) - e), a * np.sqrt(1 - e**2) * np.sin(E), 0 * E], axis=-1)
-    # 4 roundings of the energy, of the start, move the phase by 8e-13 in 628 radians; it is faster at the periapsis
-    assert np.max(np.abs(motion.position - tilt.apply(ellipse))) < 3e-12 * a
+    # Roundings of the start change the energy, and with it the phase after 628 radians: three times the worst of 11
+    # shaken starts, 5.1e-12 of the semimajor axis, and 1.9e-12 in the attitudes.
+    assert np.max(np.abs(motion.position - tilt.apply(ellipse))) < 1.6e-11 * a
     for view, turn, spin in zip((motion.primary, motion.secondary), TURNS, SPINS, strict=True):
         turned = Rotation.from_quat(turn, scalar_first=True) * Rotation.from_rotvec(np.outer(times, spin))
-        assert np.max((view.attitude.inv() * turned).magnitude()) < 1e-12
+        assert np.max((view.attitude.inv() * turned).magnitude()) < 6e-12
 
 
 @pytest.mark.parametrize(("orbits", "bound"), [(300, 5e-14), pytest.param(10_000, 5e-13, marks=pytest.mark.slow)])

@@ -161,4 +161,4 @@ def test_damping_at_samples_by_hand():
     rates = 0.1 * np.array((1.0, factor, 0.5 * (factor**2 + factor**3), factor**3))
     assert np.max(np.abs(motion.omega_body[:, 0] - rates)) < 1e-16
     held = -gain * 0.1 * np.array((1.0, factor, factor**2, factor**3))
-    assert np.max(np.abs(motion.own["sampled"][:, 0] - held)) < 1e-16
+    assert np.max(np.abs(motion.own["sampled"][:, 0] - held)) < 2e-16  # of 0.2, a few roundings
