@@ -258,7 +258,7 @@ def test_spheres_move_on_the_ellipse_of_kepler():
     for _ in range(60):
         E = mean + e * np.sin(E)
     ellipse = np.stack([a * (np.cos(E) - e), a * np.sqrt(1 - e**2) * np.sin(E), 0 * E], axis=-1)
-    # Roundings of the start change the energy, and with it the phase after 628 radians: three times the worst of 11
+    # Roundings of the start change the energy, and with it the phase after 628 radians: three times the worst of ten
     # shaken starts, 5.1e-12 of the semimajor axis, and 1.9e-12 in the attitudes.
     assert np.max(np.abs(motion.position - tilt.apply(ellipse))) < 1.6e-11 * a
     for view, turn, spin in zip((motion.primary, motion.secondary), TURNS, SPINS, strict=True):

@@ -61,7 +61,7 @@ def test_motions(name):
     for i, printed in enumerate(case["states"]):
         allowed = printed["binary64_taylor_error"]
         for what, error in errors(motion, i, printed).items():
-            # Three times the worst of 11 shaken starts.
+            # Three times the worst of ten shaken starts.
             assert error < 60 * allowed[what] + 4e-14, (printed["time"], what)
         size = motion.kinetic_energy[i] - motion.potential_energy[i]
         assert abs(motion.energy[i] - float(printed["energy"])) < 4e-15 * size  # 3 times the worst of these
