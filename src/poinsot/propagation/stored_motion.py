@@ -18,10 +18,10 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import RIGID, Phase, State, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.chunks import reduced
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import EventRecord, StoredEvent
 from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.reductions import reduced
 from poinsot.propagation.run_record import Run
 from poinsot.propagation.selection import Chosen
 from poinsot.propagation.trajectory import ORBIT, Trajectory
