@@ -120,7 +120,9 @@ def test_nested_lists_and_keyword_defaults_count():
     assert len({fingerprint(value) for value in values}) == len(values)
 
 
-@pytest.mark.parametrize("held", [np, threading.Lock(), (x for x in "ab"), re.compile("a")], ids=repr)
+@pytest.mark.parametrize(
+    "held", [np, threading.Lock(), (x for x in "ab"), re.compile("a")], ids=["module", "lock", "generator", "pattern"]
+)
 def test_what_a_function_holds_may_be_without_numbers(held):
     """A module that the function around it imports, a lock."""
 
