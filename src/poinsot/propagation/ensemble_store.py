@@ -207,7 +207,7 @@ class EnsembleStore:
             for name, about in self.sharded.items():
                 shutil.copyfile(self.folder / name / about.key(number), folder / name / about.key(number))
             own = self._folder_of(number)
-            shutil.copytree(own, folder / own.relative_to(self.folder))
+            shutil.copytree(own, folder / own.relative_to(self.folder), symlinks=True)  # whose targets are not read
 
     # ------------------------------------------------------------------ reading
 

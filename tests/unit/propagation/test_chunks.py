@@ -205,6 +205,14 @@ def test_a_motion_in_a_store_is_saved_with_all_that_it_has(name, ending, tmp_pat
         assert len(read.events[0]) > COUNT / 4
 
 
+def test_a_copy_of_a_store_has_nothing_from_outside_it(tmp_path):
+    (tmp_path / "outside").write_text("of somebody else")
+    motion = run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=10)
+    (tmp_path / "it.zarr" / "chunks" / "000000" / "link").symlink_to(tmp_path / "outside")
+    pt.save(motion, tmp_path / "copy.zarr")
+    assert (tmp_path / "copy.zarr" / "chunks" / "000000" / "link").is_symlink()
+
+
 def test_a_store_that_is_not_whole_is_copied_and_goes_on(tmp_path):
     system, options = SYSTEMS["with events"]
     whole, out, copy = run(system, **options), tmp_path / "it.zarr", tmp_path / "copy.zarr"
