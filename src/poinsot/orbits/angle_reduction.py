@@ -68,7 +68,7 @@ def angle_nearby(start: Scalar, squared_rate: Callable[[Any], Any], time: Scalar
 
 
 def _reduced(start: Scalar, rate: Any, since: DoubleDouble, turns: Any) -> Any:
-    """Return start + rate since less whole pairs of turns, from what is left of the time after whole periods."""
+    """Return start + rate (time - epoch) modulo two turns: the product is that of the time modulo two periods."""
     period, fast = LONG_FULL / rate, np.asarray(rate, dtype=float)[()]
     short = _few_bits(np.asarray(period, dtype=float)[()])
     rest = since.hi - turns * short  # exact, as a few turns have few bits too
