@@ -335,3 +335,20 @@ def test_gravity_gradient_equilibrium_stays_in_the_orbit_frame():
     relative = motion.relative_to(orbit.frame)
     assert np.max(relative.attitude.magnitude()) < 1e-13
     assert np.max(np.abs(relative.omega_body)) < 1e-13
+
+
+@pytest.mark.parametrize("starts", [(), (3,)], ids=["one", "ensemble"])
+def test_drifts_are_relative_to_energy_and_to_momentum(starts):
+    """Computed from the columns, for moments and weights far from 1, where the two sizes differ."""
+    top = pt.System(pt.Body((9.0, 7.0, 5.0)), pt.UniformGravity(weight=40.0, center_of_mass=(0.5, 0, 0.2)))
+    rates = np.random.default_rng(5).normal(size=(*starts, 3))
+    motion = pt.propagate(top, top.body.state((1, 0, 0, 0), omega_body=rates), np.linspace(0, 20, 41), tolerance=1e-6)
+    energies = np.abs(motion.kinetic_energy) + np.abs(motion.potential_energy)
+    momenta = np.linalg.norm(motion.angular_momentum_body, axis=-1)
+    drift, sizes = motion.drift, {"energy": energies, "angular_momentum_space_3": momenta}
+    assert drift.keys() == sizes.keys()
+    for name, size in sizes.items():
+        values, largest = motion.integrals[name], size.max(axis=-1, keepdims=True)
+        expected = (values - values[..., :1]) / largest
+        assert np.max(np.abs(expected)) > 1e-12
+        np.testing.assert_allclose(drift[name], expected, rtol=0, atol=8 * np.finfo(float).eps)  # of values near 1
