@@ -1,7 +1,8 @@
 """Every full run's targets in one file that is kept with the source, so that a regression is seen.
 
 `history.csv` has a row for each target of each run of `make bench`: date, commit, processor, target, value, bound and
-whether it is the most or the least that the value may be. Only rows of one processor are compared.
+whether it is the most or the least that the value may be. A target has become worse only if it
+has on the same processor.
 """
 
 import csv
@@ -40,6 +41,15 @@ def read(path=PATH):
     """Return all rows."""
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
+
+
+def elsewhere(processor):
+    """Return the last rows of each other processor: by its name, a dictionary by target."""
+    found = {}
+    for row in read():
+        if row["processor"] != processor:
+            found.setdefault(row["processor"], {})[row["target"]] = row
+    return found
 
 
 def append(results, path=PATH):

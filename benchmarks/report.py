@@ -2,7 +2,7 @@
 
 import textwrap
 
-from benchmarks import flops, peers, plots, targets
+from benchmarks import flops, history, peers, plots, targets
 from benchmarks.ensembles import BATCHES, ONE_BY_ONE, ONE_CORE, RIGHT
 from benchmarks.measure import Contender
 from benchmarks.pairs import FOURTH
@@ -22,6 +22,10 @@ from benchmarks.targets import (
 from benchmarks.variational import BEFORE
 
 PICTURES = ("P2", "P3")
+ONE_RUN = (
+    "Every figure on this page is from one run of `make bench`, on one machine; the last columns of the targets alone",
+    "are from the last runs on other processors (`benchmarks/history.csv`), in bold what misses its target there.",
+)
 ABOUT = (
     "Single bodies and overheads run on one core, pinned, and their times are processor times. The tools take turns,",
     "round after round, and the median of the rounds counts; compare times within a table. What compiles once",
@@ -121,8 +125,8 @@ def _head(results):
     if results["short"]:
         facts.append("**A short run: few repeats, few settings. For a quick look only.**")
     missing = not_measured(results)
-    parts = (facts, *([missing] if missing else ()), ABOUT, JUDGED)
-    title = "# Benchmarks\n\nEvery figure on this page is from one run of `make bench`, on one machine.\n"
+    parts = (ONE_RUN, facts, *([missing] if missing else ()), ABOUT, JUDGED)
+    title = "# Benchmarks\n"
     return "\n".join((title, *(prose(*part) for part in parts)))
 
 
@@ -130,9 +134,28 @@ def _targets(results):
     rows = targets.all_of(results)
     met, unknown = (sum(row.verdict == verdict for row in rows) for verdict in ("met", "not measured"))
     rest = f", {unknown} not measured" if unknown else ""
-    return f"## Targets: {met} of {len(rows)} met{rest}\n\n" + table(
-        ("what", "target", "reached", ""), [row.row for row in rows]
+    others = history.elsewhere(results["machine"]["processor"])
+    dates = {name: max(row["date"] for row in last.values()) for name, last in others.items()}
+    return "\n".join(
+        (
+            f"## Targets: {met} of {len(rows)} met{rest}\n",
+            table(
+                ("what", "target", "reached", "", *(f"on {name}, {date}" for name, date in dates.items())),
+                [
+                    (*row.row, *(_elsewhere(row, last.get(history.stable(row.what))) for last in others.values()))
+                    for row in rows
+                ],
+            ),
+        )
     )
+
+
+def _elsewhere(target, last):
+    """Return the cell of another processor, in bold where the target is missed."""
+    if last is None:
+        return "-"
+    value = float(last["value"])
+    return target.cell(value) if target.allows(value) else f"**{target.cell(value)}**"
 
 
 def _one_body(measured):

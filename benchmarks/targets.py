@@ -43,16 +43,24 @@ class Target:
         """Say whether it is met, or by how much it is missed."""
         if self.reached is None:
             return "not measured"
-        if self.reached <= self.bound if self.most else self.reached >= self.bound:
+        if self.allows(self.reached):
             return "met"
         factor = self.reached / self.bound if self.most else self.bound / self.reached
         return f"**missed** by a factor {factor:.2f}"
 
+    def allows(self, value):
+        """Whether a value meets it."""
+        return value <= self.bound if self.most else value >= self.bound
+
+    def cell(self, value):
+        """Return a value, or a dash, for a table."""
+        return "-" if value is None else f"{value:.3g}{self.unit}"
+
     @property
     def row(self):
         """Return the cells of a table."""
-        reached = "-" if self.reached is None else f"{self.reached:.3g}{self.unit}"
-        return self.what, f"{'at most' if self.most else 'at least'} {self.bound:g}{self.unit}", reached, self.verdict
+        bound = f"{'at most' if self.most else 'at least'} {self.bound:g}{self.unit}"
+        return self.what, bound, self.cell(self.reached), self.verdict
 
 
 def time_at(curve, error):

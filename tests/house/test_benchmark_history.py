@@ -3,7 +3,7 @@
 import datetime as dt
 
 import pytest
-from benchmarks import history, targets
+from benchmarks import history, report, targets
 from benchmarks.targets import Target
 
 
@@ -49,3 +49,14 @@ def test_a_run_is_appended_and_compared_with_the_last_one(tmp_path, monkeypatch,
     ]
     assert len([row for row in rows if row["target"] == "other"]) == 3
     assert [" on 2026-11-21 at " in line for line in said[-1]] == [True] * worse
+
+
+def test_the_table_of_targets_shows_the_last_run_on_each_other_processor(monkeypatch):
+    runs = [("2026-11-20", "this", 1), ("2026-11-20", "that", 2), ("2026-11-21", "that", 4), ("2026-11-21", "fast", 3)]
+    rows = [{"date": date, "processor": name, "target": "time", "value": str(value)} for date, name, value in runs]
+    monkeypatch.setattr(history, "read", lambda: rows)
+    monkeypatch.setattr(targets, "all_of", lambda _: [Target("time (1 to 2 in 7 processes)", 2.0, 3.0, True, " ms")])
+    machine = {"date": "2026-11-22", "processor": "this", "cores": 2, "system": "", "versions": {}}
+    page = report.text({"machine": machine, "short": False})
+    assert "| what | target | reached |  | on that, 2026-11-21 | on fast, 2026-11-21 |" in page
+    assert "| at most 3 ms | 2 ms | met | **4 ms** | 3 ms |" in page
