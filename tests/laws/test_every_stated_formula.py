@@ -336,6 +336,26 @@ def test_a_class_that_computes_something_else_does_not_show_the_formula_of_its_b
     assert "0.5" in equation
 
 
+@pytest.mark.parametrize(
+    "stated",
+    [
+        "N = 2 +",
+        "N = x if y else z",
+        "N = cross(x)",
+        "N = rate()",
+        "N = a % b",
+        "N = a, b",
+        "N = -x; = 3",
+        "N = not x",
+        "N = {x}",
+    ],
+)
+def test_a_formula_that_is_not_written_as_one_is_refused_where_it_is_shown(stated):
+    kind = type("Drag", (pt.forces.LinearDamping,), {"formula": stated})
+    with pytest.raises(ValueError, match="formula of a class must be equations"):
+        pt.System(BODIES[0], kind(0.3))._repr_latex_()
+
+
 class Table(Wind):
     """A torque that looks something up."""
 

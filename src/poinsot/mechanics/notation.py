@@ -118,15 +118,29 @@ def written(formula: str, notation: Notation, primed: Collection[str] = (), prim
     Indices are in square brackets, `dot` and `cross` products of vectors, `sum(x, i)` goes over all i and
     `sum(x, n, 2, degree)` from 2 to the degree, as the last factor of a product; `rate(x)` is a time derivative. A
     minus before a product is written before its brackets. `primed` letters get primes.
+
+    Raises
+    ------
+    ValueError
+        If it is not written so.
     """
     marks = "'" * primes
     writer = _Writer(notation, {name: name + marks for name in primed})
-    sides = ([ast.parse(side.strip(), mode="eval").body for side in each.split("=")] for each in formula.split(";"))
-    return [notation.equals.join(map(writer.text, both)) for both in sides]
+    try:
+        sides = ([ast.parse(side.strip(), mode="eval").body for side in each.split("=")] for each in formula.split(";"))
+        return [notation.equals.join(map(writer.text, both)) for both in sides]
+    except (SyntaxError, ValueError, IndexError, KeyError) as error:
+        raise ValueError(
+            "formula of a class must be equations of names, numbers, + - * / **, indices and calls, separated by "
+            f'semicolons, such as "N = K*cross(x, v); K = 3*mu*radius**5", got {formula!r}.'
+        ) from error
 
 
 SUM, PRODUCT_OF_VECTORS, PRODUCT, ATOM = range(4)
 """How tightly an expression holds together."""
+
+WRITTEN = frozenset({"name", "constant", "subscript", "unaryop", "binop", "call"})
+"""The kinds of expressions."""
 
 
 class _Writer:
@@ -137,7 +151,10 @@ class _Writer:
 
     def text(self, node: ast.expr, least: int = SUM) -> str:
         """Return an expression that holds together at least so tightly."""
-        text, held = getattr(self, f"_{type(node).__name__.lower()}")(node)
+        kind = type(node).__name__.lower()
+        if kind not in WRITTEN:
+            raise ValueError(kind)
+        text, held = getattr(self, f"_{kind}")(node)
         return self.notation.brackets.format(text) if held < least else str(text)
 
     def _name(self, node: ast.Name) -> tuple[str, int]:
@@ -152,6 +169,8 @@ class _Writer:
         return self.notation.below.format(self.text(node.value), "".join(map(self.text, indices))), ATOM
 
     def _unaryop(self, node: ast.UnaryOp) -> tuple[str, int]:
+        if not isinstance(node.op, ast.USub):
+            raise ValueError(node.op)
         return f"{self.notation.operators[1].strip()}{self.text(node.operand, PRODUCT_OF_VECTORS)}", SUM
 
     def _binop(self, node: ast.BinOp) -> tuple[str, int]:
@@ -165,7 +184,9 @@ class _Writer:
                 return f"{self.text(node.left, PRODUCT)}{notation.times}{self.text(node.right, PRODUCT)}", PRODUCT
             case ast.Div():
                 return notation.fraction.format(self.text(node.left), self.text(node.right)), PRODUCT
-        return notation.power.format(self.text(node.left, ATOM), self.text(node.right)), ATOM
+            case ast.Pow():
+                return notation.power.format(self.text(node.left, ATOM), self.text(node.right)), ATOM
+        raise ValueError(node.op)
 
     def _call(self, node: ast.Call) -> tuple[str, int]:
         name, notation = getattr(node.func, "id", ""), self.notation

@@ -89,10 +89,10 @@ def formula_of(force: Any, body: Any, orbits: Sequence[Orbit], notation: Notatio
     A parameter is written by its name and the number of its component, what belongs to the motion as in `SYMBOLS`.
     Letters of the second and third of the orbits have primes.
     """
+    if stated := stated_formula(type(force)):
+        own = next(iter(orbits_of(force)), None)
+        return written(stated, notation, OF_ORBITS, _place(own, orbits) if own else 0)
     try:
-        if stated := stated_formula(type(force)):
-            own = next(iter(orbits_of(force)), None)
-            return written(stated, notation, OF_ORBITS, _place(own, orbits) if own else 0)
         write = _Writer(notation)
         left, values = _traced(force, body, orbits)
         terms = notation.operators[2].join(map(write.sum, values))
