@@ -1,7 +1,7 @@
 """Machine code in tests: little is optimized, since it takes longer to compile than to run, and it is kept.
 
-Kernels of the engine and large looped ones are compiled without optimization: five times as fast, to code that takes
-twice as long. That of looped kernels is kept in pytest's cache: another worker, or a later run, does not compile it
+Kernels are compiled without optimization: three to five times as fast, to code that takes twice as long and gives the
+same bits. That of looped kernels is kept in pytest's cache: another worker, or a later run, does not compile it
 again. The engine does the same with its own. The name of a file follows from all that decides what is in it.
 """
 
@@ -18,8 +18,6 @@ import heyoka as hy
 from poinsot.engine import llvm_ir, looped_kernel
 
 WEEK = 7 * 86400.0
-LARGE = 200_000
-"""Characters of the text of a kernel that is compiled without optimization: the bits are the same."""
 
 
 def pytest_configure(config):
@@ -37,8 +35,6 @@ def pytest_configure(config):
     plain, create = looped.machine_code, llvm.create_mcjit_compiler
 
     def machine_code(text, library):
-        level = llvm_ir.CODE_GENERATION
-        llvm_ir.CODE_GENERATION = 0 if len(text) > LARGE else level
         decided = repr((machine, llvm_ir.CODE_GENERATION, text)).encode()
         path = folder / hashlib.sha256(decided).hexdigest()
 
@@ -60,13 +56,13 @@ def pytest_configure(config):
             return plain(text, library)
         finally:
             llvm.create_mcjit_compiler = create
-            llvm_ir.CODE_GENERATION = level
 
     looped.machine_code = machine_code
 
 
 def _do_not_optimize():
-    """Compile the engine's integrators as they are written."""
+    """Compile looped kernels and the engine's integrators as they are written."""
+    llvm_ir.CODE_GENERATION = 0
     for name in ("taylor_adaptive", "taylor_adaptive_batch"):
         setattr(hy, name, functools.partial(getattr(hy, name), opt_level=0))
 

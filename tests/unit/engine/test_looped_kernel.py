@@ -246,13 +246,14 @@ def test_any_number_of_lanes_and_both_layouts_give_the_same_bits(name):
         np.testing.assert_array_equal(other, found[0])
 
 
+@pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("layout", ["batch", "single"])
-def test_optimization_changes_no_bit(layout, monkeypatch):
-    times, states = np.linspace(0.0, SYSTEMS["top"][1], 23)[1:], starts("top", 3)
+def test_optimization_changes_no_bit(layout, name, monkeypatch):
+    times, states = np.linspace(0.0, SYSTEMS[name][1], 23)[1:], starts(name, 3)
     found = []
     for level in (0, 1, 2):
         monkeypatch.setattr(llvm_ir, "CODE_GENERATION", level)
-        code = Code(KernelProgram(DECOMPOSITIONS["top"], ORDER, None, layout, Momenta()))
+        code = Code(KernelProgram(DECOMPOSITIONS[name], ORDER, None, layout, Momenta()))
         found.append(integrated(code, states, times)[0])
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
