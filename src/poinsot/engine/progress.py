@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import threading
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, Protocol
+
+from typing_extensions import override
 
 __all__ = ["Progress", "Report", "bar", "later"]
 
@@ -34,26 +36,33 @@ def bar(what: str, total: float, wanted: Progress, console: Any = None) -> Abstr
 
 @contextmanager
 def _shown(what: str, total: float, console: Any) -> Iterator[Report]:
-    lock, done, began = threading.Lock(), 0.0, clock.perf_counter()
+    lock, done, told, began = threading.Lock(), 0.0, "", clock.perf_counter()
 
     def begun() -> Any:
-        from rich.console import Console
+        from rich.console import Console, RenderableType
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+        class Display(Progress):
+            """Shows the last report, also one that came before it began."""
+
+            @override
+            def get_renderables(self) -> Iterable[RenderableType]:
+                for task in self.task_ids:
+                    self.update(task, completed=done, told=told)
+                return super().get_renderables()
+
         columns = (TextColumn(what), BarColumn(20), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
-        progress = Progress(*columns, console=console or Console(stderr=True), transient=True)
-        progress.add_task("", total=total, told="")
-        return progress
+        display = Display(*columns, console=console or Console(stderr=True), transient=True)
+        display.add_task("", total=total, told="")
+        return display
 
     def report(more: float, part: str = "") -> None:
-        nonlocal done
+        nonlocal done, told
         with lock:
             done += more
             told = f"{done:.6g}/{total:.6g}, {part or f'{done / (clock.perf_counter() - began):.3g}/s'}"
-            for progress in shown:
-                progress.update(progress.task_ids[0], completed=done, told=told)
 
-    with later(begun) as shown:
+    with later(begun):
         yield report
 
 
