@@ -44,9 +44,13 @@ def assemble(scalars: Sequence[Scalar], *sources: ArrayLike) -> Array:
         if not isinstance(source, np.ndarray) and isinstance(source, functions.Vector):
             return cast(Array, functions.Vector(scalars))
     shapes = {getattr(scalar, "shape", ()) for scalar in scalars}
-    if len(shapes) > 1:
-        return np.stack(np.broadcast_arrays(*scalars), axis=-1)
-    return np.stack(scalars, axis=-1) if shapes != {()} else np.array(scalars)
+    if shapes == {()}:
+        return np.array(scalars)
+    shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
+    out = np.empty((*shape, len(scalars)), np.result_type(*map(np.asarray, scalars)))
+    for i, scalar in enumerate(scalars):  # in a third of the time of `stack`
+        out[..., i] = scalar
+    return out
 
 
 def product(p: ArrayLike, q: ArrayLike) -> Array:

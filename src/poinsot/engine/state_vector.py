@@ -129,7 +129,8 @@ class StateVector:
     @functools.cached_property
     def charts(self) -> list[slice]:
         """Where attitude and momentum of each body are."""
-        return [self.slots[_chart_of(body)].place for body in self.ratios]
+        size = self.formulation.size
+        return [slice(i * size, (i + 1) * size) for i in range(len(self.ratios))]
 
     @functools.cached_property
     def along_orbits(self) -> slice:
@@ -296,13 +297,16 @@ class StateVector:
             turn = block.quaternion(times, variables[..., self.along_orbits])
         for body, place, scale in zip(self.ratios, self.charts, self.scales(self.scale), strict=True):
             rigid = variables[..., place].copy()
+            scale = np.asarray(scale)[..., None]
             for i in range(chart.size)[chart.momenta]:  # a column at a time: rows are short
-                rigid[..., i] /= np.asarray(scale)[..., None]
+                rigid[..., i] /= scale
             self._turn(rigid, turn)
             phase |= {named(body, name): row for name, row in chart.to_phase(rigid).items()}
-        columns, scale = np.moveaxis(variables, -1, 0), np.asarray(self.scale)[..., None]
-        own = {name: self.slots[name].beside_times.physical(columns, scale) for name in self.parts}
-        return phase | {name: np.stack(list(values), axis=-1) for name, values in own.items()}
+        if self.parts:
+            columns, scale = np.moveaxis(variables, -1, 0), np.asarray(self.scale)[..., None]
+            own = {name: self.slots[name].beside_times.physical(columns, scale) for name in self.parts}
+            phase |= {name: np.stack(list(values), axis=-1) for name, values in own.items()}
+        return phase
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""

@@ -12,7 +12,7 @@ from poinsot.algebra.double_double import PI, SPLITTER, DoubleDouble
 from poinsot.algebra.program import number
 from poinsot.functions import Scalar
 
-__all__ = ["angle_at", "angle_nearby", "elapsed", "mean_motion_of"]
+__all__ = ["NearbyAngle", "angle_at", "elapsed", "mean_motion_of"]
 
 FULL = PI.scaled(4.0)
 """Two turns, which leave the half angles of a quaternion, and so its sign, as they are."""
@@ -49,34 +49,56 @@ def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool 
     return angle if here is time else angle + rate.hi * (time - here)
 
 
-def angle_nearby(start: Scalar, squared_rate: Callable[[Any], Any], time: Scalar, epoch: Scalar) -> Any:
-    """Return the same from long doubles, which is faster, where these leave no more than rounding; else None.
+class NearbyAngle:
+    """The angle start + rate (time - epoch), faster than `angle_at` where long doubles leave no more than rounding.
 
-    The rate is the square root of a function of the kind of number to compute it in.
+    What the reduction needs of the rate is computed once.
+
+    Parameters
+    ----------
+    start, epoch : scalars
+    squared_rate : callable
+        Returns the square of the rate in a kind of number.
     """
-    if np.finfo(LONG).eps > LONG_ENOUGH or not _plain(start, time, epoch):
-        return None
-    kind, rate = np.result_type(np.float64, start, time), np.sqrt(squared_rate(LONG))
-    since = np.asarray(time, dtype=kind) - epoch
-    near = np.asarray(start + np.asarray(rate, dtype=kind) * since, dtype=float)
-    if not np.max(np.abs(near), initial=0.0) < FEW_RADIANS:
-        return None
-    turns = np.rint(near / FULL.hi)
-    if kind == LONG:
-        return start + rate * since - LONG_FULL * turns
-    return _reduced(start, rate, DoubleDouble.difference(time, epoch), turns)
+
+    def __init__(self, start: Scalar, squared_rate: Callable[[Any], Any], epoch: Scalar) -> None:
+        self._start, self._epoch = start, epoch
+        self._is_known = np.finfo(LONG).eps <= LONG_ENOUGH and _plain(start, epoch)
+        if self._is_known:
+            self._rate = np.sqrt(squared_rate(LONG))
+            period, self._fast = LONG_FULL / self._rate, _rounded(self._rate)
+            self._short = _few_bits(_rounded(period))
+            self._rest, self._slow = _rounded(period - self._short), _rounded(self._rate - self._fast)
+
+    def at(self, time: Scalar) -> Any:
+        """Return the angle at a time less whole pairs of turns; None where it is not known to rounding."""
+        if not (self._is_known and _plain(time)):
+            return None
+        if np.result_type(np.float64, self._start, time) == LONG:
+            angle = self._start + self._rate * (np.asarray(time, dtype=LONG) - self._epoch)
+            turns = _turns(np.asarray(angle, dtype=float))
+            return None if turns is None else angle - LONG_FULL * turns
+        since = DoubleDouble.difference(time, self._epoch)
+        turns = _turns(self._start + self._fast * since.hi)
+        return None if turns is None else self._reduced(since, turns)
+
+    def _reduced(self, since: DoubleDouble, turns: Any) -> Any:
+        """Return the angle modulo two turns: the product is that of the time modulo two periods."""
+        rest = since.hi - turns * self._short  # exact, as a few turns have few bits too
+        late = since.lo - turns * self._rest
+        angle = DoubleDouble.product(self._fast, rest)
+        whole = DoubleDouble.difference(angle.hi, -self._start)
+        return whole.hi + (whole.lo + (angle.lo + (self._fast * late + self._slow * rest)))
 
 
-def _reduced(start: Scalar, rate: Any, since: DoubleDouble, turns: Any) -> Any:
-    """Return start + rate (time - epoch) modulo two turns: the product is that of the time modulo two periods."""
-    period, fast = LONG_FULL / rate, np.asarray(rate, dtype=float)[()]
-    short = _few_bits(np.asarray(period, dtype=float)[()])
-    rest = since.hi - turns * short  # exact, as a few turns have few bits too
-    late = since.lo - turns * np.asarray(period - short, dtype=float)[()]
-    slow = np.asarray(rate - fast, dtype=float)[()]
-    angle = DoubleDouble.product(fast, rest)
-    whole = DoubleDouble.difference(angle.hi, -start)
-    return whole.hi + (whole.lo + (angle.lo + (fast * late + slow * rest)))
+def _turns(angle: Any) -> Any:
+    """Return the pairs of turns in an angle, if it is of few radians; else None."""
+    return np.rint(angle / FULL.hi) if np.abs(angle).max(initial=0.0) < FEW_RADIANS else None
+
+
+def _rounded(x: Any) -> Any:
+    """Return long doubles as doubles."""
+    return np.asarray(x, dtype=float)[()]
 
 
 def elapsed(start: Scalar, time: Scalar, epoch: Scalar) -> Scalar:

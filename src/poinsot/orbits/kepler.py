@@ -16,7 +16,7 @@ from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array
 from poinsot.functions import Scalar
 from poinsot.mechanics.parameters import Positive
-from poinsot.orbits.angle_reduction import angle_at, angle_nearby, mean_motion_of
+from poinsot.orbits.angle_reduction import NearbyAngle, angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
 from poinsot.orbits.from_cartesian import passage
 from poinsot.quantities import Angle, Inclination, Real, Rule, Time
@@ -221,11 +221,15 @@ class KeplerOrbit(ConicOrbit):
         return self._mean_anomaly(time)
 
     def _mean_anomaly(self, time: Scalar, whole: bool = False) -> Scalar:
-        start = self.mean_anomaly_at_epoch
-        near = None if whole else angle_nearby(start, self._squared_rate, time, self.epoch)
+        near = None if whole else self._nearby_anomaly.at(time)
         if near is not None:
             return near
-        return angle_at(start, mean_motion_of(self.mu, self.semimajor_axis), time, self.epoch, whole)
+        rate = mean_motion_of(self.mu, self.semimajor_axis)
+        return angle_at(self.mean_anomaly_at_epoch, rate, time, self.epoch, whole)
+
+    @functools.cached_property
+    def _nearby_anomaly(self) -> NearbyAngle:
+        return NearbyAngle(self.mean_anomaly_at_epoch, self._squared_rate, self.epoch)
 
     def _squared_rate(self, kind: Any) -> Any:
         a = np.asarray(self.semimajor_axis, dtype=kind)[()]
