@@ -1,12 +1,14 @@
 """How near the numerical bounds of the tests are to what is measured, on shaken starts and other lane counts.
 
-    python -m pytest -o enable_assertion_pass_hook=true --margins out/margins.txt --shake 7 --lanes 4
+    python -m pytest -o enable_assertion_pass_hook=true --margins out/margins.txt --shake 7 --lanes 4 --numprocesses 2
 
 A bound that is not derived is at least three times the worst over 20 seeds of `--shake` and over 2, 4 and 8 lanes:
 of each comparison that passes, the file lists the largest value over its bound. A bound near the rounding unit without
 a comment of its own is such a measured one.
 """
 
+import ast
+import operator
 import re
 import sys
 import zlib
@@ -19,11 +21,8 @@ import pytest
 from poinsot.engine import kernels, state_vector
 
 SCALAR = re.compile(r"np\.\w+\('?([-+\d.e]+)'?\)")
-NUMBER = r"([-+]?\d[\d_.]*(?:e[-+]?\d+)?)"
-BELOW = re.compile(rf"(?<![\w.]){NUMBER} <=? {NUMBER}(?![\w.])")
-ABOVE = re.compile(rf"(?<![\w.]){NUMBER} >=? {NUMBER}(?![\w.])")
-FORMULA = re.compile(rf"{NUMBER} <=? (\([-+*/\d.e() ]+\))")
-"""A bound that the test works out of other numbers."""
+OPERATIONS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
+OPERATIONS |= {ast.Pow: operator.pow, ast.USub: operator.neg}
 
 
 def pytest_addoption(parser):
@@ -70,15 +69,20 @@ class Margins:
 
     @pytest.hookimpl
     def pytest_assertion_pass(self, item, lineno, orig, expl):
-        first = SCALAR.sub(r"\1", expl.split("\n")[0])
-        pairs = [(a, b) for a, b in BELOW.findall(first)] + [(b, a) for a, b in ABOVE.findall(first)]
-        if formula := FORMULA.fullmatch(first):
-            pairs.append((formula[1], eval(formula[2])))
-        for a, b in pairs:
-            self.note(f"{item.location[0]}:{lineno}", abs(float(a)), abs(float(b)), orig)
+        for value, bound in _compared(SCALAR.sub(r"\1", expl.split("\n")[0])):
+            self.note(f"{item.location[0]}:{lineno}", abs(value), abs(bound), orig)
 
     @pytest.hookimpl
-    def pytest_sessionfinish(self):
+    def pytest_testnodedown(self, node):
+        """Take what a worker has found."""
+        for place, found in node.workeroutput.get("margins", {}).items():
+            self.worst[place] = max(self.worst[place], tuple(found))
+
+    @pytest.hookimpl
+    def pytest_sessionfinish(self, session):
+        if hasattr(session.config, "workeroutput"):
+            session.config.workeroutput["margins"] = dict(self.worst)
+            return
         self.path.parent.mkdir(parents=True, exist_ok=True)
         rows = sorted(((ratio, place, test, orig) for place, (ratio, test, orig) in self.worst.items()), reverse=True)
         self.path.write_text("".join(f"{r:.3g}\t{place}\t{test}\t{orig}\n" for r, place, test, orig in rows))
@@ -88,6 +92,29 @@ class Margins:
         ratio = value / bound if bound else float(value > 0)
         if bound <= 1e-3 and ratio > self.worst[place][0]:
             self.worst[place] = (ratio, self.test, f"{value:.3g} of {bound:.3g}: {' '.join(text.split())[:100]}")
+
+
+def _compared(text):
+    """Return the smaller and the larger side of each comparison in a chain of numbers; nothing of other assertions."""
+    try:
+        chain = ast.parse(text, mode="eval").body
+        numbers = [_number(side) for side in (chain.left, *chain.comparators)]
+    except (AttributeError, KeyError, SyntaxError, ValueError, ZeroDivisionError):
+        return []
+    pairs = [pair for pair in zip(numbers, numbers[1:], chain.ops, strict=False) if not isinstance(pair[2], ast.Eq)]
+    return [(b, a) if isinstance(sign, ast.Gt | ast.GtE) else (a, b) for a, b, sign in pairs]
+
+
+def _number(formula):
+    """Work out a formula of numbers."""
+    match formula:
+        case ast.Constant(int() | float() as number):
+            return float(number)
+        case ast.BinOp(left, operation, right):
+            return OPERATIONS[type(operation)](_number(left), _number(right))
+        case ast.UnaryOp(operation, number):
+            return OPERATIONS[type(operation)](_number(number))
+    raise ValueError(formula)
 
 
 def _record_arrays(margins):
