@@ -14,6 +14,7 @@ import sys
 import zlib
 from collections import defaultdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,8 +22,14 @@ import pytest
 from poinsot.engine import kernels, state_vector
 
 SCALAR = re.compile(r"np\.\w+\('?([-+\d.e]+)'?\)")
-OPERATIONS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
-OPERATIONS |= {ast.Pow: operator.pow, ast.USub: operator.neg}
+OPERATIONS: dict[type, Any] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+}
 
 
 def pytest_addoption(parser):
