@@ -1,6 +1,6 @@
 """Code that runs in a process of its own as by `python -c`, without the second and more that the imports take.
 
-The process is forked from one that has imported the package and done nothing else.
+The process is forked from one that has imported the package, built the model of scenarios, and done nothing else.
 """
 
 import functools
@@ -15,8 +15,9 @@ from pathlib import Path
 
 CLEAN = """
 import atexit, gc, json, os, sys, traceback
-import astropy.time, llvmlite.binding, matplotlib.figure, netCDF4, typer, xarray
-import poinsot.cli.app, poinsot.cli.runs, poinsot.engine.driver, poinsot.files.netcdf, poinsot.files.scenarios.builder
+import astropy.time, dask.distributed, llvmlite.binding, matplotlib.figure, netCDF4, typer, xarray
+import poinsot.cli.app, poinsot.cli.runs, poinsot.engine.driver, poinsot.files.netcdf, poinsot.files.scenarios.schema
+xarray.Dataset({"x": ("t", [0.0])}), poinsot.files.scenarios.schema.scenario_model()  # they import and build for long
 gc.freeze()
 for line in sys.stdin:
     child = os.fork()
