@@ -117,6 +117,14 @@ def test_events(name):
     assert differing(propagated(events=EVENTS), *case(name)) == {}
 
 
+@pytest.mark.parametrize("name", FORCES)
+def test_an_event_that_no_member_meets(name):
+    system, state = case(name)
+    (found,) = pt.propagate(system, state, TIMES, events=[pt.events.RateCrossing((0, 0, 1), rate=1e9)]).events
+    assert len(found) == len(found.member(3)) == 0
+    assert found.states.quaternion.shape == (0, 4)
+
+
 @pytest.mark.parametrize("formulation", ["canonical", "euler_angles"])
 def test_other_variables(formulation):
     assert differing(propagated(formulation=formulation), *case("one force")) == {}

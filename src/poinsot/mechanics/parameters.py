@@ -12,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_args, get_origin
 
@@ -161,7 +162,7 @@ class Parametric:
             if isinstance(value, functions.Vector):
                 yield from value
             elif isinstance(kind, tuple):
-                rows = value.reshape(*value.shape[: value.ndim - len(kind)], -1)
+                rows = value.reshape(*value.shape[: value.ndim - len(kind)], math.prod(kind))
                 yield from rows if rows.ndim == 1 else np.moveaxis(rows, -1, 0)
 
     def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
