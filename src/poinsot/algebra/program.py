@@ -245,6 +245,8 @@ def _divided(a: Any, b: Any) -> Any:
         return 0.0
     if b == 1:
         return a
+    if b.__class__ is Node and b.name == "div" and b.operands[0] == 1:
+        return a * b.operands[1]
     if a.__class__ is Node and a.name == "neg":
         return -(a.operands[0] / b)
     return None

@@ -238,7 +238,9 @@ class _Lowering:
 
     def program(self) -> Program:
         groups = (self._rates, self._others, [*self._watched.values(), *self._events.values])
-        self._uses = Counter(x.place for node in self._with_slopes(groups) for x in node.nodes)
+        nodes = self._with_slopes(groups)
+        self._uses = Counter(x.place for node in nodes for x in node.nodes)
+        self._divides = Counter(x.place for node in nodes if node.name == "div" for x in node.nodes[-1:])
         for slopes in self._slopes.values():
             self._uses.update(x.place for x in slopes if isinstance(x, Node))
         outputs = [[self._output(output) for output in group] for group in groups]
@@ -338,7 +340,7 @@ class _Lowering:
         if not divisor.terms:
             return _scaled(form, _reciprocal(divisor.constant))
         n, y = self._factors(b)
-        if self._uses[b.place] == 1 and form.terms:
+        if self._divides[b.place] == 1 and form.terms:
             m, x = self._factors(a)
             return _scaled(self._drafted(DraftQuotient(x, y)), _times(m, _reciprocal(n)))
         return _scaled(_times_form(form, self._drafted(DraftQuotient(Coefficient(), y))), _reciprocal(n))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from laws.test_every_force import FORCES, label
 from poinsot import functions as fn
 from poinsot import paper
 from poinsot.algebra.program import Graph
@@ -162,6 +163,102 @@ def test_a_program_has_no_more_operations_than_one_by_hand(name, monkeypatch):
     assert sum(x.first == x.second for x in own) <= squares
     assert sum(isinstance(x, Quotient) for x in operations) <= quotients
     assert sum(isinstance(x, Function) for x in operations) <= function_count
+
+
+PATH = (2, 1, 3)
+"""The place on an ellipse and its distance, of the halved eccentric anomaly: sin cos and sin^2; the slope of E; E, sin
+and cos. A velocity takes two products more."""
+
+TURN = 9
+"""Products that turn a vector of space to body axes, beside those of the matrix."""
+
+WHOLE = KINEMATICS + MATRIX + 4
+IN_AXES_OF_THE_ORBIT = KINEMATICS + ROW + 4 + 1
+"""With c^2, c = 1 + e cos f, to which the rate of the anomaly is proportional."""
+
+PLANET = 4 + 1
+"""Products of cosines and sines in two axes of a planet, and the square of the time of an angle."""
+
+# The dipole turned to space; u = r / |r|; d . u and u times it; |r|^-3 times all; turned to the body
+DIPOLE_FIELD = PATH[0] + PLANET + (2 + 3) + (3 + 3) + (3 + 3) + (2 + 3) + TURN
+# v; u . v, u' twice; each of nine products of angles twice, and W' twice; (u . d)'; two terms each of (u . d) u and B
+ITS_RATE = 2 + (3 + 3 + 3) + (2 * 9 + 2) + 6 + 6 + (2 + 3 + 3) + TURN
+# r turned to the planet; r / r^2; harmonics to degree 3 (4 + 2 x 2 of the column z); the root; turned back
+HARMONICS_FIELD = PATH[0] + PLANET + (8 + 4) + (3 + 3) + (3 + 4 + 1 + 2 * 5) + 3 + (4 + 8) + TURN
+CROSS = 6
+
+ON_A_PATH = (PATH[1], PATH[2])
+SHIPPED = {
+    "UniformGravity": (KINEMATICS + ROW + 4, 0, 0),
+    "GravityGradient KeplerOrbit": (IN_AXES_OF_THE_ORBIT + 1 + 2 + PAIRS, 0, 2),
+    "GravityGradient FixedPosition": (WHOLE + PAIRS, 0, 0),
+    # u in the plane; s^2, w = k - 5 s u, both turned; r^-2, r^-4, r^-5
+    "Oblateness KeplerOrbit": (WHOLE + PATH[0] + 2 + 1 + 3 + 2 * (TURN + PAIRS) + 3 + 3 + 3, *ON_A_PATH),
+    "Oblateness FixedPosition": (WHOLE + 2 * PAIRS, 0, 0),
+    # all monomials of degree 2; c^3 and c^4 by the slopes of both degrees
+    "HarmonicGravity KeplerOrbit GravityField": (IN_AXES_OF_THE_ORBIT + 6 + 2 + 6 + CROSS, 0, 2),
+    "HarmonicGravity FixedPosition GravityField": (WHOLE + 6 + CROSS, 0, 0),
+    "MasconGravity FixedPosition": (WHOLE + CROSS + 2 * (2 + 1), 2 * 2, 2),
+    # squares of n; three steps of Laguerre, the first from 1; 1 / l^2, 1 / l^3, its root; three sums; slopes, n x slope
+    "EllipsoidGravity FixedPosition": (WHOLE + 3 + (1 + 5 + 5) + 3 + 3 + 3 + CROSS, 3 + 1 + 4 + 12, 4 + 12),
+    "LinearDamping": (KINEMATICS, 0, 0),
+    # r, v and omega x r along the body axes; r x (v - omega x r); r^-8
+    "TidalTorque KeplerOrbit": (IN_AXES_OF_THE_ORBIT + 2 + 3 + 6 + CROSS + CROSS + 2 + 3, 1, 2),
+    "MagneticMoment TiltedDipole": (WHOLE + DIPOLE_FIELD, 2, 10),
+    "MagneticMoment MagneticHarmonics": (WHOLE + HARMONICS_FIELD, 3, 10),
+    "MagneticMoment SecularHarmonics": (WHOLE + HARMONICS_FIELD + 3, 3, 10),
+    "EddyCurrents TiltedDipole": (WHOLE + DIPOLE_FIELD + 2 * CROSS, 2, 10),
+    "BDot TiltedDipole": (WHOLE + DIPOLE_FIELD + ITS_RATE + 2 * CROSS, 2, 10),
+    # v; |v|, v / |v|; rho v^2
+    "MeshDrag KeplerOrbit ExponentialAtmosphere DirectionalTorque": (
+        WHOLE + PATH[0] + 2 + TURN + 3 + 3 + 2 + 3,
+        2,
+        5,
+    ),
+    "MeshRadiation KeplerOrbit DirectionalTorque": (IN_AXES_OF_THE_ORBIT + 3, 0, 2),
+    "Yorp KeplerOrbit DirectionalTorque": (IN_AXES_OF_THE_ORBIT + 3, 0, 2),
+    # (sum of lever arms) x u, and a square of each facet
+    "AtmosphericDrag KeplerOrbit ExponentialAtmosphere Facets": (
+        WHOLE + PATH[0] + 2 + TURN + CROSS + 2 + 3,
+        1,
+        4,
+    ),
+    "RadiationPressure KeplerOrbit Facets": (IN_AXES_OF_THE_ORBIT + CROSS + 2 + 3, 0, 2),
+    "RadiationPressure FixedPosition Facets Occulter": (WHOLE + CROSS + 2, 0, 0),
+}
+"""Products with squares, quotients and functions of a script for each shipped force as `FORCES` has it."""
+
+MORE = {
+    "EllipsoidGravity FixedPosition": 1,
+    "MagneticMoment MagneticHarmonics": 3,
+    "MagneticMoment SecularHarmonics": 5,
+}
+"""Products that a program has beside those."""
+
+
+@pytest.mark.parametrize("force", FORCES, ids=label)
+def test_every_shipped_force_has_the_products_of_a_script(force, monkeypatch):
+    monkeypatch.setattr(type(force), "check", lambda *_: None)
+    operations = operations_of(pt.System(BODY, force))
+    products, quotients, functions = SHIPPED[label(force)]
+    count = Counter(map(type, operations))
+    found = count[Product], count[Quotient], count[Function]
+    assert found == (products + MORE.get(label(force), 0), quotients, functions)
+
+
+def test_what_divides_once_divides_at_once():
+    """One quotient, also where the divisor is used otherwise; where two are divided by one, its reciprocal, once."""
+    graph = Graph()
+    x, y = graph.symbol(0), graph.symbol(1)
+    for formula, quotients, products in (
+        (y / x + fn.sin(x), 1, 0),
+        (x**1.3, 1, 0),
+        (y / x + fn.sin(y) / x, 1, 2),
+        (y / (1 / x), 0, 1),
+        (2 / (1 / x) + y, 0, 0),
+    ):
+        count = Counter(map(type, lowered(graph, [formula, y]).decomposition.operations))
+        assert (count[Quotient], count[Product]) == (quotients, products)
 
 
 def test_what_differs_in_constants_alone_is_one_product():
