@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from poinsot.algebra.program import Graph, tangents
+from poinsot.algebra.program import Graph, Node, gradient, ordered, tangents
 from poinsot.algebra.quaternion import product
 from poinsot.forces import MutualGravity, MutualHarmonics, MutualMascons
 from poinsot.functions import Vector
@@ -108,6 +108,24 @@ def test_derivatives_of_the_load_are_those_of_differences(force):
         expected = (8 * (at(step * direction) - at(-step * direction)) - at(2 * step * direction)) / (12 * step)
         expected += at(-2 * step * direction) / (12 * step)
         assert np.max(np.abs(found - expected)) < 1e-9 * np.max(np.abs(expected))
+
+
+def products(outputs):
+    """How many products and quotients of variables there are."""
+    found = [node for node in ordered(outputs) if node.name in ("mul", "div")]
+    return sum(all(isinstance(x, Node) and x.varies for x in node.operands) for node in found)
+
+
+@each_force
+def test_reverse_derivatives_cost_fewer_products_than_forward_ones(force):
+    """The product of two variables has two in its derivatives, by however many variables there are."""
+    system, graph = pt.System(PAIR, force), Graph()
+    symbols = [graph.symbol(k) for k in range(11)]
+    twin = system.with_numbers(graph.input(k) for k in range(len(system.numbers)))
+    energy = twin.potential_at(instant(twin, symbols))
+    forward = [tangents([energy], {symbol: 1.0})[0] for symbol in symbols]
+    assert products([energy, *gradient(energy, symbols)]) <= 3 * products([energy])
+    assert products([energy, *forward]) > 4 * products([energy])
 
 
 def counts(name):
