@@ -1,4 +1,4 @@
-"""Runs on looped kernels: systems without events in double precision, one body or many."""
+"""Runs on looped kernels: double precision, one body or many."""
 
 from __future__ import annotations
 
