@@ -16,11 +16,8 @@ from poinsot.engine.taylor_schedule import InnerSum, Row, Schedule
 
 __all__ = ["Batch", "Layout", "Single"]
 
-WIDTH, WIDE = 4, 8
-"""Numbers in a vector, and in a wide one."""
-
-FIRST_CACHE = 32768
-"""Bytes of coefficients up to which wide vectors are faster."""
+WIDTH = 4
+"""Inner sums of one member in a vector."""
 
 Layout = Literal["batch", "single"]
 
@@ -28,16 +25,13 @@ Layout = Literal["batch", "single"]
 class Batch:
     """Vectors hold members: coefficients of the states and of what inner sums read, order by order."""
 
-    def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int | None) -> None:
+    def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int) -> None:
         states = {row: schedule.state_of(row) for row in schedule.rows}
         stored = [row for row, place in states.items() if place is None]
         self._kept = {row: variables + i for i, row in enumerate(stored)}
         self._places = self._kept | {row: place for row, place in states.items() if place is not None}
         self._stride = variables + len(stored)
-        rows = (order + 1) * self._stride
-        if lanes is None:
-            lanes = WIDE if host_features().get("avx512f") and 8 * WIDE * rows <= FIRST_CACHE else WIDTH
-        self.lanes, self.size = lanes, rows * lanes
+        self.lanes, self.size = lanes, (order + 1) * self._stride * lanes
         self._kind = vector(DOUBLE, lanes)
         self._groups = _parts(schedule.groups, _registers(lanes))
 

@@ -156,7 +156,7 @@ class KernelProgram:
         self,
         decomposition: Decomposition,
         order: int,
-        lanes: int | None,
+        lanes: int,
         layout: Layout,
         momenta: Momenta,
         jumps: Jumps | None = None,

@@ -309,7 +309,7 @@ def order_of(tolerance: float) -> int:
 def compiled(
     decomposition: Decomposition,
     order: int,
-    lanes: int | None = None,
+    lanes: int,
     layout: Layout = "batch",
     momenta: Momenta = NO_MOMENTA,
     jumps: Jumps | None = None,
@@ -321,8 +321,8 @@ def compiled(
     decomposition : Decomposition
     order : int
         Of the Taylor polynomials.
-    lanes : int, optional
-        How many members the layout "batch" integrates at a time: 1, 2, 4 or 8; by default, what is fastest.
+    lanes : int
+        How many members the layout "batch" integrates at a time: 1, 2, 4 or 8.
     layout : {"batch", "single"}
     momenta : Momenta, optional
         What is rescaled on the way.
@@ -335,5 +335,5 @@ def compiled(
 
 
 @functools.lru_cache(CACHED)
-def _compiled(decomposition: Decomposition, order: int, lanes: int | None, layout: Layout, momenta: Momenta) -> Code:
+def _compiled(decomposition: Decomposition, order: int, lanes: int, layout: Layout, momenta: Momenta) -> Code:
     return Code(KernelProgram(decomposition, order, lanes, layout, momenta))

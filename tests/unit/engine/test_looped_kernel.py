@@ -253,7 +253,7 @@ def test_optimization_changes_no_bit(layout, name, monkeypatch):
     found = []
     for level in (0, 1, 2):
         monkeypatch.setattr(llvm_ir, "CODE_GENERATION", level)
-        code = Code(KernelProgram(DECOMPOSITIONS[name], ORDER, None, layout, Momenta()))
+        code = Code(KernelProgram(DECOMPOSITIONS[name], ORDER, 8, layout, Momenta()))
         found.append(integrated(code, states, times)[0])
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
@@ -566,7 +566,7 @@ def test_momenta_stay_in_their_scale_where_no_other_is_better():
 
 
 def test_kept_steps_are_the_polynomials_of_the_run():
-    code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, layout="single"), starts("top"), 400.0
+    code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, 1, "single"), starts("top"), 400.0
     rows, tasks, run = integrated(code, start, [-5.0, end])
     steps = np.concatenate(run.kept)
     assert len(steps) == tasks["steps"].sum() > 2 * looped_kernel.STEPS_KEPT
